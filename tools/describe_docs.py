@@ -43,7 +43,7 @@ from slewline.language.describe import describe, option_table, table
 from slewline.language.lines import usage
 from slewline.language.lines.reference import line_table
 from slewline.language.packets import Packets
-from slewline.links.control.requests import COMMON, NAMES, REQUESTS, Key, Request, schema
+from slewline.links.control.requests import COMMON, NAMES, REQUESTS, Key, RequestSpec, schema
 from slewline.parts import KINDS, options_of, part_class
 from slewline.parts.base.part import Part
 
@@ -277,7 +277,7 @@ def chapter(name: str) -> str:
     return f"\n## {name}\n" + "".join(form(row) for row in rows)
 
 
-def form(row: Request) -> str:
+def form(row: RequestSpec) -> str:
     """One form of a request."""
     parts = [f"\n{row.says}\n\n    {json.dumps({'do': row.do} | row.example)}\n"]
     if row.keys:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.core.motion.history import Lines, Staircase
+from slewline.core.motion.history import Polyline, Staircase
 from slewline.core.time.kernel import Kernel
 from slewline.errors import UnknownName, UsageError
 from slewline.parts.base.part import Part
@@ -37,7 +37,7 @@ class Tank(Part):
             return times, self.level(times)
 
         return (
-            Lines(self.kernel, "content", "l", self.level, points),
+            Polyline(self.kernel, "content", "l", self.level, points),
             Staircase(self.kernel, "lids", "1", lambda times: np.ones(times.shape), lambda start, stop: ([], [])),
         )
 

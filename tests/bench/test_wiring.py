@@ -23,7 +23,7 @@ def bench():
 
 
 def one(bench, first, second):
-    return bench.pin(first).net.hub is bench.pin(second).net.hub
+    return bench.pin(first).net.root is bench.pin(second).net.root
 
 
 # --------------------------------------------------------------------------------------------------------- the sheets
@@ -82,7 +82,7 @@ def test_what_is_missing_is_said_with_the_reason_and_nothing_is_put_on_the_bench
         bench.part("damping", to=x)
     assert bench.parts == {}
     assert {name: len(pin.net.drivers) for name, pin in x.pins.items()} == drivers
-    assert {len(pin.net.hub.joined) for pin in x.pins.values()} == {0}
+    assert {len(pin.net.root.joined) for pin in x.pins.values()} == {0}
 
 
 def test_a_part_without_wiring_says_which_pins_it_has(bench):
@@ -147,7 +147,7 @@ def test_a_connector_finds_the_receiver_of_a_uart_which_never_answers(bench):
     bench.part("uart", name="uart", to=x)
     bench.part("serial_port", name="pc", to="uart", ttl=True)
     assert one(bench, "pc.txd", "uart.rxd")
-    assert bench.pin("pc.rxd").net.hub.joined == ()
+    assert bench.pin("pc.rxd").net.root.joined == ()
 
 
 # ------------------------------------------------------------------------------------------------------- step edges
@@ -258,7 +258,7 @@ def test_a_bus_host_that_is_refused_leaves_the_buses_apart(bench):
     x, y = bench.add("cy525", name="x"), bench.add("cy525", name="y")
     with pytest.raises(SlewlineError, match="time 'long'"):
         bench.host(x, y, delay="long")
-    assert x.bus.hub is not y.bus.hub
+    assert x.bus.root is not y.bus.root
 
 
 def test_a_chip_of_ones_own_on_a_serial_line_needs_pins_with_the_roles_of_it(bench):

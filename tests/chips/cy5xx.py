@@ -5,7 +5,7 @@ from __future__ import annotations
 import slewline
 from slewline.core.time.timebase import picoseconds
 from slewline.core.wires.waits import level, until
-from slewline.parts.hosts.port import Port
+from slewline.parts.hosts.port import CommandPort
 
 US = 1_000_000  # picoseconds
 
@@ -51,7 +51,7 @@ class Rig:
     def pull_request(self, low: str, byte: bytes = b"", ready: bool = False) -> None:
         """Queue I/O REQUEST low for a while, whatever READY says or once it is high, with a byte on the bus or none."""
 
-        async def action(port: Port) -> None:
+        async def action(port: CommandPort) -> None:
             if ready:
                 await level(port.ready, 1)
             if byte:

@@ -19,7 +19,7 @@ from slewline.core.datasheet.table import Arg, Pin, Row, Sheet, Table
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.step_views import StrobeView
 from slewline.core.motion.train import Playing, StepTrain
-from slewline.core.wires.serial import RS232, Receiver, Word, bit_clock, transmit
+from slewline.core.wires.serial import RS232, CharacterFormat, Receiver, bit_clock, transmit
 from slewline.core.wires.waits import level, until
 from slewline.errors import BenchFileError, ProgramError, SheetError, UsageError
 from slewline.language.assemble import assemble, to_ascii
@@ -29,7 +29,7 @@ from slewline.language.letters import Letters
 from slewline.language.lines import Lines
 from slewline.language.lint import lint
 from slewline.links.lines.framing import FramedLine
-from slewline.links.lines.line import SerialLine as ServedLine
+from slewline.links.lines.line import ConnectorLine as ServedLine
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
@@ -129,7 +129,7 @@ class Probe(Chip):
             ready.drive(1)
 
     async def take_characters(self):
-        word, clock = Word(8, "none", 1), bit_clock(9600, self.name)
+        word, clock = CharacterFormat(8, "none", 1), bit_clock(9600, self.name)
         receiver = Receiver(self.pins["sin"].net, clock, word, RS232)
         decoder = dialect_of(self.sheet).decoder(self.sheet)
         while True:

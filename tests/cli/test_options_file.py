@@ -9,7 +9,7 @@ import pytest
 
 import slewline
 from slewline.cli.commands import serve_command
-from slewline.cli.serve import Serve
+from slewline.cli.serve import ServeCommand
 from slewline.errors import UsageError
 
 MINE = [10 * (k + 1) for k in range(256)]
@@ -100,6 +100,6 @@ def test_from_python_wrong_options_are_refused_likewise():
 def test_what_is_served_has_them_too_and_an_option_beside_them_counts(mine):
     given = ["cy545", "--tcp", "127.0.0.1:0", "--options", mine, "--option", "inferred.pulse_low=80"]
     context = serve_command.make_context("serve", [*given, "--option", "ramp_jumps=true"])
-    chip = Serve(**context.params).new_bench(None).chips["cy545"]
+    chip = ServeCommand(**context.params).new_bench(None).chips["cy545"]
     assert chip.sheet.rates == tuple(MINE)
     assert chip.options.inferred["pulse_low"] == 80 and chip.options.ramp_jumps

@@ -254,7 +254,7 @@ PASSED = {
 @given(st.data())
 def test_whatever_run_refuses_lint_calls_an_error_of_the_same_line(data):
     from slewline.cli.programs import texts_of
-    from slewline.cli.run import Run
+    from slewline.cli.run import RunCommand
     from slewline.errors import ProgramError
 
     part = data.draw(st.sampled_from(sorted(REFUSED)))
@@ -262,9 +262,9 @@ def test_whatever_run_refuses_lint_calls_an_error_of_the_same_line(data):
     lines = data.draw(st.lists(st.sampled_from([*odd, *PASSED[part]]), min_size=1, max_size=6))
     path = Path(f"p.{part}")
     path.write_text("\n".join(lines))
-    none = dict.fromkeys(field.name for field in fields(Run)) | {"strap": (), "drive": (), "quiet": True}
+    none = dict.fromkeys(field.name for field in fields(RunCommand)) | {"strap": (), "drive": (), "quiet": True}
     try:
-        Run(**none | {"file": str(path)}).new_bench(None).run("1 us")
+        RunCommand(**none | {"file": str(path)}).new_bench(None).run("1 us")
         refused = set()
     except ProgramError as error:
         refused = {problem.line for problem in error.problems}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from promises import bounds, check_promise
 
-from slewline.chips.mc1451a.curves import PLACES, Piece, SCurve
+from slewline.chips.mc1451a.curves import PLACES, JerkPiece, SCurve
 from slewline.chips.mc1451a.cycle_train import BLOCK, CYCLE, ONE, STRETCH, CycleTrain, Linear, SquareView
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.train import OPEN, Playing, StepTrain
@@ -28,7 +28,7 @@ def linear(speed: int, change: int, cycles: int) -> list[int]:
     return [speed + i * change for i in range(cycles)]
 
 
-def pieces(random: Random, most: int, top: int) -> list[Piece]:
+def pieces(random: Random, most: int, top: int) -> list[JerkPiece]:
     """Pieces of a random curve of up to so many cycles each, ended by rest; its displacements are at most `top` steps.
 
     The numbers have all their binary places.  Velocities are not continuous where a piece ends: nobody asks for that.
@@ -41,12 +41,12 @@ def pieces(random: Random, most: int, top: int) -> list[Piece]:
         speed = a
         if random.randrange(2):  # the same backwards
             speed, change = a + cycles * change + cycles**2 // 2 * jerk, -change - cycles * jerk
-        found.append(Piece(cycle, phase, position, speed, change, jerk))
+        found.append(JerkPiece(cycle, phase, position, speed, change, jerk))
         cycle, position = cycle + cycles, found[-1].covered(cycle + cycles)
-    return [*found, Piece(cycle, 7, position, 0, 0, 0)]
+    return [*found, JerkPiece(cycle, 7, position, 0, 0, 0)]
 
 
-def walked(curve: list[Piece]) -> tuple[list[int], list[int], list[int]]:
+def walked(curve: list[JerkPiece]) -> tuple[list[int], list[int], list[int]]:
     """Positions, displacements and phases of a curve by adding up cycle by cycle, with all their places."""
     positions, displacements, phases = [], [], []
     for piece, following in pairwise(curve):
@@ -59,7 +59,7 @@ def walked(curve: list[Piece]) -> tuple[list[int], list[int], list[int]]:
     return [*positions, curve[-1].position], displacements, phases
 
 
-def curved(curve: list[Piece], first: int, cycles: int) -> list[int]:
+def curved(curve: list[JerkPiece], first: int, cycles: int) -> list[int]:
     """Displacements of a curve, between positions that are rounded down."""
     at = [position >> PLACES for position in walked(curve)[0]][first : first + cycles + 1]
     return np.diff(np.array(at, object)).tolist()
@@ -130,7 +130,7 @@ def test_every_question_is_answered_as_by_counting_tick_by_tick(cycle):
                 assert train.begun_by(tick) == begun
                 assert train.begin(begun) == (begins[begun] if begun < len(begins) else end)  # the next one
                 assert begun == 0 or train.begin(begun - 1) == begins[begun - 1]
-            assert train.begun_by_many(np.array(asked) - train.origin).tolist() == expected
+            assert train.begun_counts(np.array(asked) - train.origin).tolist() == expected
             for first in range(train.steps + 2):
                 for last in [None, *range(train.steps + 3)]:
                     assert train.begin_ticks(first, last).tolist() == ticks[first:last]
@@ -225,7 +225,7 @@ def test_rounding_up_is_exact_at_every_speed(speed):
 
 
 def test_what_stands_still_takes_no_steps():
-    for law in (Linear(0), SCurve([Piece(0, 1, ONE << PLACES, 0, 0, 0), Piece(9, 7, ONE << PLACES, 0, 0, 0)])):
+    for law in (Linear(0), SCurve([JerkPiece(0, 1, ONE << PLACES, 0, 0, 0), JerkPiece(9, 7, ONE << PLACES, 0, 0, 0)])):
         train = CycleTrain(MHZ25, 5, law, 9, ONE - 1)
         assert (train.steps, train.begin(0), train.begun(10**15)) == (0, 5 + 9 * CYCLE, 0)
         assert train.begins().tolist() == []
@@ -266,9 +266,9 @@ def test_long_s_curves_are_exact_where_products_overflow(most):
     random = Random(most)
     for _ in range(10):
         curve = pieces(random, most, min(511, (1 << 28) // most))
-        curve.insert(-1, Piece(curve[-1].cycle, 4, curve[-1].position, 3 << PLACES, 0, 0))
+        curve.insert(-1, JerkPiece(curve[-1].cycle, 4, curve[-1].position, 3 << PLACES, 0, 0))
         end = curve[-2].cycle + (1 << 44)  # it coasts for long
-        curve[-1] = Piece(end, 7, curve[-2].covered(end), 0, 0, 0)
+        curve[-1] = JerkPiece(end, 7, curve[-2].covered(end), 0, 0, 0)
         law = SCurve(curve)
         asked = [0, 1, end - 1, *(piece.cycle + d for piece in curve[1:-1] for d in (-1, 0, 1))]
         asked += [random.randrange(curve[-2].cycle) for _ in range(500)] + [random.randrange(end) for _ in range(9)]

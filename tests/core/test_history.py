@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slewline.core.motion.history import History, Lines, Staircase
+from slewline.core.motion.history import History, Polyline, Staircase
 from slewline.core.time.kernel import Kernel
 from slewline.errors import TimeError, UsageError
 
@@ -139,7 +139,7 @@ def ramp(kernel):
         times = np.array([ps * MS for ps in (10, 25, 50, 75, 100) if start < ps * MS <= stop], np.int64)
         return times, values(times)
 
-    return Lines(kernel, "angle", "rad", values, changes)
+    return Polyline(kernel, "angle", "rad", values, changes)
 
 
 def test_lines_end_where_the_window_ends(kernel):

@@ -8,7 +8,7 @@ from random import Random
 import pytest
 
 from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear, SquareView
-from slewline.chips.mc1451a.reading import Reading
+from slewline.chips.mc1451a.pin_edges import PinEdges
 from slewline.core.datasheet.table import Pin
 from slewline.core.motion.step_views import PulseView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
@@ -38,7 +38,7 @@ def told(reading, ps):
 # ------------------------------------------------------------------------------------------------------- one drive
 def test_the_edges_of_a_train_cost_no_event_and_come_as_arrays():
     kernel, pin, (driver,) = wire()
-    reading = Reading(pin)
+    reading = PinEdges(pin)
     driver.play(played((10, OPEN), origin=5))
     kernel.settle()
     kernel.run(10_000_002)
@@ -54,7 +54,7 @@ def test_levels_waves_and_floating_outputs_are_read_alike():
     kernel, pin, (driver,) = wire(pull=1)
     driver.drive(0)
     kernel.settle()
-    reading = Reading(pin)
+    reading = PinEdges(pin)
     kernel.run(10)
     driver.drive(1)
     kernel.run(20)
@@ -68,7 +68,7 @@ def test_levels_waves_and_floating_outputs_are_read_alike():
 
 def test_what_changes_at_the_instant_of_the_making_is_the_first_level():
     kernel, pin, (driver,) = wire()
-    reading = Reading(pin)
+    reading = PinEdges(pin)
     for level in (1, 0, 1):
         driver.drive(level)
         kernel.settle()
@@ -87,7 +87,7 @@ def test_what_changes_at_the_instant_of_the_making_is_the_first_level():
 
 def test_a_change_at_the_instant_of_the_question_is_told_by_the_next_one():
     kernel, pin, (driver,) = wire()
-    reading = Reading(pin)
+    reading = PinEdges(pin)
     kernel.run(10)
     assert told(reading, 10) == []
     driver.drive(1)
@@ -102,7 +102,7 @@ def test_a_change_at_the_instant_of_the_question_is_told_by_the_next_one():
 def test_wires_that_become_one_are_read_as_one():
     kernel, pin, (driver,) = wire()
     other = Net(kernel, "other", 1)
-    reading = Reading(pin)
+    reading = PinEdges(pin)
     other.join(pin.net)
     kernel.settle()
     kernel.run(5)
@@ -114,7 +114,7 @@ def test_wires_that_become_one_are_read_as_one():
 # -------------------------------------------------------------------------------------------------- drives that change
 def test_a_promise_that_is_cut_off_has_shown_its_edges_up_to_there():
     kernel, pin, (driver,) = wire()
-    reading = Reading(pin)
+    reading = PinEdges(pin)
     view = played((10, OPEN), origin=5)
     driver.play(view)
     kernel.settle()
@@ -129,7 +129,7 @@ def test_a_promise_that_is_cut_off_has_shown_its_edges_up_to_there():
 
 def test_a_bound_that_moves_is_told_to_a_sleeping_reader():
     kernel, pin, (driver,) = wire()
-    reading = Reading(pin)
+    reading = PinEdges(pin)
     changes = []
     reading.on_change.add(lambda: changes.append(kernel.now))
     view = played((10, OPEN), origin=5)
@@ -151,7 +151,7 @@ def test_a_bound_that_moves_is_told_to_a_sleeping_reader():
 
 def test_quiet_means_that_nothing_comes_behind_the_last_question():
     kernel, pin, (driver,) = wire()
-    reading = Reading(pin)
+    reading = PinEdges(pin)
     assert not reading.quiet  # its first level is not known
     reading.edges_until(0)
     assert reading.quiet
@@ -171,7 +171,7 @@ def test_quiet_means_that_nothing_comes_behind_the_last_question():
 
 def test_on_change_comes_before_the_change_and_the_next_round_sees_it():
     kernel, pin, (driver,) = wire()
-    reading = Reading(pin)
+    reading = PinEdges(pin)
     seen = []
 
     def look():
@@ -260,7 +260,7 @@ def test_a_reading_tells_what_an_observer_saw(seed):
     watched.pin.net.watch(lambda net: seen.append((watched.kernel.now, net.level)))
     watched.kernel.run(500)
     lazy, random = Script(seed), Random(seed)
-    reading = Reading(lazy.pin)
+    reading = PinEdges(lazy.pin)
     changes, found = [], []
     reading.on_change.add(lambda: changes.append(lazy.kernel.now))
     quiet_since = None

@@ -6,9 +6,9 @@ import pytest
 
 from slewline.core.time.kernel import Kernel
 from slewline.core.wires.net import Driver, Net
-from slewline.core.wires.serial import RS232, Character, Receiver, Word, bit_clock, transmit
+from slewline.core.wires.serial import RS232, Character, CharacterFormat, Receiver, bit_clock, transmit
 
-WORD = Word(7, "odd", 2)
+WORD = CharacterFormat(7, "odd", 2)
 CLOCK = bit_clock(9600, "test")
 BIT = CLOCK.ps(16)
 SPACE, MARK = 1, 0

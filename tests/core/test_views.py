@@ -8,7 +8,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.chips.mc1451a.reading import Reading
+from slewline.chips.mc1451a.pin_edges import PinEdges
 from slewline.core.datasheet.table import Pin
 from slewline.core.motion.step_views import PulseView, StrobeView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
@@ -20,7 +20,7 @@ from slewline.core.wires.pin import EdgeCondition, LevelCondition, Terminal
 from slewline.core.wires.views import Delayed, Gated, Inverted, Repeated, Rested, View, Wired, gated, inverted
 from slewline.core.wires.wave import promised
 from slewline.parts.base.counted import Counted
-from slewline.parts.base.outlook import Outlook
+from slewline.parts.base.lookahead import Lookahead
 from slewline.record.recording.recorder import Recorder
 
 CLOCK = Clock(10**12)  # a tick is a picosecond
@@ -233,27 +233,27 @@ def wired(drivers=1, pull=0, kind=Net):
 
 def test_what_a_wire_shows_is_a_level_or_a_promise_and_the_same_object_until_it_changes():
     kernel, pin, (one, two) = wired(2)
-    outlook = Outlook(pin, lambda: None)
-    assert outlook.shown() == 0
+    lookahead = Lookahead(pin, lambda: None)
+    assert lookahead.shown() == 0
     train = pulses(10)
     one.play(train)
     kernel.settle()
-    assert outlook.shown() is train
+    assert lookahead.shown() is train
     two.drive(1)
     kernel.settle()
-    shown = outlook.shown()
+    shown = lookahead.shown()
     assert type(shown) is Wired
-    assert outlook.shown() is shown
+    assert lookahead.shown() is shown
     two.drive(1)
     kernel.settle()
-    assert outlook.shown() is shown
+    assert lookahead.shown() is shown
     one.drive(0)
     kernel.settle()
-    assert outlook.shown() == 0
+    assert lookahead.shown() == 0
     one.play(Wave(None, (50,), (1,)))
     two.drive(None)
     kernel.settle()
-    assert (type(outlook.shown()), outlook.level(49), outlook.after(3), outlook.edges(3, 90)) == (
+    assert (type(lookahead.shown()), lookahead.level(49), lookahead.after(3), lookahead.edges(3, 90)) == (
         Rested,
         0,
         50,
@@ -263,20 +263,20 @@ def test_what_a_wire_shows_is_a_level_or_a_promise_and_the_same_object_until_it_
 
 def test_what_was_shown_holds_for_the_past_when_a_driver_tells_something_else():
     kernel, pin, (driver,) = wired()
-    outlook = Outlook(pin, lambda: None)
+    lookahead = Lookahead(pin, lambda: None)
     driver.wave(0, (10, 20), (1, 0))
     kernel.run(5)
-    shown = outlook.shown()
+    shown = lookahead.shown()
     driver.wave(0, (30, 40, 50), (1, 0, 1))  # would write into the old one if nobody held it
     kernel.run(60)
     assert shown.edges(0, 60) == ([10, 20], [1, 0])
-    assert outlook.edges(0, 60) == ([30, 40, 50], [1, 0, 1])
+    assert lookahead.edges(0, 60) == ([30, 40, 50], [1, 0, 1])
 
 
 def test_changed_is_called_before_the_driver_forgets_and_says_whether_only_a_bound_has_moved():
     kernel, pin, (driver,) = wired()
     told = []
-    outlook = Outlook(pin, lambda: told.append((kernel.now, outlook.renewed, pin.net.shown())))
+    lookahead = Lookahead(pin, lambda: told.append((kernel.now, lookahead.renewed, pin.net.shown())))
     train = pulses(10, until=50)
     driver.play(train)
     kernel.run(3)
@@ -288,7 +288,7 @@ def test_changed_is_called_before_the_driver_forgets_and_says_whether_only_a_bou
     driver.drive(1)  # it is so already
     kernel.run(9)
     assert told == [(0, False, 0), (3, True, train), (7, False, train)]
-    outlook.close()
+    lookahead.close()
     driver.drive(0)
     kernel.run(10)
     assert len(told) == 3
@@ -312,7 +312,7 @@ def test_who_asks_for_the_next_edge_may_be_told_to_ask_again(seed):
     def seen(early):
         kernel, pin, (driver, other) = wired(2)
         net, recorder = pin.net, Recorder()
-        reading, found = Reading(pin), []
+        reading, found = PinEdges(pin), []
         net.watch(lambda net: found.append((kernel.now, net.level, net.changes)))
         recorder.record(net)
         edge, level = EdgeCondition(pin, 3), LevelCondition(pin, 1)
@@ -336,7 +336,7 @@ def test_who_asks_for_the_next_edge_may_be_told_to_ask_again(seed):
 
 def test_a_reading_is_not_quiet_while_it_is_told_to_ask_again():
     kernel, pin, (driver,) = wired()
-    reading = Reading(pin)
+    reading = PinEdges(pin)
     driver.play(Early(Wave(0, (50,), (1,)), 5))
     kernel.run(10)
     reading.edges_until(10)

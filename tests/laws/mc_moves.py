@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slewline.chips.mc1451a.curves import SCurve
-from slewline.chips.mc1451a.profile import UNIT, Limits, Phases, Run, s_curve, trapezoid
-from slewline.chips.mc1451a.twin.profile import SCurve as Twin
+from slewline.chips.mc1451a.profile import UNIT, CycleRun, MoveLimits, Phases, s_curve, trapezoid
+from slewline.chips.mc1451a.twin.profile import TwinSCurve as Twin
 
 ONE = 1 << 16
 CYCLES = 10**6  # longer moves are not asked for
@@ -52,7 +52,7 @@ class Worst:
 
 
 # ---------------------------------------------------------------------------------------------------------- trapezoids
-def runs_of(limits: Limits, distance: int, speed: int = 0) -> Iterator[tuple[Run, int]]:
+def runs_of(limits: MoveLimits, distance: int, speed: int = 0) -> Iterator[tuple[CycleRun, int]]:
     """The runs of a move, each with the distance that remains when it begins; ends with the landing."""
     while True:
         run = trapezoid(limits, distance, speed)
@@ -64,12 +64,12 @@ def runs_of(limits: Limits, distance: int, speed: int = 0) -> Iterator[tuple[Run
             return
 
 
-def covered(run: Run, cycles: int) -> int:
+def covered(run: CycleRun, cycles: int) -> int:
     """How far some cycles of a run lead."""
     return run.speed * cycles + run.change * cycles * (cycles - 1) // 2
 
 
-def ideal(distance: int, limits: Limits) -> float:
+def ideal(distance: int, limits: MoveLimits) -> float:
     """Cycles that the continuous profile takes."""
     v, a, s = limits.velocity, limits.acceleration, limits.start
     ramps = (v * v - s * s) / a
@@ -78,7 +78,7 @@ def ideal(distance: int, limits: Limits) -> float:
     return 2 * (distance / (s + sqrt(s * s + a * distance)))
 
 
-def check_trapezoid(distance: int, limits: Limits, worst: Worst) -> None:
+def check_trapezoid(distance: int, limits: MoveLimits, worst: Worst) -> None:
     """One move from rest: exact, within its limits, as long as it must be."""
     v, a, s = limits.velocity, limits.acceleration, limits.start
     move = (distance, v, a, s)
@@ -105,10 +105,10 @@ def check_trapezoid(distance: int, limits: Limits, worst: Worst) -> None:
     assert -2 <= beyond <= 4 and abs(rising - falling) <= 1, move
 
 
-def random_trapezoid(chance: Random) -> tuple[int, Limits] | None:
+def random_trapezoid(chance: Random) -> tuple[int, MoveLimits] | None:
     """A move of at most CYCLES; velocity and acceleration not zero, extremes among them."""
     velocity = numbers(chance, 25)
-    limits = Limits(velocity, numbers(chance, 30), min(chance.choice([0, 0, numbers(chance, 30)]), velocity))
+    limits = MoveLimits(velocity, numbers(chance, 30), min(chance.choice([0, 0, numbers(chance, 30)]), velocity))
     distance = numbers(chance, 31) * ONE + chance.choice([0, 0, chance.randrange(ONE)])
     return None if ideal(distance, limits) > CYCLES else (distance, limits)
 
@@ -258,7 +258,7 @@ def check_retargets(number: int, seed: int = 1) -> int:
         for left in range(chance.randrange(1, 6), -1, -1):
             destination = chance.choice([-1, 1]) * numbers(chance, 20) * ONE
             velocity = numbers(chance, 25)
-            limits = Limits(velocity, acceleration, min(start, velocity))
+            limits = MoveLimits(velocity, acceleration, min(start, velocity))
             cut = chance.randrange(1, 3000) if left else CYCLES * 10**6
             position, speed, sign = follow(limits, position, speed, sign, destination, cut)
             changes += 1
@@ -266,7 +266,9 @@ def check_retargets(number: int, seed: int = 1) -> int:
     return changes
 
 
-def follow(limits: Limits, position: int, speed: int, sign: int, destination: int, cut: int) -> tuple[int, int, int]:
+def follow(
+    limits: MoveLimits, position: int, speed: int, sign: int, destination: int, cut: int
+) -> tuple[int, int, int]:
     """Go on towards a destination, for so many cycles at most; returns position, speed and direction then."""
     passed = 0
     while passed < cut and (speed or position != destination):

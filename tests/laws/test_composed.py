@@ -12,7 +12,7 @@ import pytest
 
 import slewline
 from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear, SquareView
-from slewline.chips.mc1451a.reading import Reading
+from slewline.chips.mc1451a.pin_edges import PinEdges
 from slewline.core.motion.step_views import PulseView, StrobeView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.timebase import Clock
@@ -142,7 +142,7 @@ def played(
     for name in twin or ():
         bench.parts[name].looped = True
     bench.run(0)  # everything has come to rest
-    readings = {name: Reading(bench.pin(name)) for name in outputs if read}
+    readings = {name: PinEdges(bench.pin(name)) for name in outputs if read}
     found: dict[str, dict[int, int]] = {name: {0: bench.pin(name).level} for name in outputs}
 
     def told(net: Net, name: str) -> None:

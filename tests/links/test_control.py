@@ -12,7 +12,7 @@ import pytest
 import slewline
 from slewline.errors import UsageError
 from slewline.links.control import control
-from slewline.links.control.requests import MOST_FINDINGS, REQUESTS, schema
+from slewline.links.control.requests import MAX_FINDINGS, REQUESTS, schema
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
@@ -342,9 +342,9 @@ def test_findings_are_read_all_of_them_or_those_of_a_chip_from_an_instant_on(sta
 
 def test_so_many_findings_that_only_the_last_are_told(stand):
     running, _, ask = stand
-    running.do(lambda: [running.bench["x"].finding("test", str(number)) for number in range(MOST_FINDINGS + 3)])
+    running.do(lambda: [running.bench["x"].finding("test", str(number)) for number in range(MAX_FINDINGS + 3)])
     found = ask("findings")
-    assert (len(found["findings"]), found["findings"][0]["text"], found["omitted"]) == (MOST_FINDINGS, "3", 3)
+    assert (len(found["findings"]), found["findings"][0]["text"], found["omitted"]) == (MAX_FINDINGS, "3", 3)
 
 
 def strict(found):

@@ -9,7 +9,7 @@ import pytest
 import serial
 
 from slewline.language.lines import framed
-from slewline.testing.faces import running
+from slewline.testing.endpoints import running
 
 # A pseudo-terminal is opened as 8N1: it passes 8 bits, and the line takes 7 of them.
 SETTINGS = {"tcp": {}, "pty": {}, "rfc2217": {"bytesize": 7, "parity": "O", "stopbits": 2}}

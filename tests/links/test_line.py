@@ -11,7 +11,7 @@ import pytest
 import slewline
 from slewline.errors import UsageError
 from slewline.links.control.status import as_line, status
-from slewline.links.lines.line import BACKLOG, PATIENCE_PS
+from slewline.links.lines.line import ANSWER_TIMEOUT_PS, BACKLOG
 from slewline.links.lines.pace import Lockstep, Paced
 from slewline.links.server import Server
 from slewline.parts.lines.noise import LINKED, Noise
@@ -79,7 +79,7 @@ def test_time_passes_a_minute_for_what_came_last(begun):
     again = server.bench.now_ps
     line.take(b"F")
     play(server)
-    assert server.bench.now_ps == again + PATIENCE_PS
+    assert server.bench.now_ps == again + ANSWER_TIMEOUT_PS
 
 
 def test_time_stands_still_behind_the_answer(begun):
@@ -101,7 +101,7 @@ def test_a_module_that_says_nothing_is_waited_for_only_so_long(begun):
     line.quiet = lambda: False
     line.take(b"F")
     play(server)
-    assert server.bench.now_ps == 10**9 + PATIENCE_PS
+    assert server.bench.now_ps == 10**9 + ANSWER_TIMEOUT_PS
     assert not server.pace.waits
 
 

@@ -18,7 +18,7 @@ from random import Random
 
 import pytest
 
-from slewline.core.memory.store import Gathered
+from slewline.core.memory.store import BufferedStore
 from slewline.links.lines.store import FileStore
 
 DEADLINE_S = 60.0
@@ -121,7 +121,7 @@ class Counting:
 def stored(path: Path, each: int) -> tuple[float, int, bytes]:
     """Put 64K single bytes, with a flush behind so many; returns seconds, fsyncs, and what a later process finds."""
     system, data = Counting(), Random(1).randbytes(SIZE)
-    gathered = Gathered(FileStore(path, system), b"\xff" * SIZE)
+    gathered = BufferedStore(FileStore(path, system), b"\xff" * SIZE)
     start = time.perf_counter()
     for address, byte in enumerate(data):
         gathered.put(address, byte)

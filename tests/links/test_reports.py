@@ -6,7 +6,7 @@ import pytest
 
 import slewline
 from slewline.core.component import Finding
-from slewline.links.control.reports import CAUSES, PERIOD_S, Lateness, Reports, cause_of
+from slewline.links.control.reports import CAUSES, PERIOD_S, FindingReports, Lateness, cause_of
 from slewline.links.lines.pace import Lag, Paced
 from slewline.links.server import Server
 
@@ -32,7 +32,7 @@ class Minutes:
 @pytest.fixture
 def stand():
     told, minutes = [], Minutes()
-    return Reports(minutes, told.append), minutes, told
+    return FindingReports(minutes, told.append), minutes, told
 
 
 def found(reports, *codes, source="x"):

@@ -16,7 +16,7 @@ import serial
 
 import slewline
 from slewline.cli.main import invoke
-from slewline.cli.serve import Serve, signals
+from slewline.cli.serve import ServeCommand, signals
 from slewline.links.control.reports import CAUSES
 from slewline.links.ports.pty import HINT
 
@@ -77,7 +77,7 @@ def test_signals_are_heard_before_a_port_is_open(monkeypatch, capfd, hangup):
         heard.extend(signal.getsignal(number) for number in (*ENDS, signal.SIGUSR1))
         raise slewline.errors.UsageError("no")
 
-    monkeypatch.setattr(Serve, "open_chip", refuse)
+    monkeypatch.setattr(ServeCommand, "open_chip", refuse)
     assert invoke([*ONE_MORE]) == 2
     assert len(heard) == 4 and not set(heard) & set(before)
     assert [signal.getsignal(number) for number in (*ENDS, signal.SIGUSR1)] == before

@@ -553,11 +553,11 @@ def test_a_link_in_the_place_of_the_neighbour_is_not_followed(tmp_path, call, th
 def test_what_is_laid_in_the_place_of_the_neighbour_at_the_last_moment_is_not_opened():
     disk, victim = disk_with(OLD), File(OLD)
 
-    def lay(number, call):
+    def schedule(number, call):
         if disk.calls[-2:] == ["unlink", "open"]:
             disk.names[PATH.with_name(".x.eeprom.part")] = victim
 
-    disk.trouble = lay
+    disk.trouble = schedule
     with pytest.raises(StoreError, match="file exists"):
         FileStore(PATH, disk).write(NEW)
     assert (victim.data, disk.names[PATH].data) == (OLD, packed(OLD))

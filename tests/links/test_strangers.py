@@ -11,7 +11,7 @@ import pytest
 import slewline
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
-from slewline.links.sockets.strangers import HOLD_S, LONGEST, METHODS, REGISTERS, TEXT, Beginning
+from slewline.links.sockets.preamble import HOLD_S, LONGEST, METHODS, REGISTERS, TEXT, Preamble
 
 from .conftest import STRAPS, Asks, Client, Threaded
 
@@ -56,17 +56,17 @@ BEHIND_BLANKS = {f"blank, {name}": b"\r\n" + STRANGERS[name] for name in ("GET",
 @pytest.mark.parametrize("data", STRANGERS.values(), ids=STRANGERS)
 def test_every_stranger_is_known_however_it_is_cut(greetings, data):
     for cut in range(len(data) + 1):
-        beginning = Beginning(greetings)
+        beginning = Preamble(greetings)
         assert beginning.take(data[:cut]) + beginning.take(data[cut:]) == b""
         assert beginning.stranger
-    bytewise = Beginning(greetings)
+    bytewise = Preamble(greetings)
     assert b"".join(bytewise.take(bytes([byte])) for byte in data) == b""
 
 
 @pytest.mark.parametrize("data", BEHIND_BLANKS.values(), ids=BEHIND_BLANKS)
 def test_a_blank_line_in_front_is_all_that_a_stranger_can_pass_on(data):
     for cut in range(1, len(data)):
-        beginning = Beginning()
+        beginning = Preamble()
         passed = beginning.take(data[:cut]) + beginning.take(data[cut:])
         assert passed == (data[:cut] if cut <= 2 else b"")
         assert beginning.stranger == "HTTP"
@@ -82,7 +82,7 @@ HOSTS = (
 
 @pytest.mark.parametrize("data", HOSTS)
 def test_a_host_that_begins_like_one_is_heard_as_soon_as_it_differs(data):
-    beginning = Beginning()
+    beginning = Preamble()
     assert b"".join(beginning.take(bytes([byte])) for byte in data) == data
     assert not beginning.stranger
     assert beginning.take(b"GET / HTTP/1.1\r\n") == b"GET / HTTP/1.1\r\n"  # it is the beginning that counts
@@ -92,24 +92,24 @@ def test_a_host_that_begins_like_one_is_heard_as_soon_as_it_differs(data):
     "data", [b"\x24\x64", b"\x34\x64", b"\x44\x64", b"\x04\x00", b"\x12\x6c", b"\x00\x00", b"\x16\xbb"]
 )
 def test_no_request_of_a_register_waits_for_a_second_one(data):
-    assert Beginning(REGISTERS).take(data) == data
+    assert Preamble(REGISTERS).take(data) == data
 
 
 @pytest.mark.parametrize("data", [b"\r", b"\n", b"\r\n\r\n"])
 def test_line_ends_that_stand_alone_are_passed_on_at_once(data):
     """They set the rate of a chip that adapts to its host."""
-    assert Beginning().take(data) == data
+    assert Preamble().take(data) == data
 
 
 def test_nothing_is_held_back_for_ever():
-    beginning = Beginning()
+    beginning = Preamble()
     long = b"x" * LONGEST
     assert beginning.take(long) == b""
     assert beginning.take(b"x") == long + b"x"
 
 
 def test_what_was_held_long_enough_is_passed_on_and_the_request_is_known_all_the_same():
-    beginning = Beginning()
+    beginning = Preamble()
     assert beginning.take(b"POS") == b""
     assert beginning.release() == b"POS"
     assert beginning.take(b"T") == b"T"

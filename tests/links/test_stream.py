@@ -14,7 +14,7 @@ import pytest
 
 from slewline.links.sockets import system
 from slewline.links.sockets.loop import Loop
-from slewline.links.sockets.stream import QUEUE, Stream
+from slewline.links.sockets.stream import QUEUE, SocketStream
 
 MUCH = bytes(range(256)) * 4096  # a megabyte
 
@@ -26,7 +26,7 @@ class Ends:
         self.loop = Loop()
         self.ours, self.theirs = socket.socketpair()
         self.taken, self.why = bytearray(), []
-        self.stream = Stream(self.loop, self.ours, self.taken.extend, self.why.append, **more)
+        self.stream = SocketStream(self.loop, self.ours, self.taken.extend, self.why.append, **more)
 
     def turn(self, times=1):
         for _ in range(times):

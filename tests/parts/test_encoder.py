@@ -9,18 +9,18 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.chips.mc1451a.curves import PLACES, Piece, SCurve
+from slewline.chips.mc1451a.curves import PLACES, JerkPiece, SCurve
 from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear, SquareView
-from slewline.chips.mc1451a.reading import Reading
+from slewline.chips.mc1451a.pin_edges import PinEdges
 from slewline.core.motion.step_views import PulseView, StrobeView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.kernel import Kernel
 from slewline.core.time.timebase import Clock
 from slewline.core.wires.clocking import clock_edges
 from slewline.core.wires.net import Driver, Net, Wave
-from slewline.parts.shafts.counter import Channel, Code, Scale, StepCounter
-from slewline.parts.shafts.course import Course
+from slewline.parts.shafts.counter import CountScale, EncoderChannel, LevelPattern, StepCounter
 from slewline.parts.shafts.encoder import Encoder, Quadrature
+from slewline.parts.shafts.shaft_motion import ShaftMotion
 
 US, MS = 1_000_000, 1_000_000_000
 END = 3 * MS  # of a story
@@ -38,7 +38,7 @@ class Rig:
         self.pulse.drive(level)
         self.dir.drive(1)
         self.kernel.settle()
-        self.readings = {name: Reading(self.encoder.pin(name)) for name in "ab"}
+        self.readings = {name: PinEdges(self.encoder.pin(name)) for name in "ab"}
         self.encoder.rewired()
         self.kernel.settle()
 
@@ -361,9 +361,9 @@ class Story:
 
     def curve(self, now, pulse, direction, random):
         end, speed = random.randrange(1, 8), random.randrange(1, 40 << 16) << PLACES
-        curve = [Piece(0, 1, 0, 0, speed // end, speed // end**2), Piece(end, 3, 0, 3 * speed, -speed // 9, 0)]
+        curve = [JerkPiece(0, 1, 0, 0, speed // end, speed // end**2), JerkPiece(end, 3, 0, 3 * speed, -speed // 9, 0)]
         curve[1] = curve[1]._replace(position=curve[0].covered(end))
-        law = SCurve([*curve, Piece(end + 9, 7, curve[1].covered(end + 9), 0, 0, 0)])
+        law = SCurve([*curve, JerkPiece(end + 9, 7, curve[1].covered(end + 9), 0, 0, 0)])
         self.cycle_train(now, pulse, law, end + 9, random)
 
     def cycle_train(self, now, pulse, law, cycles, random):
@@ -473,13 +473,13 @@ def test_level_after_and_edges_of_a_channel_agree(seed):
     view = PulseView(Playing(StepTrain(CLOCK, 3, [(random.randrange(2, 40), 9), (30, OPEN)])), 1)
     view.of.until = random.choice([None, 40_000 * random.randrange(400)])
     counts, steps = random.choice(RATIOS)
-    course = Course(
+    motion = ShaftMotion(
         clock_edges(view, 0, 0), since=0, sign=random.choice([1, -1]), place=8 * steps + random.randrange(steps),
         step=counts, unit=counts, slack=random.choice([0, steps // 2, 7 * steps]),
     )  # fmt: skip
     coming = ([10_000, 90_000, 1_700_000], [8, 9, 8])
-    counter = StepCounter(course, Scale(Fraction(counts, steps)), 50_000, before=7, coming=coming)
-    for channel in (Channel(counter, Code(*levels)) for levels in zip(*LEVELS, strict=True)):
+    counter = StepCounter(motion, CountScale(Fraction(counts, steps)), 50_000, before=7, coming=coming)
+    for channel in (EncoderChannel(counter, LevelPattern(*levels)) for levels in zip(*LEVELS, strict=True)):
         instants = range(0, 12_000_000, 10_000)  # everything happens then
         levels = [channel.level(ps) for ps in instants]
         edges = [ps for ps, was, now in zip(instants[1:], levels, levels[1:], strict=False) if was != now]
@@ -500,7 +500,7 @@ def turned(**options):
     kernel = Kernel()
     shaft = Quadrature(kernel, "master", **options)
     kernel.settle()
-    return kernel, shaft, {name: Reading(shaft.pin(name)) for name in "ab"}
+    return kernel, shaft, {name: PinEdges(shaft.pin(name)) for name in "ab"}
 
 
 @pytest.mark.parametrize("rate", [3, 1_250_000, -999_983])
@@ -608,7 +608,7 @@ def test_the_standard_wiring_is_that_of_the_axis(axis):
     enc, master = bench.part("encoder", to=x, axis=axis), bench.part("quadrature", to=x, axis=5 - axis)
     pairs = [(enc, "pulse", f"pulse{axis}"), (enc, "dir", f"dir{axis}")]
     pairs += [(part, pin, f"quad{pin}{n}") for part, n in ((enc, axis), (master, 5 - axis)) for pin in "ab"]
-    assert all(part.pin(own).net.hub is x.pin(theirs).net.hub for part, own, theirs in pairs)
+    assert all(part.pin(own).net.root is x.pin(theirs).net.root for part, own, theirs in pairs)
 
 
 @pytest.mark.parametrize("chip", ["cy525", "gs-c200", "mc1151a"])
@@ -616,8 +616,8 @@ def test_an_encoder_attaches_to_a_chip_without_encoder_inputs_and_takes_its_step
     bench = slewline.Bench()
     x = bench.add(chip, name="x")
     enc = bench.part("encoder", to=x, counts=200, steps=200)
-    assert enc.pin("pulse").net.hub is next(pin for pin in x.pins.values() if pin.row.role == "step").net.hub
-    assert enc.pin("a").net.hub.joined == ()
+    assert enc.pin("pulse").net.root is next(pin for pin in x.pins.values() if pin.row.role == "step").net.root
+    assert enc.pin("a").net.root.joined == ()
 
 
 def test_mistakes_are_refused_with_what_is_allowed():

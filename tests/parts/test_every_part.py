@@ -8,7 +8,7 @@ import pytest
 
 import slewline
 from slewline.core.datasheet.option import Option, checked, flat
-from slewline.parts import CATALOGUE, KINDS, Listed, options_of, part_class
+from slewline.parts import CATALOGUE, KINDS, ListedPart, options_of, part_class
 from slewline.parts.base.part import Part
 from tests.options import wrong_options
 
@@ -78,7 +78,7 @@ class Loaded(Part):
 @pytest.fixture
 def loaded(monkeypatch):
     """A kind of part whose options have a table."""
-    monkeypatch.setitem(KINDS, "loaded", Listed(at="loaded:Loaded", says="a part for tests"))
+    monkeypatch.setitem(KINDS, "loaded", ListedPart(at="loaded:Loaded", says="a part for tests"))
     monkeypatch.setitem(CATALOGUE.ours, "loaded", f"{__name__}:Loaded")
 
 

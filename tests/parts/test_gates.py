@@ -113,9 +113,9 @@ def test_the_standard_wiring_joins_the_pins_of_the_part_to_the_chip():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     latch = bench.part("position_latch", to=x)
-    assert latch.pin("outstrobe").net.hub is x.pin("outstrobe").net.hub
-    assert latch.pin("db").net.hub is x.bus.hub
-    assert bench.part("rotor", to="x").pin("phase3").net.hub is x.pin("phase3").net.hub
+    assert latch.pin("outstrobe").net.root is x.pin("outstrobe").net.root
+    assert latch.pin("db").net.root is x.bus.root
+    assert bench.part("rotor", to="x").pin("phase3").net.root is x.pin("phase3").net.root
 
 
 def test_unknown_kinds_and_options_are_refused_with_what_there_is():

@@ -9,7 +9,7 @@ from modules import C200, MS, US, Modules, S, both
 
 import slewline
 from slewline.chips.gs_c200.selection import start_stop, top_speed, turns_a_minute
-from slewline.parts.machines.drilling import Piece
+from slewline.parts.machines.drilling import CutPiece
 
 # fmt: off
 BAR = ["S10", "T100", "R40", "W1", "+250", "L0", "A2", "D1", "C2", "W2", "+120", "L4", "A2", "C2", "W2",
@@ -19,7 +19,7 @@ DRILL = ["S15", "T200", "R25", "W1", "W2", "A2", "+150", "D1", "G0", "C2", "A1",
 LOOP = [*DRILL[:3], "L0", *DRILL[3:], "L5"]  # the drill unit made to serve a whole bar
 EXAMPLES = Path(__file__).parents[2] / "examples/drill"
 HOLES = (250, 370, 490, 610, 730)
-BARS = (Piece(HOLES, 980),)
+BARS = (CutPiece(HOLES, 980),)
 
 
 class Answerer:
@@ -196,8 +196,8 @@ def test_the_bar_must_not_move_with_the_drill_in_it_and_the_drill_must_turn():
     assert m.codes("drill") == ["drill-stands"]
     assert m.codes("bar") == ["bit-broken", "bit-broken"]
     assert m.bar.holes == [0]
-    assert str(Piece((250, 370), 980)) == "holes at 250, 370, cut at 980"
-    assert str(Piece((), 5)) == "holes at none, cut at 5"
+    assert str(CutPiece((250, 370), 980)) == "holes at 250, 370, cut at 980"
+    assert str(CutPiece((), 5)) == "holes at none, cut at 5"
     with pytest.raises(slewline.UsageError, match="d: gap 0; allowed 1 and more steps"):
         slewline.Bench().part("drill", "d", gap=0)
 

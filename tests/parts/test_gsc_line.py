@@ -7,7 +7,7 @@ from modules import C200, C200S, MS, STRAPS, Modules, both
 
 import slewline
 from slewline.chips import sheet_of
-from slewline.parts.lines.noise import KINDS, Chance
+from slewline.parts.lines.noise import KINDS, RandomSequence
 
 BIT = 10**12 / 9600
 
@@ -190,12 +190,12 @@ def test_chance_is_seeded_and_as_great_as_asked():
 
 
 def test_chance_is_even():
-    source = Chance(1)
+    source = RandomSequence(1)
     counts = [0] * 7
     for _ in range(70_000):
         counts[source.below(7)] += 1
     assert all(9_600 < count < 10_400 for count in counts)
-    assert [Chance(0).below(1 << 64) for _ in range(2)] == [0xE220A8397B1DCDAF] * 2  # the published first value
+    assert [RandomSequence(0).below(1 << 64) for _ in range(2)] == [0xE220A8397B1DCDAF] * 2  # the published first value
 
 
 def test_plans_queue_up_and_can_be_cleared():

@@ -12,7 +12,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.chips.mc1451a.reading import Reading
+from slewline.chips.mc1451a.pin_edges import PinEdges
 from slewline.core.time.kernel import Kernel
 from slewline.core.wires.clocking import ClockEdges
 from slewline.parts.shafts.carriage import Carriage
@@ -77,7 +77,7 @@ class Integrated:
 
     def __init__(self, kernel):
         self.kernel, self.shaft = kernel, Shaft(kernel)
-        self.shaft.course = replace(self.shaft.course, unit=PARTS)  # an edge is a part
+        self.shaft.motion = replace(self.shaft.motion, unit=PARTS)  # an edge is a part
         self.swing, self.swings = Swing(0, 0.0, 0.0, 0), []
 
     def command(self, steps):
@@ -117,7 +117,7 @@ def run(shuffle=None, watched=False, asked=()):
     if watched:
         for pin in pins:
             pin.net.watch(lambda net: None)
-    readings, found = [Reading(pin) for pin in pins], [[] for _ in pins]
+    readings, found = [PinEdges(pin) for pin in pins], [[] for _ in pins]
     for n, steps in enumerate((1, 1, 1, -2, 1, 8, -3)):  # it swings over; the last but one ends at the stop
         kernel.call_at((10 + 15 * n) * MS, lambda steps=steps: motor.command(steps))
     for at in (*sorted(asked), END):

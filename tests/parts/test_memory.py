@@ -8,7 +8,7 @@ import pytest
 
 import slewline
 from slewline.core.memory.image import SIZES
-from slewline.core.memory.store import Gathered, Memory
+from slewline.core.memory.store import BufferedStore, Memory
 from slewline.errors import BenchFileError, StoreError, UsageError
 from slewline.links.lines.store import FileStore
 from tests.parts.bus_master import BusMaster
@@ -248,7 +248,7 @@ def test_a_bench_that_is_closed_flushes() -> None:
 
 def test_pieces_that_stand_close_together_go_as_one() -> None:
     store = Watched(bytes(100))
-    gathered = Gathered(store, b"")
+    gathered = BufferedStore(store, b"")
     for address in (50, 2, 3, 19, 36, 99):
         gathered.put(address, address)
     gathered.flush()
@@ -268,7 +268,7 @@ def test_a_store_that_cannot_append_gets_all_of_it() -> None:
         def write(self, data: bytes) -> None:
             self.data = data
 
-    gathered = Gathered(store := Plain(), b"")
+    gathered = BufferedStore(store := Plain(), b"")
     gathered.put(3, 7)
     gathered.flush()
     assert store.data == bytes(3) + b"\x07" + bytes(6)

@@ -9,8 +9,8 @@ import pytest
 
 from slewline.core.datasheet.table import Limit
 from slewline.errors import UsageError
-from slewline.record.measuring.intervals import Bound, Interval, Signal
-from slewline.record.pictures.diagram import Diagram, Lane, Layout, Scale, Word
+from slewline.record.measuring.intervals import Bound, Interval, SignalEdges
+from slewline.record.pictures.diagram import Diagram, DiagramLayout, Lane, LaneText, TimeScale
 from slewline.record.pictures.pictures import save
 from slewline.record.pictures.timing import draw
 
@@ -19,7 +19,9 @@ US, MS = 10**6, 10**9
 
 def lane(name: str, *times: int, level: int = 1, levels=None, bus: bool = False, **more) -> Lane:
     levels = [(level + n + 1) % 2 for n in range(len(times))] if levels is None else levels
-    return Lane(f"x.{name}", name, Signal(np.array(times, np.int64), np.array(levels, np.int16), level, bus), **more)
+    return Lane(
+        f"x.{name}", name, SignalEdges(np.array(times, np.int64), np.array(levels, np.int16), level, bus), **more
+    )
 
 
 def texts(figure) -> list[str]:
@@ -33,13 +35,13 @@ def bursts(**more) -> Diagram:
 
 # --------------------------------------------------------------------------------------------------------------- scale
 def test_time_is_linear_where_nothing_is_quiet():
-    scale = Scale(Diagram("", 0, 100, [lane("a", 20, 40, 60, 80)]), 1, 9)
+    scale = TimeScale(Diagram("", 0, 100, [lane("a", 20, 40, 60, 80)]), 1, 9)
     assert scale.cuts == []
     assert scale([0, 50, 100]).tolist() == [1, 5, 9]
 
 
 def test_long_quiet_stretches_are_cut_short_and_nothing_else():
-    scale = Scale(bursts(), 0, 8)
+    scale = TimeScale(bursts(), 0, 8)
     assert len(scale.cuts) == 3
     places = scale([*range(10 * US, 20 * US, US)])
     apart = np.diff(places)
@@ -50,18 +52,20 @@ def test_long_quiet_stretches_are_cut_short_and_nothing_else():
 
 
 def test_how_long_a_stretch_must_be_can_be_chosen():
-    assert Scale(bursts(quiet=0), 0, 8).cuts == []
-    assert len(Scale(bursts(quiet=5 * MS), 0, 8).cuts) == 2
+    assert TimeScale(bursts(quiet=0), 0, 8).cuts == []
+    assert len(TimeScale(bursts(quiet=5 * MS), 0, 8).cuts) == 2
 
 
 def test_order_is_kept_everywhere():
-    scale = Scale(bursts(), 0, 8)
+    scale = TimeScale(bursts(), 0, 8)
     assert (np.diff(scale(np.linspace(0, 20 * MS, 5000).astype(np.int64))) >= 0).all()
 
 
 def test_a_character_is_not_cut():
-    words = [Word(1 * MS, 9 * MS, "A")]
-    scale = Scale(Diagram("", 0, 100 * MS, [lane("a", 1 * MS, 2 * MS, 3 * MS, words=words)], quiet=8 * MS + 1), 0, 8)
+    words = [LaneText(1 * MS, 9 * MS, "A")]
+    scale = TimeScale(
+        Diagram("", 0, 100 * MS, [lane("a", 1 * MS, 2 * MS, 3 * MS, words=words)], quiet=8 * MS + 1), 0, 8
+    )
     assert all(begin >= 9 * MS for begin, _ in scale.cuts)
 
 
@@ -70,7 +74,7 @@ def test_arrows_and_their_texts_do_not_overlap():
     times = list(range(US, 40 * US, US))
     intervals = [Interval("x.a falls", "x.a rises", a, b) for a, b in combinations(times[::6], 2)]
     diagram = Diagram("", 0, 41 * US, [lane("a", *times)], intervals)
-    layout = Layout.of(diagram, Scale(diagram, 1, 9))
+    layout = DiagramLayout.of(diagram, TimeScale(diagram, 1, 9))
     assert len(layout.arrows) == len(intervals) == 21
     rows: dict[int, list[tuple[float, float]]] = {}
     for arrow in layout.arrows:
@@ -88,7 +92,7 @@ def test_arrows_and_their_texts_do_not_overlap():
 def test_an_arrow_stands_under_the_lower_one_of_its_lanes():
     lanes = [lane("a", 10), lane("b", 20), lane("c", 30)]
     diagram = Diagram("", 0, 40, lanes, [Interval("x.b falls", "x.a falls", 10, 20), Interval("x.c", "x.c", 1, 2)])
-    layout = Layout.of(diagram, Scale(diagram, 1, 9))
+    layout = DiagramLayout.of(diagram, TimeScale(diagram, 1, 9))
     assert sorted(arrow.under for arrow in layout.arrows) == [1, 2]
     assert layout.feet == tuple(sorted(layout.feet, reverse=True))
 
@@ -103,7 +107,7 @@ def test_levels_cross_the_middle_at_the_instants_of_their_edges():
         a + (b - a) * (middle - c) / (d - c) for (a, c), (b, d) in pairwise(zip(across, up, strict=True)) if c != d
     ]
     left = 0.16 + 0.012 * 8.5 + 0.08
-    scale = Scale(diagram, left, 9.6 - 0.28)
+    scale = TimeScale(diagram, left, 9.6 - 0.28)
     assert crossings == pytest.approx(scale([20, 60]).tolist())
 
 
@@ -148,7 +152,7 @@ def test_a_picture_tells_of_what_it_leaves_out():
     figure = draw(diagram)
     shown = texts(figure)
     across = figure.axes[0].lines[0].get_xdata()  # of the lane, from end to end
-    scale = Scale(diagram, across[0] + 0.08, across[-1] - 0.08)
+    scale = TimeScale(diagram, across[0] + 0.08, across[-1] - 0.08)
     left_out = sum(float(text.split()[0]) for text in shown if text.endswith(" ms"))
     assert left_out == pytest.approx((diagram.stop - (scale.right - scale.left) * scale.ps_per_inch) / MS, abs=0.02)
     assert sum(text.endswith(" ms") for text in shown) == len(scale.cuts) == 2

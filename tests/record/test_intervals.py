@@ -6,17 +6,26 @@ import numpy as np
 import pytest
 
 from slewline.core.datasheet.table import Limit
-from slewline.core.wires.serial import RS232, TTL, Word, bit_clock, transmit
+from slewline.core.wires.serial import RS232, TTL, CharacterFormat, bit_clock, transmit
 from slewline.errors import UsageError
 from slewline.record.measuring.characters import characters, shown
-from slewline.record.measuring.intervals import Bound, Checked, Edge, Interval, Signal, TimingTable, intervals, pairs
+from slewline.record.measuring.intervals import (
+    Bound,
+    Checked,
+    Edge,
+    Interval,
+    SignalEdges,
+    TimingTable,
+    intervals,
+    pairs,
+)
 
 NS, US = 1000, 1_000_000
 
 
-def signal(*edges: tuple[int, int], level: int = 1, bus: bool = False) -> Signal:
+def signal(*edges: tuple[int, int], level: int = 1, bus: bool = False) -> SignalEdges:
     times, levels = [at for at, _ in edges], [to for _, to in edges]
-    return Signal(np.array(times, np.int64), np.array(levels, np.int16 if bus else np.int8), level, bus)
+    return SignalEdges(np.array(times, np.int64), np.array(levels, np.int16 if bus else np.int8), level, bus)
 
 
 def found(starts, ends, strict=False) -> list[tuple[int, int]]:
@@ -159,7 +168,9 @@ def test_what_is_too_long_violates_as_well():
 
 # ---------------------------------------------------------------------------------------------------------- characters
 @pytest.mark.parametrize("mark", [TTL, RS232])
-@pytest.mark.parametrize("word", [Word(7, "odd", 2), Word(8, "none", 1), Word(5, "even", "1.5")], ids=str)
+@pytest.mark.parametrize(
+    "word", [CharacterFormat(7, "odd", 2), CharacterFormat(8, "none", 1), CharacterFormat(5, "even", "1.5")], ids=str
+)
 def test_characters_on_a_line_are_read_as_they_were_sent(rig, word, mark):
     line = rig.net("x.line")
     driver = rig.drivers["x.line"]
@@ -169,14 +180,14 @@ def test_characters_on_a_line_are_read_as_they_were_sent(rig, word, mark):
     rig.kernel.run(50 * US)
     rig.kernel.spawn(transmit, driver, clock, word, sent, mark, name="host")
     rig.kernel.run(10**12)
-    read = characters(Signal.of(line, rig.recorder, 0, 10**12), 10**12, clock, word, mark)
+    read = characters(SignalEdges.of(line, rig.recorder, 0, 10**12), 10**12, clock, word, mark)
     assert bytes(character.byte for character in read) == sent
     assert all(character.good for character in read)
     assert [read[0].start_ps, read[-1].end_ps] == [50 * US, 50 * US + len(sent) * clock.ps(word.ticks)]
 
 
 def test_a_character_that_is_not_over_is_left_out(rig):
-    line, word = rig.net("x.line"), Word(7, "odd", 2)
+    line, word = rig.net("x.line"), CharacterFormat(7, "odd", 2)
     driver, clock = rig.drivers["x.line"], bit_clock(9600, "x")
     driver.drive(RS232)
     rig.recorder.record(line)
@@ -186,14 +197,14 @@ def test_a_character_that_is_not_over_is_left_out(rig):
     length = clock.ps(word.ticks)
     middle = 1 + length + clock.ps(8 + 16 * 9)  # of the first stop bit of the second character
     for stop, expected in ((middle - 1, "A"), (middle, "AB")):
-        read = characters(Signal.of(line, rig.recorder, 0, stop), stop, clock, word, RS232)
+        read = characters(SignalEdges.of(line, rig.recorder, 0, stop), stop, clock, word, RS232)
         assert "".join(shown(character.byte) for character in read) == expected
         assert all(character.good for character in read)
 
 
 @pytest.mark.parametrize("fault", ["parity", "framing"])
 def test_a_faulty_character_is_told_of(rig, fault):
-    line, word = rig.net("x.line"), Word(7, "odd", 2)
+    line, word = rig.net("x.line"), CharacterFormat(7, "odd", 2)
     driver = rig.drivers["x.line"]
     driver.drive(RS232)
     rig.recorder.record(line)
@@ -203,7 +214,7 @@ def test_a_faulty_character_is_told_of(rig, fault):
     rig.kernel.run(10**11)
     rig.on(2 * 10**11, x_line=1)
     rig.on(2 * 10**11 + 20 * US, x_line=0)  # a spike, no start bit
-    (read,) = characters(Signal.of(line, rig.recorder, 0, 3 * 10**11), 3 * 10**11, clock, word, RS232)
+    (read,) = characters(SignalEdges.of(line, rig.recorder, 0, 3 * 10**11), 3 * 10**11, clock, word, RS232)
     assert (read.byte, read.parity_wrong, read.framing_wrong) == (65, fault == "parity", fault == "framing")
 
 

@@ -8,7 +8,7 @@ import pytest
 from vcd.gtkw import GTKWFlag, GTKWSave
 
 from slewline.errors import UsageError
-from slewline.record.waveforms.layouts import View, gtkwave_lines, layout_paths, save_layouts, surfer_lines
+from slewline.record.waveforms.layouts import ViewerSetup, gtkwave_lines, layout_paths, save_layouts, surfer_lines
 from slewline.record.waveforms.vcd_sources import Variable
 
 WIRES = [Variable(f"x.db{bit}", bus="x.db") for bit in range(8)]
@@ -19,7 +19,7 @@ VARIABLES = [
     Variable("x.finding", "string"),
     Variable("x.axis1.velocity", "real", 64),
 ]
-VIEW = View(100, 100 + 1150, [(150, "P 300"), (200, "late µs")])
+VIEW = ViewerSetup(100, 100 + 1150, [(150, "P 300"), (200, "late µs")])
 
 
 def by_pyvcd() -> str:
@@ -108,7 +108,7 @@ def test_rows_beyond_the_sixteenth_are_counted_in_two_letters():
 
 def test_gtkwave_counts_in_the_name_of_the_unit():
     """A file in units of 100 ns has times in ns there; Surfer counts in units."""
-    view = View(100, 200, [(150, "P")], 100)
+    view = ViewerSetup(100, 200, [(150, "P")], 100)
     lines = list(gtkwave_lines("a.vcd", "a.gtkw", VARIABLES, view))
     (zoom,) = (line for line in lines if line.startswith("*"))
     assert "[timestart] 10000" in lines
@@ -124,7 +124,7 @@ def test_a_bus_that_is_there_as_a_whole_is_shown_so_and_alone():
 
 
 def test_marks_stop_at_the_last_letter():
-    view = View(0, 100, [(n, f"m{n}") for n in range(40)])
+    view = ViewerSetup(0, 100, [(n, f"m{n}") for n in range(40)])
     lines = list(gtkwave_lines("a.vcd", "a.gtkw", VARIABLES, view))
     assert [line for line in lines if line.startswith("[markername]")][-1] == "[markername] Zm25"
     (zoom,) = (line for line in lines if line.startswith("*"))
@@ -143,5 +143,5 @@ def test_they_stand_beside_the_file_and_name_it_without_its_folder(tmp_path):
 
 
 def test_a_window_without_time_is_shown(tmp_path):
-    save_layouts(tmp_path / "a.vcd", VARIABLES, View(7, 7))
+    save_layouts(tmp_path / "a.vcd", VARIABLES, ViewerSetup(7, 7))
     assert "zoom_to 7 7" in (tmp_path / "a.sucl").read_text()

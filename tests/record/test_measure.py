@@ -8,7 +8,7 @@ import pytest
 from slewline.core.motion.train import StepTrain
 from slewline.core.time.timebase import Clock
 from slewline.errors import UsageError
-from slewline.record.measuring.measure import Ramp, glitches, intervals, pulse_widths, ramp, rates, runs
+from slewline.record.measuring.measure import MeasuredRamp, glitches, intervals, pulse_widths, ramp, rates, runs
 
 
 def at(*times: int):
@@ -60,7 +60,7 @@ def test_glitches_are_shorter_than_asked():
 
 def test_ramp_of_a_move():
     train = StepTrain(Clock(10**12), 7, [(50, 2), (40, 3), (20, 10), (40, 3), (50, 2)])
-    assert ramp(train.begins()) == Ramp(
+    assert ramp(train.begins()) == MeasuredRamp(
         up_ps=220, plateau_ps=200, down_ps=170, plateau_first=5, plateau_steps=10, peak_sps=5e10
     )
 
@@ -73,7 +73,7 @@ def test_plateau_is_the_longest_stretch_at_the_top():
 def test_ramp_of_sampled_instants():
     """Rounded down to 1 us, one rate has intervals of 167 and of 168 us; told so, it is one plateau all the same."""
     rounded = 10**6 * np.cumsum([0, 400, 300, *[167, 167, 168] * 20, 200])
-    assert ramp(rounded, rounding_ps=10**6) == Ramp(
+    assert ramp(rounded, rounding_ps=10**6) == MeasuredRamp(
         up_ps=700_000_000,
         plateau_ps=20 * 502_000_000,
         down_ps=200_000_000,

@@ -7,7 +7,7 @@ import pytest
 
 from slewline.core.motion.axis import Steps
 from slewline.errors import UsageError
-from slewline.record.measuring.intervals import Signal
+from slewline.record.measuring.intervals import SignalEdges
 from slewline.record.measuring.overlay import differing, fitting, marked, told
 from slewline.record.pictures.diagram import Diagram, Lane
 from slewline.record.pictures.figures import Contents, description_of, figure
@@ -155,7 +155,7 @@ def test_a_measured_bus_is_an_outline_without_values():
 
 # ----------------------------------------------------------------------------------------------------- timing diagrams
 def diagram(model, measured, **more):
-    signal = Signal(model.times_ps, model.levels, model.level, model.bus)
+    signal = SignalEdges(model.times_ps, model.levels, model.level, model.bus)
     return Diagram("t", 0, 100, [Lane("x.a", "A", signal, over=measured, **more)])
 
 

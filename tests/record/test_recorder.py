@@ -16,7 +16,7 @@ from slewline.core.time.timebase import Clock
 from slewline.core.wires.net import Driver, Net, Wave
 from slewline.core.wires.pin import Terminal
 from slewline.errors import NotRecorded, TimeError
-from slewline.record.recording.recorder import TRIM_FROM, Log, chunks
+from slewline.record.recording.recorder import TRIM_FROM, EdgeLog, chunks
 
 MHZ = Clock(1_000_000)
 
@@ -347,7 +347,7 @@ def test_second_call_sets_the_new_keep_and_loses_nothing(rig):
 
 def grown(hours: float, keep: int) -> int:
     """The longest that a log becomes when 12 entries come every 10 ms."""
-    log, longest = Log(keep), 0
+    log, longest = EdgeLog(keep), 0
     for number in range(int(hours * 3600 * 100 * 12)):
         log.append((number * 10**10 // 12, number & 1))
         if len(log) > longest:

@@ -12,7 +12,7 @@ from slewline.cli.main import invoke
 from slewline.links.lines.pace import Lockstep, Paced
 from slewline.links.server import Server
 from slewline.testing import aio, rig
-from slewline.testing.faces import running
+from slewline.testing.endpoints import running
 from tests.links.conftest import STRAPS, Client, Threaded
 
 

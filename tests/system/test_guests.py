@@ -21,7 +21,7 @@ from slewline.cli.main import invoke
 from slewline.errors import BenchFileError, UnknownName, UsageError
 from slewline.links.clients.chipset_host import ChipsetHost
 from slewline.parts import part_class
-from slewline.testing.faces import running
+from slewline.testing.endpoints import running
 from slewline.testing.rig import NAMED
 
 PAGE = Path(__file__).parents[2] / "docs/tutorial/a_chip_of_your_own.md"

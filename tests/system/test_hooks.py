@@ -14,7 +14,7 @@ import pytest
 
 import slewline
 from slewline.bench.scripts.script import run_script
-from slewline.chips.mc1451a.reading import Reading
+from slewline.chips.mc1451a.pin_edges import PinEdges
 from slewline.core.time.hook import Hook
 from slewline.errors import StoreError
 from slewline.links.lines.store import FileStore
@@ -108,7 +108,7 @@ def command(_path: Path) -> Told:
 
 def reading(_path: Path) -> Told:
     bench, x = moving()
-    return Reading(x.pin("abort")).on_change, lambda: (x.pin("abort").pulse(0, "1 us"), bench.run("2 us"))
+    return PinEdges(x.pin("abort")).on_change, lambda: (x.pin("abort").pulse(0, "1 us"), bench.run("2 us"))
 
 
 def event(part: str, line: str) -> Callable[[Path], Told]:

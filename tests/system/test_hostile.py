@@ -102,7 +102,7 @@ def test_an_attribute_of_a_bench_is_no_part():
         called("pc", "call", "do", "x", "evil"),
         called("pc", "call", "__init__", "x"),
         called("pc", "call", "to", "x"),
-        called("pc", "call", "rest", "x"),
+        called("pc", "call", "send", "x", "A"),
         called("m", "call", "verify", "x"),
         called("m", "clear"),
         called("x", "drop"),

@@ -20,7 +20,7 @@ import slewline.testing
 from slewline.cli.commands import cli
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
-from slewline.testing.faces import running
+from slewline.testing.endpoints import running
 
 PATIENCE = 30.0  # seconds of the wall clock after which a test gives up; nothing depends on it
 PLAIN = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}

@@ -8,7 +8,7 @@ import serial
 
 from slewline.core.time.timebase import readable
 from slewline.errors import ChecksumError, Timeout, UnknownName, UsageError
-from slewline.testing.faces import running
+from slewline.testing.endpoints import running
 
 SETUP = ("Po", "S10", "T100", "R50")
 

@@ -7,7 +7,7 @@ import pytest
 import slewline.testing  # noqa: F401  # pySerial knows slewline:// from now on
 from slewline.bench.files.images import write_image
 from slewline.errors import BenchFileError, UsageError
-from slewline.testing.faces import running
+from slewline.testing.endpoints import running
 
 serial = pytest.importorskip("serial")
 PROGRAM = b"N 5\r+\rG\r0\r"

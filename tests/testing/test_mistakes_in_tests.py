@@ -7,7 +7,7 @@ import re
 import numpy as np  # noqa: F401 (what a run in this process loads first is unloaded behind it, and numpy loads once)
 import pytest
 
-import slewline.testing.faces
+import slewline.testing.endpoints
 import slewline.testing.ports  # noqa: F401 (stays loaded between the runs)
 
 pytest_plugins = ["pytester"]

@@ -8,7 +8,7 @@ import sys
 import numpy as np  # noqa: F401 (what a run in this process loads first is unloaded behind it, and numpy loads once)
 import pytest
 
-import slewline.testing.faces  # stays loaded between the runs
+import slewline.testing.endpoints  # stays loaded between the runs
 import slewline.testing.protocol_slewline  # noqa: F401
 
 pytest_plugins = ["pytester"]
@@ -138,7 +138,7 @@ def test_it():
 
 
 def test_it_works_without_pyserial():
-    code = "import sys; sys.modules['serial'] = None; from slewline.testing.faces import running; "
+    code = "import sys; sys.modules['serial'] = None; from slewline.testing.endpoints import running; "
     code += "module = running('gs-c200s'); print(module.ask('F'), module.url)"
     ran = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout == "R slewline://gs-c200s?name=gs_c200s_1\n"

@@ -8,7 +8,7 @@ import slewline
 import slewline.testing
 from slewline.bench.scripts.script import run_script
 from slewline.cli.main import invoke
-from slewline.testing.faces import running
+from slewline.testing.endpoints import running
 
 serial = pytest.importorskip("serial")
 

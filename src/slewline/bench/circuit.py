@@ -10,7 +10,7 @@ from ..chips import CATALOGUE as CHIPS
 from ..chips import chip_class, sheet_of
 from ..core.chip import Chip
 from ..core.component import Finding
-from ..core.memory.store import Witnessed
+from ..core.memory.store import JournaledStore
 from ..core.messages.calls import answering
 from ..core.messages.near import hint
 from ..core.motion.one_axis import OneAxis
@@ -186,7 +186,7 @@ class Circuit:
         if store is None or not (self.outside.on_input or self.outside.write):
             return dict
         if (write := self.outside.write) is not None:
-            options["store"] = store = Witnessed(store, lambda **what: write("store", {"of": name} | what))
+            options["store"] = store = JournaledStore(store, lambda **what: write("store", {"of": name} | what))
             return lambda: {"store": list(store.begin())}
         return lambda: {"store": list(store.read())}
 

@@ -70,7 +70,7 @@ from .files.text import read_text
 from .files.toml import read_toml
 from .hosting import channel_over
 from .scripts.script import check_script, read_script, run_script
-from .scripts.stage import Script
+from .scripts.script_runner import Script
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
@@ -95,7 +95,7 @@ ALLOWED = {  # by key, or by type
 }
 
 
-class Served(NamedTuple):
+class PortRequest(NamedTuple):
     """A port that is asked for: number of its table, chips, kind, where, with our framing?, over which channel."""
 
     number: int
@@ -334,9 +334,9 @@ class BenchFile:
                 )
         return [bench.chips[name] for name in names]
 
-    def served(self, bench: Bench) -> list[Served]:
+    def served(self, bench: Bench) -> list[PortRequest]:
         """Return what [[serve]] tables ask for."""
-        found: list[Served] = []
+        found: list[PortRequest] = []
         taken = [
             (name, channel_over(bench.chips[name], host.over))
             for host in self.tables.host
@@ -354,7 +354,7 @@ class BenchFile:
             if len(ports) != 1:
                 raise self.error(("serve", number), f"found {len(ports)} ports; give one of {', '.join(PORTS)}")
             kind, where = ports[0]
-            found.append(Served(number, chips, kind, str(where), table.framing, table.over))
+            found.append(PortRequest(number, chips, kind, str(where), table.framing, table.over))
         return found
 
     def wire(self, bench: Bench) -> None:

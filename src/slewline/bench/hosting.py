@@ -249,7 +249,7 @@ def _connect(circuit: Circuit, connector: Part, chips: Sequence[Any]) -> None:
         apart = f"; strap {', '.join(pins)} apart" if pins else ""
         connector.finding("same-address", f"{who} {what}: all of them answer{apart}")
     downs = [chip.pins[down.name].net for chip in chips if (down := chip.sheet.role("serial_pull_down"))]
-    if downs and not any(down.hub is rxd.hub for down in downs):
+    if downs and not any(down.root is rxd.root for down in downs):
         rxd.join(downs[-1])
     circuit.kernel.settle()
 

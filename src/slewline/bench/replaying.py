@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..chips import chip_class
 from ..core.component import input_of
-from ..core.memory.store import Recalled
+from ..core.memory.store import ReplayedStore
 from ..core.time.timebase import Time, moment
 from ..errors import BenchFileError, OtherLaws, SlewlineError, UnknownName, UsageError
 from ..parts import part_class
@@ -178,7 +178,7 @@ def apply(bench: Bench, entry: dict[str, Any], known: Survey) -> None:
         name, options = entry["name"], dict(entry["options"])
         memory = options.get("store")
         if memory is not None:
-            options["store"] = memory = Recalled(bytes(memory), known.faults.get(name, {}))
+            options["store"] = memory = ReplayedStore(bytes(memory), known.faults.get(name, {}))
         if do == "add":
             cls = known.chips[entry["part"]]
             bench.add(cls, name, entry["crystal_hz"], entry["straps"], entry["bare"], **options)

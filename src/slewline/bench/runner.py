@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
 
 
-class Stream(Protocol):
+class TimedStream(Protocol):
     """What is written as time passes."""
 
     def check_entered(self) -> None:
@@ -65,14 +65,14 @@ class FunctionCondition(Condition):
 NEVER = FunctionCondition(lambda: False, "")  # only time ends a wait for it
 
 
-class VirtualLoop(Protocol):
+class HasVirtualLoop(Protocol):
     """A loop of asyncio in which virtual time passes while all tasks wait (testing/aio.py has such a loop)."""
 
     async def passed(self, bench: Runner, condition: Condition, ps: int) -> bool:
         """Wait until a condition is met, for so much of the bench's time; return whether it was."""
 
 
-def virtual_loop(verb: str) -> VirtualLoop:
+def virtual_loop(verb: str) -> HasVirtualLoop:
     """Return the loop that runs here.
 
     Raises:
@@ -84,9 +84,9 @@ def virtual_loop(verb: str) -> VirtualLoop:
     if not hasattr(loop, "passed"):
         raise UsageError(
             f"await bench.{verb}(): this loop of asyncio goes by the wall clock; start the program with "
-            'slewline.testing.aio.run(main()), or anyio.run(main, backend_options={"loop_factory": VirtualLoop})'
+            'slewline.testing.aio.run(main()), or anyio.run(main, backend_options={"loop_factory": HasVirtualLoop})'
         )
-    return cast(VirtualLoop, loop)
+    return cast(HasVirtualLoop, loop)
 
 
 class Runner:
@@ -95,7 +95,7 @@ class Runner:
     def __init__(self, circuit: Circuit) -> None:
         self.circuit, self.kernel, self.outside = circuit, circuit.kernel, circuit.outside
         self.chips, self.parts = circuit.chips, circuit.parts
-        self.streams: list[Stream] = []  # written as time passes
+        self.streams: list[TimedStream] = []  # written as time passes
         self._idle = FunctionCondition(self._all_idle, "every queue empty and every chip idle")
         self._busy: Chip | Part | None = None  # who was busy when all were asked last
 
@@ -319,7 +319,7 @@ class Runner:
         self._start()
         await loop.passed(self, NEVER, picoseconds(duration))
 
-    async def _awaited(self, loop: VirtualLoop, condition: Condition, timeout: Time) -> None:
+    async def _awaited(self, loop: HasVirtualLoop, condition: Condition, timeout: Time) -> None:
         self._start()
         if not await loop.passed(self, condition, picoseconds(timeout)):
             raise self._timeout(condition, timeout, self.kernel.next_time() is None)

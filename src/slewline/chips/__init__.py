@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Listed:
+class ListedChip:
     """A chip of ours: what it is, and where its things are, as `module:name` within its folder.
 
     `checks` is a function of the sheet: what only the linter of this chip knows; `ramps` one that returns its ramp
@@ -49,19 +49,19 @@ class Listed:
 
 # fmt: off
 PARTS = {
-    "cy525": Listed(folder="cy525", chip="firmware:Cy525", sheet="sheet:SHEET", says="CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)"),
-    "cy500": Listed(folder="cy500", chip="firmware:Cy500", sheet="sheet:SHEET", says="CY500 stored program stepper motor controller (Cybernetic, 1979)"),
-    "cy512": Listed(folder="cy512", chip="firmware:Cy512", sheet="sheet:SHEET", says="CY512 intelligent positioning stepper motor controller (Cybernetic, 1981)"),
-    "cy545": Listed(folder="cy545", chip="firmware:Cy545", sheet="sheet:CY545", fitted="fitted:fitted", says="CY545 stepper system controller (Cybernetic, 1999)"),
-    "cy545b": Listed(folder="cy545", chip="firmware:Cy545B", sheet="sheet:CY545B", fitted="fitted:fitted", says="CY545B stepper system controller (Cybernetic, 1999)"),
-    "gs-c200": Listed(folder="gs_c200", chip="firmware:GsC200", sheet="sheet:GS_C200", says="GS-C200 stepper motor controller module (SGS-Thomson, 1994)"),
-    "gs-c200s": Listed(folder="gs_c200", chip="firmware:GsC200S", sheet="sheet:GS_C200S", says="GS-C200S stepper motor controller module (SGS-Thomson, 1994)"),
-    "mc1151a": Listed(folder="mc1451a", chip="firmware:Mc1151A", sheet="sheet:MC1151A", says="MC1151A step motor control chipset, 1 axis (PMD, 1997)"),
-    "mc1251a": Listed(folder="mc1451a", chip="firmware:Mc1251A", sheet="sheet:MC1251A", says="MC1251A step motor control chipset, 2 axes (PMD, 1997)"),
-    "mc1451a": Listed(folder="mc1451a", chip="firmware:Mc1451A", sheet="sheet:MC1451A", says="MC1451A step motor control chipset, 4 axes (PMD, 1997)"),
-    "mc1151a-e": Listed(folder="mc1451a", chip="firmware:Mc1151AE", sheet="sheet:MC1151A_E", says="MC1151A-E: MC1151A with encoder input (PMD, 1997)"),
-    "mc1251a-e": Listed(folder="mc1451a", chip="firmware:Mc1251AE", sheet="sheet:MC1251A_E", says="MC1251A-E: MC1251A with encoder inputs (PMD, 1997)"),
-    "mc1451a-e": Listed(folder="mc1451a", chip="firmware:Mc1451AE", sheet="sheet:MC1451A_E", says="MC1451A-E: MC1451A with encoder inputs (PMD, 1997)"),
+    "cy525": ListedChip(folder="cy525", chip="firmware:Cy525", sheet="sheet:SHEET", says="CY525 intelligent ramping stepper motor controller (Cybernetic, 1984)"),
+    "cy500": ListedChip(folder="cy500", chip="firmware:Cy500", sheet="sheet:SHEET", says="CY500 stored program stepper motor controller (Cybernetic, 1979)"),
+    "cy512": ListedChip(folder="cy512", chip="firmware:Cy512", sheet="sheet:SHEET", says="CY512 intelligent positioning stepper motor controller (Cybernetic, 1981)"),
+    "cy545": ListedChip(folder="cy545", chip="firmware:Cy545", sheet="sheet:CY545", fitted="fitted:fitted", says="CY545 stepper system controller (Cybernetic, 1999)"),
+    "cy545b": ListedChip(folder="cy545", chip="firmware:Cy545B", sheet="sheet:CY545B", fitted="fitted:fitted", says="CY545B stepper system controller (Cybernetic, 1999)"),
+    "gs-c200": ListedChip(folder="gs_c200", chip="firmware:GsC200", sheet="sheet:GS_C200", says="GS-C200 stepper motor controller module (SGS-Thomson, 1994)"),
+    "gs-c200s": ListedChip(folder="gs_c200", chip="firmware:GsC200S", sheet="sheet:GS_C200S", says="GS-C200S stepper motor controller module (SGS-Thomson, 1994)"),
+    "mc1151a": ListedChip(folder="mc1451a", chip="firmware:Mc1151A", sheet="sheet:MC1151A", says="MC1151A step motor control chipset, 1 axis (PMD, 1997)"),
+    "mc1251a": ListedChip(folder="mc1451a", chip="firmware:Mc1251A", sheet="sheet:MC1251A", says="MC1251A step motor control chipset, 2 axes (PMD, 1997)"),
+    "mc1451a": ListedChip(folder="mc1451a", chip="firmware:Mc1451A", sheet="sheet:MC1451A", says="MC1451A step motor control chipset, 4 axes (PMD, 1997)"),
+    "mc1151a-e": ListedChip(folder="mc1451a", chip="firmware:Mc1151AE", sheet="sheet:MC1151A_E", says="MC1151A-E: MC1151A with encoder input (PMD, 1997)"),
+    "mc1251a-e": ListedChip(folder="mc1451a", chip="firmware:Mc1251AE", sheet="sheet:MC1251A_E", says="MC1251A-E: MC1251A with encoder inputs (PMD, 1997)"),
+    "mc1451a-e": ListedChip(folder="mc1451a", chip="firmware:Mc1451AE", sheet="sheet:MC1451A_E", says="MC1451A-E: MC1451A with encoder inputs (PMD, 1997)"),
 }
 # fmt: on
 
@@ -75,7 +75,7 @@ CATALOGUE = Catalogue(
 )
 
 
-def listed(part: str) -> Listed:
+def listed(part: str) -> ListedChip:
     """Return the row of a part of ours by its number, for example "cy525".
 
     Raises:
@@ -159,12 +159,12 @@ def quirks_of(part: str | type[Chip]) -> tuple[Quirk, ...]:
     return tuple(_named(part, "quirks", ()))
 
 
-def _ours(part: str | type[Chip]) -> Listed | None:
+def _ours(part: str | type[Chip]) -> ListedChip | None:
     """The row of a part of ours; None: it is a guest."""
     return PARTS.get(CATALOGUE.name_of(part) if isinstance(part, type) else CATALOGUE.canonical(part))
 
 
-def _of(row: Listed, place: str) -> Any:
+def _of(row: ListedChip, place: str) -> Any:
     module, _, name = place.partition(":")
     return getattr(import_module(f"{__name__}.{row.folder}.{module}"), name)
 

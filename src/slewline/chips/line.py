@@ -23,7 +23,7 @@ from ..core.time.kernel import Kernel, Task
 from ..core.time.timebase import Clock
 from ..core.wires.net import Driver
 from ..core.wires.pin import Terminal
-from ..core.wires.serial import RS232, Receiver, Straps, Word, bit_clock, transmit
+from ..core.wires.serial import RS232, CharacterFormat, Receiver, Straps, bit_clock, transmit
 from ..core.wires.waits import next_round
 from ..errors import UsageError
 from ..language.dialect import Refusal, dialect_of
@@ -100,7 +100,7 @@ class LineInterface:
     ) -> None:
         self.owner, self.kernel, self.straps = owner, owner.kernel, straps
         self.longest, self.turnround_ps, self.lenient = longest, turnround_ps, lenient
-        self.word = Word(port.bits, port.parity, port.stop)
+        self.word = CharacterFormat(port.bits, port.parity, port.stop)
         self.baud = 0  # the rate at which it listens
         self.work: deque[Line | bytes] = deque()  # lines to obey, and answers that came late
         self.worker: Task | None = None

@@ -7,13 +7,13 @@ from typing import Any
 import click
 
 from . import completion
-from .kinds import Commands, Guided
-from .options import DIRECTORY, FILE, Drive, Frequency, Names, Part, Setting, Strap, TimeWithUnit, look_here
+from .kinds import CommandGroup, CommandWithGuide
+from .options import DIRECTORY, FILE, Drive, Frequency, Names, PartName, SettingText, Strap, TimeWithUnit, look_here
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
 CHIP = click.option(
     "--chip",
-    type=Part(),
+    type=PartName(),
     is_eager=True,
     metavar="CHIP",
     help="The part; else the ending of FILE says it, as .cy525 does.",
@@ -33,7 +33,7 @@ JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead.
 
 
 @click.group(
-    cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}, epilog=EXIT
+    cls=CommandGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}, epilog=EXIT
 )
 @click.version_option(package_name="slewline")
 def cli() -> None:
@@ -46,7 +46,9 @@ def cli() -> None:
     """
 
 
-@cli.command("run", cls=Guided, short_help="Run a program, or a bench file of several chips and parts.", epilog=EXIT)
+@cli.command(
+    "run", cls=CommandWithGuide, short_help="Run a program, or a bench file of several chips and parts.", epilog=EXIT
+)
 @click.argument("file", required=False, type=FILE, is_eager=True)  # other options speak of its chip
 @CHIP
 @click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
@@ -104,9 +106,9 @@ def run_command(**options: Any) -> int:
     FILE holds what a host would send; - is the standard input.  The bytes of a .hex file go to a chip in binary mode.
     A GS-C module is strapped for 9600 baud without checksums, unless --strap says otherwise.
     """
-    from .run import Run
+    from .run import RunCommand
 
-    return Run(**options).perform()
+    return RunCommand(**options).perform()
 
 
 @cli.command("asm", short_help="Assemble a stored program.", epilog=EXIT)
@@ -176,7 +178,7 @@ def lint_command(**options: Any) -> int:
 
 
 @cli.command("ramp", short_help="What a ramp does, and which parameters give the ramp that is wanted.", epilog=EXIT)
-@click.argument("chip", type=Part())
+@click.argument("chip", type=PartName())
 @click.argument("parameters", metavar="[NAME=VALUE]...", nargs=-1, shell_complete=completion.parameter)
 @click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
 @click.option("--distance", type=int, metavar="STEPS", help="Tell of a move of so many steps, too.")
@@ -249,7 +251,7 @@ def compare_command(**options: Any) -> int:
 
 
 @cli.command("describe", short_help="The reference of a chip, or of a command.", epilog=EXIT)
-@click.argument("chip", type=Part())
+@click.argument("chip", type=PartName())
 @click.argument("command", required=False, shell_complete=completion.command)
 @JSON
 @OPTIONS
@@ -270,7 +272,7 @@ def chips_command(**options: Any) -> int:
 
 
 @cli.command("serve", short_help="Chips on ports, for host software that knows nothing of this.", epilog=EXIT)
-@click.argument("chip", type=Part(), required=False, is_eager=True)
+@click.argument("chip", type=PartName(), required=False, is_eager=True)
 @click.option(
     "--bench",
     metavar="FILE",
@@ -317,7 +319,7 @@ def chips_command(**options: Any) -> int:
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated.")
 @click.option(
     "--option",
-    type=Setting(),
+    type=SettingText(),
     multiple=True,
     help="Option of the chip (`describe` lists them), as 'eeprom_time=20 ms'.",
 )
@@ -343,9 +345,9 @@ def serve_command(**options: Any) -> int:
     registers of a parallel card, at registers://HOST:PORT, whose other end is slewline.links.clients.card_port.
     The line has 9600 baud, unless a host on --rfc2217 says otherwise.
     """
-    from .serve import Serve
+    from .serve import ServeCommand
 
-    return Serve(**options).perform()
+    return ServeCommand(**options).perform()
 
 
 @cli.command("help", hidden=True)

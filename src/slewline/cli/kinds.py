@@ -32,7 +32,7 @@ MEANT = {  # what is meant by a command, or an option of one, that there is not
 }
 
 
-class Helpful(click.Command):
+class HintingCommand(click.Command):
     """A command that knows what is meant by options which it has not."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -50,10 +50,10 @@ class Helpful(click.Command):
             raise click.UsageError(f"No such option '{error.option_name}': {remedy}", ctx) from None
 
 
-class Commands(click.Group):
+class CommandGroup(click.Group):
     """The commands; one that is not there leads to what is."""
 
-    command_class = Helpful
+    command_class = HintingCommand
 
     @property
     def shown(self) -> list[str]:
@@ -73,7 +73,7 @@ class Commands(click.Group):
         return super().resolve_command(ctx, args)
 
 
-class Guided(Helpful):
+class CommandWithGuide(HintingCommand):
     """A command whose help ends with the guide to run scripts."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -15,7 +15,7 @@ from ..errors import TimeError
 from . import completion
 
 
-class Place(click.ParamType[str]):
+class PathName(click.ParamType[str]):
     """The name of a file or a directory, which the shell completes."""
 
     name = "text"
@@ -28,7 +28,7 @@ class Place(click.ParamType[str]):
         return self.complete(ctx, param, incomplete)
 
 
-FILE, DIRECTORY = Place(completion.file), Place(completion.directory)
+FILE, DIRECTORY = PathName(completion.file), PathName(completion.directory)
 
 
 class TimeWithUnit(click.ParamType[int]):
@@ -80,7 +80,7 @@ class Drive(click.ParamType[tuple[str, int, int]]):
             self.fail(str(error), param, ctx)
 
 
-class Part(click.ParamType[str]):
+class PartName(click.ParamType[str]):
     """The name of a chip: a part number, or module:Class."""
 
     name = "chip"
@@ -148,7 +148,7 @@ class Strap(click.ParamType[tuple[str, int]]):
         return match[1], int(match[2])
 
 
-class Setting(click.ParamType[tuple[str, str]]):
+class SettingText(click.ParamType[tuple[str, str]]):
     """name=value, or table.name=value; the part says what the text stands for."""
 
     name = "name=value"

@@ -19,7 +19,7 @@ from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program
 
 if TYPE_CHECKING:
     from ..bench import Bench
-    from ..bench.scripts.stage import Script
+    from ..bench.scripts.script_runner import Script
     from ..core.datasheet.table import Sheet
     from ..language.assemble import Assembly
     from ..language.problems import Problem
@@ -218,7 +218,7 @@ def lint(
     return int(any(problem.severity in bad for *_, problems in found for problem in problems))
 
 
-class Linted(NamedTuple):
+class LintResult(NamedTuple):
     """A text, where it stands, and what is odd about it."""
 
     where: str
@@ -226,7 +226,7 @@ class Linted(NamedTuple):
     problems: list[Problem]
 
 
-def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str | None = None) -> list[Linted]:
+def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str | None = None) -> list[LintResult]:
     """Return a program file, or the scripts of a bench file, with what is odd about each.
 
     Args:
@@ -243,13 +243,13 @@ def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str
         if chip is not None:
             raise UsageError("a bench file says which chips there are; leave out --chip")
         bench, scripts = BenchFile(file, allow_code=allow_code).staged()
-        found = [Linted(script.where, script.text, problems_of(bench, host, script)) for host, script in scripts]
-        return found or [Linted(file, "", [])]
+        found = [LintResult(script.where, script.text, problems_of(bench, host, script)) for host, script in scripts]
+        return found or [LintResult(file, "", [])]
     part, text = chip_of(file, chip), read_program(file)
     script, straps = read(text, file, sheet_of(part))
     bench = Bench()
     host = bench.host(bench.add(part, straps=straps, **read_options(options, part)))
-    return [Linted(file, text, problems_of(bench, host, script))]
+    return [LintResult(file, text, problems_of(bench, host, script))]
 
 
 def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:

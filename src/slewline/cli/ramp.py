@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from ..record.pictures.tracks import Track
 
 UNREACHED = 10**18  # ps, steps or steps/s^2: more than any ramp has
-MOST_COMPARED = 8  # ramps, of a list of values
-MOST_DRAWN = 5_000_000  # steps
+MAX_COMPARED = 8  # ramps, of a list of values
+MAX_DRAWN = 5_000_000  # steps
 
 
 def ramp(
@@ -129,8 +129,8 @@ def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str,
     if len(lists) > 1:
         raise UsageError(f"{' and '.join(lists)}: lists of values; give one of them, and the others a value each")
     for name, texts in lists.items():
-        if len(texts) > MOST_COMPARED:
-            raise UsageError(f"{name}: {len(texts)} values; allowed {MOST_COMPARED}")
+        if len(texts) > MAX_COMPARED:
+            raise UsageError(f"{name}: {len(texts)} values; allowed {MAX_COMPARED}")
         return [{**values, name: text.strip()} for text in texts]
     return [values]
 
@@ -313,8 +313,8 @@ def drawable(path: str, ramp: Ramp, move: Move | None) -> Move:
         if reached is None:
             raise UsageError(f"{path}: no move comes to {number(ramp.top)} steps/s; give --distance")
         move = ramp.move(reached)
-    if move.steps > MOST_DRAWN:
-        raise UsageError(f"{path}: {move.steps} steps; allowed up to {MOST_DRAWN}; give --distance")
+    if move.steps > MAX_DRAWN:
+        raise UsageError(f"{path}: {move.steps} steps; allowed up to {MAX_DRAWN}; give --distance")
     return move
 
 

@@ -23,7 +23,7 @@ from .transcript import Transcript, seconds
 
 if TYPE_CHECKING:
     from ..bench import Bench
-    from ..bench.scripts.stage import Script
+    from ..bench.scripts.script_runner import Script
     from ..core.chip import Chip
     from ..core.component import Finding
     from ..core.datasheet.table import Sheet
@@ -51,7 +51,7 @@ class Refused(click.ClickException):
 
 
 @dataclass
-class Run:
+class RunCommand:
     """A run, as the command line asks for it."""
 
     file: str | None

@@ -23,7 +23,7 @@ from .files import read_options, say_replaced
 
 if TYPE_CHECKING:
     from ..core.datasheet.table import Sheet
-    from ..links.lines.line import Line
+    from ..links.lines.line import HostLine
     from ..links.lines.pace import Pace
     from ..links.lines.store import FileStore
     from ..links.server import Server
@@ -37,7 +37,7 @@ STATUS_S = 1.0
 
 
 @dataclass
-class Serve:
+class ServeCommand:
     """What is to be served, as the command line asks for it."""
 
     chip: str | None
@@ -207,7 +207,7 @@ def keeps(part: str) -> bool:
     return sheet.keeps or is_outside(sheet)
 
 
-def titled(line: Line) -> str:
+def titled(line: HostLine) -> str:
     """Return a line by its name; modules that share it, with their addresses."""
     if len(line.chips) == 1:
         return line.name

@@ -50,13 +50,13 @@ class Transcript:
             if isinstance(part, Host):
                 part.on_event.add(partial(self.tell, part.name, "host"))
             if isinstance(part, HpDisplay | Lcd):
-                part.on_change.add(Shown(self, part).changed)
+                part.on_change.add(DisplayReports(self, part).changed)
         for chip in self.bench.chips.values():
             for row in chip.sheet.pins:
                 if row.told is not None:
                     self.watch(chip, row, row.told)
             for number in range(1, chip.sheet.axes + 1):
-                MotionsTold(self, chip, number).attach()
+                MotionReports(self, chip, number).attach()
 
     @property
     def now(self) -> int:
@@ -97,7 +97,7 @@ class Transcript:
             self.tell(who, kind, f"{about} goes on like this; no more of it is shown")
 
 
-class Shown:
+class DisplayReports:
     """What a display shows: told when it has stayed so for a while, for it is written character by character."""
 
     def __init__(self, transcript: Transcript, display: HpDisplay | Lcd) -> None:
@@ -122,7 +122,7 @@ class Shown:
         self.transcript.seldom(name, "display", self.display.said, f"{name}, what it shows")
 
 
-class MotionsTold:
+class MotionReports:
     """The motions of an axis: each is told when it begins, and when it is over.
 
     A part that has a pin for it moves from then on; of another one the first step is told.  A motion that another one

@@ -15,7 +15,7 @@ from .component import Component
 from .datasheet.option import checked
 from .datasheet.table import Sheet
 from .messages.instead import OF_CHIPS, OURS, face, missing
-from .messages.known import Known, Told
+from .messages.known import Known, NameHelp
 from .messages.whole import whole
 from .motion.axis import Axis
 from .motion.one_axis import OneAxis
@@ -30,7 +30,7 @@ from .wires.waits import first_of, until
 RETURN = "carriage return"
 TO_DRIVE = 'it is a pin: {it}.pin("PIN").drive(0), or drive(1)'
 TO_LOAD = "it is a register; a host sends the command that loads it: bench.host({it}).send(...)"
-PEACE_PS = 10**9  # without a conflict: the next one on that wire is told again
+CONFLICT_HOLDOFF_PS = 10**9  # without a conflict: the next one on that wire is told again
 
 
 @face
@@ -156,20 +156,20 @@ class Chip(Component, OneAxis):
         """The name, and which part it is."""
         return f"{self.name} ({self.sheet.part})"
 
-    def _pins_told(self, _pins: object) -> Told:
+    def _pins_told(self, _pins: object) -> NameHelp:
         names = [row.name for row in self.sheet.pins if row.way not in ("power", "none")]
         to_drive = f'a pin is driven: {self.name}.pin("{self._strap}").drive(0)'
-        return Told(self._of_part, "pin", to_drive, names)
+        return NameHelp(self._of_part, "pin", to_drive, names)
 
     def known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
         """Return registers, of an axis where there are several, as users read them."""
         found = Known(registers)
-        found.told = partial(self._registers_told, axis=axis) if axis else self._registers_told
+        found.name_help = partial(self._registers_told, axis=axis) if axis else self._registers_told
         return found
 
-    def _registers_told(self, registers: Mapping[str, int], axis: int = 0) -> Told:
+    def _registers_told(self, registers: Mapping[str, int], axis: int = 0) -> NameHelp:
         to_load = f"a host sends the command that loads one: bench.host({self.name}).send(...)"
-        return Told(self._of_part + (f" axis {axis}" if axis else ""), "register", to_load, list(registers))
+        return NameHelp(self._of_part + (f" axis {axis}" if axis else ""), "register", to_load, list(registers))
 
     @property
     def has_bus(self) -> bool:
@@ -197,7 +197,7 @@ class Chip(Component, OneAxis):
                     self.drivers[row.name] = Driver(net, self.name)
             pins[row.name] = terminal
         self.pins = Known(pins)
-        self.pins.told = self._pins_told
+        self.pins.name_help = self._pins_told
         if not isinstance(straps, Mapping):
             like = f'{{"{self._strap}": 0}}'
             raise UsageError(f"{self.name}: straps {straps!r}; expected pins with levels, such as {like}")
@@ -372,10 +372,10 @@ class Chip(Component, OneAxis):
         self.on_power(self, on)
 
     def _conflict(self, net: Net) -> None:
-        """A conflict is a finding of the first chip on the wire, and not again before PEACE_PS without one."""
-        now, last = self.kernel.now, net.blamed_ps
-        net.blamed_ps = now
-        if last is not None and now - last < PEACE_PS:
+        """Report a conflict as a finding of the first chip on the wire, and again after CONFLICT_HOLDOFF_PS."""
+        now, last = self.kernel.now, net.last_conflict_ps
+        net.last_conflict_ps = now
+        if last is not None and now - last < CONFLICT_HOLDOFF_PS:
             return
         if not self.findings or self.findings[-1].code != "conflict" or self.findings[-1].time_ps != now:
             self.finding("conflict", f"two outputs disagree on {net.name}; the low one wins")

@@ -27,7 +27,7 @@ class RefusedProgram(ProgramError):
         self.problems = problems
 
 
-class Line(NamedTuple):
+class ListingLine(NamedTuple):
     """A line of a listing."""
 
     address: int
@@ -47,7 +47,7 @@ class Assembly:
 
     sheet: Sheet
     stored: bytes
-    lines: tuple[Line, ...]
+    lines: tuple[ListingLine, ...]
     labels: dict[str, int]
     preset: tuple[str, ...]
     findings: tuple[Problem, ...]
@@ -96,7 +96,7 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
     stored = b"".join(dialect.stored(_resolved(s, block) if resolve else s) for s in block.statements)
     outside = [s.text for s in source.statements if s.block < 0 and s not in (block.entry, block.quit)]
     framing = entry_and_end(sheet) if block.quit is None else (entry_and_end(sheet)[0], block.quit.row)
-    lines = tuple(Line(s.address, s.line, s.text) for s in block.statements)
+    lines = tuple(ListingLine(s.address, s.line, s.text) for s in block.statements)
     findings = tuple(sorted(source.problems))
     return Assembly(sheet, stored, lines, block.labels, tuple(outside), findings, tuple(block.statements), framing)
 

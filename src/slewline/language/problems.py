@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple, Protocol
 Severity = Literal["error", "warning", "note"]
 
 
-class Spot(Protocol):
+class HasPlace(Protocol):
     """Anything with a place in a text; lines and columns count from 1."""
 
     @property

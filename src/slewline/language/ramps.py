@@ -40,7 +40,7 @@ _WHOLE = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?\d+")
 
 # ------------------------------------------------------------------------------------------------------- what is asked
 @dataclass(frozen=True, slots=True)
-class Quantity:
+class RampParameter:
     """A parameter of a ramp, a number within the range of `arg`, or one of the names in `choices`.
 
     `default` holds where nothing is said.  A `free` one may be looked for.  `per_s` tells how many times a second is in
@@ -85,7 +85,7 @@ class Wanted(NamedTuple):
 
 
 # ---------------------------------------------------------------------------------------------------- what is answered
-class Stretch(NamedTuple):
+class RampSegment(NamedTuple):
     """Steps at one rate; of a part that works in cycles, a cycle."""
 
     begin_ps: int  # since the begin of the first step, or of the first cycle
@@ -156,7 +156,7 @@ class Ramp(ABC):
         """The steps of the shortest move that reaches `top`; None: none does."""
 
     @abstractmethod
-    def table(self) -> Iterator[Stretch]:
+    def table(self) -> Iterator[RampSegment]:
         """Yield the ramp stretch by stretch."""
 
     def move(self, distance: int) -> Move:
@@ -222,10 +222,10 @@ class Calculator(ABC):
     """What a part brings: its parameters and its ramps."""
 
     sheet: Sheet
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[RampParameter, ...]
     parameter = ""  # what a stretch of a ramp calls its `parameter`
 
-    def quantity(self, name: str) -> Quantity:
+    def quantity(self, name: str) -> RampParameter:
         """Return the quantity of this name, whatever its case.
 
         Raises:
@@ -254,7 +254,7 @@ class Calculator(ABC):
         """Return the ramp of a full set of values, all within their ranges."""
 
     @abstractmethod
-    def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+    def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         """Return the value of a quantity that comes nearest to a rate with its unit (rates.py); None: `text` is none.
 
         Raises:
@@ -290,7 +290,7 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
             raise UsageError(f"{part}: {name} twice; give one value")
         named[quantity.name] = _value(calculator, quantity, value, crystal_hz)
     values: dict[str, Value] = {}
-    missing: list[Quantity] = []
+    missing: list[RampParameter] = []
     free: list[str] = []
     for quantity in calculator.quantities:
         if quantity.only is not None and values.get(quantity.only[0]) != quantity.only[1]:
@@ -313,7 +313,7 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
     return values, free
 
 
-def _value(calculator: Calculator, quantity: Quantity, value: object, crystal_hz: int) -> Value:
+def _value(calculator: Calculator, quantity: RampParameter, value: object, crystal_hz: int) -> Value:
     """A value within its range."""
     where = f"{calculator.sheet.part}: {quantity.name} {value!r}"
     if quantity.arg is None:
@@ -330,14 +330,14 @@ def _value(calculator: Calculator, quantity: Quantity, value: object, crystal_hz
     return number
 
 
-def _number(calculator: Calculator, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+def _number(calculator: Calculator, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
     """The number that a text means; None: none."""
     if whole := _WHOLE.fullmatch(text.strip()):
         return int(whole[1] + whole[2], 16) if whole[2] else int(text)
     return calculator.spoken(quantity, text, crystal_hz) if quantity.per_s else None
 
 
-def _unit(quantity: Quantity) -> str:
+def _unit(quantity: RampParameter) -> str:
     return "steps/s" + ("" if quantity.per_s == 1 else str(quantity.per_s))
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from ..core.datasheet.table import Row, Sheet
-from .problems import Problem, Severity, Spot
+from .problems import HasPlace, Problem, Severity
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +134,7 @@ class Source:
 
     def report(
         self,
-        spot: Spot,
+        spot: HasPlace,
         code: str,
         severity: Severity,
         found: str,

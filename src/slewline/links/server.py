@@ -29,10 +29,10 @@ from ..parts.boards.board import Board
 from ..parts.hosts.adaptive_host import AdaptiveHost
 from ..parts.hosts.bus_host import BusHost
 from ..parts.lines.rs232 import SerialPort
-from .control.reports import Lateness, Reports
+from .control.reports import FindingReports, Lateness
 from .lines.framing import FramedLine
-from .lines.line import Line, SerialLine
-from .lines.log import Log
+from .lines.line import ConnectorLine, HostLine
+from .lines.log import TranscriptFile
 from .lines.pace import Pace, Paced
 from .ports.registers import RegisterLine, RegisterPort
 from .ports.tcp import TcpPort, is_loopback, parse_address
@@ -63,7 +63,7 @@ KEPT_STRETCHES = 10_000  # of the past of each axis
 LOOK_S = 5.0
 
 
-class Opened(Protocol):
+class OpenPort(Protocol):
     """A port, of whatever kind."""
 
     @property
@@ -96,15 +96,15 @@ class Server:
     ) -> None:
         self.bench, self.pace, self.allow_remote, self.tell = bench, pace, allow_remote, tell
         self.troubles: list[str] = []  # files that take no more, and what else is wrong around the chips
-        self.log = Log(bench.kernel, log, self._trouble)
+        self.log = TranscriptFile(bench.kernel, log, self._trouble)
         if bench.journal is not None:
             bench.journal.on_failure.add(self._trouble)
         self.loop = Loop()
-        self.reports = Reports(self.loop, self._report)
+        self.reports = FindingReports(self.loop, self._report)
         rate = float(pace.rate) if isinstance(pace, Paced) else 1
         self.lateness = Lateness(pace.lag, rate, lambda text: self._say("server", text))
-        self.lines: dict[str, Line] = {}
-        self.ports: list[Opened] = []
+        self.lines: dict[str, HostLine] = {}
+        self.ports: list[OpenPort] = []
         self.found = 0  # findings since the beginning
         self.over = False
         bench.on_finding.add(self._finding)
@@ -116,7 +116,7 @@ class Server:
                 on_failure.add(self._trouble)
 
     # ---------------------------------------------------------------------------------------------------- furnishing
-    def line(self, *chips: Chip, framing: bool = False, over: str | None = None) -> Line:
+    def line(self, *chips: Chip, framing: bool = False, over: str | None = None) -> HostLine:
         """Make a line to a chip, or to modules that share it; to a chipset, one on which its registers are found.
 
         Args:
@@ -140,33 +140,33 @@ class Server:
         self.lines[name] = line
         return line  # type: ignore[no-any-return]
 
-    def _serial_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> Line:
+    def _serial_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
         """Characters, to modules that share a line."""
         if framing:
             raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
-        return SerialLine(name, chips, self.pace, self.log, self._connector(name, chips))
+        return ConnectorLine(name, chips, self.pace, self.log, self._connector(name, chips))
 
-    def _register_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> Line:
+    def _register_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
         """The registers of a board on a host port, or on a bus that works both ways."""
         if framing:
             raise UsageError(f"{name}: has registers of its own; leave out the framing")
         return RegisterLine(name, chips[0], self.pace, self.log, self._board(chips[0], over))
 
-    def _adaptive_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> Line:
+    def _adaptive_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
         """Characters, to a chip that finds the rate; a character waits for CTS where the chip uses it."""
         if framing:
             raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
         host = self.bench.host(chips[0], name=f"{name}_line", over=channel_over(chips[0], over).name)
         assert isinstance(host, AdaptiveHost)  # that of a serial line
-        return SerialLine(name, chips, self.pace, self.log, host)
+        return ConnectorLine(name, chips, self.pace, self.log, host)
 
-    def _bus_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> Line:
+    def _bus_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
         """Lines of text to a host on a bus; without framing, characters to the UART beside it."""
         if framing:
             host = self.bench.host(chips[0], name=f"{name}_host", over=over)
             assert isinstance(host, BusHost)  # that of a bus
             return FramedLine(name, chips[0], self.pace, self.log, host)
-        return SerialLine(name, chips, self.pace, self.log, self._uart(chips[0]))
+        return ConnectorLine(name, chips, self.pace, self.log, self._uart(chips[0]))
 
     def _connector(self, line: str, chips: Sequence[Chip]) -> SerialPort:
         """The serial connector of a computer, wired to modules."""
@@ -197,15 +197,15 @@ class Server:
         assert isinstance(board, Board)  # every kind in there is one
         return board
 
-    def _check(self, line: Line, port: str) -> None:
+    def _check(self, line: HostLine, port: str) -> None:
         if port not in line.ports:
             raise UsageError(f"{line.name}: has no serial line for --{port}; use --{' or --'.join(line.ports)}")
 
-    def tcp(self, line: Line, address: str) -> Opened:
+    def tcp(self, line: HostLine, address: str) -> OpenPort:
         """Serve a line on a TCP socket, HOST:PORT: its bytes as they are, or requests for registers."""
         return self._on_tcp(RegisterPort if isinstance(line, RegisterLine) else TcpPort, line, address)
 
-    def rfc2217(self, line: Line, address: str) -> Opened:
+    def rfc2217(self, line: HostLine, address: str) -> OpenPort:
         """Serve a line on a TCP port that takes settings, HOST:PORT."""
         from .ports.rfc2217 import NetPort
 
@@ -214,18 +214,18 @@ class Server:
         self._say_format(line, port.where)
         return port
 
-    def pty(self, line: Line, link: str) -> Opened:
+    def pty(self, line: HostLine, link: str) -> OpenPort:
         """Serve a line on a pseudo-terminal, found by a symbolic link."""
         from .ports.pty import PtyPort
 
         self._check(line, "pty")
         port = PtyPort(self.loop, line, link)
         self._opened(port)
-        if isinstance(line, SerialLine) and line.port.word.bits < 8:
+        if isinstance(line, ConnectorLine) and line.port.word.bits < 8:
             self._say(line.name, f"{link}: {port.hint}")
         return port
 
-    def serial(self, line: Line, device: str) -> Opened:
+    def serial(self, line: HostLine, device: str) -> OpenPort:
         """Serve a line on a serial port of this machine."""
         from .ports.device import DevicePort
 
@@ -234,7 +234,7 @@ class Server:
         self._say_format(line, device)
         return port
 
-    def control(self, address: str, token: str | None = None) -> Opened:
+    def control(self, address: str, token: str | None = None) -> OpenPort:
         """Open a control port, HOST:PORT; with a token, which clients must know, other machines may reach it, too."""
         from .control.control import Control
 
@@ -242,7 +242,7 @@ class Server:
         self._say_who("control", port.where, "whoever knows the token can work every pin")
         return port
 
-    def _on_tcp(self, kind: type[TcpPort], line: Line, address: str) -> Opened:
+    def _on_tcp(self, kind: type[TcpPort], line: HostLine, address: str) -> OpenPort:
         """A line on a socket."""
         port = self._opened(kind(self.loop, line, address, self.allow_remote, partial(self._say, line.name)))
         self._say_who(line.name, port.where, "whoever connects can work the module, without a password")
@@ -255,9 +255,9 @@ class Server:
             reach = "every network of this machine" if ip_address(host).is_unspecified else f"the network of {host}"
             self._say(name, f"{where}: open to {reach}; {may}")
 
-    def _say_format(self, line: Line, where: str) -> None:
+    def _say_format(self, line: HostLine, where: str) -> None:
         """Of a line that most hosts take for 8N1."""
-        assert isinstance(line, SerialLine)
+        assert isinstance(line, ConnectorLine)
         word = line.port.word
         if word.bits < 8:
             form = f"{line.port.baud} baud, {word.bits} data bits, {word.parity} parity, {word.stop} stop bits"
@@ -265,7 +265,7 @@ class Server:
                 line.name, f"{where}: the line has {form}; a host that sets others, such as 8N1, gets E1 or silence"
             )
 
-    def _opened(self, port: Opened) -> Opened:
+    def _opened(self, port: OpenPort) -> OpenPort:
         self.ports.append(port)
         return port
 

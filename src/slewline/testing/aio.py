@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, TypeVarTuple
 from ..bench.runner import Wait
 from ..core.time.timebase import PS_PER_S, readable
 from ..errors import Timeout, UsageError
-from ..links.lines.line import PATIENCE_PS
+from ..links.lines.line import ANSWER_TIMEOUT_PS
 from ..links.lines.pace import Pace
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def run(main: Coroutine[Any, Any, Result]) -> Result:
         return runner.run(main)
 
 
-class Passing(Protocol):
+class TimeDriver(Protocol):
     """What lets time pass for a port in a loop."""
 
     def join(self, user: object) -> None:
@@ -76,13 +76,13 @@ class Passing(Protocol):
         """See to it that what was written is answered."""
 
 
-def time_of(loop: asyncio.AbstractEventLoop, rig: Rig) -> Passing:
+def time_of(loop: asyncio.AbstractEventLoop, rig: Rig) -> TimeDriver:
     """Return what lets time pass for a rig in a loop."""
-    return loop.joined(rig.bench) if isinstance(loop, VirtualLoop) else Turns(loop, rig)
+    return loop.joined(rig.bench) if isinstance(loop, VirtualLoop) else PacedRig(loop, rig)
 
 
 # ----------------------------------------------------------------------------------------------- a loop in virtual time
-class Joined(Pace):
+class JoinedBench(Pace):
     """A bench in a loop; `ahead_ps` is what the clock of the loop has more than its own."""
 
     def __init__(self, bench: Bench | Runner, loop: VirtualLoop) -> None:
@@ -136,7 +136,7 @@ class Joined(Pace):
         return self._stopped() or super()._enough()
 
 
-class Idle(selectors.DefaultSelector):
+class IdleSelector(selectors.DefaultSelector):
     """The selector of a loop: asyncio lets it sleep when every task waits, and then virtual time passes."""
 
     loop: VirtualLoop
@@ -165,8 +165,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self.now_ps = self.target_ps = 0
         self.stirred = self.alone = False  # something is to be done at this instant; there is one bench
         self.elsewhere = 0  # jobs in threads
-        self.paces: dict[Kernel, Joined] = {}
-        selector = Idle()
+        self.paces: dict[Kernel, JoinedBench] = {}
+        selector = IdleSelector()
         selector.loop = self
         super().__init__(selector)
 
@@ -174,11 +174,11 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         """Return virtual seconds since the loop was made."""
         return self.now_ps / PS_PER_S
 
-    def joined(self, bench: Bench | Runner) -> Joined:
+    def joined(self, bench: Bench | Runner) -> JoinedBench:
         """Return the pace of a bench in this loop."""
         if bench.kernel not in self.paces:
             bench.run(0)
-            self.paces[bench.kernel] = Joined(bench, self)
+            self.paces[bench.kernel] = JoinedBench(bench, self)
         return self.paces[bench.kernel]
 
     async def passed(self, bench: Runner, condition: Condition, ps: int) -> bool:
@@ -264,7 +264,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
 
 # ------------------------------------------------------------------------------------------------ a loop in real time
-class Turns:
+class PacedRig:
     """A rig in a loop of asyncio that goes by the wall clock: time passes in turns of the loop.
 
     Without a rate as far as what was written needs, with a rate up to the wall clock.
@@ -294,7 +294,7 @@ class Turns:
 
     def answer(self, quiet: Callable[[], bool]) -> None:
         """Let time pass until the line is quiet."""
-        self.wait(Wait(quiet, self.rig.bench.now_ps + PATIENCE_PS, lambda _quiet: None))
+        self.wait(Wait(quiet, self.rig.bench.now_ps + ANSWER_TIMEOUT_PS, lambda _quiet: None))
 
     def _soon(self) -> None:
         if self.handle is not None:

@@ -21,7 +21,7 @@ from ..core.messages.instead import missing
 from ..core.time.timebase import Time, picoseconds, readable
 from ..errors import UsageError
 from ..language.dialect import dialect_of
-from ..links.lines.line import SerialLine
+from ..links.lines.line import ConnectorLine
 from ..parts.base.part import Part
 from ..parts.lines.noise import LINKED, Noise
 
@@ -77,9 +77,9 @@ class Faults(Part):
         self.chip, self.do, self.seed = chip, do, seed
         self.random = Random(seed)
         spared = dialect_of(chip.sheet).constant_bit
-        self.noise: dict[str, TellingNoise] = {}
-        if isinstance(line, SerialLine):
-            self.noise = {way: TellingNoise(line.port.word.bits, way, self.tell, spared) for way in WAYS}
+        self.noise: dict[str, ReportedNoise] = {}
+        if isinstance(line, ConnectorLine):
+            self.noise = {way: ReportedNoise(line.port.word.bits, way, self.tell, spared) for way in WAYS}
             line.to_chip, line.to_host = self.noise["module"], self.noise["host"]
 
     def tell(self, what: str) -> None:
@@ -245,7 +245,7 @@ missing(
 )
 
 
-class TellingNoise(Noise):
+class ReportedNoise(Noise):
     """Noise that tells what it does to each character."""
 
     def __init__(self, bits: int, way: str, tell: Callable[[str], object], spared: int | None) -> None:

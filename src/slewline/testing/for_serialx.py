@@ -31,7 +31,7 @@ from ..bench import Bench
 from ..bench.runner import Wait
 from ..core.chip import Chip
 from .aio import time_of
-from .end import SILENCE_PS, End, word_of
+from .endpoint import SILENCE_PS, SerialEndpoint, word_of
 from .rig import SCHEME, Rig, from_url
 
 
@@ -39,7 +39,7 @@ class Serial(BaseSerial):
     """A serial port of serialx with a module of slewline at its other end."""
 
     rig: Rig
-    end: End | None = None
+    end: SerialEndpoint | None = None
     _found_at: str | None = None  # whose module the rig is
 
     def __init__(self, *args: Any, allow_code: bool = False, **settings: Any) -> None:
@@ -56,7 +56,7 @@ class Serial(BaseSerial):
             self.rig, self._found_at = self._found(), where
         if self.rig.line.host is not None:
             raise SerialException(f"{where}: somebody else has it open; one host at a time")
-        self.end = End(self.rig, where, "serialx")
+        self.end = SerialEndpoint(self.rig, where, "serialx")
         self.set_modem_pins(self._modem_pins_on_open())
 
     def _found(self) -> Rig:
@@ -96,7 +96,7 @@ class Serial(BaseSerial):
         self._line.change_line(self.baudrate, self._word())
 
     @property
-    def _line(self) -> End:
+    def _line(self) -> SerialEndpoint:
         if self.end is None:
             raise SerialException(f"{self.path}: is not open")
         return self.end
@@ -110,7 +110,7 @@ class Serial(BaseSerial):
 
     def num_unread_bytes(self) -> int:
         """Return how many characters can be read at once."""
-        self._line.rig.glance()
+        self._line.rig.poll()
         return len(self._line.buffer)
 
     def _reset_read_buffer(self) -> None:
@@ -165,7 +165,7 @@ class Transport(BaseSerialTransport):
         self._call_protocol_connection_made()
 
     @property
-    def _end(self) -> End:
+    def _end(self) -> SerialEndpoint:
         assert self._serial is not None
         return self._serial._line
 

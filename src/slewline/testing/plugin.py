@@ -53,7 +53,7 @@ def slewline_module(request: pytest.FixtureRequest) -> Iterator[Make]:
 
     Its arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, come before those of the marker `slewline`.
     """
-    from .faces import running
+    from .endpoints import running
 
     modules: list[Controller] = request.node.stash.setdefault(MODULES, [])
     marker = request.node.get_closest_marker("slewline")

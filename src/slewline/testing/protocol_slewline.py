@@ -32,8 +32,8 @@ from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
 from ..bench import Bench
 from ..core.chip import Chip
-from ..core.wires.serial import Word
-from .end import End, word_of
+from ..core.wires.serial import CharacterFormat
+from .endpoint import SerialEndpoint, word_of
 from .rig import Rig, from_url, seconds
 
 
@@ -43,7 +43,7 @@ class Serial(SerialBase):
     _allow_code = False
     _url: str | None = None  # whose module the rig is
     rig: Rig
-    _end: End
+    _end: SerialEndpoint
 
     def __init__(self, *args: Any, allow_code: bool = False, **settings: Any) -> None:
         self._allow_code = allow_code
@@ -61,7 +61,7 @@ class Serial(SerialBase):
             self.rig, self._url = self._found(), self.port
         if self.rig.line.host is not None:
             raise SerialException(f"{self.port}: somebody else has it open; one host at a time")
-        self._end = End(self.rig, self.port, "pySerial")
+        self._end = SerialEndpoint(self.rig, self.port, "pySerial")
         self._reconfigure_port()
         self.is_open = True
 
@@ -79,7 +79,7 @@ class Serial(SerialBase):
         self._end.change_line(self.baudrate, self._word())
         self.rig.do(lambda: self.rig.line.obey(bool(self.rtscts)))
 
-    def _word(self) -> Word:
+    def _word(self) -> CharacterFormat:
         """The format that the settings say, if all of them can be."""
         return word_of(str(self.port), self.baudrate, self.bytesize, self.parity, self.stopbits, self.xonxoff)
 
@@ -98,7 +98,7 @@ class Serial(SerialBase):
     def in_waiting(self) -> int:
         """Characters that can be read at once."""
         self._must_be_open()
-        self.rig.glance()
+        self.rig.poll()
         return len(self._end.buffer)
 
     def read(self, size: int = 1) -> bytes:

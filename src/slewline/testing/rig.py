@@ -27,8 +27,8 @@ from ..core.datasheet.table import Sheet
 from ..core.time.timebase import PS_PER_S
 from ..core.wires.net import Net
 from ..errors import UnknownName, UsageError
-from ..links.lines.line import SerialLine
-from ..links.lines.log import Log
+from ..links.lines.line import ConnectorLine
+from ..links.lines.log import TranscriptFile
 from ..links.lines.pace import Lockstep, Pace, Paced
 from ..links.lines.store import FileStore
 from ..parts.hosts.adaptive_host import AdaptiveHost
@@ -36,7 +36,7 @@ from ..parts.hosts.serial_host import SerialHost
 
 Result = TypeVar("Result")
 SCHEME = "slewline"
-BREATH_S = 1e-4  # of the wall clock: who lets time pass lets others in between two slices
+YIELD_S = 1e-4  # of the wall clock: who lets time pass lets others in between two slices
 STRAP = Option("strap", "int", None, "level of an input")
 OWN = (  # what a URL says of the module besides its straps and options
     Option("name", "text", None, "the module is the same one whenever it is opened under this name"),
@@ -49,13 +49,13 @@ OWN = (  # what a URL says of the module besides its straps and options
 NAMED: dict[str, Rig] = {}  # modules that stay while nobody has them open, as long as the process lives
 
 
-class Driven(Lockstep):
+class OnDemandTime(Lockstep):
     """Virtual time passes while the program waits for it, at once and exactly as far."""
 
     lockstep = False  # the line does not let time pass by itself when bytes have come
 
 
-class Following(Paced):
+class WallClockTime(Paced):
     """Virtual time follows the wall clock whenever the program looks; what has passed meanwhile is made up for."""
 
     def pass_time(self) -> bool:
@@ -107,7 +107,7 @@ class Rig:
         self.chip = self.bench.add(part, name, straps={**self.channel.fastest, **(straps or {})}, **options)
         put_memory(self.bench, self.chip, memory, store=kept if beside else None)
         self.pace = self.pace_of(rate)
-        self.log = Log(self.bench.kernel, log)
+        self.log = TranscriptFile(self.bench.kernel, log)
         self.reach()
 
     def channel_of(self, sheet: Sheet) -> channel.Channel:
@@ -122,7 +122,7 @@ class Rig:
         host = self.bench.host(self.chip, name="line", over=self.channel.name)
         assert isinstance(host, SerialHost | AdaptiveHost)  # that of a serial line
         self.host = host
-        self.line = SerialLine(self.chip.name, [self.chip], self.pace, self.log, self.host)
+        self.line = ConnectorLine(self.chip.name, [self.chip], self.pace, self.log, self.host)
         self.url = f"{SCHEME}://{self.part}?name={self.chip.name}"
         self.lock = Condition()  # programs read in one thread and write in another; handed over while one waits
 
@@ -133,7 +133,7 @@ class Rig:
 
     def pace_of(self, rate: str | float | None) -> Pace:
         """Return how virtual time passes."""
-        return Driven(self.bench) if rate is None else Following(self.bench, rate)
+        return OnDemandTime(self.bench) if rate is None else WallClockTime(self.bench, rate)
 
     def quiet(self) -> bool:
         """Return whether everything that was sent has been played and answered."""
@@ -154,7 +154,7 @@ class Rig:
             while not over:
                 done = self.pace.pass_time()
                 if not over:
-                    self.lock.wait(max(self.pace.pause() or 0, BREATH_S) if done else BREATH_S)
+                    self.lock.wait(max(self.pace.pause() or 0, YIELD_S) if done else YIELD_S)
         return over[0]
 
     def present(self) -> int:
@@ -162,9 +162,9 @@ class Rig:
         self.do(self.pace.present)
         return self.bench.now_ps
 
-    def glance(self) -> None:
+    def poll(self) -> None:
         """Advance one character time, so that a polling loop makes progress."""
-        if isinstance(self.pace, Following):
+        if isinstance(self.pace, WallClockTime):
             self.present()
         else:
             self.wait(never, self.host.uart.clock.ps(self.host.word.ticks))

@@ -318,8 +318,8 @@ def test_any_move_is_the_law_step_by_step(mover: Make, seed: int) -> None:
     first = chance.choice([3, 10, 40, 100, chance.randrange(3, 128)])
     rate = min(127, first + chance.choice([0, 1, 5, 30, 127]))
     slope, divisor = chance.choice([255, 250, 200, chance.randrange(1, 256)]), chance.choice([1, 1, 2, 7, 255])
-    climb = 2 * len(mover.way_up(first, rate, slope, divisor, 1500))
-    number = max(1, climb + chance.choice([-climb // 3, -1, 0, 1, 100, 255, 256, 257, 400]))
+    accelerate = 2 * len(mover.way_up(first, rate, slope, divisor, 1500))
+    number = max(1, accelerate + chance.choice([-accelerate // 3, -1, 0, 1, 100, 255, 256, 257, 400]))
     x = mover(position=1000)
     assert moved(x, number, first, rate, slope, divisor) == law(x, number, first, rate, slope, divisor)
     assert x.x.position == 1000 + number

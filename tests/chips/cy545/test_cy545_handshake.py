@@ -267,7 +267,7 @@ def test_a_controller_is_wired_by_its_request_its_answer_and_fpl():
     card = h.bench.part("parallel_card", to=h.x)
     assert isinstance(card, ParallelCard)
     for own, theirs in (("io_request", "io_request"), ("busy", "busy"), ("fpl", "usrb6"), ("db", "db0")):
-        assert card.pin(own).net.hub is h.x.pin(theirs).net.hub
+        assert card.pin(own).net.root is h.x.pin(theirs).net.root
 
 
 # ------------------------------------------------------------------------------------------------------ mistakes

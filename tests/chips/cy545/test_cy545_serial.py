@@ -10,9 +10,9 @@ from cy545 import CC10, MS, US, Rig545, S
 
 from slewline.chips.cy545.sheet import BAUDS
 from slewline.core.time.timebase import Clock
-from slewline.core.wires.serial import TTL, Word, bit_clock, transmit
+from slewline.core.wires.serial import TTL, CharacterFormat, bit_clock, transmit
 
-WORD = Word(8, "none", 1)
+WORD = CharacterFormat(8, "none", 1)
 CTS = "O 0A0H\r"
 
 

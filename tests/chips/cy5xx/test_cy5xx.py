@@ -18,7 +18,7 @@ from slewline.chips.cy525 import firmware
 from slewline.chips.cy525.sheet import PHASES, SHEET
 from slewline.core.chip import Chip
 from slewline.core.datasheet.table import Table
-from slewline.core.motion.motions import Parameters
+from slewline.core.motion.motions import MotionParameters
 from slewline.core.motion.plan import plan
 
 STEP, LEAD, HIGH = 11_000, 110, 28  # clocks
@@ -41,7 +41,7 @@ class Moves(Motion):
         self.abort = self.chip.pins["abort"].net
 
     def parameters(self, number):
-        return lambda: Parameters({}, {})
+        return lambda: MotionParameters({}, {})
 
     def planned(self):
         return plan(("up", ((STEP, self.number),))).verified(self.number)

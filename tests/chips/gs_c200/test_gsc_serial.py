@@ -12,7 +12,7 @@ from gsc import C200, C200S, MS, NINE_SIX, STR, Rig, base, both
 
 import slewline
 from slewline.core.memory.store import Memory
-from slewline.core.wires.serial import Word
+from slewline.core.wires.serial import CharacterFormat
 
 BAUDS = {"000": 9600, "100": 4800, "010": 2400, "110": 1200, "001": 600, "101": 300, "011": 150, "111": 110}
 BITS = 11  # of a character
@@ -243,11 +243,11 @@ def test_answers_have_odd_parity_the_return_included(part: str) -> None:
 @pytest.mark.fact("GSC-SER-13", "GSC-UND-STOPBITS")
 def test_another_format_gives_e1_where_parity_or_stop_bit_are_wrong(part: str) -> None:
     rig = base(part)
-    rig.host.uart.set_line(9600, Word(7, "even", 2))
+    rig.host.uart.set_line(9600, CharacterFormat(7, "even", 2))
     assert rig.wire("F\r") == b"E1\r"
-    rig.host.uart.set_line(9600, Word(8, "none", 1))
+    rig.host.uart.set_line(9600, CharacterFormat(8, "none", 1))
     assert rig.wire("V1\r") == b"E1\r"  # the parity bit is always 0: right for the 1, wrong for the V
-    rig.host.uart.set_line(9600, Word(7, "odd", 1))
+    rig.host.uart.set_line(9600, CharacterFormat(7, "odd", 1))
     assert rig.wire("F\r") == b"R\r"  # one stop bit will do
 
 

@@ -8,12 +8,12 @@ import slewline
 from slewline.chips.mc1451a import generator
 from slewline.chips.mc1451a.curves import PLACES, SCurve
 from slewline.chips.mc1451a.cycle_train import Linear
-from slewline.chips.mc1451a.profile import Limits, Phases, Run, brake, contour, s_curve, trapezoid
+from slewline.chips.mc1451a.profile import CycleRun, MoveLimits, Phases, brake, contour, s_curve, trapezoid
 from slewline.chips.mc1451a.verified import fault_of_curve, fault_of_run
 from slewline.core.motion.train import OPEN
 from slewline.errors import PlanError, SlewlineError
 
-LIMITS = Limits(velocity=1000, acceleration=70, start=200)
+LIMITS = MoveLimits(velocity=1000, acceleration=70, start=200)
 CURVE = s_curve(10_000_000, 60_000, 900, 30_000_000)
 
 
@@ -24,16 +24,16 @@ def fault(run, before=0, remaining=10**6, limits=LIMITS):
 @pytest.mark.parametrize(
     ("run", "before", "says"),
     [
-        (Run(0, 200), 0, "0 cycles"),
-        (Run(OPEN, 200, 1), 200, "cycles"),
-        (Run(1, 201), 0, "from speed 0 to 201; the acceleration is 70"),
-        (Run(1, 799), 1000, "from speed 1000 to 799"),
-        (Run(3, 400, 71), 400, "accelerates by 71"),
-        (Run(3, 400, -71), 400, "accelerates by -71"),
-        (Run(12, 240, 70), 200, "from speed 240 to 1010; allowed 0 to 1000"),
-        (Run(4, 200, -70), 200, "from speed 200 to -10"),
-        (Run(1, 1100), 1050, "from speed 1100 to 1100; allowed 0 to 1050"),
-        (Run(1, 199, landing=True), 200, "lands after 199; the destination is 1000000 away"),
+        (CycleRun(0, 200), 0, "0 cycles"),
+        (CycleRun(OPEN, 200, 1), 200, "cycles"),
+        (CycleRun(1, 201), 0, "from speed 0 to 201; the acceleration is 70"),
+        (CycleRun(1, 799), 1000, "from speed 1000 to 799"),
+        (CycleRun(3, 400, 71), 400, "accelerates by 71"),
+        (CycleRun(3, 400, -71), 400, "accelerates by -71"),
+        (CycleRun(12, 240, 70), 200, "from speed 240 to 1010; allowed 0 to 1000"),
+        (CycleRun(4, 200, -70), 200, "from speed 200 to -10"),
+        (CycleRun(1, 1100), 1050, "from speed 1100 to 1100; allowed 0 to 1050"),
+        (CycleRun(1, 199, landing=True), 200, "lands after 199; the destination is 1000000 away"),
     ],
 )
 def test_a_run_that_does_not_hold_together_is_found_out(run, before, says):
@@ -41,11 +41,12 @@ def test_a_run_that_does_not_hold_together_is_found_out(run, before, says):
 
 
 @pytest.mark.parametrize(
-    ("run", "before"), [(Run(1, 200), 0), (Run(11, 270, 70), 200), (Run(OPEN, 1000), 930), (Run(8, 1130, -70), 1200)]
+    ("run", "before"),
+    [(CycleRun(1, 200), 0), (CycleRun(11, 270, 70), 200), (CycleRun(OPEN, 1000), 930), (CycleRun(8, 1130, -70), 1200)],
 )
 def test_what_just_holds_is_let_through(run, before):
     assert fault(run, before) == ""
-    assert fault(Run(1, 150, landing=True), 200, 150) == ""
+    assert fault(CycleRun(1, 150, landing=True), 200, 150) == ""
 
 
 def test_the_laws_of_motion_make_no_faults():
@@ -65,12 +66,12 @@ def test_an_s_curve_and_each_rest_of_it_holds_and_a_bent_one_does_not():
     for done in (0, 1, CURVE.cycles // 3, CURVE.cycles - 1):
         law = SCurve(CURVE.pieces(), done)
         before = SCurve(CURVE.pieces()).velocity(done - 1) if done else 0
-        run = Run(CURVE.cycles - done, 0, landing=True)
+        run = CycleRun(CURVE.cycles - done, 0, landing=True)
         assert fault_of_curve(law, run, CURVE, before) == ""
         assert "from speed" in fault_of_curve(law, run, CURVE, before + 2000)
         assert "lands at" in fault_of_curve(law, run, CURVE._replace(distance=CURVE.distance + (1 << PLACES)), before)
-        assert fault_of_curve(law, Run(0, 0), CURVE, before) == "0 cycles"
-    law, run = SCurve(CURVE.pieces()), Run(CURVE.cycles, 0, landing=True)
+        assert fault_of_curve(law, CycleRun(0, 0), CURVE, before) == "0 cycles"
+    law, run = SCurve(CURVE.pieces()), CycleRun(CURVE.cycles, 0, landing=True)
     assert "speed" in fault_of_curve(law, run, CURVE._replace(velocity=50_000), 0)
     pieces = CURVE.pieces()
     pieces[2] = pieces[2]._replace(position=pieces[2].position + (2 << PLACES))
@@ -89,15 +90,19 @@ def chip(**options):
 @pytest.mark.parametrize(
     ("law", "wrong", "says"),
     [
-        ("trapezoid", lambda limits, left, speed: Run(1, left, landing=True), "from speed 0 to 1310720"),
-        ("trapezoid", lambda limits, left, speed: Run(1, left - 1, landing=True) if speed else Run(1, 1000), "speed"),
+        ("trapezoid", lambda limits, left, speed: CycleRun(1, left, landing=True), "from speed 0 to 1310720"),
+        (
+            "trapezoid",
+            lambda limits, left, speed: CycleRun(1, left - 1, landing=True) if speed else CycleRun(1, 1000),
+            "speed",
+        ),
     ],
 )
 def test_a_law_that_errs_stops_the_model_before_a_pulse_and_names_axis_and_run(monkeypatch, law, wrong, says):
     host, bench = chip()
     monkeypatch.setattr(generator, law, wrong)
     host.command("SET_POS", 20)
-    with pytest.raises(PlanError, match=rf"m axis 2, cycle \d+: Run\(.*does not hold together: .*{says}"):
+    with pytest.raises(PlanError, match=rf"m axis 2, cycle \d+: CycleRun\(.*does not hold together: .*{says}"):
         host.command("UPDATE")
         bench.run("5 ms")
     assert len(bench["m"].axis(2).steps()) == 0

@@ -21,11 +21,11 @@ Written = str | int  # a time as a file has it
 Place = Sequence[str | int]  # ("chip", 0, "crystal")
 
 
-class Table(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
+class FileTable(msgspec.Struct, forbid_unknown_fields=True, kw_only=True, frozen=True):
     """A table of a bench file."""
 
 
-class BenchTable(Table, frozen=True):
+class BenchTable(FileTable, frozen=True):
     """The table [bench]."""
 
     seed: int = 0
@@ -33,7 +33,7 @@ class BenchTable(Table, frozen=True):
     timeout: Written = "60 s"
 
 
-class ChipTable(Table, frozen=True):
+class ChipTable(FileTable, frozen=True):
     """The table [[chip]]."""
 
     part: str
@@ -44,7 +44,7 @@ class ChipTable(Table, frozen=True):
     options: dict[str, Any] = {}
 
 
-class WireTable(Table, frozen=True):
+class WireTable(FileTable, frozen=True):
     """The table [[wire]]."""
 
     from_: str = msgspec.field(name="from")
@@ -52,7 +52,7 @@ class WireTable(Table, frozen=True):
     invert: bool = False
 
 
-class HostTable(Table, frozen=True):
+class HostTable(FileTable, frozen=True):
     """The table [[host]]."""
 
     chips: list[str] = []
@@ -64,7 +64,7 @@ class HostTable(Table, frozen=True):
     file: str | None = None
 
 
-class ServeTable(Table, frozen=True):
+class ServeTable(FileTable, frozen=True):
     """The table [[serve]]."""
 
     chips: list[str] = []
@@ -76,7 +76,7 @@ class ServeTable(Table, frozen=True):
     over: str | None = None
 
 
-class DriveTable(Table, frozen=True):
+class DriveTable(FileTable, frozen=True):
     """The table [[drive]]."""
 
     pin: str
@@ -84,14 +84,14 @@ class DriveTable(Table, frozen=True):
     at: Written = 0
 
 
-class RecordTable(Table, frozen=True):
+class RecordTable(FileTable, frozen=True):
     """The table [[record]]."""
 
     pins: list[str] = []
     keep: Written | None = None
 
 
-class Tables(Table, frozen=True):
+class Tables(FileTable, frozen=True):
     """A whole bench file."""
 
     bench: BenchTable = BenchTable()
@@ -106,7 +106,7 @@ class Tables(Table, frozen=True):
 
 def keys_of(place: Place) -> tuple[str, ...]:
     """Return the keys that a table may have."""
-    tables: dict[Any, type[Table]] = {
+    tables: dict[Any, type[FileTable]] = {
         "bench": BenchTable,
         "chip": ChipTable,
         "wire": WireTable,

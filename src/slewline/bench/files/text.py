@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 from ...errors import BenchFileError
 
-MOST_BYTES = 10_000_000
+MAX_BYTES = 10_000_000
 
 
 KINDS = {  # what stands in the place of a file
@@ -30,9 +30,9 @@ def read_file(path: str | PathLike[str]) -> bytes:
         BenchFileError: there is no such file, it is no regular file, or it is too long.
     """
     with refusals(path), opened(path) as file:
-        data = file.read(MOST_BYTES + 1)
-    if len(data) > MOST_BYTES:
-        raise BenchFileError(f"{path}: more than {MOST_BYTES} bytes; is it the right file?")
+        data = file.read(MAX_BYTES + 1)
+    if len(data) > MAX_BYTES:
+        raise BenchFileError(f"{path}: more than {MAX_BYTES} bytes; is it the right file?")
     return data
 
 
@@ -68,8 +68,8 @@ def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:
     """
     if data is None:
         data = read_file(path)
-    elif len(data) > MOST_BYTES:
-        raise BenchFileError(f"{path}: more than {MOST_BYTES} bytes; is it the right file?")
+    elif len(data) > MAX_BYTES:
+        raise BenchFileError(f"{path}: more than {MAX_BYTES} bytes; is it the right file?")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -50,7 +50,7 @@ def chosen(parts: Mapping[str, Part], wanted: Sequence[str] | str | None, chips:
 
 def attached(parts: Iterable[Part], chips: Iterable[Chip]) -> list[Part]:
     """Return the parts that are wired to one of some chips, or to a part that is, or are on its shaft."""
-    reached: set[object] = {terminal.net.hub for chip in chips for terminal in chip.pins.values()}
+    reached: set[object] = {terminal.net.root for chip in chips for terminal in chip.pins.values()}
     every = rest = list(parts)
     found: list[Part] = []
     while near := [part for part in rest if not reached.isdisjoint(joints_of(part))]:
@@ -63,7 +63,7 @@ def attached(parts: Iterable[Part], chips: Iterable[Chip]) -> list[Part]:
 def joints_of(part: Part) -> set[object]:
     """Return what joins a part to others: the wires on its pins, and what turns its shaft."""
     source = getattr(getattr(part, "shaft", None), "source", None)
-    return {*(pin.net.hub for pin in part.pins.values()), *([source] if source is not None else [])}
+    return {*(pin.net.root for pin in part.pins.values()), *([source] if source is not None else [])}
 
 
 def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | None:

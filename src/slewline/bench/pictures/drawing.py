@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from .waveforms import FilePath
 
 AROUND = 20  # so much of the motion is shown before and after it: 1/20
-MOST_PHASED = 100  # motions, above which their phases would be narrower than their names
-MOST_NOTES = 4  # lines of parameters
-MOST_VALUES = 3  # of a parameter that are written, of motions in which it differs
+MAX_PHASED = 100  # motions, above which their phases would be narrower than their names
+MAX_NOTES = 4  # lines of parameters
+MAX_VALUES = 3  # of a parameter that are written, of motions in which it differs
 
 AxisNames = Sequence[int | str] | int | str | None
 
@@ -284,7 +284,7 @@ class Pictures:
             axis.quantities(),
             motions,
             [*axis.marks(first, last), *self._findings(self._owner(axis)[0], first, last)],
-            axis.phases(first, last) if len(motions) <= MOST_PHASED else (),
+            axis.phases(first, last) if len(motions) <= MAX_PHASED else (),
             [(law, axis.deviation(motion)) for motion, law in ideals if law is not None],
             zero,
             until=self.kernel.now,
@@ -338,7 +338,7 @@ class Pictures:
         lines = {track.name: parameters_of(track, words) for track in tracks if not track.part}
         if len({*lines.values()}) == 1:
             lines = {"": next(iter(lines.values()))}
-        for name, line in [*lines.items()][:MOST_NOTES]:
+        for name, line in [*lines.items()][:MAX_NOTES]:
             if line:
                 yield f"{name}: {line}" if name else line
 
@@ -394,6 +394,6 @@ def parameters_of(track: Track, words: Mapping[str, str]) -> str:
     for name, texts in values.items():
         word = words.get(name, name.lower())
         called = f"{word} {name}" if word != name.lower() else name
-        shown = ", ".join(texts[:MOST_VALUES]) + (" …" if len(texts) > MOST_VALUES else "")
+        shown = ", ".join(texts[:MAX_VALUES]) + (" …" if len(texts) > MAX_VALUES else "")
         parts.append(f"{called} = {shown}")
     return "; ".join(parts) if any("," in part for part in parts) else ", ".join(parts)

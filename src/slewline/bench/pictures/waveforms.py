@@ -18,7 +18,7 @@ from ...core.motion.axis import Steps
 from ...core.time.timebase import Time
 from ...errors import UsageError
 from ...parts.base.part import Part
-from ..runner import Stream
+from ..runner import TimedStream
 from .curves import attached, axes_of, moving_from_to
 from .signals import Signals
 
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from ...record.recording.recorder import Probe, TextLog
-    from ...record.waveforms.layouts import View
+    from ...record.waveforms.layouts import ViewerSetup
     from ...record.waveforms.vcd import VcdStream
-    from ...record.waveforms.vcd_sources import Buses, Source
+    from ...record.waveforms.vcd_sources import Buses, VariableSource
 
     FilePath = str | Path
 
@@ -36,7 +36,7 @@ VCD, CSV, NPZ = (".vcd",), (".csv",), (".npz",)  # endings of files
 STEPS = (*CSV, *NPZ)
 NOT_ENTERED = 'it goes in a with statement: with bench.stream_vcd("run.vcd"):'
 _time = attrgetter("time_ps")
-MOST_MARKS = 26  # that a viewer names
+MAX_MARKS = 26  # that a viewer names
 AROUND = 50  # before and after the motion, a layout shows a fiftieth of it
 APART = 30  # marks are so far apart that their names can be read: a thirtieth of what is shown
 
@@ -44,7 +44,7 @@ APART = 30  # marks are so far apart that their names can be read: a thirtieth o
 class WaveformFiles:
     """What writes recorded signals, and steps, into files."""
 
-    def __init__(self, signals: Signals, streams: list[Stream]) -> None:
+    def __init__(self, signals: Signals, streams: list[TimedStream]) -> None:
         self.signals, self.circuit, self.streams = signals, signals.circuit, streams
 
     def save_vcd(
@@ -222,7 +222,7 @@ class WaveformFiles:
 class Streaming:
     """What `stream_vcd` returns: what happens in the block of its `with` statement goes into the file."""
 
-    def __init__(self, streams: list[Stream], manager: AbstractContextManager[VcdStream]) -> None:
+    def __init__(self, streams: list[TimedStream], manager: AbstractContextManager[VcdStream]) -> None:
         self._streams, self._manager = streams, manager
         self._stream: VcdStream | None = None
 
@@ -259,7 +259,9 @@ def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
     return [chip for name, chip in chips.items() if name in owners]
 
 
-def values_of(chips: Iterable[Chip], commands: Mapping[str, TextLog], parts: Iterable[Part] = ()) -> list[Source]:
+def values_of(
+    chips: Iterable[Chip], commands: Mapping[str, TextLog], parts: Iterable[Part] = ()
+) -> list[VariableSource]:
     """Return what has a value beside the pins, for a waveform file.
 
     Of every chip its findings and the command in work; of every axis what moves it, and its quantities; of parts that
@@ -267,7 +269,7 @@ def values_of(chips: Iterable[Chip], commands: Mapping[str, TextLog], parts: Ite
     """
     from ...record.waveforms.vcd_sources import CurveSource, TextSource
 
-    sources: list[Source] = []
+    sources: list[VariableSource] = []
     for chip in chips:
         sources.append(TextSource(f"{chip.name}.finding", partial(_findings, chip)))
         if chip.name in commands:
@@ -293,9 +295,9 @@ def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ())
         yield from (f"{part.name}.{quantity.name} in {quantity.unit}" for quantity in part.quantities())
 
 
-def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> View:
+def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSetup:
     """Return what a viewer shows first of a window (ps): the motion, or all of it if nothing moves, with marks."""
-    from ...record.waveforms.layouts import View
+    from ...record.waveforms.layouts import ViewerSetup
 
     axes = [axis for chip in chips for _, axis in axes_of(chip)]
     spans = [span for axis in axes if (span := moving_from_to(axis, start, stop)) is not None]
@@ -306,14 +308,14 @@ def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> View:
     begun = [(motion.time_ps, motion.text) for axis in axes for motion in axis.motor.motions(start, stop)]
     marks = _apart([*sorted(found), *sorted(begun)], (end - begin) // APART)
     scale = 10 ** ((len(str(unit)) - 1) % 3)
-    return View(begin // unit, end // unit, [(ps // unit, text) for ps, text in marks], scale)
+    return ViewerSetup(begin // unit, end // unit, [(ps // unit, text) for ps, text in marks], scale)
 
 
 def _apart(marks: Iterable[tuple[int, str]], distance: int) -> list[tuple[int, str]]:
     """Marks by time, the first of them first of all; those that come too near to another one are left out."""
     kept: list[tuple[int, str]] = []
     for mark in marks:
-        if len(kept) < MOST_MARKS and all(abs(mark[0] - other) > distance for other, _ in kept):
+        if len(kept) < MAX_MARKS and all(abs(mark[0] - other) > distance for other, _ in kept):
             kept.append(mark)
     return sorted(kept)
 

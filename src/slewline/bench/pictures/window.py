@@ -11,14 +11,14 @@ from ...core.chip import Chip
 from ...core.datasheet.channel import AdaptiveLine, HostPort, SerialLine
 from ...core.datasheet.table import Limit
 from ...core.time.timebase import Clock
-from ...core.wires.serial import OVERSAMPLING, RS232, TTL, Word
+from ...core.wires.serial import OVERSAMPLING, RS232, TTL, CharacterFormat
 from ...errors import NotRecorded, UsageError
-from ...record.measuring.intervals import Bound, Checked, Edge, Interval, Signal, intervals
+from ...record.measuring.intervals import Bound, Checked, Edge, Interval, SignalEdges, intervals
 
 if TYPE_CHECKING:
     from ...record.measuring.intervals import Spans
     from ...record.pictures.diagram import Lane
-    from ...record.pictures.diagram import Word as Written
+    from ...record.pictures.diagram import LaneText as Written
     from ...record.recording.traces import Trace
     from .signals import Signals
 
@@ -34,11 +34,11 @@ class Window:
         self.signal = cache(self._signal)
         self.found = cache(self._found)
 
-    def _signal(self, name: str) -> Signal:
+    def _signal(self, name: str) -> SignalEdges:
         """What a pin or bus did, by its full name."""
         probe, recorder = self.signals.chosen([name])[name], self.signals.recorder
         since = max(self.start, recorder.since(probe)) if self.reach else self.start
-        return Signal.of(probe, recorder, since, self.stop)
+        return SignalEdges.of(probe, recorder, since, self.stop)
 
     def _found(self, chip: Chip, limit: Limit) -> Spans:
         """Begin and end of every interval that a limit is about (ps)."""
@@ -130,17 +130,17 @@ class Window:
     def _characters(self, chip: Chip, name: str) -> list[Written]:
         """The characters on a serial line, also those that only begin or end in the window."""
         from ...record.measuring.characters import characters, shown
-        from ...record.pictures.diagram import Word as Written
+        from ...record.pictures.diagram import LaneText as Written
 
         port: SerialLine | AdaptiveLine | None = chip.sheet.channel(SerialLine) or chip.sheet.channel(AdaptiveLine)
         baud = getattr(chip, "baud", 0)
         if port is None or not baud:
             return []
-        word, clock = Word(port.bits, port.parity, port.stop), Clock(round(baud * OVERSAMPLING))
+        word, clock = CharacterFormat(port.bits, port.parity, port.stop), Clock(round(baud * OVERSAMPLING))
         mark = RS232 if isinstance(port, SerialLine) else TTL
         probe, recorder = self.signals.chosen([name])[name], self.signals.recorder
         stop = min(self.stop + clock.ps(word.ticks), self.signals.circuit.kernel.now)
-        whole = Signal.of(probe, recorder, recorder.since(probe), stop)
+        whole = SignalEdges.of(probe, recorder, recorder.since(probe), stop)
         found = characters(whole, stop, clock, word, mark)
         return [
             Written(c.start_ps, c.end_ps, shown(c.byte), not c.good)

@@ -62,9 +62,9 @@ from ...errors import SlewlineError, UsageError
 from ...language.dialect import dialect_of
 from ...language.problems import Problem
 from ...language.source import host_lines
-from .directives import DIRECTIVES, Reading
-from .speech import SPEECH
-from .stage import Script, Stage, Step, command
+from .directives import DIRECTIVES, DirectiveKind
+from .protocols import SPEECH
+from .script_runner import Script, ScriptLine, ScriptRunner, command
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
@@ -94,11 +94,11 @@ def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], w
         script = read_script(script if isinstance(script, str) else "\n".join(script), where)
     check_script(bench, host, script)
     bench.kernel.outside.tell("script", host=host.name, args=[host.chip.name, script.text, script.where])
-    stage = Stage(bench, host, script, SPEECH[type(host.channel)])
+    runner = ScriptRunner(bench, host, script, SPEECH[type(host.channel)])
     following = [*script.steps[1:], None]
-    for stage.step, then in zip(script.steps, following, strict=False):
-        stage.directed = then is not None and then.directs
-        stage.step.queue(stage)
+    for runner.step, then in zip(script.steps, following, strict=False):
+        runner.directed = then is not None and then.directs
+        runner.step.queue(runner)
 
 
 def check_script(bench: Bench, host: Host, script: Script) -> None:
@@ -116,7 +116,7 @@ def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
     `run` plays nothing of a script with such lines, and `lint` calls each of them an error.
     """
     found = list(script.problems)
-    stage, chip = Stage(bench, host, script, SPEECH[type(host.channel)]), bench.chips[host.chip.name]
+    runner, chip = ScriptRunner(bench, host, script, SPEECH[type(host.channel)]), bench.chips[host.chip.name]
     for step in script.steps:
         if step.to in host.chips:
             chip = bench.chips[step.to]
@@ -125,15 +125,15 @@ def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
         found += _no_command(step, chip.sheet, chip.crystal_hz)
         try:
             if step.pin:
-                stage.terminal(step.pin, chip)
+                runner.terminal(step.pin, chip)
             if step.fits is not None:
-                step.fits(stage, chip)
+                step.fits(runner, chip)
         except SlewlineError as error:
             found.append(step.problem("unknown-pin" if step.pin else "directive", str(error)))
     return found
 
 
-def _no_command(step: Step, sheet: Sheet, crystal_hz: int) -> list[Problem]:
+def _no_command(step: ScriptLine, sheet: Sheet, crystal_hz: int) -> list[Problem]:
     """What is wrong with a command that no host can send."""
     dialect = dialect_of(sheet)
     if step.directs or dialect.directs(step.text):
@@ -150,7 +150,7 @@ def read_script(text: str, where: str = "script") -> Script:
     """Take a text apart.  Never raises: what is wrong is in `problems`."""
     steps, problems = [], []
     for line, column, body in host_lines(text):
-        step = Step(line, column, body, command(body))
+        step = ScriptLine(line, column, body, command(body))
         try:
             _plain(step)
             steps.append(_directive(step) if step.directs else _line(step))
@@ -161,7 +161,7 @@ def read_script(text: str, where: str = "script") -> Script:
     return Script(text, where, tuple(steps), tuple(problems))
 
 
-def _plain(step: Step) -> None:
+def _plain(step: ScriptLine) -> None:
     """A host sends printable ASCII, and no line without end."""
     if len(step.text) > LONGEST:
         raise UsageError(f"a line of {len(step.text)} characters; allowed {LONGEST}")
@@ -171,24 +171,24 @@ def _plain(step: Step) -> None:
         raise UsageError(f"{at} is not printable ASCII; {COPIED.get(odd, '@bytes sends other bytes')}")
 
 
-def _line(step: Step) -> Step:
+def _line(step: ScriptLine) -> ScriptLine:
     """A command; in some dialects, some words direct the host without @."""
     word = step.text.split()[0].lower()
     if word not in DIRECTIVES:
         return step
 
-    def queue(stage: Stage) -> None:
-        directs = dialect_of(stage.host.chip.sheet).directs(step.text)
-        (_reading(word, step.text).queue if directs else step.queue)(stage)
+    def queue(runner: ScriptRunner) -> None:
+        directs = dialect_of(runner.host.chip.sheet).directs(step.text)
+        (_reading(word, step.text).queue if directs else step.queue)(runner)
 
-    def fits(stage: Stage, chip: Chip) -> None:
+    def fits(runner: ScriptRunner, chip: Chip) -> None:
         if dialect_of(chip.sheet).directs(step.text) and (reading := _reading(word, step.text)).fits is not None:
-            reading.fits(stage, chip)
+            reading.fits(runner, chip)
 
     return replace(step, queue=queue, fits=fits)
 
 
-def _directive(step: Step) -> Step:
+def _directive(step: ScriptLine) -> ScriptLine:
     if step.verb not in DIRECTIVES:
         there = " ".join("@" + verb for verb in DIRECTIVES)
         raise UsageError(f"no directive @{step.verb}; there are {there}{hint(step.verb, DIRECTIVES)}")
@@ -196,7 +196,7 @@ def _directive(step: Step) -> Step:
     return replace(step, queue=queue, pin=pin, fits=fits, to=step.text[3:].strip() if step.verb == "to" else "")
 
 
-def _reading(verb: str, text: str) -> Reading:
+def _reading(verb: str, text: str) -> DirectiveKind:
     """A directive, read: its verb, and the text that begins with it."""
     rest = text[len(verb) :].strip()
     if bool(rest) == (verb == "reset"):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ...core.motion.plan import Plan, plan, tail
 from ...core.wires.net import Net
 from ..cy5xx import sloped
@@ -36,19 +36,19 @@ class Motion(sloped.Motion):
         self.xss, self.xdir = (self.chip.pins[name].net for name in ("xss", "xdir"))
 
     # -------------------------------------------------------------------------------------------- before the first step
-    def parameters(self, number: int) -> Callable[[], Parameters]:
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Take over the parameters for this motion; neither O nor J has a slope."""
         super().parameters(number)
         if self.text in ("O", "J"):
-            self.made = self.made._replace(slope=0)
-        return self.made.parameters
+            self.at_start = self.at_start._replace(slope=0)
+        return self.at_start.parameters
 
     def planned(self) -> Plan:
         """The plan of this motion, unless ABORT is low: then no step is made."""
         if self.abort.level == 0:
             return STOP
         self.faces()
-        _, rate, slope, factor, number, law = self.made
+        _, rate, slope, factor, number, law = self.at_start
         if self.text == "O":
             return profile.one(law)
         return profile.jog(rate, factor, law) if self.text == "J" else profile.move(number, rate, slope, factor, law)
@@ -60,7 +60,7 @@ class Motion(sloped.Motion):
         turned = (self.xdir, 0 if self.sign > 0 else 1)
         return [(self.inhibit, 1), (self.abort, 0), *[(self.xss, 1)] * jogs, *[turned] * follows]
 
-    def look_after(self, net: Net) -> tuple[int, None]:
+    def first_sample_after(self, net: Net) -> tuple[int, None]:
         """Every input is looked at as the next step begins."""
         return self.train.begin(self.train.begun(self.kernel.now)), None
 
@@ -69,12 +69,12 @@ class Motion(sloped.Motion):
         if step >= plan.steps:
             return plan  # on the target
         if self.inhibit.level == 1:
-            self.departs("event", "TRIGGER")
+            self.mark_deviation("event", "TRIGGER")
             await self.uninhibited()
             self.chip.waits(self.progress)
         for net, ends, name in ((self.abort, 0, "ABORT"), (self.xss, 1 if self.text == "J" else None, "XSS")):
             if net.level == ends:
-                self.departs("command", name)
+                self.mark_deviation("command", name)
                 return STOP
         return rest(plan, step) if self.faces() else plan
 
@@ -84,7 +84,7 @@ class Motion(sloped.Motion):
         turned = sign != self.sign
         if turned:
             if self.done:
-                self.departs("event", "XDIR")
+                self.mark_deviation("event", "XDIR")
             self.settle()  # with the steps of the direction so far
             self.sign = sign
         return turned

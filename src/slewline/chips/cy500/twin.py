@@ -8,9 +8,9 @@ from functools import partial
 from typing import Any
 
 from ...core.motion.ideal import Ideal
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ...core.motion.train import OPEN
-from ..cy5xx.twin import DOWN, SLEW, SlopeStepwise, Step
+from ..cy5xx.twin import DOWN, SLEW, SlopeStepwise, TwinStep
 from .instructions import Registers
 
 
@@ -28,7 +28,7 @@ class Stepwise(SlopeStepwise):
         self.text, self.goes = text, number > 0
         await super().move(number, sign, text)
 
-    def parameters(self, number: int) -> Callable[[], Parameters]:
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
         super().parameters(number)
         if self.text in ("O", "J"):
             self.motion_made = self.motion_made._replace(slope=0)
@@ -61,28 +61,28 @@ class Stepwise(SlopeStepwise):
             self.plan.extend([*up, *[self.top] * (self.number - len(up) - len(down)), *down])
 
     @property
-    def top(self) -> Step:
+    def top(self) -> TwinStep:
         """A step at the rate of R."""
         return self.step_of(SLEW, self.motion_made.rate)
 
-    def coming(self) -> Step | None:
+    def coming(self) -> TwinStep | None:
         return self.top if self.endless else super().coming()
 
-    async def goes_on(self, just: Step) -> bool:
+    async def should_continue(self, just: TwinStep) -> bool:
         """Look at the target, TRIGGER, ABORT, XSS, XDIR."""
         if self.coming() is None:
             return False
         if self.trigger.level == 1:
-            self.departs("event", "TRIGGER")
+            self.mark_deviation("event", "TRIGGER")
             await self.chip.polled(self.trigger, 0, self.ticks["inhibit_poll"])
         if self.abort.level == 0:
-            self.departs("command", "ABORT")
+            self.mark_deviation("command", "ABORT")
             return False
         if self.endless and self.xss.level == 1:
-            self.departs("command", "XSS")
+            self.mark_deviation("command", "XSS")
             return False
         if self.face():
-            self.departs("event", "XDIR")
+            self.mark_deviation("event", "XDIR")
         return True
 
     def face(self) -> bool:

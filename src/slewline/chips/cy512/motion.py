@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ...core.motion.plan import Plan, mirrored, plan, tail
 from ...core.wires.net import Net
 from ..cy5xx import sloped
@@ -32,14 +32,14 @@ class Motion(sloped.Motion):
         self.least = max(self.ticks["terminated"] - self.high, 1)  # clocks, from the begin of a step on
 
     # ------------------------------------------------------------------------------------------ before the first step
-    def parameters(self, number: int) -> Callable[[], Parameters]:
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Take over the parameters for this motion."""
         self.aborted = False
         return super().parameters(number)
 
     def planned(self) -> Plan:
         """The plan of this motion, whose first step begins now."""
-        return profile.move(self.number, self.made.rate, self.made.slope, self.made.factor, self.law)
+        return profile.move(self.number, self.at_start.rate, self.at_start.slope, self.at_start.factor, self.law)
 
     # ----------------------------------------------------------------------------------------------- between two steps
     def watched(self) -> list[tuple[Net, int]]:
@@ -62,7 +62,7 @@ class Motion(sloped.Motion):
     def ended(self, option: str, text: str, of: Plan, step: int) -> Plan:
         """The motion is to end: at once, or behind the way down that the option asks for."""
         self.aborted = True
-        self.departs("command", text)
+        self.mark_deviation("command", text)
         down = self.way_down(of, step) if self.ways[option] == "ramp" else ()
         return plan(("down", down)) if down else STOP
 
@@ -73,15 +73,15 @@ class Motion(sloped.Motion):
             return tail(over.runs, step - over.first)
         if over.name == "crawl":
             return ()
-        made = self.made
-        rate = made.rate if over.name == "slew" else self.law.start + (step - 1) * made.slope
-        return mirrored(self.law.up(rate, made.slope, made.factor))
+        at_start = self.at_start
+        rate = at_start.rate if over.name == "slew" else self.law.start + (step - 1) * at_start.slope
+        return mirrored(self.law.up(rate, at_start.slope, at_start.factor))
 
     # -------------------------------------------------------------------------------------------------------- TERMINATE
-    def look_after(self, net: Net) -> tuple[int, Within | None]:
+    def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
         """Return the tick of the first look at a net strictly after this instant, and what is done at one in a step."""
         if net is not self.terminate:
-            return super().look_after(net)
+            return super().first_sample_after(net)
         now, train = self.kernel.now, self.train
         step = train.begun(now)
         look = max(train.begin(step - 1) + self.least, self.clock.ticks_until(now) + 1)

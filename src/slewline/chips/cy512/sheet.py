@@ -106,7 +106,7 @@ REGISTERS = (
 # ------------------------------------------------------------------------------------------------- rates, at 11 MHz
 # Both speeds that are stated are met: 5000 steps/s at R 255, and almost 8000 where TERMINATE ends every step.
 FASTEST_TICKS, RATE_TICKS = 2200, 240  # clocks of a step at R 255; what a unit of R takes more: 16 cycles of 15 clocks
-LEAST_TICKS = 92 * 15  # of a step that TERMINATE ends
+MIN_TICKS = 92 * 15  # of a step that TERMINATE ends
 PERIODS = tuple(FASTEST_TICKS + (RATE.high - rate) * RATE_TICKS for rate in range(RATE.high + 1))  # R 0 ... 255
 
 _LEFT_OUT = ("readout_delay", "readout_spacing", "readout_stretch", "phase_pulse", "slew_blink")
@@ -114,7 +114,7 @@ TIMES = MappingProxyType({
     **{name: time for name, time in cy525.TIMES.items() if name not in _LEFT_OUT},
     "millisecond": Timing(1000, 11, "unit of X", COMPARED, "inferred"),
     "pulse_high": Timing(16, 6, "PULSE high between steps", "s.3 item 6; s.8", "inferred"),
-    "terminated": Timing(LEAST_TICKS / 11, 11, "shortest step that TERMINATE leaves", f"s.1; {PAGE}", "inferred"),
+    "terminated": Timing(MIN_TICKS / 11, 11, "shortest step that TERMINATE leaves", f"s.1; {PAGE}", "inferred"),
 })
 
 _EDGES = ("reset falls", "io_request falls", "ready falls", "run falls", "programmable_output rises", "programmable_output falls", "clk15 falls", "clk15 rises")
@@ -131,7 +131,7 @@ _FULL = tuple(sum(level << 3 - n for n, level in enumerate(row)) for row in cy52
 PHASES = tuple(row for full, after in zip(_FULL, (*_FULL[1:], _FULL[0]), strict=True) for row in (full, full | after))
 
 INFERRED = (
-    *slopes(PERIODS, LEAST_TICKS, PHASES, f"{COMPARED} R"),
+    *slopes(PERIODS, MIN_TICKS, PHASES, f"{COMPARED} R"),
     *clocks({name: time for name, time in TIMES.items() if time.trust == "inferred"}),
     Option("held_pulse", "int", 1, "inferred: PULSE while STEP INHIBIT holds a step", low=0, high=1, where=f"{COMPARED} item 6"),
     Option("abort", "choice", "ramp", "inferred: what ABORT low does", choices=WAYS, where="guide"),

@@ -6,7 +6,7 @@ from collections import deque
 from typing import Any
 
 from ...core.wires.waits import first_of
-from ..cy5xx.twin import CRAWL, DOWN, SLEW, SlopeStepwise, Step
+from ..cy5xx.twin import CRAWL, DOWN, SLEW, SlopeStepwise, TwinStep
 
 
 class Stepwise(SlopeStepwise):
@@ -39,22 +39,22 @@ class Stepwise(SlopeStepwise):
             await first_of(self.kernel, self.clock.ps(end), (self.terminate, 0))
             await chip.at_tick(min(self.clock.ticks_until(self.kernel.now) + 1, end))
 
-    async def goes_on(self, just: Step) -> bool:
+    async def should_continue(self, just: TwinStep) -> bool:
         """Look at everything at the end of a step, in the chip's order; false: the motion is over."""
         if self.coming() is None:
             if self.made < self.number:
                 self.axis.log.stop()
             return False
         if self.abort.level == 0 and not self.aborted:
-            self.departs("command", "ABORT")
+            self.mark_deviation("command", "ABORT")
             if not self.turned_down(just, "abort"):
                 return False
         if self.request.level == 0 and not (self.aborted and self.ways["request"] == "ramp"):
-            self.departs("command", "I/O REQUEST")
+            self.mark_deviation("command", "I/O REQUEST")
             return self.turned_down(just, "request")
         return True
 
-    def turned_down(self, just: Step, option: str) -> bool:
+    def turned_down(self, just: TwinStep, option: str) -> bool:
         """The motion is to end: plan the way down; false: there is none."""
         self.aborted = True
         if self.ways[option] == "stop":

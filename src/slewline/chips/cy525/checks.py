@@ -39,7 +39,7 @@ class State(NamedTuple):
     halt: int | None = None
 
 
-class Motion(NamedTuple):
+class KnownMotion(NamedTuple):
     """A G or P, and the registers that it meets."""
 
     statement: Statement
@@ -92,7 +92,7 @@ class Walk:
     """All motions of a text, with every set of registers that they can meet."""
 
     def __init__(self, source: Source) -> None:
-        self.motions: dict[Motion, None] = {}  # in the order of their discovery
+        self.motions: dict[KnownMotion, None] = {}  # in the order of their discovery
         self.halts: dict[int, Statement] = {}
         self.flight = Flight(source)
         walk(source, [State()], self._step, self.flight.directive)
@@ -101,7 +101,7 @@ class Walk:
         if statement.row.name == "HALTMODE":
             self.halts.setdefault(statement.line, statement)
         if statement.row.motion:
-            motion = Motion(statement, state)
+            motion = KnownMotion(statement, state)
             self.motions[motion] = None
             self.flight.motion(motion)
         return after(statement, state)
@@ -131,7 +131,7 @@ def motions(source: Source) -> None:
             source.report(statement, "halt-unused", "warning", found, section="s.7", remedy=remedy)
 
 
-def unset(source: Source, found: Iterable[Motion]) -> None:
+def unset(source: Source, found: Iterable[KnownMotion]) -> None:
     """The first motion that uses a register which nothing has set: power-up leaves chance values (s.4)."""
     for statement, state in sorted(found, key=lambda motion: motion.statement.line):
         names = {"F": state.first, "R": state.rate, "S": state.slope, "Z": state.divisor}
@@ -147,7 +147,7 @@ def unset(source: Source, found: Iterable[Motion]) -> None:
             return
 
 
-def judge(source: Source, motion: Motion, short: list[Unreached]) -> bool:
+def judge(source: Source, motion: KnownMotion, short: list[Unreached]) -> bool:
     """Judge one motion with one set of registers; return whether it runs without end."""
     first, rate, slope, divisor = motion.state[:4]
     if first is None or rate is None:
@@ -166,7 +166,7 @@ def judge(source: Source, motion: Motion, short: list[Unreached]) -> bool:
     return False
 
 
-def continuous(source: Source, motion: Motion, span: str, full: int) -> bool:
+def continuous(source: Source, motion: KnownMotion, span: str, full: int) -> bool:
     """H acts only if the motion comes to slewing: two ramps and 256 steps must fit into the distance (s.7, s.8)."""
     distance, needed = motion.distance, 2 * full + SHORT_SLEW_STEPS
     if full > RAMP_TOP:
@@ -187,7 +187,7 @@ def continuous(source: Source, motion: Motion, span: str, full: int) -> bool:
 
 
 def normal(
-    source: Source, motion: Motion, up: tuple[tuple[int, int], ...], first: int, rate: int, short: list[Unreached]
+    source: Source, motion: KnownMotion, up: tuple[tuple[int, int], ...], first: int, rate: int, short: list[Unreached]
 ) -> None:
     """A move to a target: is the rate reached, and how much of the way is left over at the first rate (s.8)?"""
     distance, full = motion.distance or 0, steps(up)
@@ -233,7 +233,7 @@ class Flight:
         self.stopped = False  # somewhere ABORT is lowered, or everything is reset
         self.lowest = 0  # where an abort would stop: F, or the last rate that was stepped down to
 
-    def motion(self, motion: Motion) -> None:
+    def motion(self, motion: KnownMotion) -> None:
         if motion.state.halt is not None:
             self.current = motion.state.rate if motion.state.rate is not None else RATE_TOP
             self.first = self.lowest = motion.state.first or 0

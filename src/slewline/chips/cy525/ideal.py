@@ -18,13 +18,13 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from ...core.motion.ideal import Ideal
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ..cy5xx.units import pieces
 from . import sheet
 from .profile import Law, unit_ticks
 
 
-class Made(NamedTuple):
+class RegistersAtStart(NamedTuple):
     """The parameters of a motion, as they were when it began."""
 
     crystal_hz: int
@@ -40,9 +40,11 @@ class Made(NamedTuple):
         return self.crystal_hz / int(sheet.STEP_TICKS[min(rate, sheet.RATE_TOP)])
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
-    def parameters(self) -> Parameters:
+    def parameters(self) -> MotionParameters:
         """What a picture names: the rates of F and R, and S, Z, N."""
-        return Parameters(self.rates(self.first, self.rate), {"S": self.slope, "Z": self.divisor, "N": self.number})
+        return MotionParameters(
+            self.rates(self.first, self.rate), {"S": self.slope, "Z": self.divisor, "N": self.number}
+        )
 
     def rates(self, first: int, rate: int) -> Mapping[str, float]:
         """The rates of F and R, by name."""
@@ -64,7 +66,7 @@ class Made(NamedTuple):
         return Ideal(start, position, pieces(rates, unit, self.number, slews, endless), sign)
 
 
-def made(crystal_hz: int, values: Mapping[str, int], number: int, law: Law) -> Made:
+def at_start(crystal_hz: int, values: Mapping[str, int], number: int, law: Law) -> RegistersAtStart:
     """Return the parameters of a motion of some steps that begins now; `values` are the registers by name."""
     first, rate, slope, divisor = (values[name] for name in ("firstrate", "rate", "slope", "divisor"))
-    return Made(crystal_hz, first, rate, slope, divisor, number, law)
+    return RegistersAtStart(crystal_hz, first, rate, slope, divisor, number, law)

@@ -9,13 +9,13 @@ from collections.abc import Callable
 from functools import partial
 
 from ...core.motion.ideal import Ideal
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ...core.motion.plan import Plan, Runs, head, mirrored, steps, tail
 from ...core.wires.net import Net, Wave
 from ..cy5xx import motion
 from ..cy5xx.motion import STOP
 from . import profile, sheet
-from .ideal import made
+from .ideal import at_start
 from .instructions import Registers
 from .profile import Law
 
@@ -29,16 +29,16 @@ class Motion(motion.Motion):
     law: Law
 
     # -------------------------------------------------------------------------------------------- before the first step
-    def parameters(self, number: int) -> Callable[[], Parameters]:
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Take over the parameters for this motion."""
         values = self.registers.values
         self.first = min(values["firstrate"], sheet.RATE_TOP)  # effective F: requests change it
         self.top = max(self.first, min(values["rate"], sheet.RATE_TOP))
         self.continuous, self.aborted = self.registers.continuous, False
         self.crawling = False  # ABORT was released: on to the target
-        self.served = self.pending = self.told_held = False
-        self.made = made(self.chip.crystal_hz, values, number, self.law)
-        return self.made.parameters
+        self.served = self.pending = self.held_reported = False
+        self.at_start = at_start(self.chip.crystal_hz, values, number, self.law)
+        return self.at_start.parameters
 
     async def ordered(self) -> None:
         """I/O REQUEST must have been high; then ABORT says whether it counts for this motion."""
@@ -50,7 +50,7 @@ class Motion(motion.Motion):
     def expected(self, plan: Plan) -> Callable[[], Ideal]:
         """What makes the ideal of this motion, whose first step begins now."""
         slews = any(leg.name == "slew" for leg in plan.legs)
-        return partial(self.made.ideal, self.kernel.now, self.axis.position, self.sign, slews, self.continuous)
+        return partial(self.at_start.ideal, self.kernel.now, self.axis.position, self.sign, slews, self.continuous)
 
     def planned(self) -> Plan:
         """The plan of this motion; a continuous one slews without end if it comes to slewing at all (s.7)."""
@@ -121,7 +121,7 @@ class Motion(motion.Motion):
         """ABORT has gone low: ramp down to the first rate from where the motion is; the target may lie on the way."""
         chip = self.chip
         self.aborted = True
-        self.departs("command", "ABORT")
+        self.mark_deviation("command", "ABORT")
         chip.waits(self.progress)
         over = plan.leg(step - 1)
         if over.name == "down":
@@ -153,7 +153,7 @@ class Motion(motion.Motion):
         if not self.continuous:
             if low:
                 if plan is not STOP:
-                    self.departs("command", "I/O REQUEST")
+                    self.mark_deviation("command", "I/O REQUEST")
                 chip.finding("fly-rate-outside-continuous", "I/O REQUEST low in a normal motion: it halts without ramp")
                 return STOP
             return plan
@@ -163,15 +163,15 @@ class Motion(motion.Motion):
             if self.pending or missed:
                 when = "while the motor was ramping" if self.pending else "within one step"
                 chip.finding("request-withdrawn", f"a rate request came and went {when}: not seen")
-            self.pending = self.served = self.told_held = False
+            self.pending = self.served = self.held_reported = False
             return plan
         ramping = plan.leg(step).name != "slew"
         self.pending = ramping and not self.served
         if ramping:
             return plan
         if self.served:
-            if not self.told_held:
-                self.told_held = True
+            if not self.held_reported:
+                self.held_reported = True
                 chip.finding(
                     "request-held", "I/O REQUEST still low after SLEW went high: ignored until it has been high"
                 )
@@ -194,7 +194,7 @@ class Motion(motion.Motion):
 
     def slews_at(self, rate: int) -> None:
         """From now on the motion is to slew at another rate."""
-        self.axis.log.change(partial(self.made.rates, self.first, rate))
+        self.axis.log.change(partial(self.at_start.rates, self.first, rate))
 
     def taken_rate(self) -> int:
         """Read the rate byte, with one INSTROBE pulse; the request counts as served until it has been high."""
@@ -203,7 +203,7 @@ class Motion(motion.Motion):
         if byte > sheet.RATE_TOP:
             self.chip.finding("range", f"rate {byte} on the fly: 127 is used")
         rate = min(byte, sheet.RATE_TOP)
-        self.departs("command", f"R {rate}")
+        self.mark_deviation("command", f"R {rate}")
         return rate
 
     async def zero_rate(self, old: int) -> Plan:

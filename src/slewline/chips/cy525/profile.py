@@ -24,7 +24,7 @@ from typing import NamedTuple
 from ...core.motion.plan import Leg, Plan, Runs, head, mirrored, steps, tail
 from ...core.motion.plan import plan as core_plan
 from ...core.motion.train import OPEN
-from ..cy5xx.units import climb
+from ..cy5xx.units import accelerate
 from . import sheet
 
 __all__ = ["Law", "Leg", "Plan", "Runs", "head", "mirrored", "move", "plan", "ramp", "rate", "steady", "steps", "tail"]
@@ -48,7 +48,7 @@ def unit_ticks(slope: int, divisor: int, law: Law = LAW) -> int:
 @lru_cache(maxsize=256)
 def ramp(low: int, high: int, slope: int, divisor: int, law: Law = LAW) -> Runs:
     """The way up: runs from the first step at rate `low` to the last one below rate `high`; empty unless low < high."""
-    return climb(sheet.STEP_TICKS, low, high, unit_ticks(slope, divisor, law), law.jumps)
+    return accelerate(sheet.STEP_TICKS, low, high, unit_ticks(slope, divisor, law), law.jumps)
 
 
 def plan(*parts: tuple[str, Runs]) -> Plan:

@@ -16,7 +16,7 @@ from itertools import accumulate, pairwise
 from ...core.datasheet.table import Sheet
 from ...core.time.timebase import PS_PER_S
 from ...errors import UsageError
-from ...language.ramps import Calculator, Candidate, Quantity, Search, Values
+from ...language.ramps import Calculator, Candidate, RampParameter, Search, Values
 from ...language.rates import steps_per_s
 from ..cy5xx.unit_ramps import UnitRamp
 from . import profile
@@ -25,12 +25,12 @@ from .sheet import COMMANDS, RAMP_UNIT, STEP_TICKS
 NUMBER = COMMANDS["N"].args[0]
 SLOPE, DIVISOR = COMMANDS["S"].args[0], COMMANDS["Z"].args[0]
 QUANTITIES = (
-    Quantity("F", COMMANDS["F"].says, COMMANDS["F"].args[0], per_s=1),
-    Quantity("R", COMMANDS["R"].says, COMMANDS["R"].args[0], per_s=1),
-    Quantity("S", COMMANDS["S"].says, SLOPE, free=True),
-    Quantity("Z", COMMANDS["Z"].says, DIVISOR, default=1, free=True),
-    Quantity(RAMP_UNIT.name, "option of the chip: a rate unit at S 255, Z 1", RAMP_UNIT, default=profile.LAW.unit),
-    Quantity("ramp_jumps", "option of the chip: several units a step", choices=("False", "True"), default="False"),
+    RampParameter("F", COMMANDS["F"].says, COMMANDS["F"].args[0], per_s=1),
+    RampParameter("R", COMMANDS["R"].says, COMMANDS["R"].args[0], per_s=1),
+    RampParameter("S", COMMANDS["S"].says, SLOPE, free=True),
+    RampParameter("Z", COMMANDS["Z"].says, DIVISOR, default=1, free=True),
+    RampParameter(RAMP_UNIT.name, "option of the chip: a rate unit at S 255, Z 1", RAMP_UNIT, default=profile.LAW.unit),
+    RampParameter("ramp_jumps", "option of the chip: several units a step", choices=("False", "True"), default="False"),
 )
 
 
@@ -56,7 +56,7 @@ class Cy525Ramps(Calculator):
             self.sheet.part, values, crystal_hz, STEP_TICKS, runs, NUMBER, lambda number: profile.move(number, *law)
         )
 
-    def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+    def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         rate = steps_per_s(text)
         if rate is None:
             return None

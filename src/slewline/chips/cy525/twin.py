@@ -10,19 +10,19 @@ from collections.abc import Callable
 from functools import partial
 
 from ...core.motion.ideal import Ideal
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ...core.wires.net import Wave
 from ..cy5xx import twin
-from ..cy5xx.twin import CRAWL, DOWN, SAME, SLEW, UP, Step
+from ..cy5xx.twin import CRAWL, DOWN, SAME, SLEW, UP, TwinStep
 from . import sheet
-from .ideal import made
+from .ideal import at_start
 from .instructions import Registers
 from .profile import Law
 
 
-def step_of(kind: str, rate: int) -> Step:
+def step_of(kind: str, rate: int) -> TwinStep:
     """Return a step at a rate parameter."""
-    return Step(kind, rate, sheet.STEP_TICKS[rate])
+    return TwinStep(kind, rate, sheet.STEP_TICKS[rate])
 
 
 class Stepwise(twin.Stepwise):
@@ -48,9 +48,9 @@ class Stepwise(twin.Stepwise):
         self.changes = self.request.changes
         await super().play()
 
-    def parameters(self, number: int) -> Callable[[], Parameters]:
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Return what tells the parameters of a motion that begins now, when somebody asks."""
-        self.motion_made = made(self.chip.crystal_hz, self.registers.values, number, self.law)
+        self.motion_made = at_start(self.chip.crystal_hz, self.registers.values, number, self.law)
         return self.motion_made.parameters
 
     async def ordered(self) -> None:
@@ -73,7 +73,7 @@ class Stepwise(twin.Stepwise):
     def prepare(self) -> None:
         """The plan of an undisturbed motion."""
         number, self.abort_used, self.served = self.number, False, False
-        self.ramped_over = self.held_told = False
+        self.ramped_over = self.held_reported = False
         self.asked_endless = self.registers.continuous
         self.first = min(self.registers.values["firstrate"], sheet.RATE_TOP)
         self.top = max(min(self.registers.values["rate"], sheet.RATE_TOP), self.first)  # R below F: the whole move at F
@@ -102,14 +102,14 @@ class Stepwise(twin.Stepwise):
             rate = due if self.law.jumps else min(rate + 1, due)
         return rates
 
-    def coming(self) -> Step | None:
+    def coming(self) -> TwinStep | None:
         """The step that comes next as things stand; None: the target is reached."""
         if self.plan:
             return self.plan[0]
         return step_of(SLEW, self.top) if self.endless else None
 
     # ------------------------------------------------------------------------------------------------------- one step
-    def stretched(self, step: Step) -> int:
+    def stretched(self, step: TwinStep) -> int:
         """I/O SELECT while stepping: a read-out, which lengthens a step of a ramp."""
         if self.select.level == 0:
             return 0
@@ -132,7 +132,7 @@ class Stepwise(twin.Stepwise):
         chip.bus_driver.play(Wave(None, (ps(high), ps(falls), ps(rises)), (*both, None)))
 
     # ----------------------------------------------------------------------------------- the looks between two steps
-    async def goes_on(self, just: Step) -> bool:
+    async def should_continue(self, just: TwinStep) -> bool:
         """Look at everything at the end of a step, in the chip's order; false: the motion is over."""
         # 1. the target
         if self.coming() is None:
@@ -141,7 +141,7 @@ class Stepwise(twin.Stepwise):
         aborts = self.abort_enabled and not self.abort_used and self.abort.level == 0
         if aborts:
             self.abort_used = True
-            self.departs("command", "ABORT")
+            self.mark_deviation("command", "ABORT")
             if just.kind == CRAWL or not self.turned_down(just):
                 self.asked_to_halt()
                 return False
@@ -158,7 +158,7 @@ class Stepwise(twin.Stepwise):
         # 4. a rate request
         if not self.continuous:
             if self.request.level == 0:
-                self.departs("command", "I/O REQUEST")
+                self.mark_deviation("command", "I/O REQUEST")
             return not self.asked_to_halt()
         return aborts or await self.requested(just, coming)
 
@@ -169,24 +169,24 @@ class Stepwise(twin.Stepwise):
         self.chip.finding("fly-rate-outside-continuous", "a normal motion takes no rates")
         return True
 
-    async def requested(self, just: Step, coming: Step) -> bool:
+    async def requested(self, just: TwinStep, coming: TwinStep) -> bool:
         """I/O REQUEST in a continuous motion; false: the motion ended in the zero-rate state."""
         changes, self.changes = self.request.changes - self.changes, self.request.changes
         if self.request.level == 1:
             if self.ramped_over or changes > 1:
                 self.chip.finding("request-withdrawn", "a request that nobody has seen")
-            self.served = self.ramped_over = self.held_told = False
+            self.served = self.ramped_over = self.held_reported = False
         elif coming.kind != SLEW and not self.served:
             self.ramped_over = True
-        elif coming.kind == SLEW and self.served and not self.held_told:
-            self.held_told = True
+        elif coming.kind == SLEW and self.served and not self.held_reported:
+            self.held_reported = True
             self.chip.finding("request-held", "a request counts once")
         if self.request.level == 0 and self.endless and not self.served and SLEW in (just.kind, coming.kind):
             self.served, self.ramped_over = True, False
             return await self.rate_request()
         return True
 
-    def turned_down(self, just: Step) -> bool:
+    def turned_down(self, just: TwinStep) -> bool:
         """ABORT is low: plan the way down, and steps at the first rate to the target; false: there is no way down."""
         if just.kind == DOWN:  # it goes down already
             down = [step for step in self.plan if step.kind == DOWN]
@@ -210,7 +210,7 @@ class Stepwise(twin.Stepwise):
         if chip.bus.byte > sheet.RATE_TOP:
             chip.finding("range", "a rate above 127")
         rate = min(chip.bus.byte, sheet.RATE_TOP)
-        self.departs("command", f"R {rate}")
+        self.mark_deviation("command", f"R {rate}")
         return rate
 
     def ramp_up_to(self, rate: int) -> None:

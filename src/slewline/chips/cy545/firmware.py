@@ -19,6 +19,7 @@ from ...core.time.kernel import Kernel
 from ..cy5xx.crystal import check_crystal, clocks
 from ..cy5xx.supply import PowerUp, Supply
 from . import sheet
+from .arbiter import InputArbiter
 from .display import Display
 from .fitted import fitted
 from .home import Home
@@ -32,7 +33,6 @@ from .profile import law_of
 from .program import Program
 from .registers import Registers
 from .serial_side import SerialSide
-from .sides import Sides
 from .steps import StepOutputs
 from .user_bits import UserBits
 
@@ -58,7 +58,7 @@ class Cy545(Chip):
         self.local_bus = LocalBus(self, ticks, self.bits)
         self.port = ParallelPort(self, ticks, self.bits)
         self.serial = SerialSide(self, ticks, self.bits)
-        self.sides = Sides(self, self.port, self.serial)
+        self.arbiter = InputArbiter(self, self.port, self.serial)
         self.display = Display(self, self.state, self.local_bus, self.port, self.serial)
         self._moved_by(ticks)
         self.stored = Program(self, self.state)
@@ -67,7 +67,7 @@ class Cy545(Chip):
             self.stored, self.begin_anew,
         )  # fmt: skip
         self.interpreter = Interpreter(
-            self, ticks, self.state, self.sides, self.local_bus, self.stored, self.instructions, self.jog
+            self, ticks, self.state, self.arbiter, self.local_bus, self.stored, self.instructions, self.jog
         )
         self.supply = Supply(self, self, self.sheet.times, PowerUp(ticks["reset_pulse"], sheet.POWER_UP_PS), sense=1)
         check_crystal(self, "the sheet")
@@ -117,7 +117,7 @@ class Cy545(Chip):
         """Give everything its state after power-up; every output is driven."""
         self.begin_anew()
         self.driven(True)
-        self.sides.reset()
+        self.arbiter.reset()
 
     def begin_anew(self) -> None:
         """RESET and I: registers, position, mode and outputs take their values after power-up, a program ends (ch.10).
@@ -131,7 +131,7 @@ class Cy545(Chip):
         self.interpreter.decoder.reset()
         self.bits.clear()
         self.outputs.clear()
-        self.sides.restart()
+        self.arbiter.restart()
 
     def cleared(self) -> None:
         """The firmware has been killed: no program, no motion, no command, nothing on the bus."""
@@ -145,11 +145,11 @@ class Cy545(Chip):
         for row in self.sheet.pins:
             if row.name in self.drivers:
                 self.drivers[row.name].drive(row.reset if on and row.way == "out" else None)
-        self.sides.killed(on)
+        self.arbiter.killed(on)
 
     def start(self) -> None:
         """Start the firmware at this instant."""
-        self.sides.reset()
+        self.arbiter.reset()
         super().start()
 
     # ------------------------------------------------------------------------------------------------- as others see it
@@ -161,7 +161,7 @@ class Cy545(Chip):
     @property
     def answering(self) -> bool:
         """Is a line of the serial host in work, or its answer on its way?"""
-        return self.sides.answering
+        return self.arbiter.answering
 
     @property
     def baud(self) -> float:
@@ -171,7 +171,7 @@ class Cy545(Chip):
     @property
     def awaits_host(self) -> bool:
         """Does the chip wait for the rest of a command or of a handshake?"""
-        return self.port.host_is_next or self.sides.unfinished
+        return self.port.host_is_next or self.arbiter.unfinished
 
     @property
     def registers(self) -> dict[str, int]:

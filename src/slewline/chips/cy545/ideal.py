@@ -7,13 +7,13 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from ...core.motion.ideal import Ideal
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ..cy5xx.units import pieces
 from . import sheet
 from .profile import Law
 
 
-class Made(NamedTuple):
+class RegistersAtStart(NamedTuple):
     """The parameters of a motion, as they were when it began."""
 
     crystal_hz: int
@@ -28,10 +28,10 @@ class Made(NamedTuple):
         return self.crystal_hz / self.law.periods[rate]
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
-    def parameters(self) -> Parameters:
+    def parameters(self) -> MotionParameters:
         """What a picture names: the rates of F and R, and S, N."""
         rates = {f"{letter} = {each}": self.steps_per_s(each) for letter, each in (("F", self.first), ("R", self.rate))}
-        return Parameters(rates, {"S": self.slope, "N": self.number})
+        return MotionParameters(rates, {"S": self.slope, "N": self.number})
 
     def ideal(self, start: int, position: int, sign: int, endless: bool) -> Ideal:
         """Return the ideal of the motion.
@@ -58,9 +58,9 @@ class Single(NamedTuple):
         """Clocks of a step."""
         return self.law.periods[self.first] * sheet.JOG_DIVISOR
 
-    def parameters(self) -> Parameters:
+    def parameters(self) -> MotionParameters:
         """What a picture names."""
-        return Parameters(self.rates(), {})
+        return MotionParameters(self.rates(), {})
 
     def rates(self) -> Mapping[str, float]:
         """The rate, by name."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .user_bits import UserBits
 
 
-class Instructions(instructions.Parameters):
+class Instructions(instructions.ParameterHandlers):
     """The handlers.  Those of commands that are no numbers take their characters behind the numbers.
 
     Args:
@@ -35,7 +35,7 @@ class Instructions(instructions.Parameters):
         chip: Chip,
         ticks: Mapping[str, int],
         registers: Registers,
-        outputs: instructions.Turns,
+        outputs: instructions.DirectionOutput,
         motion: Moves,
         home: Home | Homewise,
         bits: UserBits,

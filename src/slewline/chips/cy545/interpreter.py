@@ -14,17 +14,17 @@ from typing import TYPE_CHECKING
 
 from ...core.datasheet.channel import FlowBus
 from ...core.wires.waits import first_of
-from ...language.verbatim import Decoder, Entry, Spoken
+from ...language.verbatim import CommandText, Decoder, Entry
 from . import sheet
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
+    from .arbiter import InputArbiter
     from .instructions import Instructions
     from .jog import Jog
     from .local_bus import LocalBus
     from .program import Program
     from .registers import Registers
-    from .sides import Sides
 
 ERASED = 0xFF  # a byte of the memory that is no command; so is what an open bus reads
 WITH_DATA = frozenset('?["')  # commands with something else than numbers in them
@@ -39,18 +39,18 @@ class Interpreter:
         chip: Chip,
         ticks: Mapping[str, int],
         registers: Registers,
-        sides: Sides,
+        arbiter: InputArbiter,
         local_bus: LocalBus,
         program: Program,
         instructions: Instructions,
         jog: Jog,
     ) -> None:
-        self.chip, self.ticks, self.registers, self.sides = chip, ticks, registers, sides
+        self.chip, self.ticks, self.registers, self.arbiter = chip, ticks, registers, arbiter
         self.local_bus, self.program, self.instructions, self.jog = local_bus, program, instructions, jog
         channel = chip.sheet.channel(FlowBus)
         self.live = channel is not None and channel.live  # immediate commands are taken while a program runs
         self.decoder = Decoder(chip.sheet)
-        self.told_mode = -1  # with which it has been told that answers go elsewhere
+        self.reported_mode = -1  # with which it has been told that answers go elsewhere
         self.handlers: dict[str, Callable[..., Awaitable[None] | None]] = {
             row.form: getattr(instructions, row.handler) for row in chip.sheet.commands
         }
@@ -63,23 +63,23 @@ class Interpreter:
         while True:
             command = await self.command()
             if command is None:
-                await self.sides.release(self.chip.tick)
+                await self.arbiter.release(self.chip.tick)
                 continue
             await self.execute(command)
 
     # ------------------------------------------------------------------------------------------- commands of the host
-    async def command(self) -> Spoken | None:
+    async def command(self) -> CommandText | None:
         """The next command of a host; None: a line that is none, or while a program runs a request withdrawn."""
         running = self.program.running
-        byte = await (self.sides.letter(running=True) if running else self.first_letter())
+        byte = await (self.arbiter.letter(running=True) if running else self.first_letter())
         if byte < 0:
             return None
         found = self.feed(byte)
         while found is None and not self.decoder.at_letter:
-            found = self.feed(await self.sides.byte())
+            found = self.feed(await self.arbiter.byte())
         return found
 
-    def feed(self, byte: int) -> Spoken | None:
+    def feed(self, byte: int) -> CommandText | None:
         """Give a byte to the decoder, and tell what was wrong with the command."""
         found = self.decoder.feed(byte, self.registers.ascii)
         if self.decoder.notes:
@@ -89,29 +89,29 @@ class Interpreter:
 
     async def first_letter(self) -> int:
         """The first byte of a command, while nothing is in work: until it comes, JOG is looked at."""
-        chip, sides, jog = self.chip, self.sides, self.jog
+        chip, arbiter, jog = self.chip, self.arbiter, self.jog
         due = chip.tick + self.ticks["jog_test"]
         while True:
             way = jog.way
-            if way is None or sides.pending:
-                byte = await sides.letter(*jog.watched)
+            if way is None or arbiter.pending:
+                byte = await arbiter.letter(*jog.watched)
                 if byte >= 0:
                     return byte
                 due = max(due, chip.clock.ticks_from(chip.kernel.now))
             elif chip.tick < due:
                 chip.waits("a look at JOG")
-                watched = ((sides.port.request, 0), (sides.serial.arrived, None), *jog.watched)
+                watched = ((arbiter.port.request, 0), (arbiter.serial.arrived, None), *jog.watched)
                 await first_of(chip.kernel, chip.clock.ps(due), *watched)
             else:
                 await jog.step(way)
             chip.sync_forward()
 
-    async def execute(self, command: Spoken) -> None:
+    async def execute(self, command: CommandText) -> None:
         """Perform a command of the host, and end it; the program that it has started runs behind it."""
-        chip, sides = self.chip, self.sides
+        chip, arbiter = self.chip, self.arbiter
         chip.waits(f"{command.text} in work")
         chip.on_command(command.text)
-        sides.executing(True)
+        arbiter.executing(True)
         time = command.digits * self.ticks["digit"] + (0 if command.row.motion else self.ticks["command"])
         await chip.ticks(time)
         started = not self.program.running
@@ -120,19 +120,19 @@ class Interpreter:
         else:
             self.tell_elsewhere(command)
             await self.perform(command)
-        sides.executing(False)
+        arbiter.executing(False)
         if self.program.running and started:
             await self.start()
-        await sides.release(chip.tick)
+        await arbiter.release(chip.tick)
         if not self.program.running:
             chip.on_command("")
 
-    def tell_elsewhere(self, command: Spoken) -> None:
+    def tell_elsewhere(self, command: CommandText) -> None:
         """Report, once for each mode, that an answer does not go to the serial side, which has asked."""
         mode, device = self.registers.values["mode"], self.instructions.display.device
-        asked = command.row.form == "?" and self.sides.held is self.sides.serial
-        if asked and device in ("parallel", "hp") and mode != self.told_mode:
-            self.told_mode = mode
+        asked = command.row.form == "?" and self.arbiter.held is self.arbiter.serial
+        if asked and device in ("parallel", "hp") and mode != self.reported_mode:
+            self.reported_mode = mode
             where = "the parallel port" if device == "parallel" else "the HP display"
             remedy = f"O {mode & ~sheet.MB_PARALLEL} sends answers to TXD"
             self.chip.finding("answer-elsewhere", f"{command.text} came on RXD, its answer goes to {where}: {remedy}")
@@ -140,10 +140,10 @@ class Interpreter:
     async def start(self) -> None:
         """A command of the host has started a program: on the CY545 BUSY stays low until it has stopped."""
         if self.live:
-            await self.sides.release(self.chip.tick)
+            await self.arbiter.release(self.chip.tick)
         await self.run_program()
 
-    async def perform(self, command: Spoken) -> None:
+    async def perform(self, command: CommandText) -> None:
         """Call the handler of a command, and wait for it if it takes time."""
         row, values = command.row, command.values
         if command.switched:
@@ -162,15 +162,15 @@ class Interpreter:
 
     async def enter(self) -> None:
         """E: what comes over this side goes to the memory, byte for byte, until Q."""
-        chip, registers, sides = self.chip, self.registers, self.sides
+        chip, registers, arbiter = self.chip, self.registers, self.arbiter
         entry = Entry(chip.sheet.leave[-1], registers.ascii)
         chip.on_command("")
         while True:
-            sides.executing(False)
-            byte = await sides.byte()
+            arbiter.executing(False)
+            byte = await arbiter.byte()
             if entry.ends(byte):
                 return
-            sides.executing(True)
+            arbiter.executing(True)
             chip.waits(f"a byte stored at {registers.pointer}")
             await chip.ticks(self.ticks["fetch"])  # the host has let go of the bus by then
             await self.local_bus.write(registers.pointer, byte)
@@ -179,15 +179,15 @@ class Interpreter:
     # ---------------------------------------------------------------------------------------------------- the program
     async def run_program(self) -> None:
         """Fetch commands and perform them until the program stops; between two of them look at the host (CY545B)."""
-        program, sides = self.program, self.sides
+        program, arbiter = self.program, self.arbiter
         self.skipped = 0  # bytes FF, one behind the other
-        sides.executing(not self.live)
+        arbiter.executing(not self.live)
         while program.running:
-            if self.live and sides.pending:
+            if self.live and arbiter.pending:
                 await self.immediate()
             else:
                 await self.instruction()
-        sides.executing(False)
+        arbiter.executing(False)
         self.chip.on_command("")
 
     async def immediate(self) -> None:
@@ -197,10 +197,10 @@ class Interpreter:
         try:
             command = await self.command()
             if command is None:
-                await self.sides.release(self.chip.tick)
+                await self.arbiter.release(self.chip.tick)
             elif command.row.form in REFUSED:
                 self.chip.finding("not-immediate", f"{command.text} while a program runs: ignored")
-                await self.sides.release(self.chip.tick)
+                await self.arbiter.release(self.chip.tick)
             else:
                 await self.execute(command)
         finally:
@@ -224,11 +224,11 @@ class Interpreter:
             return
         chip.waits(f"{found.text} at {program.at} in work")
         chip.on_command(found.text)
-        self.sides.executing(True)
+        self.arbiter.executing(True)
         if not found.row.motion:
             await chip.ticks(self.ticks["program_command"])
         await self.perform(found)
-        self.sides.executing(not self.live)
+        self.arbiter.executing(not self.live)
 
     async def fetch(self) -> int:
         """Read the byte at the pointer, which then counts on, and wraps."""

@@ -17,7 +17,7 @@ from functools import partial
 
 from ...core.chip import Chip
 from ...core.motion.ideal import Ideal
-from ...core.motion.motions import Parameters, Why
+from ...core.motion.motions import MotionParameters, Why
 from ...core.motion.plan import Plan
 from ...core.motion.train import OPEN
 from ...core.wires.net import Net
@@ -25,7 +25,7 @@ from ...core.wires.waits import first_of
 from ..cy5xx import motion
 from ..cy5xx.motion import STOP
 from . import profile
-from .ideal import Made
+from .ideal import RegistersAtStart
 from .profile import Law
 from .registers import Registers
 from .steps import StepOutputs
@@ -65,7 +65,7 @@ class Stepping(motion.Motion):
         if self.limits[sign].level == 1:
             return False
         self.limited = True
-        self.departs("limit", "CW_LIMIT" if sign > 0 else "CCW_LIMIT")
+        self.mark_deviation("limit", "CW_LIMIT" if sign > 0 else "CCW_LIMIT")
         return True
 
     async def set_out(self) -> None:
@@ -150,24 +150,24 @@ class Motion(Stepping):
             self.chip.finding("no-steps", "G with N 0: no step to take")
         return self.endless or self.number > 0
 
-    def parameters(self, number: int) -> Callable[[], Parameters]:
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Take over the parameters for this motion."""
         values = self.registers.values
         first, rate, slope = (values[name] for name in ("firstrate", "rate", "slope"))
-        self.made = Made(self.chip.crystal_hz, first, rate, slope, number, self.law)
+        self.at_start = RegistersAtStart(self.chip.crystal_hz, first, rate, slope, number, self.law)
         self.slow = self.law.periods[first]
-        return self.made.parameters
+        return self.at_start.parameters
 
     def planned(self) -> Plan:
         """The plan of this motion."""
-        made = self.made
+        at_start = self.at_start
         if self.endless:
-            return profile.endless(made.first, made.rate, made.slope, self.law)
-        return profile.move(self.number, made.first, made.rate, made.slope, self.law)
+            return profile.endless(at_start.first, at_start.rate, at_start.slope, self.law)
+        return profile.move(self.number, at_start.first, at_start.rate, at_start.slope, self.law)
 
     def expected(self, plan: Plan) -> Callable[[], Ideal]:
         """What makes the ideal of this motion, whose first step begins now."""
-        return partial(self.made.ideal, self.kernel.now, self.axis.position, self.sign, self.endless)
+        return partial(self.at_start.ideal, self.kernel.now, self.axis.position, self.sign, self.endless)
 
     # ------------------------------------------------------------------------------------------------------- the looks
     def watched(self) -> list[tuple[Net, int]]:
@@ -185,18 +185,20 @@ class Motion(Stepping):
             return plan
         again, self.aborted = self.aborted, True
         if not again:
-            self.departs("command", "INHIBIT_ABORT")
+            self.mark_deviation("command", "INHIBIT_ABORT")
         if plan.interval(step - 1) == self.slow:
             return STOP
         if again:
             return plan
         self.chip.waits(self.progress)
-        return profile.down(plan, step, self.made.first, OPEN if self.endless else self.number - self.done, self.law)
+        return profile.down(
+            plan, step, self.at_start.first, OPEN if self.endless else self.number - self.done, self.law
+        )
 
     @property
     def progress(self) -> str:
         """What a running motion waits for."""
         ends = "inhibit_abort=0 at a step's end" if self.endless else "its target unless inhibit_abort=0 there"
         if self.aborted:
-            return f"{self.text}, inhibit_abort=0: down to rate {self.made.first}, and on to {ends}"
+            return f"{self.text}, inhibit_abort=0: down to rate {self.at_start.first}, and on to {ends}"
         return f"{self.text} runs until inhibit_abort=0" if self.endless else super().progress

@@ -21,7 +21,7 @@ from ...core.datasheet.option import defaults
 from ...core.datasheet.table import Sheet
 from ...core.motion.plan import Plan, Runs, head, mirrored, plan, steps, tail
 from ...core.motion.train import OPEN
-from ..cy5xx.units import climb
+from ..cy5xx.units import accelerate
 
 
 class Law(NamedTuple):
@@ -56,7 +56,7 @@ def law_of(sheet: Sheet) -> Law:
 @lru_cache(maxsize=256)
 def ramp(first: int, rate: int, slope: int, law: Law) -> Runs:
     """Return the way up, from the first step at F to the last one below R; empty unless F < R."""
-    return climb(law.periods, first, rate, law.unit_ticks(slope), law.jumps)
+    return accelerate(law.periods, first, rate, law.unit_ticks(slope), law.jumps)
 
 
 @lru_cache(maxsize=64)

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from ...core.datasheet.table import Sheet
 from ...errors import UsageError
-from ...language.ramps import Calculator, Candidate, Quantity, Search, Values
+from ...language.ramps import Calculator, Candidate, RampParameter, Search, Values
 from ...language.rates import steps_per_s
 from ..cy5xx.unit_ramps import UnitRamp
 from . import profile
@@ -24,9 +24,9 @@ class Cy545Ramps(Calculator):
         self.number = sheet.commands["N"].args[0]
         rows = {form: sheet.commands[form] for form in "FRS"}
         self.quantities = (
-            *(Quantity(form, rows[form].says, rows[form].args[0], per_s=1) for form in "FR"),
-            Quantity("S", rows["S"].says, rows["S"].args[0], free=True),
-            Quantity(
+            *(RampParameter(form, rows[form].says, rows[form].args[0], per_s=1) for form in "FR"),
+            RampParameter("S", rows["S"].says, rows["S"].args[0], free=True),
+            RampParameter(
                 "ramp_jumps",
                 "option of the chip: several rates a step",
                 choices=("False", "True"),
@@ -48,7 +48,7 @@ class Cy545Ramps(Calculator):
             lambda number: profile.move(number, first, rate, slope, law),
         )
 
-    def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+    def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         """Return the rate parameter that comes nearest to a rate in steps/s; None: the text is none."""
         rate = steps_per_s(text)
         if rate is None:

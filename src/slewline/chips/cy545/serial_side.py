@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 from ...core.datasheet.channel import AdaptiveLine
 from ...core.time.timebase import PS_PER_S, Clock
-from ...core.wires.bell import Bell
-from ...core.wires.serial import OVERSAMPLING, TTL, Receiver, Word, bit_clock, transmit
+from ...core.wires.event import Event
+from ...core.wires.serial import OVERSAMPLING, TTL, CharacterFormat, Receiver, bit_clock, transmit
 from ...core.wires.waits import until
 from .sheet import BAUD_TOLERANCE
 
@@ -38,11 +38,11 @@ class SerialSide:
         self.chip, self.kernel, self.bits = chip, chip.kernel, bits
         channel = chip.sheet.channel(AdaptiveLine)
         assert channel is not None  # the sheet has one
-        self.standard, self.word = channel.bauds, Word(channel.bits, channel.parity, channel.stop)
+        self.standard, self.word = channel.bauds, CharacterFormat(channel.bits, channel.parity, channel.stop)
         self.fixed_baud: int | None = chip.options.fixed_baud
         self.shortest, self.longest = (chip.clock.ps(ticks[f"{which}_bit"]) for which in ("shortest", "longest"))
         self.rxd, self.txd = chip.pins["rxd"].net, chip.drivers["txd"]
-        self._bell = Bell(chip.kernel, f"{chip.name}.(serial)")
+        self._event = Event(chip.kernel, f"{chip.name}.(serial)")
         self.listener: Task | None = None
         self.receiver: Receiver | None = None
         self.watching = self.told = False
@@ -55,7 +55,7 @@ class SerialSide:
     @property
     def arrived(self) -> Net:
         """Changes whenever a character has come."""
-        return self._bell.net
+        return self._event.net
 
     @property
     def rate(self) -> float | None:
@@ -167,7 +167,7 @@ class SerialSide:
                 )
             else:
                 self.buffer.append(character.byte)
-                self._bell.ring()
+                self._event.set()
 
     @property
     def receiving(self) -> bool:

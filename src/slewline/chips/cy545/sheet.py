@@ -166,7 +166,7 @@ def rate_law(by_25: int, by_50: int, top: int) -> tuple[int, ...]:
 
 
 TABLES: Mapping[str, tuple[int, ...]] = MappingProxyType({"20k": rate_law(36, 100, 50), "27k": rate_law(10, 113, 37)})
-MOST_STEPS_PER_S = 40_000  # of a table of one's own, at 12 MHz: a step is longer than a pulse and what leads it
+MAX_STEPS_PER_S = 40_000  # of a table of one's own, at 12 MHz: a step is longer than a pulse and what leads it
 JOG_DIVISOR = 20  # of the first rate (ch.16, JOG Mode)
 RAMP_UNIT_TICKS = 256 * CYCLE_TICKS  # a rate index takes 256 - S times this: 3906 * D / (256 - S) (2002 p.77)
 
@@ -217,9 +217,9 @@ def _rising(given: Sequence[int]) -> str:
     return f"{given[falls[0]]} at {falls[0]} is below {given[falls[0] - 1]}; allowed rising ones" if falls else ""
 
 
-LONGEST_TICKS = {"pulse_low": 200, "ccw_lead": 1000}  # less than a step at MOST_STEPS_PER_S, and less than one of jog
+LONGEST_TICKS = {"pulse_low": 200, "ccw_lead": 1000}  # less than a step at MAX_STEPS_PER_S, and less than one of jog
 INFERRED = (
-    Option("rates", "ints", (), f"inferred: steps/s at 12 MHz by rate index, 0 to {RATES - 1}; none: those of `rate_table`", low=1, high=MOST_STEPS_PER_S, check=_rising, unit="steps/s", where="2002 p.77"),
+    Option("rates", "ints", (), f"inferred: steps/s at 12 MHz by rate index, 0 to {RATES - 1}; none: those of `rate_table`", low=1, high=MAX_STEPS_PER_S, check=_rising, unit="steps/s", where="2002 p.77"),
     Option("ramp_unit", "int", RAMP_UNIT_TICKS, "inferred: what one rate index takes at S 255", low=1, high=1 << 20, unit="clocks", where="2002 p.77"),
     *(replace(row, high=LONGEST_TICKS.get(row.name, row.high)) for row in clocks({name: time for name, time in TIMES.items() if time.trust == "inferred"})),
 )

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from ...core.chip import Chip
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ...core.motion.step_views import StrobeView
 from ...core.motion.train import Playing
 from ...core.wires.net import Driver
@@ -80,7 +80,7 @@ class StepOutputs(steps.StepOutputs):
         self.pulse.play(StrobeView(playing, self.low))
 
     # ------------------------------------------------------------------------------------------------------- a motion
-    def begin(self, text: str, parameters: Callable[[], Parameters], sign: int) -> int:
+    def begin(self, text: str, parameters: Callable[[], MotionParameters], sign: int) -> int:
         """Begin a motion; return its number."""
         self.axis.log.begin(text, parameters, self.expected(sign))
         self.motions += 1

@@ -21,7 +21,7 @@ from ...core.motion.motions import Why
 from ...core.motion.plan import Leg, Plan
 from ...core.motion.train import Playing, StepTrain
 from ...core.wires.waits import first_of
-from .ideal import Made, Single
+from .ideal import RegistersAtStart, Single
 from .profile import Law
 from .registers import Registers
 from .steps import StepOutputs
@@ -30,7 +30,7 @@ from .user_bits import UserBits
 UP, SLEW, DOWN, CRAWL = "up", "slew", "down", "crawl"
 
 
-class Steps:
+class TwinSteps:
     """What the slow twins of motions and of HOME have alike."""
 
     def __init__(
@@ -46,7 +46,7 @@ class Steps:
         self.log.end("cut")
         self.moving = False
 
-    def departs(self, kind: str, text: str) -> None:
+    def mark_deviation(self, kind: str, text: str) -> None:
         """The motion becomes another one than it was to be."""
         self.log.depart()
         self.log.mark(kind, text)
@@ -55,10 +55,10 @@ class Steps:
         """Is the limit of the direction low in which CCW shows now?"""
         if self.outputs.sign > 0:
             if self.cw_limit.level == 0:
-                self.departs("limit", "CW_LIMIT")
+                self.mark_deviation("limit", "CW_LIMIT")
                 return True
         elif self.ccw_limit.level == 0:
-            self.departs("limit", "CCW_LIMIT")
+            self.mark_deviation("limit", "CCW_LIMIT")
             return True
         return False
 
@@ -99,7 +99,7 @@ class Steps:
         self.moving = False
 
 
-class Stepwise(Steps):
+class Stepwise(TwinSteps):
     """The motions of G and P."""
 
     def __init__(
@@ -111,8 +111,10 @@ class Stepwise(Steps):
     async def move(self, number: int, sign: int, text: str) -> None:
         """A motion from its command to STOPPED high."""
         chip, ticks, values = self.chip, self.ticks, self.registers.values
-        made = Made(chip.crystal_hz, values["firstrate"], values["rate"], values["slope"], number, self.law)
-        self.start(text, made.parameters, sign)
+        at_start = RegistersAtStart(
+            chip.crystal_hz, values["firstrate"], values["rate"], values["slope"], number, self.law
+        )
+        self.start(text, at_start.parameters, sign)
         await chip.ticks(max(ticks["first_step"] - ticks["ccw_lead"], 0))
         while self.inhibit.level == 0:
             await first_of(chip.kernel, None, (self.inhibit, 1))
@@ -124,47 +126,47 @@ class Stepwise(Steps):
             self.end("limit" if limited else None)
         else:
             await self.lead()
-            ideal = partial(made.ideal, chip.kernel.now, self.axis.position, self.outputs.sign, self.endless)
+            ideal = partial(at_start.ideal, chip.kernel.now, self.axis.position, self.outputs.sign, self.endless)
             self.log.expect(ideal)
-            await self.rest(await self.steps(made))
+            await self.rest(await self.steps(at_start))
         self.registers.continuous = False
 
-    async def steps(self, made: Made) -> Why | None:
+    async def steps(self, at_start: RegistersAtStart) -> Why | None:
         """Step after step, until the looks behind one say that it was the last; return why."""
-        periods, first = self.law.periods, made.first
-        start, slow, fast = self.chip.tick, periods[first], periods[max(first, made.rate)]
+        periods, first = self.law.periods, at_start.first
+        start, slow, fast = self.chip.tick, periods[first], periods[max(first, at_start.rate)]
         up: list[int] = []  # the steps of the way up, one by one
         back: list[int] | None = None  # those that come back because of INHIBIT_ABORT; None: it has not been low
         taken, index = 0, first
         while True:
-            left = made.number - taken
+            left = at_start.number - taken
             if back is not None:
                 slows = bool(back) and back[-1] != slow
                 kind, period = (DOWN, back.pop()) if slows else (CRAWL, slow)
             elif not self.endless and left <= len(up):
                 kind, period = DOWN, up[left - 1]
             else:
-                due = first + (self.chip.tick - start) // ((256 - made.slope) * self.law.unit)
+                due = first + (self.chip.tick - start) // ((256 - at_start.slope) * self.law.unit)
                 index = due if self.law.jumps or not taken else min(index + 1, due)
-                kind, period = (UP, periods[index]) if index < made.rate else (SLEW, fast)
+                kind, period = (UP, periods[index]) if index < at_start.rate else (SLEW, fast)
                 up += [period] if kind == UP else []
             await self.step(kind, period)
             taken += 1
-            if taken == made.number and not self.endless:
+            if taken == at_start.number and not self.endless:
                 return None
             if self.limit_low():
                 self.log.stop()
                 return "limit"
             if self.inhibit.level == 0:
                 if back is None:
-                    self.departs("command", "INHIBIT_ABORT")
-                    back = up[: made.number - taken] if kind == DOWN else up[:]
+                    self.mark_deviation("command", "INHIBIT_ABORT")
+                    back = up[: at_start.number - taken] if kind == DOWN else up[:]
                 if period == slow:
                     self.log.stop()
                     return None
 
 
-class Homewise(Steps):
+class Homewise(TwinSteps):
     """The seek of H."""
 
     def __init__(
@@ -183,20 +185,20 @@ class Homewise(Steps):
     async def seek(self, argument: int) -> None:
         """H, from its command to STOPPED high."""
         chip, ticks, matches = self.chip, self.ticks, partial(self.bits.matches, argument)
-        made = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
+        at_start = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
         inside = matches()
-        self.start(f"H {argument}", made.parameters, -1 if inside else 1)
+        self.start(f"H {argument}", at_start.parameters, -1 if inside else 1)
         await chip.ticks(max(ticks["first_step"] - ticks["ccw_lead"], 0))
         if self.limit_low():
             self.end("limit")
             return
         await self.lead()
         found = True
-        if inside and (found := await self.until(False, made.period, matches)):
+        if inside and (found := await self.until(False, at_start.period, matches)):
             self.outputs.turn(True)
             await self.lead()
             found = not self.limit_low()
-        found = found and await self.until(True, made.period, matches)
+        found = found and await self.until(True, at_start.period, matches)
         if found:
             self.axis.load(0)
             self.log.mark("home", f"H {argument}")

@@ -18,18 +18,18 @@ from .registers import Registers
 from .steps import StepOutputs
 
 
-class Turns(Protocol):
+class DirectionOutput(Protocol):
     """What shows the direction of the motor."""
 
     def turn(self, clockwise: bool) -> None:
         """Set the direction, and show it."""
 
 
-class Parameters:
+class ParameterHandlers:
     """Handlers of what every part has: parameters, the direction, a pause, motions."""
 
     def __init__(
-        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: Turns, motion: Moves
+        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: DirectionOutput, motion: Moves
     ) -> None:
         self.chip, self.ticks, self.registers, self.outputs, self.motion = chip, ticks, registers, outputs, motion
         self.axis = chip.axes[0]
@@ -98,7 +98,7 @@ class Parameters:
         return ()
 
 
-class Instructions(Parameters):
+class Instructions(ParameterHandlers):
     """The handlers of the family."""
 
     request_ends_wait = True  # I/O REQUEST, too, ends U and W

@@ -21,7 +21,7 @@ from typing import Any
 
 from ...core.chip import Chip
 from ...core.motion.ideal import Ideal
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ...core.motion.plan import Plan, Runs, tail
 from ...core.motion.train import OPEN, Playing, StepTrain
 from ...core.wires.net import Net
@@ -67,7 +67,7 @@ class Motion:
         self.playing: Playing | None = None
 
     # ------------------------------------------------------------------------------------- what a part brings
-    def parameters(self, number: int) -> Callable[[], Parameters]:
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Return what tells the parameters of a motion that begins now, when somebody asks."""
         raise NotImplementedError
 
@@ -143,7 +143,7 @@ class Motion:
         """Show that a motion is under way, or complete."""
         self.port.motion_complete.drive(1 if moving else 0)
 
-    def departs(self, kind: str, text: str) -> None:
+    def mark_deviation(self, kind: str, text: str) -> None:
         """Something makes the motion another one than it was to be."""
         self.axis.log.depart()
         self.axis.log.mark(kind, text)
@@ -195,14 +195,14 @@ class Motion:
             self.outputs.slew.drive(0 if leg.name == "slew" else 1)
             stretch = self.stretched(leg.name)
             if fresh or stretch:
-                self.lay(plan, step, stretch)
+                self.schedule(plan, step, stretch)
                 self.base = step
             stop = step + 1 if self.each else leg.end
             over = step
-            step, fresh = await self.until_look(stop)
+            step, fresh = await self.until_sample(stop)
             self.done += step - over
 
-    def lay(self, plan: Plan, step: int, stretch: int = 0) -> None:
+    def schedule(self, plan: Plan, step: int, stretch: int = 0) -> None:
         """Promise a train whose first step, one of a plan, begins now and is `stretch` clocks longer than planned."""
         runs: Runs = tail(plan.runs, step)
         self.settle()
@@ -222,7 +222,7 @@ class Motion:
             self.playing = None
 
     # ----------------------------------------------------------------------------------------------- until a decision
-    async def until_look(self, stop: int) -> tuple[int, bool]:
+    async def until_sample(self, stop: int) -> tuple[int, bool]:
         """Let the promise run until a decision: at the begin of step `stop` of the plan, or at an earlier look.
 
         Returns the step of the plan that is about to begin, and whether it needs a new train, because a look within a
@@ -243,7 +243,7 @@ class Motion:
                 if departed is None:
                     break
                 watched = [pair for pair in watched if pair[0] is not departed]
-                look, way = self.look_after(departed)
+                look, way = self.first_sample_after(departed)
                 if last is None or look < last:
                     last, within = look, way
             assert last is not None
@@ -254,7 +254,7 @@ class Motion:
             if await within():
                 return step, True
 
-    def look_after(self, net: Net) -> tuple[int, Within | None]:
+    def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
         """Return the tick of the first look at a net strictly after this instant.
 
         None beside it: that is the begin of a step.  Else the look lies within a step, and this is done there.
@@ -276,7 +276,7 @@ class Motion:
         if self.inhibit.level != 1:
             return False
         self.chip.waits(f"{self.text} held by {self.holder}=1")
-        self.departs("event", "STEP INHIBIT")
+        self.mark_deviation("event", "STEP INHIBIT")
         if self.held_high:
             self.outputs.pulse.drive(1)
         await self.chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])

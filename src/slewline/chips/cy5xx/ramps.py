@@ -11,7 +11,18 @@ from ...core.motion.plan import Plan, steps
 from ...core.motion.train import StepTrain
 from ...core.time.timebase import Clock
 from ...errors import UsageError
-from ...language.ramps import Accelerations, Calculator, Candidate, Move, Quantity, Ramp, Search, Stretch, Values, least
+from ...language.ramps import (
+    Accelerations,
+    Calculator,
+    Candidate,
+    Move,
+    Ramp,
+    RampParameter,
+    RampSegment,
+    Search,
+    Values,
+    least,
+)
 from ...language.rates import steps_per_s
 from .slope import Law
 
@@ -37,11 +48,11 @@ class SlopeRamp(Ramp):
         rises = [(b - a) * a for a, b in pairwise(rates)]
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
 
-    def table(self) -> Iterator[Stretch]:
+    def table(self) -> Iterator[RampSegment]:
         ticks = 0
         for at, interval in enumerate(self.intervals[:-1]):
             parameter = self.of.law.start + at * self.slope
-            yield Stretch(self.clock.ps(ticks), at, 1, self.crystal_hz / interval, parameter)
+            yield RampSegment(self.clock.ps(ticks), at, 1, self.crystal_hz / interval, parameter)
             ticks += interval
 
     @property
@@ -84,15 +95,15 @@ class SlopeRamps(Calculator):
         self.number, rate, slope, factor = (sheet.commands[form].args[0] for form in "NRSF")
         self.slopes = range(max(slope.low, 1), slope.high + 1)
         self.quantities = (
-            Quantity("R", sheet.commands["R"].says, rate, per_s=1),
-            Quantity("S", sheet.commands["S"].says, slope, free=True),
-            *[Quantity("F", sheet.commands["F"].says, factor, default=1)] * divides,
+            RampParameter("R", sheet.commands["R"].says, rate, per_s=1),
+            RampParameter("S", sheet.commands["S"].says, slope, free=True),
+            *[RampParameter("F", sheet.commands["F"].says, factor, default=1)] * divides,
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> SlopeRamp:
         return SlopeRamp(self, values, crystal_hz)
 
-    def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+    def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         rate = steps_per_s(text)
         if rate is None:
             return None

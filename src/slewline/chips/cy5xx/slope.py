@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ...core.motion.ideal import FOREVER, Ideal, IdealPiece
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ...core.motion.plan import Runs
 from ...core.motion.train import OPEN
 
@@ -42,7 +42,7 @@ class Law(NamedTuple):
         return tuple((self.periods[each] * factor, 1) for each in ramp)
 
 
-class Made(NamedTuple):
+class RegistersAtStart(NamedTuple):
     """The parameters of a motion, as they were when it began; a slope of 0 is none, `factor` the one that counts."""
 
     crystal_hz: int
@@ -52,9 +52,9 @@ class Made(NamedTuple):
     number: int
     law: Law
 
-    def parameters(self) -> Parameters:
+    def parameters(self) -> MotionParameters:
         """What a picture names: the rate of R, and S, F, N."""
-        return Parameters(self.rates(), {"S": self.slope, "F": self.factor, "N": self.number})
+        return MotionParameters(self.rates(), {"S": self.slope, "F": self.factor, "N": self.number})
 
     def rates(self) -> Mapping[str, float]:
         """The rate that the motion is to reach, by name."""

@@ -8,12 +8,12 @@ from functools import partial
 from typing import Any
 
 from ...core.motion.ideal import Ideal
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ...core.motion.plan import Plan
 from ...core.wires.net import Net
 from . import instructions, motion, registers
 from .program import Program
-from .slope import Law, Made
+from .slope import Law, RegistersAtStart
 from .steps import Patterns, StepOutputs
 
 
@@ -48,12 +48,12 @@ class Registers(registers.Registers):
         """The factor that counts; 0 is an 8-bit counter run through."""
         return self.values["factor"] or 256
 
-    def made(self, crystal_hz: int, number: int, law: Law) -> Made:
+    def at_start(self, crystal_hz: int, number: int, law: Law) -> RegistersAtStart:
         """Return the parameters of a motion of some steps that begins now."""
-        return Made(crystal_hz, self.values["rate"], self.slope, self.factor, number, law)
+        return RegistersAtStart(crystal_hz, self.values["rate"], self.slope, self.factor, number, law)
 
 
-class Instructions(instructions.Parameters):
+class Instructions(instructions.ParameterHandlers):
     """The handlers of letters without a number here: A, D, T; of F and of H.  A part has those of the family, too."""
 
     registers: Registers
@@ -91,11 +91,11 @@ class Motion(motion.Motion):
     registers: Registers
     law: Law
 
-    def parameters(self, number: int) -> Callable[[], Parameters]:
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Take over the parameters for this motion."""
-        self.made = self.registers.made(self.chip.crystal_hz, number, self.law)
-        return self.made.parameters
+        self.at_start = self.registers.at_start(self.chip.crystal_hz, number, self.law)
+        return self.at_start.parameters
 
     def expected(self, plan: Plan) -> Callable[[], Ideal]:
         """What makes the ideal of this motion, whose first step begins now."""
-        return partial(self.made.ideal, plan.runs, self.kernel.now, self.axis.position, self.sign)
+        return partial(self.at_start.ideal, plan.runs, self.kernel.now, self.axis.position, self.sign)

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 
 from ...core.chip import Chip
 from ...core.motion.ideal import Ideal
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ...core.motion.plan import Leg, Plan
 from ...core.motion.train import Playing, StepTrain
 from .lines import line_in
@@ -42,7 +42,7 @@ CRAWL = "crawl"  # at the first rate, SLEW high, up to the target
 SAME = "same"  # the one step with SLEW high that answers a request for the present rate
 
 
-class Step(NamedTuple):
+class TwinStep(NamedTuple):
     """One step that is to be made: its kind, its rate parameter, and the clocks that it takes."""
 
     kind: str
@@ -71,14 +71,14 @@ class Stepwise:
         self.inhibit, self.abort = line_in(chip, "step_inhibit", 0), line_in(chip, "abort")
         self.request, self.select = port.request, port.select
         self.moving = False
-        self.plan: deque[Step] = deque()  # the steps to come, one by one
+        self.plan: deque[TwinStep] = deque()  # the steps to come, one by one
         self.sign = 1
         self.number = self.made = 0  # steps of the move, and made so far
 
     # ------------------------------------------------------------------------------------------ what a part brings
     held_high = False  # PULSE while STEP INHIBIT holds a step
 
-    def parameters(self, number: int) -> Callable[[], Parameters]:
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Return what tells the parameters of a motion that begins now, when somebody asks."""
         raise NotImplementedError
 
@@ -93,11 +93,11 @@ class Stepwise:
     async def ordered(self) -> None:
         """Wait for what must be so before the first step, STEP INHIBIT apart."""
 
-    def coming(self) -> Step | None:
+    def coming(self) -> TwinStep | None:
         """The step that comes next as things stand; None: the target is reached."""
         return self.plan[0] if self.plan else None
 
-    def stretched(self, step: Step) -> int:
+    def stretched(self, step: TwinStep) -> int:
         """A step begins: how many clocks longer it becomes."""
         return 0
 
@@ -105,7 +105,7 @@ class Stepwise:
         """A step has begun: wait until PULSE may rise, at a tick if nothing ends the step before."""
         await self.chip.at_tick(end)
 
-    async def goes_on(self, just: Step) -> bool:
+    async def should_continue(self, just: TwinStep) -> bool:
         """Look at everything at the end of a step, in the chip's order; false: the motion is over."""
         return self.coming() is not None
 
@@ -115,7 +115,7 @@ class Stepwise:
         self.axis.log.end("cut")
         self.moving = False
 
-    def departs(self, kind: str, text: str) -> None:
+    def mark_deviation(self, kind: str, text: str) -> None:
         """The motion becomes another one than it was to be."""
         self.axis.log.depart()
         self.axis.log.mark(kind, text)
@@ -153,13 +153,13 @@ class Stepwise:
             if self.plan:
                 self.plan.popleft()
             await self.step(step)
-            if not await self.goes_on(step):
+            if not await self.should_continue(step):
                 if self.coming() is not None:
                     self.axis.log.stop()
                 return
 
     # ------------------------------------------------------------------------------------------------------- one step
-    async def step(self, step: Step) -> None:
+    async def step(self, step: TwinStep) -> None:
         """From the fall of PULSE to the end of its high time."""
         chip, outputs, high = self.chip, self.outputs, self.ticks["pulse_high"]
         begin = chip.tick
@@ -176,7 +176,7 @@ class Stepwise:
         self.made += 1
         await self.time_out(begin + period - high)
         if self.inhibit.level == 1:
-            self.departs("event", "STEP INHIBIT")
+            self.mark_deviation("event", "STEP INHIBIT")
             outputs.pulse.drive(1 if self.held_high else 0)
         await chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
         outputs.pulse.drive(1)
@@ -189,19 +189,19 @@ class SlopeStepwise(Stepwise):
     registers: SlopeRegisters
     law: Law
 
-    def parameters(self, number: int) -> Callable[[], Parameters]:
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Return what tells the parameters of a motion that begins now, when somebody asks."""
-        self.motion_made = self.registers.made(self.chip.crystal_hz, number, self.law)
+        self.motion_made = self.registers.at_start(self.chip.crystal_hz, number, self.law)
         return self.motion_made.parameters
 
-    def step_of(self, kind: str, rate: int, factor: int | None = None) -> Step:
+    def step_of(self, kind: str, rate: int, factor: int | None = None) -> TwinStep:
         """Return a step at a rate parameter, as many times longer as a factor says: by default that of the motion."""
         rate = min(rate, len(self.law.periods) - 1)
-        return Step(kind, rate, self.law.periods[rate] * (factor or self.motion_made.factor))
+        return TwinStep(kind, rate, self.law.periods[rate] * (factor or self.motion_made.factor))
 
-    def way_up(self) -> list[Step]:
+    def way_up(self) -> list[TwinStep]:
         """The steps, one by one, that lead to the rate."""
-        made, way, rate = self.motion_made, list[Step](), self.law.start
+        made, way, rate = self.motion_made, list[TwinStep](), self.law.start
         while made.slope and rate < min(made.rate, len(self.law.periods) - 1):
             way.append(self.step_of(UP, rate))
             rate += made.slope

@@ -9,7 +9,7 @@ from ...core.datasheet.table import Arg
 from ...core.motion.plan import Plan, Runs, steps
 from ...core.motion.train import StepTrain
 from ...core.time.timebase import PS_PER_S, Clock
-from ...language.ramps import Accelerations, Move, Ramp, Stretch, Values, least
+from ...language.ramps import Accelerations, Move, Ramp, RampSegment, Values, least
 
 
 class UnitRamp(Ramp):
@@ -43,17 +43,17 @@ class UnitRamp(Ramp):
     @property
     def accelerations(self) -> Accelerations:
         """Every rise of the rate over the time for which the lower rate lasted."""
-        stretches = [*self.table(), Stretch(self.time_ps, self.steps, 0, self.top)]
+        stretches = [*self.table(), RampSegment(self.time_ps, self.steps, 0, self.top)]
         rises = [(b.rate - a.rate) * PS_PER_S / (b.begin_ps - a.begin_ps) for a, b in pairwise(stretches)]
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
 
-    def table(self) -> Iterator[Stretch]:
+    def table(self) -> Iterator[RampSegment]:
         """Yield the ramp rate by rate."""
         ticks = position = 0
         rate = int(self.values["F"])
         for interval, count in self.runs:
             rate = self.periods.index(interval, rate)  # of rates with one period the first one above the last
-            yield Stretch(self.clock.ps(ticks), position, count, self.crystal_hz / interval, rate)
+            yield RampSegment(self.clock.ps(ticks), position, count, self.crystal_hz / interval, rate)
             ticks, position = ticks + interval * count, position + count
 
     @property

@@ -16,7 +16,7 @@ from ...core.motion.ideal import FOREVER, IdealPiece, duration, mirrored, there_
 from ...core.motion.plan import Runs
 
 
-def climb(periods: Sequence[int], low: int, high: int, unit: int, jumps: bool) -> Runs:
+def accelerate(periods: Sequence[int], low: int, high: int, unit: int, jumps: bool) -> Runs:
     """Return the way up: runs from the first step at rate `low` to the last one below rate `high`.
 
     Args:

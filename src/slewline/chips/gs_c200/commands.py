@@ -13,7 +13,7 @@ from ...core.chip import Chip
 from ...core.time.kernel import Task
 from ...language.dialect import Command, Refusal, dialect_of, state_remedy
 from ...language.lines import parse, refusal
-from .eeprom import Eeprom
+from .eeprom import ProgramEeprom
 from .interpreter import Interpreter
 from .program import set_first
 from .registers import Registers
@@ -22,7 +22,7 @@ from .user_lines import UserLines
 QUESTIONS = ("V", "Q")  # to which B is an answer
 
 
-class Commands:
+class HostDialogue:
     """The dialogue with the host, once a line has come well.
 
     Args:
@@ -36,7 +36,7 @@ class Commands:
         registers: Registers,
         user: UserLines,
         interpreter: Interpreter,
-        eeprom: Eeprom,
+        eeprom: ProgramEeprom,
         answer_later: Callable[[str], None],
         homing_erases: bool,
     ) -> None:
@@ -59,7 +59,7 @@ class Commands:
         if self.interpreter.running:
             if isinstance(command, Command) and "r" in command.row.when:
                 return await self.perform(command)
-            self.told_busy(command)
+            self.report_busy(command)
             return "B"
         if not isinstance(command, Command):
             says = refusal(self.chip.sheet, text, command)
@@ -75,7 +75,7 @@ class Commands:
         state = "during program entry" if entering else "outside a program"
         return self.mistake("E4", f"{text} {state}; {state_remedy(self.chip.sheet, entering)}")
 
-    def told_busy(self, command: Command | Refusal) -> None:
+    def report_busy(self, command: Command | Refusal) -> None:
         """Report once in a run that a host sends what has no effect meanwhile; a question is none of this."""
         if self.busy_run is self.interpreter.task or not isinstance(command, Command):
             return

@@ -11,7 +11,7 @@ from functools import partial
 
 from ...core.motion.axis import Axis
 from ...core.motion.train import OPEN
-from .ideal import Made
+from .ideal import RegistersAtStart
 from .profile import Law
 from .registers import Registers
 
@@ -26,7 +26,7 @@ class PositionCounter:
     def __init__(self, axis: Axis, registers: Registers, law: Law, wraps: bool) -> None:
         self.axis, self.log, self.kernel = axis, axis.log, axis.kernel
         self.registers, self.law, self.wraps = registers, law, wraps
-        self.made = Made(0, 0, 0, law)  # parameters of the motion, as they were when it began
+        self.made = RegistersAtStart(0, 0, 0, law)  # parameters of the motion, as they were when it began
         self.homing = False  # the motion is a homing: its steps are not counted
         self.heading = 0  # the direction of an endless motion
 
@@ -66,15 +66,17 @@ class PositionCounter:
         """
         self.homing = homing > 0
         self.heading = direction if endless else 0
-        self.made = Made(homing, 0, 0, self.law) if homing else Made(*self.registers.speeds, self.law)
+        self.made = (
+            RegistersAtStart(homing, 0, 0, self.law) if homing else RegistersAtStart(*self.registers.speeds, self.law)
+        )
         self.log.begin(text, self.made.homing if homing else self.made.parameters, direction)
 
     def first_step(self, sign: int, number: int | None, limit: int = OPEN) -> None:
-        """Its first step begins now; arguments as of `Made.ideal`."""
+        """Its first step begins now; arguments as of `RegistersAtStart.ideal`."""
         if not self.homing:
             self.log.expect(partial(self.made.ideal, self.kernel.now, self.position, sign, number, limit))
 
-    def departs(self, kind: str = "", text: str = "") -> None:
+    def mark_deviation(self, kind: str = "", text: str = "") -> None:
         """The motion becomes another one than it was to be; with a kind, mark what makes it so."""
         self.log.depart()
         if kind:

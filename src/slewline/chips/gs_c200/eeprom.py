@@ -14,7 +14,7 @@ from .program import Program
 INVALID = b"\xff"  # no opcode; the first byte that a failed write leaves
 
 
-class Eeprom:
+class ProgramEeprom:
     """A store for one program, and a check byte behind it.
 
     Args:

@@ -23,9 +23,9 @@ from ...language.dialect import spoken_as
 from ...language.lines import KEPT, Lines, checksum
 from ..line import InLines, Line, LineInterface, serial_line
 from .activity import LINE, START, Activity
-from .commands import Commands
+from .commands import HostDialogue
 from .counter import PositionCounter
-from .eeprom import Eeprom
+from .eeprom import ProgramEeprom
 from .instructions import Instructions, Moves
 from .interpreter import Interpreter
 from .motion import Motion
@@ -79,10 +79,10 @@ class GsC(InLines, Chip):
         self.interpreter = Interpreter(
             self, self.refresh_idle, times_ps, self.activity, self.counter, self.stored, motion, instructions
         )
-        self.eeprom = Eeprom(
+        self.eeprom = ProgramEeprom(
             self, self.refresh_idle, self.activity, self.stored, self.store, times_ps["eeprom"], options.eeprom_fault
         )
-        self.commands = Commands(
+        self.commands = HostDialogue(
             self, self.state, self.user, self.interpreter, self.eeprom, self.answer_later, self.homing_erases
         )
         self.supply = Supply(self, self, SUPPLY_VOLTS, LOADS_MA)

@@ -15,13 +15,13 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from ...core.motion.ideal import FOREVER, Ideal, IdealPiece, duration, there_and_down
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from ...core.motion.train import OPEN
 from .profile import Law
 from .sheet import RATE_UNIT
 
 
-class Made(NamedTuple):
+class RegistersAtStart(NamedTuple):
     """The parameters of a motion, as they were when it began."""
 
     start_stop: int
@@ -30,15 +30,15 @@ class Made(NamedTuple):
     law: Law
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
-    def parameters(self) -> Parameters:
+    def parameters(self) -> MotionParameters:
         """What a picture names: the rates of S and T, and R."""
         speeds = (("S", self.start_stop), ("T", self.top_speed))
         rates = {f"{letter} = {speed}": float(RATE_UNIT * speed) for letter, speed in speeds if speed}
-        return Parameters(rates, {"R": self.ramp})
+        return MotionParameters(rates, {"R": self.ramp})
 
-    def homing(self) -> Parameters:
+    def homing(self) -> MotionParameters:
         """The same of a homing."""
-        return Parameters({f"S = {self.start_stop}": float(RATE_UNIT * self.start_stop)})
+        return MotionParameters({f"S = {self.start_stop}": float(RATE_UNIT * self.start_stop)})
 
     @property
     def way_up(self) -> list[IdealPiece]:

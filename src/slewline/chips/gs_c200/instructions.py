@@ -111,8 +111,8 @@ class Instructions:
         """Report once a loop end that stands behind another one, without a start of its own."""
         here = self.program.pc - self.loop_size
         before = [row.name for at, row, _ in self.program.fetched() if at < here and row.name in ("LOOP_START", "LOOP")]
-        if not self.program.loop_told and before and before[-1] == "LOOP":
-            self.program.loop_told = True
+        if not self.program.loop_reported and before and before[-1] == "LOOP":
+            self.program.loop_reported = True
             self.chip.finding("loop-without-start", f"L{passes} has no L0 of its own: it repeats from location 0")
 
     async def do_jump(self, target: int) -> None:

@@ -113,7 +113,7 @@ class Motion:
 
     async def kill(self) -> None:
         """End the motion without a ramp; the pulse in progress is completed.  The counter keeps what was issued."""
-        self.counter.departs()
+        self.counter.mark_deviation()
         if self.moving and self.playing is not None:
             train, now = self.playing.train, self.kernel.now
             begun = self.playing.begun(now)
@@ -127,7 +127,7 @@ class Motion:
     def cut(self) -> None:
         """The supply is gone: steps of this instant stand, later ones do not."""
         self.end_by(self.kernel.now + 1)
-        self.counter.departs()
+        self.counter.mark_deviation()
         self.counter.cut()
         self.moving = False
 
@@ -155,27 +155,27 @@ class Motion:
             if switch is not None and switch.level == 0:
                 return kernel.now
             if self.stop_net.level == 1 and not stopping:
-                counter.departs()
+                counter.mark_deviation()
                 room, plan = plan.steps - step, profile.stopped(plan, step)
                 self.stopped = plan.steps <= room
                 plan, step, fresh, stopping = profile.within(plan, room), 0, True, True
                 continue
             if lines.enable.level == 0:
-                counter.departs("event", "ENABLE")
+                counter.mark_deviation("event", "ENABLE")
                 await self.held(not stopping)
                 fresh = True
                 continue
             leg = plan.leg(step)
             lines.ramp.drive(int(leg.name in RAMPS))
             if fresh:
-                self.lay(plan, step, sign)
-            step, fresh = await self.until_look(leg.end, plan.steps, switch), False
+                self.schedule(plan, step, sign)
+            step, fresh = await self.until_sample(leg.end, plan.steps, switch), False
         if not plan.steps:
             return kernel.now
         assert self.playing is not None  # its steps have been played
         return self.playing.train.begin(plan.steps)
 
-    def lay(self, plan: Plan, step: int, sign: int) -> None:
+    def schedule(self, plan: Plan, step: int, sign: int) -> None:
         """Promise a train whose first step begins now."""
         counter = self.counter
         if self.fresh:
@@ -186,7 +186,7 @@ class Motion:
         counter.axis.follow(self.playing, sign, counted=not counter.homing, plan=plan, step=step)
         self.lines.clock.play(StrobeView(self.playing, self.width))
 
-    async def until_look(self, stop: int, steps: int, switch: Net | None) -> int:
+    async def until_sample(self, stop: int, steps: int, switch: Net | None) -> int:
         """Let the promise run until a decision; returns the step of the plan that is about to begin.
 
         The decision is at the begin of step `stop`, or earlier when an input departs; the end of the last pulse is one.

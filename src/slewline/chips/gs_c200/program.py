@@ -67,7 +67,7 @@ class Program:
         self.pc = 0
         self.ending = False  # it ends behind the instruction in work
         self.loops: list[list[int]] = []  # [where it begins, passes made]
-        self.loop_told = False  # a loop end without a start has been reported
+        self.loop_reported = False  # a loop end without a start has been reported
         self.until: Net | None = None  # U at location 0 repeats the program while this input is 1
 
     def fetched(self) -> Iterator[tuple[int, Row, tuple[int, ...]]]:

@@ -18,10 +18,10 @@ from ...language.ramps import (
     Calculator,
     Candidate,
     Move,
-    Quantity,
     Ramp,
+    RampParameter,
+    RampSegment,
     Search,
-    Stretch,
     Values,
     least,
     levels,
@@ -56,10 +56,10 @@ class GscRamp(Ramp):
         rises = [(after - before) / 2 for before, after in pairwise(squares)]
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
 
-    def table(self) -> Iterator[Stretch]:
+    def table(self) -> Iterator[RampSegment]:
         begin = 0
         for position, (interval, _) in enumerate(self.runs):
-            yield Stretch(begin, position, 1, PS_PER_S / interval)
+            yield RampSegment(begin, position, 1, PS_PER_S / interval)
             begin += interval
 
     @property
@@ -98,10 +98,10 @@ class GscRamps(Calculator):
         rows = sheet.commands
         start, top, length = rows["S"], rows["T"], rows["R"]
         self.quantities = (
-            Quantity("S", start.says, start.args[0], per_s=1),
-            Quantity("T", top.says, top.args[0], per_s=1),
-            Quantity("R", length.says, length.args[0], free=True),
-            Quantity(
+            RampParameter("S", start.says, start.args[0], per_s=1),
+            RampParameter("T", top.says, top.args[0], per_s=1),
+            RampParameter("R", length.says, length.args[0], free=True),
+            RampParameter(
                 "law", "how the rate goes from S to T", choices=tuple(profile.LAWS), default=next(iter(profile.LAWS))
             ),
         )
@@ -109,7 +109,7 @@ class GscRamps(Calculator):
     def ramp(self, values: Values, crystal_hz: int) -> GscRamp:
         return GscRamp(self.sheet.part, values, crystal_hz)
 
-    def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+    def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         rate = steps_per_s(text)
         return None if rate is None else floor(rate / RATE_UNIT + Fraction(1, 2))
 

@@ -119,7 +119,7 @@ class Stepwise:
 
     async def kill(self) -> None:
         """Make no further step; a pulse that has begun is completed."""
-        self.counter.departs()
+        self.counter.mark_deviation()
         if self.moving:
             await until(self.kernel, self.begun_ps + self.times_ps["clock"])
             self.lines.clock.drive(1)
@@ -128,7 +128,7 @@ class Stepwise:
 
     def cut(self) -> None:
         """The supply is gone."""
-        self.counter.departs()
+        self.counter.mark_deviation()
         self.counter.cut()
         self.moving = False
 
@@ -197,7 +197,7 @@ class Stepwise:
         while True:
             if stop.level == 1:
                 if self.made not in (self.number, limit):
-                    self.counter.departs()
+                    self.counter.mark_deviation()
                 end = self.made + (min(self.made, self.ramp + 1) if self.ramp else 0)
                 self.number = end if self.number is None else min(self.number, end)
                 self.stopped = self.number <= limit
@@ -205,7 +205,7 @@ class Stepwise:
                 return False
             if enable.level == 1:
                 return True
-            self.counter.departs("event", "ENABLE")
+            self.counter.mark_deviation("event", "ENABLE")
             if stop.level == 1:
                 await level(enable, 1)
             else:
@@ -219,7 +219,7 @@ class Stepwise:
         while switch.level == 1:
             if enable.level == 1:
                 return True
-            self.counter.departs("event", "ENABLE")
+            self.counter.mark_deviation("event", "ENABLE")
             await level(enable, 1)
             await until(self.kernel, self.kernel.now + self.times_ps["release"])
         return False

@@ -12,7 +12,7 @@ class Activity:
     def __init__(self, chip: Chip, registers: Registers) -> None:
         self.chip, self.registers = chip, registers
         self.waiting = ""  # what `waiting` says
-        self.unheeded = False  # a command has written what no cycle has seen yet
+        self.unprocessed = False  # a command has written what no cycle has seen yet
         self.clear()
 
     def clear(self) -> None:
@@ -38,13 +38,13 @@ class Activity:
 
     def worked(self) -> None:
         """Note that a cycle has been worked: what commands had written by then has been seen."""
-        self.unheeded = any(state.update is not None for state in self.registers.states)
+        self.unprocessed = any(state.update is not None for state in self.registers.states)
         self.refresh()
 
     def refresh(self) -> None:
         """Note what has begun or ended.  An axis whose breakpoint waits for a time is not idle."""
         states, chip = self.registers.states, self.chip
-        busy = self.unheeded or self.serving
+        busy = self.unprocessed or self.serving
         chip.idle = not busy and not any(state.in_motion or state.breakpoint == "time" for state in states)
         if self.started and (awaited := self.awaited()) != self.waiting:
             self.waiting = awaited

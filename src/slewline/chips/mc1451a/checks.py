@@ -31,7 +31,7 @@ SCALE = 1 << 16
 
 
 @dataclass
-class Axis:
+class KnownAxis:
     """What the text tells about an axis: statements by the name of their command."""
 
     written: dict[str, Statement] = field(default_factory=dict)  # the last ones
@@ -50,12 +50,12 @@ class Axis:
         return 0 if self.is_reset else None
 
 
-class Script:
+class KnownChipset:
     """The chipset while it takes a script."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
-        self.axes = [Axis() for _ in range(source.sheet.axes)]
+        self.axes = [KnownAxis() for _ in range(source.sheet.axes)]
         self.current = self.axes[0]
 
     def warn(self, statement: Statement, code: str, found: str, remedy: str = "", note: bool = False) -> None:
@@ -71,9 +71,9 @@ class Script:
         if row.acts == "set":
             self.current = self.axes[row.code - 1]
         elif name == "SET_I":
-            self.current = Axis(known=False)  # whichever it is
+            self.current = KnownAxis(known=False)  # whichever it is
         elif name == "RESET":
-            self.axes = [Axis(is_reset=True, mode="SET_PRFL_TRAP") for _ in self.axes]
+            self.axes = [KnownAxis(is_reset=True, mode="SET_PRFL_TRAP") for _ in self.axes]
             self.current = self.axes[0]
         elif name == "MULTI_UPDATE":
             self.multi_update(statement)
@@ -82,7 +82,7 @@ class Script:
         else:
             self.set(statement, axis)
 
-    def set(self, statement: Statement, axis: Axis) -> None:
+    def set(self, statement: Statement, axis: KnownAxis) -> None:
         """Parameters, modes and breakpoints of an axis."""
         name = statement.row.name
         if name in COMPARING and axis.value("SET_BRK_PNT") is None:
@@ -108,7 +108,7 @@ class Script:
             self.warn(statement, "absent-axis", found, f"use 0..{(1 << axes) - 1}", note=True)
 
     # ------------------------------------------------------------------------------------------------------- updates
-    def update(self, axis: Axis) -> None:
+    def update(self, axis: KnownAxis) -> None:
         """What is buffered takes effect: does it fit together?"""
         self.velocities(axis)
         mode, uses = USES.get(axis.mode, ("", ()))
@@ -119,7 +119,7 @@ class Script:
         self.accelerations(axis)
         axis.pending.clear()
 
-    def velocities(self, axis: Axis) -> None:
+    def velocities(self, axis: KnownAxis) -> None:
         """Maximum and start velocity."""
         velocity, start = axis.value("SET_VEL"), axis.value("SET_START_VEL")
         if not velocity or axis.mode == "SET_PRFL_GEAR":
@@ -133,7 +133,7 @@ class Script:
             found = f"start velocity {start} is not below velocity {velocity}: the whole move is made at {velocity}"
             self.warn(axis.written["SET_START_VEL"], "no-ramp", f"{found}, without ramps")
 
-    def starts(self, axis: Axis) -> None:
+    def starts(self, axis: KnownAxis) -> None:
         """Can the axis start at all?"""
         mode = PROFILE_COMMANDS.index(axis.mode or "SET_PRFL_TRAP")  # of power-up
         absent = missing(mode, axis.value, axis.written, bool(axis.value("SET_START_VEL")))
@@ -143,7 +143,7 @@ class Script:
             found = f"{last.text} is updated without {' and '.join(absent)}: the move does not start"
             self.warn(last, "no-start", found, f"set {' and '.join(absent)} before the update: 0 from RESET on")
 
-    def accelerations(self, axis: Axis) -> None:
+    def accelerations(self, axis: KnownAxis) -> None:
         """Does the sign of the acceleration count?"""
         if axis.known:
             self.starts(axis)
@@ -167,7 +167,7 @@ class Script:
 
 def script(source: Source) -> None:
     """Every packet in turn."""
-    chipset, returned = Script(source), False
+    chipset, returned = KnownChipset(source), False
     for item in source.items:
         if isinstance(item, Statement):
             chipset.take(item)

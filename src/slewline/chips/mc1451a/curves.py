@@ -22,7 +22,7 @@ PLACES = 58  # binary places of an S-curve: of positions in 1/65536 step, and of
 HALF_WORD = 1 << 63
 
 
-class Piece(NamedTuple):
+class JerkPiece(NamedTuple):
     """Cycles of an S-curve in which the jerk is constant: `position` is where they begin.
 
     From cycle to cycle position += speed, then speed += change, then change += jerk.  All have PLACES binary places.
@@ -57,13 +57,13 @@ class SCurve:
     __slots__ = ("_tables", "cycles", "first", "pieces", "start")
     steady, even = 0, False
 
-    def __init__(self, pieces: list[Piece], first: int = 0) -> None:
+    def __init__(self, pieces: list[JerkPiece], first: int = 0) -> None:
         self.pieces, self.first = pieces, first
         self.cycles = [piece.cycle for piece in pieces]
         self._tables: tuple[Any, ...] | None = None
         self.start = self._piece(first).covered(first) >> PLACES
 
-    def _piece(self, k: int) -> Piece:
+    def _piece(self, k: int) -> JerkPiece:
         """Return the piece in which a cycle of the curve lies."""
         return self.pieces[bisect_right(self.cycles, k) - 1]
 

@@ -193,7 +193,7 @@ class CycleTrain(Train):
         _, before, after = self._enter(i)
         return max((self.lead + before + (after - before) * part // self.cycle) // self.unit, 0)
 
-    def begun_by_many(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+    def begun_counts(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
         import numpy as np
 

@@ -22,7 +22,7 @@ from ...core.time.timebase import Clock, readable
 from ...core.wires.pin import Terminal
 from ...core.wires.wave import real_edges
 from . import sheet
-from .reading import Reading
+from .pin_edges import PinEdges
 
 MUCH = 64  # changes; more are worth arrays
 
@@ -33,7 +33,7 @@ class FilteredInput:
     def __init__(self, pin: Terminal, clock: Clock) -> None:
         self.pin, self.clock = pin, clock
         self.filter_ticks = sheet.FILTER_TICKS
-        self.reading = Reading(pin)
+        self.reading = PinEdges(pin)
         self.begin()
 
     def begin(self) -> None:

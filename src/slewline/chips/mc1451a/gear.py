@@ -7,12 +7,12 @@ from .cycle_train import Linear
 from .feedback import Feedback
 from .generator import ProfileGenerator
 from .ideal import begins
-from .profile import Run
+from .profile import CycleRun
 from .registers import NEGATIVE_LIMIT, ONE, POSITIVE_LIMIT, AxisState
 from .switches import LimitSwitches
 
 
-class Gear:
+class ElectronicGear:
     """Follows counts; `suspended` by a stop, a limit switch or the motor, until an update."""
 
     def __init__(
@@ -72,7 +72,7 @@ class Gear:
         state.velocity = displaced
         if displaced:
             pulses.sign = 1 if displaced > 0 else -1
-            self.generator.lay(n, Linear(abs(displaced)), Run(1, abs(displaced)))
+            self.generator.schedule(n, Linear(abs(displaced)), CycleRun(1, abs(displaced)))
         stepped = pulses.sign * pulses.lead + abs(displaced) >= ONE
         if self.at_rest.next != int(not stepped):
             self.at_rest.drive(int(not stepped))

@@ -11,7 +11,7 @@ from ...errors import PlanError
 from . import sheet
 from .curves import SCurve
 from .cycle_train import Law, Linear
-from .profile import Limits, Phases, Run, brake, contour, s_curve, trapezoid
+from .profile import CycleRun, MoveLimits, Phases, brake, contour, s_curve, trapezoid
 from .pulses import Pulses
 from .registers import GEAR, MOTION_COMPLETE, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState
 from .verified import fault_of_curve, fault_of_run
@@ -31,7 +31,7 @@ class ProfileGenerator:
         self.mode = TRAPEZOIDAL  # in force
         self.aim = ""
         self.fresh = False
-        self.limits = Limits(0, 0, 0)
+        self.limits = MoveLimits(0, 0, 0)
         self.start_velocity = 0  # in force since the start from rest
         self.phases = Phases(1, 0, 0, 0, 0, 0, 0)
         self.done = 0  # cycles of an S-curve that were over when the run began
@@ -126,19 +126,19 @@ class ProfileGenerator:
         if planned is None:
             self.halt(n)
         else:
-            self.lay(n, *planned)
+            self.schedule(n, *planned)
 
-    def plan(self, n: int) -> tuple[Law, Run] | None:
+    def plan(self, n: int) -> tuple[Law, CycleRun] | None:
         """Return the next run; None: the motion is over."""
         state, pulses = self.state, self.pulses
         if self.aim == "curve":
             if pulses.law is not None:
                 self.done += n - pulses.since
             law = SCurve(self.phases.pieces(), self.done)
-            return law, Run(self.phases.cycles - self.done, 0, landing=True)
+            return law, CycleRun(self.phases.cycles - self.done, 0, landing=True)
         velocity = state.velocity
         self.clamp()
-        self.limits = Limits(self.top, abs(state.active.acceleration), self.start_velocity)
+        self.limits = MoveLimits(self.top, abs(state.active.acceleration), self.start_velocity)
         pulses.acceleration = self.limits.acceleration
         if self.aim == "stop" or not self.limits.velocity:
             run = brake(self.limits, abs(velocity))
@@ -146,7 +146,7 @@ class ProfileGenerator:
                 return None
         else:
             limits = self.limits
-            self.limits = limits = Limits(limits.velocity, limits.acceleration, min(limits.start, limits.velocity))
+            self.limits = limits = MoveLimits(limits.velocity, limits.acceleration, min(limits.start, limits.velocity))
             if self.aim == "contour":
                 run = self.contour(velocity)
             else:
@@ -157,22 +157,22 @@ class ProfileGenerator:
                 run = trapezoid(limits, pulses.sign * distance, abs(velocity))
         return Linear(run.speed, run.change), run
 
-    def contour(self, velocity: int) -> Run:
+    def contour(self, velocity: int) -> CycleRun:
         """Return the next run of velocity contouring."""
         acceleration = self.state.active.acceleration
         if acceleration * velocity < 0:  # it turns round; below s at once, even if s is above V
-            self.limits = Limits(self.limits.velocity, self.limits.acceleration, self.start_velocity)
+            self.limits = MoveLimits(self.limits.velocity, self.limits.acceleration, self.start_velocity)
             return brake(self.limits, abs(velocity))
         if not velocity:
             self.pulses.sign = 1 if acceleration > 0 else -1
         return contour(self.limits, abs(velocity))
 
-    def lay(self, n: int, law: Law, run: Run) -> None:
+    def schedule(self, n: int, law: Law, run: CycleRun) -> None:
         """Check a run, and begin it with a cycle."""
         self.verify(n, law, run)
-        self.pulses.lay(n, law, run, self.phases if isinstance(law, SCurve) else None)
+        self.pulses.schedule(n, law, run, self.phases if isinstance(law, SCurve) else None)
 
-    def verify(self, n: int, law: Law, run: Run) -> None:
+    def verify(self, n: int, law: Law, run: CycleRun) -> None:
         """Check a run once, before anything is promised.
 
         Raises:

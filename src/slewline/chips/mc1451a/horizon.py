@@ -7,7 +7,7 @@ from bisect import bisect_left
 from . import sheet
 from .enc import FilteredInput
 from .feedback import Feedback
-from .gear import Gear
+from .gear import ElectronicGear
 from .generator import ProfileGenerator
 from .pulses import RANGE
 from .registers import GEAR, ONE, AxisState, signed
@@ -19,7 +19,12 @@ class Horizon:
     """When one axis is due."""
 
     def __init__(
-        self, state: AxisState, generator: ProfileGenerator, feedback: Feedback, gear: Gear, home: FilteredInput
+        self,
+        state: AxisState,
+        generator: ProfileGenerator,
+        feedback: Feedback,
+        gear: ElectronicGear,
+        home: FilteredInput,
     ) -> None:
         self.state, self.generator, self.pulses = state, generator, generator.pulses
         self.feedback, self.gear, self.home = feedback, gear, home

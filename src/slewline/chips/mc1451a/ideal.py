@@ -16,13 +16,13 @@ from typing import NamedTuple
 
 from ...core.chip import Chip
 from ...core.motion.ideal import FOREVER, Ideal, IdealPiece, duration
-from ...core.motion.motions import Parameters
+from ...core.motion.motions import MotionParameters
 from . import sheet
 from .profile import UNIT, Phases, s_curve
 from .registers import GEAR, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState
 
 
-class Made(NamedTuple):
+class RegistersAtStart(NamedTuple):
     """The registers of a motion, as they were when it began, in the units of the commands."""
 
     crystal_hz: int
@@ -43,18 +43,18 @@ class Made(NamedTuple):
         """Cycles per second."""
         return self.crystal_hz / sheet.CYCLE_TICKS
 
-    def parameters(self) -> Parameters:
+    def parameters(self) -> MotionParameters:
         """What a picture names: the rates in force, and what else the profile mode takes."""
         if self.mode == GEAR:
-            return Parameters({}, {"RATIO": self.ratio})
+            return MotionParameters({}, {"RATIO": self.ratio})
         rates = {f"VEL = {self.velocity}": self.velocity / ONE * self.per_s}
         if self.start_velocity and self.mode != S_CURVE:
             rates[f"START_VEL = {self.start_velocity}"] = self.start_velocity / ONE * self.per_s
         if self.mode == VELOCITY:
-            return Parameters(rates, {"ACC": self.acceleration})
+            return MotionParameters(rates, {"ACC": self.acceleration})
         if self.mode == TRAPEZOIDAL:
-            return Parameters(rates, {"ACC": self.acceleration, "POS": self.position})
-        return Parameters(rates, {"MAX_ACC": self.max_acceleration, "JERK": self.jerk, "POS": self.position})
+            return MotionParameters(rates, {"ACC": self.acceleration, "POS": self.position})
+        return MotionParameters(rates, {"MAX_ACC": self.max_acceleration, "JERK": self.jerk, "POS": self.position})
 
     def ideal(self) -> Ideal | None:
         """Return the ideal of the motion."""
@@ -77,7 +77,7 @@ class Made(NamedTuple):
 def begins(chip: Chip, state: AxisState, cause: str, start_velocity: int, pulse_range: int) -> None:
     """Keep that a motion of an axis begins now, with what is in force."""
     active, log = state.active, chip.axes[state.number - 1].log
-    made = Made(
+    made = RegistersAtStart(
         chip.crystal_hz,
         chip.kernel.now,
         state.mode,
@@ -95,7 +95,7 @@ def begins(chip: Chip, state: AxisState, cause: str, start_velocity: int, pulse_
     log.expect(made.ideal)
 
 
-def departs(chip: Chip, state: AxisState, kind: str, text: str) -> None:
+def mark_deviation(chip: Chip, state: AxisState, kind: str, text: str) -> None:
     """Note that something makes the motion of an axis another one than it was to be."""
     log = chip.axes[state.number - 1].log
     log.depart()

@@ -14,7 +14,7 @@ from ...language.dialect import spoken_as
 from ...language.packets import Packets
 from . import sheet
 from .activity import Activity
-from .ideal import departs
+from .ideal import mark_deviation
 from .interrupt import HostInterrupt
 from .registers import (
     CAPTURED,
@@ -80,7 +80,7 @@ class Instructions:
         handler = self.handlers[row.code]
         found: int | None = handler(value) if row.args else handler()
         if row.code in self.writes:
-            self.activity.unheeded = True
+            self.activity.unprocessed = True
             self.motion.attend()
         return found
 
@@ -327,7 +327,7 @@ class Instructions:
     # ---------------------------------------------------------------------------------------------------- miscellaneous
     def do_set_actl_pos(self, value: int) -> None:
         position = self.to_position(sheet.POSITION, value)
-        departs(self.chip, self.state, "command", f"SET_ACTL_POS {position}")
+        mark_deviation(self.chip, self.state, "command", f"SET_ACTL_POS {position}")
         self.motion.declare(self.state, position)
 
     def do_set_lmt_sense(self, bits: int) -> None:

@@ -1,7 +1,7 @@
 r"""The law of motion of one axis, in the integers of the chipset: pure functions, parameters in, runs of cycles out.
 
 Every cycle of 327.68 us the chipset chooses a displacement.  Distances are in 1/65536 step, speeds in the same per
-cycle, accelerations per cycle and cycle.  A `Run` is a number of cycles whose displacements follow one law.
+cycle, accelerations per cycle and cycle.  A `CycleRun` is a number of cycles whose displacements follow one law.
 
     speed                                                    V  maximum velocity       a  acceleration
       V          ___________________                         s  starting velocity      r  remaining distance
@@ -24,12 +24,12 @@ from math import isqrt
 from typing import NamedTuple
 
 from ...core.motion.train import OPEN
-from .curves import PLACES, Piece
+from .curves import PLACES, JerkPiece
 
 UNIT = 1 << PLACES
 
 
-class Run(NamedTuple):
+class CycleRun(NamedTuple):
     """Cycles whose displacements are speed, speed + change, speed + 2 change ...; `landing` ends a move."""
 
     cycles: int
@@ -39,7 +39,7 @@ class Run(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class MoveLimits:
     """What a move may do: maximum velocity V, acceleration a, starting velocity s."""
 
     velocity: int
@@ -85,17 +85,17 @@ class Limits:
         return 0 if speed <= self.start else max(speed - self.acceleration, self.start)
 
 
-def trapezoid(limits: Limits, remaining: int, speed: int) -> Run:
+def trapezoid(limits: MoveLimits, remaining: int, speed: int) -> CycleRun:
     """Return the next run of a point-to-point move with linear ramps."""
     first, landing = limits.step(remaining, speed)
     if landing:
-        return Run(1, first, landing=True)
+        return CycleRun(1, first, landing=True)
     if not first:
-        return Run(1, 0)
+        return CycleRun(1, 0)
     second, landing = limits.step(remaining - first, first)
     change = second - first
     if landing or not second:
-        return Run(1, first)
+        return CycleRun(1, first)
 
     def same(i: int) -> bool:
         """Does the rule go on like this behind cycle i?"""
@@ -105,10 +105,10 @@ def trapezoid(limits: Limits, remaining: int, speed: int) -> Run:
             return False
         return limits.step(left, before) == (before + change, False)
 
-    return Run(1 + holds(same, expected(limits, remaining, first, change)), first, change)
+    return CycleRun(1 + holds(same, expected(limits, remaining, first, change)), first, change)
 
 
-def expected(limits: Limits, remaining: int, first: int, change: int) -> int:
+def expected(limits: MoveLimits, remaining: int, first: int, change: int) -> int:
     """Return how long a run may be expected to go on; a guess, which only saves time."""
     if change > 0:
         return (limits.velocity - first) // change
@@ -135,32 +135,32 @@ def holds(same: Callable[[int], bool], guess: int) -> int:
     return low
 
 
-def brake(limits: Limits, speed: int, floor: int = 0) -> Run:
+def brake(limits: MoveLimits, speed: int, floor: int = 0) -> CycleRun:
     """The next run on the way down to `floor` (0: by way of s); a run of speed 0 ends it."""
     a, s = limits.acceleration, limits.start
     if floor:
         if speed - a <= floor:
-            return Run(OPEN, floor)
-        return Run((speed - floor - 1) // a, speed - a, -a)
+            return CycleRun(OPEN, floor)
+        return CycleRun((speed - floor - 1) // a, speed - a, -a)
     first = limits.slower(speed)
     if not first:
-        return Run(1, 0)
+        return CycleRun(1, 0)
     if first == s or first >= speed:  # without acceleration a speed above s stays as it is
-        return Run(1 if first == s else OPEN, first)
-    return Run(1 + (first - s - 1) // a, first, -a)
+        return CycleRun(1 if first == s else OPEN, first)
+    return CycleRun(1 + (first - s - 1) // a, first, -a)
 
 
-def contour(limits: Limits, speed: int) -> Run:
+def contour(limits: MoveLimits, speed: int) -> CycleRun:
     """The next run of velocity contouring in the commanded direction: up to V, or down to it, and on for ever."""
     a, top = limits.acceleration, limits.velocity
     if speed > top:
-        return brake(limits, speed, top) if a else Run(OPEN, speed)
+        return brake(limits, speed, top) if a else CycleRun(OPEN, speed)
     if not a:
-        return Run(OPEN, speed)
+        return CycleRun(OPEN, speed)
     first = min(top, max(speed + a, limits.start))
     if first == top:
-        return Run(OPEN, top)
-    return Run(1 + (top - first - 1) // a, first, a)
+        return CycleRun(OPEN, top)
+    return CycleRun(1 + (top - first - 1) // a, first, a)
 
 
 # ------------------------------------------------------------------------------------------------------------- S-curves
@@ -213,7 +213,7 @@ class Phases(NamedTuple):
         curve = self._replace(jerked=jerked, steady=steady, coasting=coasting)
         return curve._replace(distance=curve.peak * (2 * jerked + steady + coasting) >> 16 + 2 * PLACES)
 
-    def pieces(self) -> list[Piece]:
+    def pieces(self) -> list[JerkPiece]:
         """Return the curve in pieces: the cycles that lie in one phase, and each that lies in several by itself.
 
         Such a one counts as the first phase in it that has jerk.
@@ -234,15 +234,15 @@ class Phases(NamedTuple):
             if last > piece.cycle:
                 pieces.append(piece)
             position = piece.covered(last)
-            pieces.append(Piece(last, piece.phase | 1, position, following.position - position, 0, 0))
+            pieces.append(JerkPiece(last, piece.phase | 1, position, following.position - position, 0, 0))
         return [*pieces, self._end]
 
     @property
-    def _end(self) -> Piece:
+    def _end(self) -> JerkPiece:
         """Where the axis stays when the move is over."""
-        return Piece(self.cycles, 7, self.distance, 0, 0, 0)
+        return JerkPiece(self.cycles, 7, self.distance, 0, 0, 0)
 
-    def _piece(self, phase: int, cycle: int) -> Piece:
+    def _piece(self, phase: int, cycle: int) -> JerkPiece:
         """Return the cycles of a phase from this one on.
 
         Its numbers are rounded up on the way to the maximum velocity and down from there on, the positions with them:
@@ -253,7 +253,7 @@ class Phases(NamedTuple):
         change = a + (j << PLACES)
         up = -1 if phase <= 3 else 1
         position, speed = (up * (up * number // (6 << 16 + 2 * PLACES)) for number in (position, speed))
-        return Piece(cycle, phase, position, speed, up * (up * change >> 16), j << PLACES - 16)
+        return JerkPiece(cycle, phase, position, speed, up * (up * change >> 16), j << PLACES - 16)
 
     def _state(self, phase: int, t: int) -> tuple[int, int, int, int]:
         """Return six times the position, twice the velocity, acceleration and jerk of a phase at a time.

@@ -22,7 +22,7 @@ from ...core.motion.train import Playing
 from .curves import SCurve
 from .cycle_clock import CycleClock
 from .cycle_train import CycleTrain, Law, SquareView
-from .profile import Phases, Run
+from .profile import CycleRun, Phases
 from .registers import ONE, WRAPPED, AxisState, signed
 
 HALF = ONE // 2
@@ -137,7 +137,7 @@ class Pulses:
             self.pulse.renew()
             self.playing = None
 
-    def lay(self, n: int, law: Law, run: Run, curve: Phases | None = None) -> None:
+    def schedule(self, n: int, law: Law, run: CycleRun, curve: Phases | None = None) -> None:
         """Begin a run with cycle n; its pulses follow when whatever belongs to this instant is over.
 
         Args:

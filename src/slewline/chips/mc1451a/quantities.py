@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-class Stretch(NamedTuple):
+class JerkSegment(NamedTuple):
     """A time in which the jerk holds; the acceleration at its begin, steps/s^2, and the phase of an S-curve, or 0."""
 
     begin_ps: int
@@ -64,11 +64,11 @@ class Forces:
         numbers = np.arange(max(cycle_clock.begun(start), 0), cycle_clock.begun(stop) + 1)
         return cycle_clock.clock.ps_array(numbers * cycle_clock.cycle_ticks, cycle_clock.origin)
 
-    def stretches(self, start: int, stop: int) -> list[Stretch]:
+    def stretches(self, start: int, stop: int) -> list[JerkSegment]:
         """Return what begins by `stop` (ps), and what is in force at `start`; ascending, the first before `start`."""
         self.motion.catch_up()
         past = self.pulses.past
-        found = [Stretch(0, 0.0, 0.0)]
+        found = [JerkSegment(0, 0.0, 0.0)]
         if not past or stop < self.ps(past[0].first):
             return found
         cycle = self.cycle_clock.begun(start)
@@ -81,7 +81,7 @@ class Forces:
             found += self._of_curve(entry, following) if entry.curve else self._of_run(entry, before, following)
         return [stretch for stretch in found if stretch.begin_ps <= stop]
 
-    def _of_run(self, entry: Past, before: Past | None, following: Past | None) -> Iterator[Stretch]:
+    def _of_run(self, entry: Past, before: Past | None, following: Past | None) -> Iterator[JerkSegment]:
         """Even changes from cycle to cycle; in the first one from what was before, unless that is a jump."""
         unit = self.per_s**2 / ONE
         change = entry.sign * entry.law.velocity(1) - entry.sign * entry.law.velocity(0) if entry.law else 0
@@ -92,11 +92,11 @@ class Forces:
             gained = velocity(entry, entry.first) - velocity(before, entry.first - 1)
         if abs(gained) > entry.acceleration:
             gained = 0
-        yield Stretch(self.ps(entry.first), gained * unit, 0.0)
+        yield JerkSegment(self.ps(entry.first), gained * unit, 0.0)
         if gained != change and (following is None or following.first > entry.first + 1):
-            yield Stretch(self.ps(entry.first + 1), change * unit, 0.0)
+            yield JerkSegment(self.ps(entry.first + 1), change * unit, 0.0)
 
-    def _of_curve(self, entry: Past, following: Past | None) -> Iterator[Stretch]:
+    def _of_curve(self, entry: Past, following: Past | None) -> Iterator[JerkSegment]:
         """The phases of an S-curve, as far as the run has worked them."""
         assert entry.curve is not None and isinstance(entry.law, SCurve)
         zero = entry.since - entry.law.first  # the cycle in which the curve begins
@@ -109,10 +109,10 @@ class Forces:
             if length and late < length and (over is None or parts < over * UNIT):
                 acceleration = piece.acceleration + piece.jerk * (late / UNIT / self.per_s)
                 at = self.ps(zero, parts + late)
-                yield Stretch(at, entry.sign * acceleration, entry.sign * piece.jerk, phase)
+                yield JerkSegment(at, entry.sign * acceleration, entry.sign * piece.jerk, phase)
             parts += length
         if over is None or parts < over * UNIT:
-            yield Stretch(self.ps(zero, parts), 0.0, 0.0)
+            yield JerkSegment(self.ps(zero, parts), 0.0, 0.0)
 
 
 def velocity(entry: Past, cycle: int) -> int:
@@ -128,7 +128,7 @@ class Acceleration(Quantity):
     def __init__(self, forces: Forces) -> None:
         self.forces = forces
 
-    def value(self, stretch: Stretch, ps: int) -> float:
+    def value(self, stretch: JerkSegment, ps: int) -> float:
         """Return the value at an instant of a stretch."""
         return stretch.acceleration + stretch.jerk * (ps - stretch.begin_ps) / PS_PER_S
 
@@ -145,7 +145,7 @@ class Acceleration(Quantity):
         slopes = np.array([self.slope(stretch) for stretch in stretches])[which]
         return np.asarray(values + slopes * (times - begins[which]) / PS_PER_S, np.float64)
 
-    def slope(self, stretch: Stretch) -> float:
+    def slope(self, stretch: JerkSegment) -> float:
         """Return how fast the value grows in a stretch, per second."""
         return stretch.jerk
 
@@ -190,10 +190,10 @@ class Jerk(Acceleration):
 
     name, unit, held = "jerk", "steps/s³", True
 
-    def value(self, stretch: Stretch, ps: int) -> float:
+    def value(self, stretch: JerkSegment, ps: int) -> float:
         return stretch.jerk
 
-    def slope(self, stretch: Stretch) -> float:
+    def slope(self, stretch: JerkSegment) -> float:
         return 0.0
 
 
@@ -201,7 +201,7 @@ def phases(forces: Forces, start: int, stop: int) -> list[tuple[int, int, str]]:
     """Return the phases of S-curves between two instants, as far as they lie there: begin and end in ps, and 1 to 7."""
     found: list[tuple[int, int, str]] = []
     stretches = forces.stretches(start, stop)
-    for stretch, following in zip(stretches, [*stretches[1:], Stretch(stop, 0.0, 0.0)], strict=True):
+    for stretch, following in zip(stretches, [*stretches[1:], JerkSegment(stop, 0.0, 0.0)], strict=True):
         begin, end, text = max(stretch.begin_ps, start), min(following.begin_ps, stop), str(stretch.phase)
         if stretch.phase and begin < end:
             if found and found[-1][1:] == (begin, text):

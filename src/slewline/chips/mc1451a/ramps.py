@@ -22,10 +22,10 @@ from ...language.ramps import (
     Calculator,
     Candidate,
     Move,
-    Quantity,
     Ramp,
+    RampParameter,
+    RampSegment,
     Search,
-    Stretch,
     Values,
     least,
     levels,
@@ -69,11 +69,11 @@ class ChipsetRamp(Ramp):
     def law(self) -> Law:
         """How far each cycle goes."""
 
-    def table(self) -> Iterator[Stretch]:
+    def table(self) -> Iterator[RampSegment]:
         for cycle in range(self.cycles):
             before, after, speed = self.law.travel(cycle), self.law.travel(cycle + 1), self.law.velocity(cycle)
             rate = self.units.rate(VELOCITY, speed)
-            yield Stretch(self.units.ps(cycle), before / ONE, (after - before) / ONE, rate, speed)
+            yield RampSegment(self.units.ps(cycle), before / ONE, (after - before) / ONE, rate, speed)
 
     @property
     def reached_from(self) -> int | None:
@@ -114,7 +114,7 @@ class Trapezoid(ChipsetRamp):
     def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
         super().__init__(units, values, crystal_hz)
         start = min(int(values["SET_START_VEL"]), self.velocity)
-        self.limits = profile.Limits(self.velocity, int(values["SET_ACC"]), start)
+        self.limits = profile.MoveLimits(self.velocity, int(values["SET_ACC"]), start)
         run = profile.contour(self.limits, 0)
         self.linear, self.cycles = Linear(run.speed, run.change), run.cycles if run.cycles < OPEN else 0
         self.time_ps, self.steps = units.ps(self.cycles), self.linear.travel(self.cycles) / ONE
@@ -151,7 +151,7 @@ class Trapezoid(ChipsetRamp):
         return ChipsetMove(self, distance, parts, top, legs)
 
 
-class Curve(ChipsetRamp):
+class SCurvePhases(ChipsetRamp):
     """The phases 1 to 3 of an S-curve that is long enough; they may end in mid-cycle."""
 
     def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
@@ -189,7 +189,7 @@ def risen(phases: profile.Phases) -> int:
     return phases.peak * (2 * phases.jerked + phases.steady)
 
 
-PROFILES: dict[str, type[Trapezoid | Curve]] = {"trapezoid": Trapezoid, "s-curve": Curve}
+PROFILES: dict[str, type[Trapezoid | SCurvePhases]] = {"trapezoid": Trapezoid, "s-curve": SCurvePhases}
 
 
 # ---------------------------------------------------------------------------------------------------------- calculator
@@ -201,23 +201,23 @@ class ChipsetRamps(Calculator):
     def __init__(self, sheet: Sheet) -> None:
         self.sheet = sheet
 
-        def quantity(name: str, arg: Arg, low: int, **more: object) -> Quantity:
-            return Quantity(name, sheet.commands.named(name).says, replace(arg, low=low), per_s=arg.cycles, **more)  # type: ignore[arg-type]
+        def quantity(name: str, arg: Arg, low: int, **more: object) -> RampParameter:
+            return RampParameter(name, sheet.commands.named(name).says, replace(arg, low=low), per_s=arg.cycles, **more)  # type: ignore[arg-type]
 
         self.quantities = (
-            Quantity(TRAPEZOID[0], "profile mode", choices=(TRAPEZOID[1], S_CURVE[1]), default=TRAPEZOID[1]),
+            RampParameter(TRAPEZOID[0], "profile mode", choices=(TRAPEZOID[1], S_CURVE[1]), default=TRAPEZOID[1]),
             quantity("SET_VEL", VELOCITY, 1),
             quantity("SET_ACC", ACCELERATION, 1, free=True, only=TRAPEZOID),
             quantity("SET_START_VEL", START_VELOCITY, 0, default=0, only=TRAPEZOID),
             quantity("SET_MAX_ACC", MAX_ACCELERATION, 1, free=True, only=S_CURVE),
             quantity("SET_JERK", JERK, 1, free=True, only=S_CURVE),
-            Quantity("output", "pulse range", choices=tuple(RANGES), default="standard"),
+            RampParameter("output", "pulse range", choices=tuple(RANGES), default="standard"),
         )
 
-    def ramp(self, values: Values, crystal_hz: int) -> Trapezoid | Curve:
+    def ramp(self, values: Values, crystal_hz: int) -> Trapezoid | SCurvePhases:
         return PROFILES[str(values[TRAPEZOID[0]])](Units(self.sheet, crystal_hz), values, crystal_hz)
 
-    def spoken(self, quantity: Quantity, text: str, crystal_hz: int) -> int | None:
+    def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         return rates.spoken(self.arg(quantity.name), text, rates.cycles_per_s(self.sheet, crystal_hz))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
@@ -230,7 +230,7 @@ class ChipsetRamps(Calculator):
         sign = -1 if wanted.goal == "acceleration" else 1
 
         @cache
-        def ramp(value: int) -> Trapezoid | Curve:
+        def ramp(value: int) -> Trapezoid | SCurvePhases:
             return self.ramp({**search.fixed, name: value}, search.crystal_hz)
 
         if wanted.goal == "steps" and name == "SET_ACC":

@@ -27,10 +27,10 @@ from ...core.chip import Chip
 from .cycle_clock import CycleClock
 from .enc import FilteredInput
 from .feedback import Feedback
-from .gear import Gear
+from .gear import ElectronicGear
 from .generator import ProfileGenerator
 from .horizon import Horizon
-from .ideal import departs
+from .ideal import mark_deviation
 from .pulses import Pulses
 from .registers import (
     BREAKPOINT,
@@ -60,7 +60,7 @@ class Trajectory:
         self.log = self.pulses.axis.log
         self.feedback = Feedback(chip, state, cycle_clock, self.pulses)
         self.generator = ProfileGenerator(chip, state, self.pulses)
-        self.gear = Gear(chip, state, self.generator, self.feedback, self.switches)
+        self.gear = ElectronicGear(chip, state, self.generator, self.feedback, self.switches)
         self.updates = Updates(chip, state, self.generator, self.feedback, self.switches, self.gear)
         self.horizon = Horizon(state, self.generator, self.feedback, self.gear, self.home)
         self.due = 0
@@ -109,7 +109,7 @@ class Trajectory:
         """Halt the axis where a switch goes active."""
         limit = self.switches.tripped()
         if limit:
-            departs(self.chip, self.state, "limit", LIMIT_NAMES[limit])
+            mark_deviation(self.chip, self.state, "limit", LIMIT_NAMES[limit])
             self.log.end("limit")
             self.generator.halt(n)
             self.gear.suspended = True

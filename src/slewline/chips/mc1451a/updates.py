@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from ...core.chip import Chip
 from .feedback import Feedback
-from .gear import Gear
+from .gear import ElectronicGear
 from .generator import ProfileGenerator
-from .ideal import begins, departs
+from .ideal import begins, mark_deviation
 from .omissions import REGISTERS, missing_of
 from .registers import (
     COMMAND_ERROR,
@@ -37,7 +37,7 @@ class Updates:
         generator: ProfileGenerator,
         feedback: Feedback,
         switches: LimitSwitches,
-        gear: Gear,
+        gear: ElectronicGear,
     ) -> None:
         self.chip, self.state, self.generator, self.pulses = chip, state, generator, generator.pulses
         self.feedback, self.switches, self.gear, self.log = feedback, switches, gear, generator.log
@@ -52,7 +52,7 @@ class Updates:
         if state.was_off or not state.motor_on:
             state.was_off = False
             if state.in_motion:
-                departs(self.chip, state, "event", "motor off")
+                mark_deviation(self.chip, state, "event", "motor off")
             self.log.end("cut")
             if state.in_motion or self.pulses.law is not None:
                 generator.halt(n, complete=False)
@@ -67,7 +67,7 @@ class Updates:
         """Change to another profile mode."""
         state, generator, before = self.state, self.generator, self.generator.mode
         if state.in_motion:
-            departs(self.chip, state, "command", PROFILE_COMMANDS[mode])
+            mark_deviation(self.chip, state, "command", PROFILE_COMMANDS[mode])
         if mode != VELOCITY or before == GEAR:
             self.log.stop()
         if mode in (TRAPEZOIDAL, S_CURVE) and before != GEAR and state.in_motion:
@@ -91,7 +91,7 @@ class Updates:
         self.copy(taken)
         if taken.stop:
             if state.in_motion or generator.mode == GEAR:
-                departs(self.chip, state, "command", "STOP")
+                mark_deviation(self.chip, state, "command", "STOP")
                 self.log.stop()
             generator.halt(n)
             self.gear.suspended = True
@@ -108,7 +108,7 @@ class Updates:
         """Make the target the actual position; no pulse, and the speed stays."""
         if self.feedback.encoder is not None:
             self.feedback.read(n)
-            departs(self.chip, self.state, "command", "SYNCH_PRFL")
+            mark_deviation(self.chip, self.state, "command", "SYNCH_PRFL")
             self.generator.cut(n)
             self.declare(n, self.state.actual)
             self.generator.fresh = self.state.in_motion
@@ -140,7 +140,7 @@ class Updates:
         if not self.state.in_motion:
             self.generator.complete()
             return
-        departs(self.chip, self.state, "command", "SMOOTH_STOP")
+        mark_deviation(self.chip, self.state, "command", "SMOOTH_STOP")
         self.log.stop()
         self.generator.slow_down(n)
 

@@ -15,10 +15,10 @@ from itertools import pairwise
 from ...core.motion.train import OPEN
 from .curves import PLACES, SCurve
 from .cycle_train import Law
-from .profile import Limits, Phases, Run
+from .profile import CycleRun, MoveLimits, Phases
 
 
-def fault_of_run(law: Law, run: Run, limits: Limits, before: int, remaining: int) -> str:
+def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remaining: int) -> str:
     """Return what is wrong with a run of evenly changing speed; "" when nothing is.
 
     Args:
@@ -40,7 +40,7 @@ def fault_of_run(law: Law, run: Run, limits: Limits, before: int, remaining: int
     return ""
 
 
-def fault_of_curve(law: SCurve, run: Run, curve: Phases, before: int) -> str:
+def fault_of_curve(law: SCurve, run: CycleRun, curve: Phases, before: int) -> str:
     """Return what is wrong with the rest of an S-curve; "" when nothing is.  Arguments as above."""
     if run.cycles < 1:
         return f"{run.cycles} cycles"

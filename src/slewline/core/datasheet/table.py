@@ -346,7 +346,7 @@ class Bits:
         return ((word & self.mask) >> self.low) + self.first
 
 
-class Spoken(Protocol):
+class DialectSpec(Protocol):
     """What a sheet says of its dialect; all that a dialect can do is in language/dialect.py."""
 
     @property
@@ -381,7 +381,7 @@ class Sheet:
     labels: str = ""
     suffix: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
-    dialect: Spoken | None = None  # how commands are written, sent and stored
+    dialect: DialectSpec | None = None  # how commands are written, sent and stored
     channels: tuple[Channel, ...] = ()  # how a host reaches the part; the first one, unless it says otherwise
     axes: int = 1
     encoder: bool = False

@@ -69,10 +69,10 @@ class Memory:
         put(self._content, data, at)
 
 
-class Witnessed:
+class JournaledStore:
     """A store whose faults a journal hears of: calls that it refuses, and another content than it was given.
 
-    Calls are numbered from `begin` on; in a replay `Recalled` does at the same calls what this one did.
+    Calls are numbered from `begin` on; in a replay `ReplayedStore` does at the same calls what this one did.
 
     Args:
         tell: told the number of a call, and the text of its error or the content found.
@@ -127,8 +127,8 @@ class Witnessed:
         return getattr(self.store, name)
 
 
-class Recalled(Memory):
-    """The memory of a replay, with the faults of the store that it stands for (see `Witnessed`).
+class ReplayedStore(Memory):
+    """The memory of a replay, with the faults of the store that it stands for (see `JournaledStore`).
 
     Args:
         faults: by the number of the call: its `error`, or the `content` that was found.
@@ -178,7 +178,7 @@ def put(content: bytearray, data: bytes, at: int | None = None) -> int:
     return address
 
 
-class Gathered:
+class BufferedStore:
     """A large memory on its way to a store: what is put is there at once, and `flush` brings it to the store.
 
     Bytes that stand close together go as one piece, so a flush costs as much as a few bytes do.

@@ -17,7 +17,7 @@ from .near import hint
 T = TypeVar("T")
 
 
-class Told(NamedTuple):
+class NameHelp(NamedTuple):
     """What a message says of names: who has them, what each is called, what to do instead of setting one, which."""
 
     owner: str
@@ -27,13 +27,13 @@ class Told(NamedTuple):
 
 
 class Known(dict[str, T]):
-    """Values by name; `told` is to be set: it returns what a message says of them."""
+    """Values by name; `name_help` is to be set: it returns what a message says of them."""
 
-    __slots__ = ("told",)
-    told: Callable[[Known[T]], Told]
+    __slots__ = ("name_help",)
+    name_help: Callable[[Known[T]], NameHelp]
 
     def __missing__(self, name: object) -> NoReturn:
-        owner, kind, _, names = self.told(self)
+        owner, kind, _, names = self.name_help(self)
         begun = [each for each in names if isinstance(name, str) and name and each.startswith(name.lower())]
         meant = f"; did you mean {begun[0]}?" if len(begun) == 1 else hint(name, names)
         raise UnknownName(f"{owner} has no {kind} {name!r}; its {kind}s: {', '.join(names) or 'none'}{meant}")
@@ -41,12 +41,12 @@ class Known(dict[str, T]):
     def __getattr__(self, name: str) -> NoReturn:
         if name in Known.__slots__:  # of a copy that is being made
             raise AttributeError(name)
-        owner, kind, *_ = self.told(self)
+        owner, kind, *_ = self.name_help(self)
         remedy = f"write [{name!r}]" if name in self else f"a {kind} goes by its name in brackets"
         raise NoSuchAttribute(f"{owner}: {kind}s have no attribute {name!r}; {remedy}")
 
     def _refuse(self, *_given: object, **_named: object) -> NoReturn:
-        owner, kind, to_set, _ = self.told(self)
+        owner, kind, to_set, _ = self.name_help(self)
         raise NoSuchAttribute(f"{owner}: {kind}s cannot be set here; {to_set}")
 
     __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse

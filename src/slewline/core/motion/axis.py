@@ -99,7 +99,7 @@ missing(
 
 
 @dataclass(slots=True)
-class Stretch:
+class Segment:
     """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`.
 
     `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.  A
@@ -144,7 +144,7 @@ class Axis:
         self.kernel, self.positions = kernel, positions
         self.modulus, self.low = len(positions), positions[0]
         self.offset = position - self.low  # position - low = offset + counted, modulo
-        self.past = [Stretch(0, 0, 0, 1, 1, None)]
+        self.past = [Segment(0, 0, 0, 1, 1, None)]
         self.offsets = [(0, self.offset)]
         self.on_change: Hook[[]] = Hook()  # another train is followed, or the register was loaded
         self.on_forget: Hook[[int]] = Hook()  # the past before an instant is dropped
@@ -201,7 +201,7 @@ class Axis:
             plan, step: what the train plays, and the step of it (from 0) that is the first of the train.
         """
         counts = sign if counted else 0
-        self.past.append(Stretch(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
+        self.past.append(Segment(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
         if len(self.past) > self.kept.full:
             self.forget(self.kept.bound(self.past, self.kernel.now))
             self.kept.dropped(len(self.past))
@@ -297,7 +297,7 @@ class Axis:
                 found.append((max(begin, start), min(end, stop), name))
         return found
 
-    def played(self, start: int, stop: int) -> Iterator[tuple[Stretch, Train, int, int]]:
+    def played(self, start: int, stop: int) -> Iterator[tuple[Segment, Train, int, int]]:
         """Yield the stretches with steps at start <= t <= stop (ps), each with its train and its steps a ... b-1."""
         first = max(bisect_left(self.past, start, key=_start) - 1, 0)
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:

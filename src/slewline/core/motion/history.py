@@ -96,7 +96,7 @@ class Staircase(Quantity):
         return thinned(Outline(times, self._values(times)), start, stop, columns)
 
 
-class Lines(Staircase):
+class Polyline(Staircase):
     """A quantity that goes straight from point to point: what a part has integrated.
 
     `changes` are the points at which the lines bend; a jump is two points at one instant.  In a waveform file, which

@@ -92,7 +92,7 @@ class Mark:
     text: str
 
 
-class Parameters(NamedTuple):
+class MotionParameters(NamedTuple):
     """What a motion is made with: rates in steps/s, and further parameters, by name."""
 
     rates: Mapping[str, float] = {}
@@ -105,14 +105,14 @@ class _Started:
 
     time_ps: int
     text: str
-    parameters: Callable[[], Parameters]
+    parameters: Callable[[], MotionParameters]
     position: int
     travel: int
     direction: int
     ideal: Callable[[], Ideal | None] | None = None
     departed: int | None = None  # when it ceased to follow its ideal
     changes: list[tuple[int, Callable[[], Mapping[str, float]]]] = field(default_factory=list)
-    told_to_stop: bool = False
+    asked_to_stop: bool = False
     end: MotionEnd | None = None
 
     def law(self) -> Ideal | None:
@@ -144,7 +144,7 @@ class Motions:
         self._marks: list[Mark] = []
 
     # ------------------------------------------------------------------------------------------------ what a chip says
-    def begin(self, text: str, parameters: Callable[[], Parameters], direction: int = 0) -> None:
+    def begin(self, text: str, parameters: Callable[[], MotionParameters], direction: int = 0) -> None:
         """Begin a motion now; `parameters` says later with which ones.  End one that is under way."""
         self.end("changed")
         self.depart()
@@ -161,7 +161,7 @@ class Motions:
     def stop(self) -> None:
         """Note that the motion under way is told to end early; it ends when it is at rest."""
         if self._started:
-            self._started[-1].told_to_stop = True
+            self._started[-1].asked_to_stop = True
 
     def end(self, why: Why | None = None) -> None:
         """End the motion under way, if there is one; without a reason it was told to stop, or is done."""
@@ -169,7 +169,7 @@ class Motions:
             return
         started = self._started[-1]
         position, travel = self._stands()
-        reason: Why = why or ("stopped" if started.told_to_stop else "done")
+        reason: Why = why or ("stopped" if started.asked_to_stop else "done")
         started.end = MotionEnd(self.kernel.now, position, travel - started.travel, reason)
         if reason == "cut":
             self.depart()

@@ -14,7 +14,7 @@ from ..time.kernel import Kernel
 from ..time.timebase import Time, moments, readable, window
 from ..wires.pin import Condition
 from .axis import Axis, Steps
-from .motions import Mark, MotionEnd, MotionStart, Parameters
+from .motions import Mark, MotionEnd, MotionParameters, MotionStart
 from .quantity import Position, Quantity, Velocity
 
 if TYPE_CHECKING:
@@ -196,11 +196,11 @@ class OneAxis:
     def _window(self, start: Time | None, stop: Time | None) -> tuple[int, int]:
         return window(start, stop, self.kernel.now, self.motor.since)
 
-    def parameters(self) -> Parameters:
+    def parameters(self) -> MotionParameters:
         """Return what a plot names, as it was in force in the latest motion; empty before there was one.
 
         Returns:
             Rates in steps/s ("R = 80" -> 5978.0), and further parameters ("S" -> 200).
         """
         latest = self.motor.log.latest()
-        return Parameters() if latest is None else Parameters(latest.rates, latest.notes)
+        return MotionParameters() if latest is None else MotionParameters(latest.rates, latest.notes)

@@ -51,7 +51,7 @@ class Train:
         """Return how many steps have begun by a tick, that tick included."""
         raise NotImplementedError
 
-    def begun_by_many(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+    def begun_counts(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
         raise NotImplementedError
 
@@ -92,7 +92,7 @@ class Train:
 
     def begun_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return how many steps have begun by many instants (int64 ps, any order): (n,) int64."""
-        return self.begun_by_many(self.clock.ticks_array(ps + 1) - 1 - self.origin)
+        return self.begun_counts(self.clock.ticks_array(ps + 1) - 1 - self.origin)
 
     def window(self, first: int, last: int) -> NDArray[np.int64]:
         """Return `begins(first, last)`, cached and read-only: five views of a train ask for the same window."""
@@ -113,7 +113,7 @@ class Train:
         return self.clock.ps_array(ticks, self.origin, out if out is None else out[: len(ticks)])
 
 
-class Laid(NamedTuple):
+class RunTable(NamedTuple):
     """Runs of equal intervals one after the other, in ticks; trains of the same runs share it, and leave it as it is.
 
     Where runs start and which steps begin them; the tick at which the last step ends; `shown`: the first run, a
@@ -130,7 +130,7 @@ class Laid(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def laid(runs: tuple[tuple[int, int], ...]) -> Laid:
+def laid(runs: tuple[tuple[int, int], ...]) -> RunTable:
     """Return runs (interval, count) one after the other.  A program in a loop makes the same moves over and over."""
     starts, intervals, counts, firsts = [], [], [], []
     start = first = 0
@@ -144,7 +144,7 @@ def laid(runs: tuple[tuple[int, int], ...]) -> Laid:
             first += count
     if not starts:  # a train of no steps answers like any other
         starts, intervals, counts, firsts = [0], [1], [0], [0]
-    return Laid(starts, intervals, counts, firsts, first, start, shown(intervals))
+    return RunTable(starts, intervals, counts, firsts, first, start, shown(intervals))
 
 
 def shown(intervals: list[int]) -> list[int]:
@@ -188,7 +188,7 @@ class StepTrain(Train):
         n = (x - self.starts[i]) // self.intervals[i] + 1
         return self.firsts[i] + (n if n < self.counts[i] else self.counts[i])
 
-    def begun_by_many(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+    def begun_counts(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
         import numpy as np
 
@@ -340,7 +340,7 @@ class Playing:
         return [start, *(clock.ps(origin + tick) for tick in ticks[1:])], speeds
 
 
-class Numbered(Protocol):
+class NumberedEdges(Protocol):
     """A view of a train that can number its edges to a level from 1 on, since the train began."""
 
     of: Playing
@@ -361,7 +361,7 @@ class Numbered(Protocol):
 class TrainEdges(ClockEdges):
     """Edges of a view of a train, by arithmetic."""
 
-    def __init__(self, view: Numbered, level: int, since: int) -> None:
+    def __init__(self, view: NumberedEdges, level: int, since: int) -> None:
         self.view, self.level, self.clock = view, level, view.of.train.clock
         self.first = self._passed(since)
 

@@ -307,8 +307,8 @@ class Kernel:
             driver.pending = False
             net = driver.net
             told = driver.next
-            if net.told == 1 and net.plain is driver and ((kind := type(told)) is int or kind is tuple):
-                net.told = 0
+            if net.pending_drivers == 1 and net.plain is driver and ((kind := type(told)) is int or kind is tuple):
+                net.pending_drivers = 0
                 driver.level = told  # the only driver puts a level after a level, and nobody records: most of the time
                 if told != net.value:
                     net.value = told
@@ -318,8 +318,8 @@ class Kernel:
                         changed.append(net)
             else:
                 driver.take()
-                if net.told:
-                    net.told = 0
+                if net.pending_drivers:
+                    net.pending_drivers = 0
                     nets += net.joined or (net,)
         self.seen = time
         for net in nets:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 PS_PER_S = 10**12
-LEAST_PS = 1000  # what a bare number must be at least, 0 apart
+MIN_PS = 1000  # what a bare number must be at least, 0 apart
 UNITS = {
     "ps": 1,
     "ns": 10**3,
@@ -95,7 +95,7 @@ def picoseconds(time: Time, *, negative: bool = False) -> int:
         TimeError: another float, an unknown unit, a fraction of a picosecond, a negative time, an int from 1 to 999.
     """
     ps = _whole(time, negative)
-    if 0 < abs(ps) < LEAST_PS and not isinstance(time, str | Seconds):
+    if 0 < abs(ps) < MIN_PS and not isinstance(time, str | Seconds):
         raise TimeError(f"time {time!r}: a bare number is picoseconds; write its unit, such as '{ps} ms' or '{ps} ps'")
     return ps
 

@@ -48,7 +48,7 @@ class ClockEdges(Protocol):
         return [at for k in numbers if (at := self.at(k)) is not None]
 
 
-class Still(ClockEdges):
+class NoEdges(ClockEdges):
     """No edges: a level that stays."""
 
     def by(self, ps: int) -> int:
@@ -66,7 +66,7 @@ class Still(ClockEdges):
         return np.empty(0, np.int64)
 
 
-class Even(ClockEdges):
+class UniformEdges(ClockEdges):
     """Edges at an even rate (1/s), the first one a period after `since`."""
 
     def __init__(self, since: int, rate: int) -> None:
@@ -87,7 +87,7 @@ class Even(ClockEdges):
         return self.since + self.clock.ps_array(np.arange(first, last + 1))
 
 
-class Limited(ClockEdges):
+class BoundedEdges(ClockEdges):
     """Edges of another clock as long as they lie before an instant, `until`; None: all of them."""
 
     until: int | None
@@ -118,7 +118,7 @@ class Limited(ClockEdges):
         return self.of.few(numbers)
 
 
-class Later(ClockEdges):
+class DelayedEdges(ClockEdges):
     """Edges of another clock, each so many picoseconds later."""
 
     def __init__(self, of: ClockEdges, lag_ps: int) -> None:
@@ -142,7 +142,7 @@ class Later(ClockEdges):
         return [at + self.lag_ps for at in self.of.few(numbers)]
 
 
-class Strides:
+class ScanWindow:
     """How far to walk along a wire at a time, so that edges are expanded by the thousand."""
 
     def __init__(self) -> None:
@@ -165,7 +165,7 @@ class Strides:
             self.ps = FIRST_PS
 
 
-class Walked(ClockEdges):
+class ScannedEdges(ClockEdges):
     """Edges of any promise, found by walking along it.
 
     `_starts` are places on the way: instants behind which stretches begin, and `_counts` how many edges lie before.
@@ -176,7 +176,7 @@ class Walked(ClockEdges):
         self.promise, self.level = promise, level
         self._starts, self._counts = [since], [0]
         self._reached, self._found = since, 0  # how far it has been walked, and how many edges there were
-        self._strides = Strides()
+        self._strides = ScanWindow()
         self._held: tuple[int, int, int, Any] = (since, 0, 0, ())  # since when; first ... last-1, from 0; instants
 
     def _edges(self, start: int, stop: int) -> Any:
@@ -264,7 +264,7 @@ def clock_edges(shown: Any, level: int, since: int) -> ClockEdges:
         since: an edge at this instant itself is not counted any more.
     """
     if not hasattr(shown, "after"):
-        return Still()
+        return NoEdges()
     clock = getattr(shown, "clock", None)
-    found: ClockEdges = Walked(shown, level, since) if clock is None else clock(level, since)
+    found: ClockEdges = ScannedEdges(shown, level, since) if clock is None else clock(level, since)
     return found

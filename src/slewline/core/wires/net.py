@@ -25,7 +25,7 @@ from .wave import Level, Promise, Wave, floats, promised
 
 __all__ = ["Bus", "Driver", "Level", "Net", "Promise", "Wave"]
 
-MOST_PINS = 500  # of one wire: with each one more, all of them are asked what they show
+MAX_PINS = 500  # of one wire: with each one more, all of them are asked what they show
 
 
 class Driver:
@@ -34,7 +34,7 @@ class Driver:
     __slots__ = ("kernel", "level", "name", "net", "next", "pending", "promise", "source")
 
     def __init__(self, net: Net, name: str) -> None:
-        self.net, self.kernel, self.name = net.hub, net.kernel, name
+        self.net, self.kernel, self.name = net.root, net.kernel, name
         self.level: Level = None
         self.promise: Promise | None = None
         self.next: Level | Promise = None
@@ -49,7 +49,7 @@ class Driver:
         self.next = level
         if not self.pending:
             self.pending = True
-            self.net.told += 1
+            self.net.pending_drivers += 1
             self.kernel.pending.append(self)
 
     def play(self, promise: Promise) -> None:
@@ -63,7 +63,7 @@ class Driver:
         """
         net = self.net
         promise = self.promise
-        if self.pending or net._log is not None or net.samplers or net.joined:
+        if self.pending or net._log is not None or net.before_change or net.joined:
             self.drive(Wave(before, times, levels))
         elif type(promise) is Wave and not (net.waiters or net.observers or net.latched):
             promise.before, promise.times, promise.levels = before, times, levels  # nobody holds the old one
@@ -77,20 +77,20 @@ class Driver:
     def renew(self) -> None:
         """Report that `until` of the promise has moved, to whoever watches or samples the net."""
         net = self.net
-        if (net.waiters or net.observers or net.latched or net.samplers or net.joined) and not self.pending:
+        if (net.waiters or net.observers or net.latched or net.before_change or net.joined) and not self.pending:
             self.drive(self.promise)
 
     def take(self) -> None:
         """Commit the pending level (called by the kernel)."""
-        hub, told = self.net, self.next
-        nets = hub.joined or (hub,)
+        root, told = self.net, self.next
+        nets = root.joined or (root,)
         if self.promise is None and told == self.level:
             return  # it is so already
-        hub.renewed = told is self.promise
+        root.renewed = told is self.promise
         for net in nets:
-            for sampler in net.samplers:
+            for sampler in net.before_change:
                 sampler()
-        hub.renewed = False
+        root.renewed = False
         if told is None or type(told) is int or type(told) is tuple:
             if self.promise is None and (self.level is None) is (told is None):
                 self.level = told
@@ -107,7 +107,7 @@ class Driver:
         return self.level if self.promise is None else self.promise.level(ps)
 
 
-class Joint:
+class WiringChange:
     """A pending entry of a net whose wiring has changed, as a driver is when it has been told a level (see `join`)."""
 
     __slots__ = ("net", "next", "pending")
@@ -126,28 +126,50 @@ class Net:
     """
 
     __slots__ = (
-        "_log", "active", "blamed_ps", "changed_at", "changes", "clash", "drivers", "hub", "is_net", "joined", "kernel",
-        "latched", "name", "observers", "on_conflict", "plain", "promise", "pull", "renewed", "samplers", "tie",
-        "token", "told", "value", "waiters",
+        "_log",
+        "active",
+        "before_change",
+        "changed_at",
+        "changes",
+        "contention",
+        "drivers",
+        "is_net",
+        "joined",
+        "kernel",
+        "last_conflict_ps",
+        "latched",
+        "name",
+        "observers",
+        "on_conflict",
+        "pending_drivers",
+        "plain",
+        "promise",
+        "pull",
+        "renewed",
+        "root",
+        "tie",
+        "token",
+        "value",
+        "waiters",
     )  # fmt: skip
     width = 1
 
     def __init__(self, kernel: Kernel, name: str, pull: Level = None, tie: Level = None) -> None:
         self.kernel, self.name, self.pull, self.tie, self.is_net = kernel, name, pull, tie, True
-        self.hub: Net = self  # the net of a wire that its drivers tell
+        self.root: Net = self  # the net of a wire that its drivers tell
         self.joined: tuple[Net, ...] = ()  # all nets of a wire that has several
         self.drivers: list[Driver] = []
         self.promise: Promise | None = None  # the promise of the first driver that has one
         self.value: Level = tie if tie is not None else pull
         self.waiters: list[tuple[Task, int, Level]] = []
         self.observers: list[Callable[[Net], object]] = []
-        self.samplers: list[Callable[[], object]] = []  # called before a driver forgets what it has shown so far
+        self.before_change: list[Callable[[], object]] = []  # called before a driver forgets what it has shown so far
         self._log: list[tuple[int, Any]] | None = None
         self.on_conflict: Hook[[Net]] = Hook()  # two drivers begin to disagree; one hook for all nets of a wire
-        self.blamed_ps: int | None = None  # when a chip heard of that last
+        self.last_conflict_ps: int | None = None  # when a chip heard of that last
         self.token = self.changes = self.changed_at = 0
-        self.told = 0  # how many of its drivers have been told something in this round
-        self.clash = False  # two drivers disagree, which is reported once
+        self.pending_drivers = 0  # how many of its drivers have been told something in this round
+        self.contention = False  # two drivers disagree, which is reported once
         self.active: list[Driver] = []  # those drivers that drive at all
         self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
         self.renewed = False  # samplers are called because a bound has moved: what was promised so far remains true
@@ -167,12 +189,12 @@ class Net:
         """Note who drives, which promise counts, and whether a commit can take the short way."""
         self.active = [driver for driver in self.drivers if driver.promise is not None or driver.level is not None]
         self.promise = next((driver.promise for driver in self.active if driver.promise is not None), None)
-        self.clash &= len(self.active) > 1
+        self.contention &= len(self.active) > 1
         if self.joined:
             for net in self.joined:
-                net.active, net.promise, net.plain, net.clash = self.active, self.promise, None, self.clash
+                net.active, net.promise, net.plain, net.contention = self.active, self.promise, None, self.contention
             return
-        single = len(self.active) == 1 and self.promise is None and self._log is None and not self.samplers
+        single = len(self.active) == 1 and self.promise is None and self._log is None and not self.before_change
         self.plain = self.active[0] if single else None
 
     @property
@@ -184,28 +206,28 @@ class Net:
     def wired(levels: Iterable[Level]) -> tuple[Level, bool]:
         """Return what some levels on one wire add up to, and whether they disagree."""
         level: Level = None
-        clash = False
+        contention = False
         for own in levels:
             if own is not None:
                 if level is None:
                     level = own
                 elif own != level:
-                    level, clash = 0, True
-        return level, clash
+                    level, contention = 0, True
+        return level, contention
 
     def resolve(self, ps: int) -> Level:
         """Return the level at an instant (ps), from all drivers, the tie and the pull."""
         level: Level = None
-        clash = False
+        contention = False
         for driver in self.active:
             own = driver.level if driver.promise is None else driver.promise.level(ps)
             if level is None:
                 level = own
             elif own is not None:
                 level, differ = self.wired((level, own))
-                clash |= differ
-        if clash is not self.clash:
-            self._report(clash)
+                contention |= differ
+        if contention is not self.contention:
+            self._report(contention)
         if level is None:
             level = self.tie if self.tie is not None else self.pull
         return level
@@ -240,11 +262,11 @@ class Net:
             return [rest if level is None else level for level in found]
         return found
 
-    def _report(self, clash: bool) -> None:
+    def _report(self, contention: bool) -> None:
         for net in self.joined or (self,):
-            net.clash = clash
-        if clash:
-            self.hub.on_conflict(self.hub)
+            net.contention = contention
+        if contention:
+            self.root.on_conflict(self.root)
 
     def rest(self) -> None:
         """Refresh the level of an idle wire after its tie or pull has changed."""
@@ -263,7 +285,7 @@ class Net:
         if self._log is not None:
             self._keep(ps, new)
         alone = len(active) == 1 and self._log is None and not self.joined
-        if alone and not self.samplers and type(promise) is Wave and ps >= promise.times[-1]:
+        if alone and not self.before_change and type(promise) is Wave and ps >= promise.times[-1]:
             active[0].level, active[0].promise = promise.levels[-1], None  # the wave is over
             self.promise, self.plain = None, active[0]
             if promise.levels[-1] is None:
@@ -336,45 +358,45 @@ class Net:
 
     def sample(self, sampler: Callable[[], object]) -> None:
         """Register a callback that is run just before a driver of this net replaces its waveform."""
-        self.samplers.append(sampler)
+        self.before_change.append(sampler)
         self.plain = None
 
-    def unsample(self, sampler: Callable[[], object]) -> None:
+    def unwatch_before(self, sampler: Callable[[], object]) -> None:
         """Remove a callback of `sample`."""
-        self.samplers.remove(sampler)
-        if not self.samplers:
+        self.before_change.remove(sampler)
+        if not self.before_change:
             self.sort_drivers()
 
     def join(self, other: Net) -> None:
         """Make two nets one wire, at the end of this round.  Fixed levels of both (ties) end: something is wired."""
-        one, two = self.hub, other.hub
+        one, two = self.root, other.root
         if one is two:
             return
         joined = (*(one.joined or (one,)), *(two.joined or (two,)))
         one.check_room(max(len(two.drivers), len(joined) - len(one.drivers)))
         for net in joined:
-            for sampler in net.samplers:
+            for sampler in net.before_change:
                 sampler()
         for driver in two.drivers:
             driver.net = one
         one.drivers += two.drivers
-        one.told += two.told + 1  # the joint
-        two.told = 0
+        one.pending_drivers += two.pending_drivers + 1  # the joint
+        two.pending_drivers = 0
         for listener in two.on_conflict.listeners:
             if listener not in one.on_conflict.listeners:
                 one.on_conflict.add(listener)
         pull = one.pull or (two.pull if two.pull is not None else one.pull)  # a pull-up wins over an open input
         for net in joined:
-            net.hub, net.joined, net.drivers, net.tie, net.pull = one, joined, one.drivers, None, pull
+            net.root, net.joined, net.drivers, net.tie, net.pull = one, joined, one.drivers, None, pull
             net.on_conflict = one.on_conflict
             net.token += 1
         one.sort_drivers()
-        one.kernel.pending.append(Joint(one))
+        one.kernel.pending.append(WiringChange(one))
 
     def check_room(self, more: int) -> None:
         """Refuse more pins than a wire may have, before anything is changed."""
-        if len(self.drivers) + more > MOST_PINS:
-            raise WiringError(f"{self.name}: {len(self.drivers) + more} pins on one wire; allowed {MOST_PINS}")
+        if len(self.drivers) + more > MAX_PINS:
+            raise WiringError(f"{self.name}: {len(self.drivers) + more} pins on one wire; allowed {MAX_PINS}")
 
     def __repr__(self) -> str:
         return f"<Net {self.name}={self.level}>"
@@ -390,16 +412,16 @@ class Bus(Net):
     def wired(levels: Iterable[Level]) -> tuple[Level, bool]:
         """Return what drivers of eight wires, each (mask, value), add up to, and whether two disagree on a wire."""
         level: Level = None
-        clash = False
+        contention = False
         for own in levels:
             if own is not None:
                 if level is None:
                     level = own
                 else:
-                    clash |= bool(level[0] & own[0] & (level[1] ^ own[1]))
+                    contention |= bool(level[0] & own[0] & (level[1] ^ own[1]))
                     mask = level[0] | own[0]
                     level = mask, (level[1] | ~level[0]) & (own[1] | ~own[0]) & mask
-        return level, clash
+        return level, contention
 
     @property
     def byte(self) -> int:

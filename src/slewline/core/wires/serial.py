@@ -38,14 +38,14 @@ TTL, RS232 = 1, 0  # the level of mark
 
 
 @dataclass(frozen=True, slots=True)
-class Word:
+class CharacterFormat:
     """A character format: 5 to 8 data bits, parity, and 1, 1.5 or 2 stop bits."""
 
     bits: int
     parity: str
     stop: int | str
 
-    def checked(self, owner: str) -> Word:
+    def checked(self, owner: str) -> CharacterFormat:
         """Return the format itself, checked.
 
         Raises:
@@ -85,11 +85,11 @@ class Word:
         return f"{self.bits}{self.parity[0].upper()}{self.stop}"
 
 
-class Setting(NamedTuple):
+class LineSetting(NamedTuple):
     """Rate and format of one end of a line."""
 
     baud: int | str
-    word: Word
+    word: CharacterFormat
 
     def __str__(self) -> str:
         return f"{self.baud} {self.word}"
@@ -102,11 +102,11 @@ class Setting(NamedTuple):
         return f"{self.baud} baud, {word.bits} data bits, {parity} parity, {word.stop} stop bit{'s' * (word.stop != 1)}"
 
 
-class Ear(Protocol):
+class ReceivingEnd(Protocol):
     """What listens at the end of a line; how it is set can be seen by whoever has wired it."""
 
     @property
-    def setting(self) -> Setting:
+    def setting(self) -> LineSetting:
         """Rate and format at which it listens."""
 
     @property
@@ -117,7 +117,7 @@ class Ear(Protocol):
         """Return what would let it listen at another rate, in words; empty: nothing."""
 
 
-def disagreement(who: str, mine: Setting, whom: str, ear: Ear) -> str:
+def disagreement(who: str, mine: LineSetting, whom: str, ear: ReceivingEnd) -> str:
     """Return in which way two ends of a line are set differently, and what to do; empty: they agree."""
     theirs = ear.setting
     if str(mine) == str(theirs):  # a stop bit may be 1 or "1"
@@ -210,10 +210,12 @@ class Straps:
         return self.taken
 
     @property
-    def setting(self) -> Setting:
+    def setting(self) -> LineSetting:
         """Rate and format at which the part listens."""
         port = self.port
-        return Setting(self.baud if self.taken is None else self.taken, Word(port.bits, port.parity, port.stop))
+        return LineSetting(
+            self.baud if self.taken is None else self.taken, CharacterFormat(port.bits, port.parity, port.stop)
+        )
 
     @property
     def set_by(self) -> str:
@@ -237,12 +239,12 @@ class Straps:
         return self.port.addresses[strapped(self.pins, self.order)] if self.order else 0
 
 
-class Frames:
+class FrameTable:
     """The characters of a word format at a rate, worked out once: instants of the bits, levels, what levels say."""
 
     __slots__ = ("_levels", "_read", "length", "mark", "times", "word")
 
-    def __init__(self, clock: Clock, word: Word, mark: int) -> None:
+    def __init__(self, clock: Clock, word: CharacterFormat, mark: int) -> None:
         self.word, self.mark = word, mark
         bits = word.ticks - word.stop_ticks + OVERSAMPLING  # as far as the begin of the stop bit
         self.times = tuple(clock.ps(n) for n in range(0, bits, OVERSAMPLING))
@@ -268,11 +270,13 @@ class Frames:
 
 
 @lru_cache(maxsize=64)
-def _frames(hz: int, word: Word, mark: int) -> Frames:
-    return Frames(Clock(hz), word, mark)
+def _frames(hz: int, word: CharacterFormat, mark: int) -> FrameTable:
+    return FrameTable(Clock(hz), word, mark)
 
 
-async def transmit(driver: Driver, clock: Clock, word: Word, data: bytes, mark: int, fault: str = "") -> None:
+async def transmit(
+    driver: Driver, clock: Clock, word: CharacterFormat, data: bytes, mark: int, fault: str = ""
+) -> None:
     """Send characters, one behind the other, from this instant on; returns at the end of the last one's stop bits.
 
     Args:
@@ -302,7 +306,7 @@ class Receiver:
     Rate and format may change between two characters; so may the net, when wiring makes it one with another.
     """
 
-    def __init__(self, net: Net, clock: Clock, word: Word, mark: int) -> None:
+    def __init__(self, net: Net, clock: Clock, word: CharacterFormat, mark: int) -> None:
         self.net, self.clock, self.word, self.mark = net, clock, word, mark
         self.receiving = False
         self.broken = False  # the last character had no stop bit: the line must come to rest first
@@ -314,7 +318,7 @@ class Receiver:
 
     def close(self) -> None:
         """Stop receiving."""
-        self.net.unsample(self.before_change)
+        self.net.unwatch_before(self.before_change)
 
     def before_change(self) -> None:
         """Sample the middle of a start bit that the coming change of the wire would cut short."""

@@ -20,7 +20,7 @@ from functools import lru_cache
 from itertools import product
 from typing import Any
 
-from .clocking import ClockEdges, Limited, Walked, clock_edges
+from .clocking import BoundedEdges, ClockEdges, ScannedEdges, clock_edges
 from .wave import FLOATING, Level, Promise, floats, joined, promised, real_edges
 
 TRIES = 16  # changes of inputs that change nothing; then `after` says where it has come to
@@ -88,7 +88,7 @@ class View:
         return self.edges_of(start, stop) if stop > start else ([], [])
 
 
-class Bounded(Limited):
+class Bounded(BoundedEdges):
     """Edges of another clock as long as they lie before the bound of a view, which may still move."""
 
     def __init__(self, of: ClockEdges, view: View) -> None:
@@ -148,7 +148,7 @@ class Rested(Repeated):
 
     def clock(self, level: int, since: int) -> ClockEdges:
         """Return the edges to a level after an instant (ps)."""
-        return Walked(self, level, since)
+        return ScannedEdges(self, level, since)
 
     def level_of(self, ps: int) -> Level:
         """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""

@@ -68,7 +68,7 @@ def live_commands(item: Directive) -> list[tuple[int, str]]:
 
 
 @dataclass
-class Course:
+class DialogueState:
     """What the chip may be doing while a text is sent: which program it has, which it runs, whether the motor moves."""
 
     source: Source
@@ -130,7 +130,7 @@ class Course:
 
 def course(source: Source) -> None:
     """Report commands to a running program, runs without a program, and read-outs on the fly without a motion."""
-    chip = Course(source)
+    chip = DialogueState(source)
     for item in source.items:
         if isinstance(item, Directive):
             chip.directive(item)

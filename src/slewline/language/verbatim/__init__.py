@@ -14,11 +14,11 @@ from ...errors import UsageError
 from ..dialect import Check
 from ..reader import Reader
 from ..statements import Instruction, Source, Statement
-from .decoder import Decoder, Entry, Spoken
+from .decoder import CommandText, Decoder, Entry
 from .forms import Forms
 from .grammar import CR, OPEN_BUS
 
-__all__ = ["Decoder", "Entry", "Spoken", "Verbatim"]
+__all__ = ["CommandText", "Decoder", "Entry", "Verbatim"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class Verbatim(Forms):
             raise UsageError(f"{line!r}: {self.switches} is text only; binary has no form for switches")
         return self.encoded(command)
 
-    def encoded(self, command: Spoken) -> bytes:
+    def encoded(self, command: CommandText) -> bytes:
         """Return a command in binary form."""
         row, values = command.row, command.values
         if not row.terminated:

@@ -21,7 +21,7 @@ from .grammar import BETWEEN, CR, LF, LINE_LIMIT, OPEN_BUS, hint, number, shown,
 
 
 @dataclass(frozen=True, slots=True)
-class Spoken(Command):
+class CommandText(Command):
     """A command with what is not a number in it: the characters of a string, the letter that is asked for.
 
     `switched`: the first value comes from switches; `flips` are bits of the first value that a prefix inverts.
@@ -45,7 +45,7 @@ class Decoder:
     def reset(self) -> None:
         """Forget a half-received command.  Notes that were not drained are kept."""
         self.at_letter = True
-        self._state: Callable[[int], Spoken | None] = self._skip_line
+        self._state: Callable[[int], CommandText | None] = self._skip_line
         self._row: Row | None = None
         self._slash = False
         self._line = bytearray()
@@ -72,7 +72,7 @@ class Decoder:
         notes, self.notes = self.notes, []
         return notes
 
-    def feed(self, byte: int, ascii: bool, entering: bool = False) -> Spoken | None:
+    def feed(self, byte: int, ascii: bool, entering: bool = False) -> CommandText | None:
         """Take one byte.  `ascii` counts with the letter only; program entry changes nothing: its bytes are kept."""
         if not self.at_letter:
             return self._state(byte)
@@ -81,13 +81,13 @@ class Decoder:
         return self._letter(byte, ascii)
 
     # ------------------------------------------------------------------------------------------------- the letter
-    def _letter(self, byte: int, ascii: bool) -> Spoken | None:
+    def _letter(self, byte: int, ascii: bool) -> CommandText | None:
         if byte == OPEN_BUS or (ascii and byte == CR):
             return None
         row = self._row = (self._ascii if ascii else self._binary).get(byte)
         if row is not None and not row.terminated:
             self.at_letter = True
-            return Spoken(row, (), 0, row.form.encode(), row.form)
+            return CommandText(row, (), 0, row.form.encode(), row.form)
         self.at_letter = False
         if row is None:
             self._stranger(byte, ascii)
@@ -113,7 +113,7 @@ class Decoder:
             self._note("unknown-command", f"{shown(byte)} is no command; the line is ignored", remedy)
             self._state = self._skip_line
 
-    def _prefixed(self, byte: int) -> Spoken | None:
+    def _prefixed(self, byte: int) -> CommandText | None:
         """The letter behind a slash."""
         if byte == CR:
             self._note("missing-argument", f"{self.dialect.negate} without a command; ignored")
@@ -131,7 +131,7 @@ class Decoder:
     def _skip_line(self, byte: int) -> None:
         self.at_letter = byte == CR
 
-    def _in_line(self, byte: int) -> Spoken | None:
+    def _in_line(self, byte: int) -> CommandText | None:
         if byte == CR:
             self.at_letter = True
             return self._line_end()
@@ -144,7 +144,7 @@ class Decoder:
         else:
             self._keep(byte)
 
-    def _behind_string(self, byte: int) -> Spoken | None:
+    def _behind_string(self, byte: int) -> CommandText | None:
         row = self._row
         assert row is not None
         if byte != CR:
@@ -153,7 +153,7 @@ class Decoder:
         self.at_letter = True
         quote, data = self.dialect.quote, bytes(self._line)
         text = f"{quote}{text_of(data)}{quote}"
-        return Spoken(row, (), 0, data, text, data)
+        return CommandText(row, (), 0, data, text, data)
 
     def _keep(self, byte: int) -> None:
         if len(self._line) >= LINE_LIMIT:
@@ -162,7 +162,7 @@ class Decoder:
         else:
             self._line.append(byte)
 
-    def _line_end(self) -> Spoken | None:
+    def _line_end(self) -> CommandText | None:
         row, body = self._row, text_of(self._line)
         assert row is not None
         argument = body.strip(" ")
@@ -193,7 +193,7 @@ class Decoder:
         elif not words and body and not body.strip():
             self._note("spacing", f"spaces behind {row.form}")
 
-    def _with_numbers(self, row: Row, body: str, words: Sequence[str]) -> Spoken | None:
+    def _with_numbers(self, row: Row, body: str, words: Sequence[str]) -> CommandText | None:
         values, digits, switched = [], 0, False
         for arg, word in zip(row.args, words, strict=True):
             if word == self.dialect.switches and arg is row.args[0]:
@@ -209,9 +209,9 @@ class Decoder:
             digits += len(word)
             values.append(self._fit(row, arg, found))
         flips = self.dialect.flips if self._slash and row.form in self.dialect.negated else 0
-        return Spoken(row, tuple(values), digits, b"", self._head + body, b"", switched, flips)
+        return CommandText(row, tuple(values), digits, b"", self._head + body, b"", switched, flips)
 
-    def _query(self, row: Row, body: str, words: Sequence[str]) -> Spoken | None:
+    def _query(self, row: Row, body: str, words: Sequence[str]) -> CommandText | None:
         """? R, or ? M,3: which letters may be asked for is not decided here."""
         if not words or len(words[0]) != 1:
             self._note("missing-argument", f"{row.name} needs a letter; ignored")
@@ -226,9 +226,9 @@ class Decoder:
             self._note("extra-argument", f"{row.name} {words[0]} takes no more; {behind} is ignored")
         self._spacing(row, body, words[:needed])
         values = tuple(self._low_byte(row, count) for count in counts if count is not None)
-        return Spoken(row, values, 0, b"", row.form + body, words[0].encode("latin-1"))
+        return CommandText(row, values, 0, b"", row.form + body, words[0].encode("latin-1"))
 
-    def _to_display(self, row: Row, body: str, words: Sequence[str]) -> Spoken | None:
+    def _to_display(self, row: Row, body: str, words: Sequence[str]) -> CommandText | None:
         """[38H,2,65,66: address, count, data; a bracket that closes may stand behind them."""
         last = [words[-1].removesuffix("]")] if words else []
         numbers = [number(word) for word in [*words[:-1], *last] if word]
@@ -237,7 +237,7 @@ class Decoder:
             return None
         address, count, *data = (self._low_byte(row, found) for found in numbers if found is not None)
         digits = sum(map(len, words))
-        return Spoken(row, (address, count), digits, b"", row.form + body, self._data_of(row, count, bytes(data)))
+        return CommandText(row, (address, count), digits, b"", row.form + body, self._data_of(row, count, bytes(data)))
 
     def _data_of(self, row: Row, count: int, data: bytes) -> bytes:
         """The data of a display command: the shorter one counts, of those announced and those there."""
@@ -246,23 +246,23 @@ class Decoder:
         return data[:count]
 
     # --------------------------------------------------------------------------------------------------- binary
-    def _count(self, byte: int) -> Spoken | None:
+    def _count(self, byte: int) -> CommandText | None:
         self._left = byte
         self._state = self._data
         return None if byte else self._block_end()
 
-    def _data(self, byte: int) -> Spoken | None:
+    def _data(self, byte: int) -> CommandText | None:
         self._line.append(byte)
         self._left -= 1
         return None if self._left else self._block_end()
 
-    def _block_end(self) -> Spoken | None:
+    def _block_end(self) -> CommandText | None:
         self.at_letter = True
         row, data = self._row, bytes(self._line)
         if row is None:
             return None
         if row.form == self.dialect.quote:
-            return Spoken(row, (), 0, b"", f"{row.form}{text_of(data)}{row.form}", data)
+            return CommandText(row, (), 0, b"", f"{row.form}{text_of(data)}{row.form}", data)
         if row.form in (self.dialect.query, self.dialect.display):
             return self._binary_text(row, data)
         if len(data) != row.data_bytes:
@@ -270,9 +270,9 @@ class Decoder:
         values = row.unpack(data)
         for arg, value in zip(row.args, values, strict=True):
             self._check(row, arg, value)
-        return Spoken(row, values, 0, b"", self.dialect.spell(row, values))
+        return CommandText(row, values, 0, b"", self.dialect.spell(row, values))
 
-    def _binary_text(self, row: Row, data: bytes) -> Spoken | None:
+    def _binary_text(self, row: Row, data: bytes) -> CommandText | None:
         """A query, or a display command, whose arguments are no numbers of fixed size."""
         least = 1 if row.form == self.dialect.query else 2
         if len(data) < least:
@@ -280,9 +280,9 @@ class Decoder:
             return None
         if least == 1:
             listed = "".join(f",{count}" for count in data[1:2])
-            return Spoken(row, tuple(data[1:2]), 0, b"", f"{row.form} {shown(data[0])}{listed}", data[:1])
+            return CommandText(row, tuple(data[1:2]), 0, b"", f"{row.form} {shown(data[0])}{listed}", data[:1])
         text = f"{row.form}{','.join(map(str, data))}"
-        return Spoken(row, tuple(data[:2]), 0, b"", text, self._data_of(row, data[1], data[2:]))
+        return CommandText(row, tuple(data[:2]), 0, b"", text, self._data_of(row, data[1], data[2:]))
 
     # --------------------------------------------------------------------------------------------------- endings
     def _fit(self, row: Row, arg: Arg, found: int) -> int:

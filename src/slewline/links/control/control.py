@@ -10,7 +10,7 @@ every reply; its last line may lack the line feed.  Empty lines are ignored.
 
 Who may ask: clients on this machine; on others only where the server was given a token, which then everybody sends
 with the first request.  A connection whose first line is no request of this kind is hung up on, and nothing behind it
-is read: a browser that was made to POST here begins with a request line of HTTP.  What `links/sockets/strangers.py`
+is read: a browser that was made to POST here begins with a request line of HTTP.  What `links/sockets/preamble.py`
 knows is hung up on before that line ends.
 """
 
@@ -28,11 +28,11 @@ from ...core.messages.near import hint
 from ...core.time.timebase import moment, picoseconds
 from ...core.wires.pin import Condition
 from ...errors import SlewlineError, UsageError
-from ..lines.line import SerialLine
+from ..lines.line import ConnectorLine
 from ..ports.tcp import Listener, is_loopback, parse_address
-from ..sockets.strangers import Beginning
-from ..sockets.stream import Stream
-from .requests import MOST_FINDINGS, MOST_STEPS, Data, as_object, read, schema
+from ..sockets.preamble import Preamble
+from ..sockets.stream import SocketStream
+from .requests import MAX_FINDINGS, MAX_STEPS, Data, as_object, read, schema
 from .status import Serving, status
 
 if TYPE_CHECKING:
@@ -91,9 +91,9 @@ class Client:
         self.incoming = bytearray()
         self.waiting = self.too_long = False
         self.known = self.refused = False  # by the first line
-        self.beginning = Beginning()
+        self.beginning = Preamble()
         self.behind = False  # requests wait for the next turn of the loop
-        self.stream = Stream(self.server.loop, connection, self.take, self.gone, self.room, QUEUE, self.ended)
+        self.stream = SocketStream(self.server.loop, connection, self.take, self.gone, self.room, QUEUE, self.ended)
 
     def room(self) -> int:
         """Return how many bytes may be read now: none while a reply is owed, or replies are not read."""
@@ -271,13 +271,13 @@ class Requests:
             return self.axis(request).reaches(request["position"])
         raise UsageError("until: give pin and level, or chip and position")
 
-    def line(self, name: str) -> SerialLine:
+    def line(self, name: str) -> ConnectorLine:
         """Return a serial line by its name, or by that of any chip on it.
 
         Raises:
             UnknownName: no such line.
         """
-        lines = [line for line in self.server.lines.values() if isinstance(line, SerialLine)]
+        lines = [line for line in self.server.lines.values() if isinstance(line, ConnectorLine)]
         for line in lines:
             if name == line.name or name in (chip.name for chip in line.chips):
                 return line
@@ -336,7 +336,7 @@ class Requests:
         found = [one for one in owner.findings if one.time_ps >= start]
         shown = [
             {"time_ps": one.time_ps, "source": one.source, "code": one.code, "text": one.text}
-            for one in found[-MOST_FINDINGS:]
+            for one in found[-MAX_FINDINGS:]
         ]
         return {"findings": shown, "omitted": len(found) - len(shown)}
 
@@ -349,8 +349,8 @@ class Requests:
         axis = self.axis(request)
         start, stop = request.get("start", axis.motor.since), request.get("stop", self.bench.now_ps)
         count = axis.motor.count(moment(start), min(moment(stop), self.bench.now_ps))
-        if count > MOST_STEPS:
-            raise UsageError(f"steps: {count} of them; ask for windows of at most {MOST_STEPS}")
+        if count > MAX_STEPS:
+            raise UsageError(f"steps: {count} of them; ask for windows of at most {MAX_STEPS}")
         steps = axis.steps(start, stop)
         return {name: getattr(steps, name).tolist() for name in ("times_ps", "directions", "positions")}
 

@@ -28,7 +28,7 @@ def cause_of(finding: Finding) -> str:
     return _VARIES.sub("_", finding.text)
 
 
-class Reports:
+class FindingReports:
     """Tells findings; the first of a cause at once, the others as a number when the minute is over."""
 
     def __init__(self, loop: Loop, tell: Callable[[str], object]) -> None:

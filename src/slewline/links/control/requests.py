@@ -16,8 +16,8 @@ from ...errors import UsageError
 from ...parts.lines.noise import LINKED
 
 Data = dict[str, Any]
-MOST_STEPS = 100_000  # in one reply
-MOST_FINDINGS = 1000
+MAX_STEPS = 100_000  # in one reply
+MAX_FINDINGS = 1000
 
 # ----------------------------------------------------------------------------------------------------- kinds of values
 TEXT: Data = {"type": "string"}
@@ -82,7 +82,7 @@ class Key:
 
 
 @dataclass(frozen=True)
-class Request:
+class RequestSpec:
     """A request; one that has two forms, such as `until`, has two rows."""
 
     do: str
@@ -112,23 +112,23 @@ TIMEOUT = Key("timeout", TIME, "how long to wait at most", "60 s")
 MET = Key("met", BOOLEAN, "has it come about?")
 
 REQUESTS = (
-    Request("drive", "Put a level on a pin.", {"pin": "x.enable", "level": 0}, (A_PIN, A_LEVEL)),
-    Request("release", "Let go of a pin.", {"pin": "x.enable"}, (A_PIN,)),
-    Request(
+    RequestSpec("drive", "Put a level on a pin.", {"pin": "x.enable", "level": 0}, (A_PIN, A_LEVEL)),
+    RequestSpec("release", "Let go of a pin.", {"pin": "x.enable"}, (A_PIN,)),
+    RequestSpec(
         "pulse",
         "Put a level on a pin for a time.",
         {"pin": "x.ui1", "level": 0, "width": "20 us"},
         (A_PIN, A_LEVEL, Key("width", TIME, "how long")),
     ),
-    Request(
+    RequestSpec(
         "read",
         "Read levels.",
         {"pins": ["x.mov", "x.rdy"]},
         (Key("pins", array(PIN), "owners and pins"),),
         (Key("levels", mapping({"enum": [0, 1, None]}), "by pin; null: it floats"),),
     ),
-    Request("advance", "Let time pass (lockstep only).", {"time": "250 ms"}, (Key("time", TIME, "how much"),)),
-    Request(
+    RequestSpec("advance", "Let time pass (lockstep only).", {"time": "250 ms"}, (Key("time", TIME, "how much"),)),
+    RequestSpec(
         "until",
         "Wait until a pin has a level; in lockstep, time passes.",
         {"pin": "x.rdy", "level": 1, "timeout": "5 s"},
@@ -136,7 +136,7 @@ REQUESTS = (
         (MET,),
         "pin",
     ),
-    Request(
+    RequestSpec(
         "until",
         "Wait until an axis is at a position.",
         {"chip": "x", "axis": 1, "position": 400},
@@ -144,7 +144,7 @@ REQUESTS = (
         (MET,),
         "position",
     ),
-    Request(
+    RequestSpec(
         "fault",
         "Hit the next characters of a serial line.",
         {"line": "x", "to": "chip", "kind": "parity", "count": 3, "chance": 0.5, "seed": 1},
@@ -158,14 +158,14 @@ REQUESTS = (
         ),
         form="line",
     ),
-    Request(
+    RequestSpec(
         "fault",
         "Let the programming of an EEPROM fail: M and X are answered E6.",
         {"chip": "x", "kind": "eeprom"},
         (A_CHIP, Key("kind", {"enum": ["eeprom"]}, "eeprom")),
         form="chip",
     ),
-    Request(
+    RequestSpec(
         "clear",
         "No more faults on a line.",
         {"line": "x"},
@@ -173,14 +173,14 @@ REQUESTS = (
         (Key("hits", HITS, "how many characters were hit, by direction and kind"),),
         "line",
     ),
-    Request("clear", "The EEPROM works again.", {"chip": "x"}, (A_CHIP,), form="chip"),
-    Request(
+    RequestSpec("clear", "The EEPROM works again.", {"chip": "x"}, (A_CHIP,), form="chip"),
+    RequestSpec(
         "power",
         "Switch the supply of a chip.",
         {"chip": "x", "on": False},
         (A_CHIP, Key("on", BOOLEAN, "true or false")),
     ),
-    Request(
+    RequestSpec(
         "status",
         "How things are: chips, lines, time.",
         {},
@@ -193,7 +193,7 @@ REQUESTS = (
             Key("troubles", array(TEXT), "what the server could not do, such as a file that takes no more"),
         ),
     ),
-    Request(
+    RequestSpec(
         "findings",
         "What hosts have done wrong, and where a manual is silent; oldest first.",
         {"source": "x", "start": "1 s"},
@@ -202,13 +202,13 @@ REQUESTS = (
             Key("start", TIME, "only those from this instant on", "0"),
         ),
         (
-            Key("findings", array(record({"source": TEXT, **FOUND["properties"]})), f"the last {MOST_FINDINGS}"),
+            Key("findings", array(record({"source": TEXT, **FOUND["properties"]})), f"the last {MAX_FINDINGS}"),
             Key("omitted", WHOLE, "how many older ones there are besides"),
         ),
     ),
-    Request(
+    RequestSpec(
         "steps",
-        f"The steps of an axis, {MOST_STEPS} at most.",
+        f"The steps of an axis, {MAX_STEPS} at most.",
         {"chip": "x", "axis": 1, "start": 0, "stop": "1 s"},
         (A_CHIP, AN_AXIS, Key("start", TIME, "the window", "0"), Key("stop", TIME, "its end", "now")),
         (
@@ -217,8 +217,8 @@ REQUESTS = (
             Key("positions", array(WHOLE), "behind each step"),
         ),
     ),
-    Request("schema", "The JSON schema of all this.", {}, (), (Key("schema", {"type": "object"}, "draft 7"),)),
-    Request("quit", "End the server.", {}),
+    RequestSpec("schema", "The JSON schema of all this.", {}, (), (Key("schema", {"type": "object"}, "draft 7"),)),
+    RequestSpec("quit", "End the server.", {}),
 )
 
 NAMES = tuple(dict.fromkeys(row.do for row in REQUESTS))
@@ -288,14 +288,14 @@ def schema() -> Data:
     }
 
 
-def request_schema(row: Request) -> Data:
+def request_schema(row: RequestSpec) -> Data:
     """Return what a request looks like."""
     needed = {"do": {"const": row.do}} | {key.name: described(key) for key in row.keys if not key.default}
     optional = {key.name: described(key) for key in (*row.keys, *COMMON) if key.default}
     return record(needed, optional) | {"additionalProperties": False, "description": row.says}
 
 
-def reply_schema(row: Request) -> Data:
+def reply_schema(row: RequestSpec) -> Data:
     """Return what the reply to it looks like, unless it is an error; later versions may add keys."""
     return record({key.name: described(key) for key in row.reply} | {"time_ps": WHOLE}, {"id": {}})
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ...core.time.timebase import PS_PER_S
-from ..lines.line import Line, SerialLine
+from ..lines.line import ConnectorLine, HostLine
 from ..lines.pace import Pace, Paced
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ class Serving(Protocol):
     bench: Bench
     pace: Pace
     loop: Loop
-    lines: dict[str, Line]
+    lines: dict[str, HostLine]
     found: int
     troubles: list[str]
     allow_remote: bool
@@ -82,7 +82,7 @@ def axis_status(axis: OneAxis) -> dict[str, Any]:
     return {"position": axis.position, "registers": dict(axis.registers)}
 
 
-def line_status(line: Line) -> dict[str, Any]:
+def line_status(line: HostLine) -> dict[str, Any]:
     """Return the state of a line: who is connected, and what has passed."""
     found: dict[str, Any] = {
         "chips": [chip.name for chip in line.chips],
@@ -91,7 +91,7 @@ def line_status(line: Line) -> dict[str, Any]:
         "given": line.given,
         "dropped": line.dropped,
     }
-    if isinstance(line, SerialLine):
+    if isinstance(line, ConnectorLine):
         found |= {"baud": int(line.port.baud), "format": str(line.port.word)}
         found |= {"hits": {"chip": line.to_chip.done, "host": line.to_host.done}}
         found |= {"findings": last(line.port.findings)}

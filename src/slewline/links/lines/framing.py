@@ -23,33 +23,33 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ...bench.scripts.stage import TAKEN_US
+from ...bench.scripts.script_runner import TAKEN_US
 from ...core.wires.waits import first_of
 from ...errors import SlewlineError, UsageError
 from ...language.dialect import spoken_as
 from ...language.letters import Letters
 from ...parts.hosts.bus_host import BusHost
 from ..sockets.stream import CHUNK
-from .line import Line
-from .log import Log
+from .line import HostLine
+from .log import TranscriptFile
 from .pace import Pace
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...parts.base.request_queue import Request
-    from ...parts.hosts.port import Port
+    from ...parts.hosts.port import CommandPort
 
 LONGEST = 256  # characters of a line
 BACKLOG = 4096  # lines that may wait for the chip
 SHARE = 256  # bytes in a turn of the loop
 
 
-class FramedLine(Line):
+class FramedLine(HostLine):
     """Lines of text to a host computer on the bench, and its answers."""
 
     share = SHARE
 
-    def __init__(self, name: str, chip: Chip, pace: Pace, log: Log, computer: BusHost) -> None:
+    def __init__(self, name: str, chip: Chip, pace: Pace, log: TranscriptFile, computer: BusHost) -> None:
         super().__init__(name, [chip], pace, log)
         self.chip, self.computer = chip, computer
         self.line = bytearray()
@@ -114,7 +114,7 @@ class FramedLine(Line):
         self.cutting = self.computer.queue.begun  # the next one cuts
         self.say("!")
 
-    async def _taken(self, port: Port) -> None:
+    async def _taken(self, port: CommandPort) -> None:
         """Wait until the chip is ready again, or has been at work for so long that it moves or waits."""
         await first_of(self.kernel, self.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
 

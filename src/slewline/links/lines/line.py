@@ -22,19 +22,19 @@ from ...parts.hosts.serial_host import SerialHost
 from ...parts.lines.host_uart import LATE_PS
 from ...parts.lines.noise import LINKED, Noise
 from ...parts.lines.rs232 import SerialPort
-from ..sockets.strangers import TEXT
+from ..sockets.preamble import TEXT
 from ..sockets.stream import CHUNK
-from .log import TO_CHIP, TO_HOST, Log
+from .log import TO_CHIP, TO_HOST, TranscriptFile
 from .pace import Pace
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
 
 BACKLOG = 256  # characters that may wait for their turn on the line
-PATIENCE_PS = 60 * 10**12  # how long an answer is waited for, in lockstep or by a host that says no more
+ANSWER_TIMEOUT_PS = 60 * 10**12  # how long an answer is waited for, in lockstep or by a host that says no more
 
 
-class Line:
+class HostLine:
     """What a link sees of the modules: bytes in, bytes out, one host at a time.
 
     `host` is where bytes go, None while nobody listens; they are lost then, as on a wire that ends in the air.
@@ -45,7 +45,7 @@ class Line:
     greetings = TEXT  # of strangers, who are hung up on
     share = CHUNK  # bytes that are taken from a host in a turn of the loop; others wait for their turn meanwhile
 
-    def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: Log) -> None:
+    def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: TranscriptFile) -> None:
         self.name, self.chips, self.pace, self.log = name, tuple(chips), pace, log
         self.kernel = pace.kernel
         self.host: Callable[[bytes], int] | None = None
@@ -53,7 +53,7 @@ class Line:
         self.resume: Callable[[], object] | None = None
         self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those nobody read
         self.wait: Wait | None = None  # in lockstep, what lets time pass for what has come
-        self.beside: list[Line] = []  # lines to the same chip
+        self.beside: list[HostLine] = []  # lines to the same chip
         self.coming_ends: list[str] = []  # what chips had of a line at the last look
 
     # ---------------------------------------------------------------------------------------------------- the host
@@ -84,7 +84,7 @@ class Line:
         self.taken += len(data)
         self.note(TO_CHIP, data)
         self.feed(data)
-        limit_ps = self.kernel.now + PATIENCE_PS
+        limit_ps = self.kernel.now + ANSWER_TIMEOUT_PS
         if self.wait is not None:
             self.wait.limit_ps = limit_ps
         elif self.pace.lockstep:
@@ -97,7 +97,7 @@ class Line:
 
     def when_answered(self, call: Callable[[], object]) -> None:
         """Call a function when what has come is answered, or is not for a long time."""
-        limit_ps = self.kernel.now + PATIENCE_PS
+        limit_ps = self.kernel.now + ANSWER_TIMEOUT_PS
         if self.pace.lockstep:  # time passes for what has come, and not for one who waits
             limit_ps = self.kernel.now if self.wait is None else self.wait.limit_ps
         self.pace.wait(Wait(self.quiet, limit_ps, lambda _quiet: call()))
@@ -144,13 +144,18 @@ class Line:
         raise NotImplementedError
 
 
-class SerialLine(Line):
+class ConnectorLine(HostLine):
     """A line that ends in a serial connector on the bench."""
 
     ports = ("tcp", "pty", "rfc2217", "serial")
 
     def __init__(
-        self, name: str, chips: Sequence[Chip], pace: Pace, log: Log, port: SerialPort | SerialHost | AdaptiveHost
+        self,
+        name: str,
+        chips: Sequence[Chip],
+        pace: Pace,
+        log: TranscriptFile,
+        port: SerialPort | SerialHost | AdaptiveHost,
     ) -> None:
         super().__init__(name, chips, pace, log)
         self.port, self.uart = port, port.uart

@@ -26,7 +26,7 @@ LONGEST = 64  # characters of one line of the transcript
 TO_CHIP, TO_HOST, EVENT = "<", ">", "!"
 
 
-class Log:
+class TranscriptFile:
     """A transcript; without a path nothing is written.
 
     Args:

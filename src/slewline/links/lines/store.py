@@ -39,7 +39,7 @@ HEADER = Struct(f">{len(MAGIC)}sII")
 RECORD, PLACE, CHECK = Struct(">III"), Struct(">II"), Struct(">I")
 GARBLED = "the disk returns something else than was written; use another one"
 CHUNK = 1 << 16
-LEAST_JOURNAL, MOST_TIMES = 1 << 14, 4  # bytes; so many times longer than the content
+MIN_JOURNAL, MAX_TIMES = 1 << 14, 4  # bytes; so many times longer than the content
 LARGEST = 1 << 24  # bytes of a file: fifty times what a memory of 64K with its records takes
 
 
@@ -104,7 +104,7 @@ class FileStore:
         """Put a record behind the others, or write the file anew."""
         assert self._content is not None
         record = place + CHECK.pack(crc32(place + data)) + data
-        longest = min(self._base + max(LEAST_JOURNAL, MOST_TIMES * len(self._content)), LARGEST)
+        longest = min(self._base + max(MIN_JOURNAL, MAX_TIMES * len(self._content)), LARGEST)
         end, self._end = self._end, 0
         if end and end + len(record) <= longest and self._appended(record, end):
             self._end = end + len(record)

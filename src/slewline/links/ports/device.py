@@ -20,9 +20,9 @@ from typing import Any
 
 from ...errors import SlewlineError, UsageError
 from ...extras import needs
-from ..lines.line import Line, SerialLine
+from ..lines.line import ConnectorLine, HostLine
 from ..sockets.loop import Loop
-from ..sockets.stream import CHUNK, Stream
+from ..sockets.stream import CHUNK, SocketStream
 from ..sockets.system import WINDOWS_PORT, Descriptor, pair
 
 try:
@@ -101,8 +101,10 @@ class DevicePort:
         UsageError: the port is not there at the beginning, or cannot be opened.
     """
 
-    def __init__(self, loop: Loop, line: Line, device: str, tell: Callable[[str], object] = lambda _text: None) -> None:
-        assert isinstance(line, SerialLine)  # the server has seen to that
+    def __init__(
+        self, loop: Loop, line: HostLine, device: str, tell: Callable[[str], object] = lambda _text: None
+    ) -> None:
+        assert isinstance(line, ConnectorLine)  # the server has seen to that
         self.loop, self.line, self.device, self.tell = loop, line, device, tell
         self.closed = False
         self.port: Any = None
@@ -128,7 +130,7 @@ class DevicePort:
             timeout=LOOK_S,
             exclusive=True,
         )
-        self.stream = Stream(self.loop, self._end(), self.line.take, self._lost, self.line.room)
+        self.stream = SocketStream(self.loop, self._end(), self.line.take, self._lost, self.line.room)
         self.line.attach(self.device, self.stream.write, self.stream.resume)
 
     def _end(self) -> socket.socket | Descriptor:

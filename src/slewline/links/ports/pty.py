@@ -28,10 +28,10 @@ from pathlib import Path
 from time import perf_counter
 
 from ...errors import UsageError
-from ..lines.line import Line
+from ..lines.line import HostLine
 from ..sockets import system
 from ..sockets.loop import Loop
-from ..sockets.stream import Stream
+from ..sockets.stream import SocketStream
 
 DEVICE = re.compile(r"/dev/(?:pts/|ttys)[0-9]+")  # of Linux, of macOS
 CFLAG, LFLAG, ISPEED, OSPEED = 2, 3, 4, 5  # places in what tcgetattr returns
@@ -44,7 +44,7 @@ PLAIN = f"a pty of this system has 8 bits and no parity, and may refuse a host t
 NONE = "--pty needs Linux or macOS: this system has no pseudo-terminals; serve with --tcp or --rfc2217 instead"
 
 
-class PacketStream(Stream):
+class PacketStream(SocketStream):
     """The master of a pseudo-terminal in packet mode: each read begins with a byte that says what follows.
 
     Args:
@@ -56,7 +56,7 @@ class PacketStream(Stream):
         self,
         loop: Loop,
         end: system.Descriptor,
-        line: Line,
+        line: HostLine,
         changed: Callable[[], object],
         used: Callable[[], object],
     ) -> None:
@@ -84,7 +84,7 @@ class PtyPort:
             has no pseudo-terminals.
     """
 
-    def __init__(self, loop: Loop, line: Line, link: str) -> None:
+    def __init__(self, loop: Loop, line: HostLine, link: str) -> None:
         if not hasattr(os, "openpty"):
             raise UsageError(NONE)
         if system.WINDOWS_PORT.fullmatch(link):
@@ -106,7 +106,7 @@ class PtyPort:
         self._be_raw()
         end = system.Descriptor(self.master)
         if system.EXTPROC is None:
-            self.stream = Stream(loop, end, line.take, lambda _why: None, line.room)
+            self.stream = SocketStream(loop, end, line.take, lambda _why: None, line.room)
         else:
             self.stream = PacketStream(loop, end, line, self._changed, self._used)
         line.attach(self.name, self.stream.write, self.stream.resume)

@@ -25,10 +25,10 @@ from typing import TYPE_CHECKING
 
 from ...core.time.timebase import PS_PER_S
 from ...parts.boards.board import FLOATING, STATUS, Board
-from ..lines.line import Line
-from ..lines.log import TO_CHIP, TO_HOST, Log
+from ..lines.line import HostLine
+from ..lines.log import TO_CHIP, TO_HOST, TranscriptFile
 from ..lines.pace import Pace
-from ..sockets.strangers import REGISTERS
+from ..sockets.preamble import REGISTERS
 from .tcp import Session, TcpPort
 
 if TYPE_CHECKING:
@@ -44,14 +44,14 @@ BACKLOG = 256  # pieces of work for the board that may wait; the next answer let
 SHARE = 64  # bytes in a turn of the loop: 32 accesses take a millisecond
 
 
-class RegisterLine(Line):
+class RegisterLine(HostLine):
     """Requests to an interface board on the bench, and its answers."""
 
     ports = ("tcp",)
     greetings = REGISTERS
     share = SHARE
 
-    def __init__(self, name: str, chip: Chip, pace: Pace, log: Log, board: Board) -> None:
+    def __init__(self, name: str, chip: Chip, pace: Pace, log: TranscriptFile, board: Board) -> None:
         super().__init__(name, [chip], pace, log)
         self.board = board
         self.half = b""  # the first byte of a request

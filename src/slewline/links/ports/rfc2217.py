@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ...core.wires.serial import PARITIES, Word, bit_clock
+from ...core.wires.serial import PARITIES, CharacterFormat, bit_clock
 from ...errors import SlewlineError, UsageError
 from ...extras import needs
-from ..lines.line import SerialLine
+from ..lines.line import ConnectorLine
 from .tcp import Session, TcpPort
 
 try:
@@ -22,7 +22,7 @@ except ImportError:
     raise SlewlineError(needs("RFC 2217 needs", "serial")) from None
 
 if TYPE_CHECKING:
-    from ..lines.line import Line
+    from ..lines.line import HostLine
     from ..sockets.loop import Loop
 
 LETTERS = {parity: letter for letter, parity in PARITIES.items()}
@@ -41,7 +41,7 @@ class Remote:
     What a host sets holds for its own turn on the line: not before, and not behind it.
     """
 
-    def __init__(self, session: NetSession, line: SerialLine, baud: int | str, word: Word) -> None:
+    def __init__(self, session: NetSession, line: ConnectorLine, baud: int | str, word: CharacterFormat) -> None:
         self.session, self.port = session, line.port
         self.baud, self.word = baud, word
         self.rts = self.dtr = True
@@ -49,14 +49,14 @@ class Remote:
         self.ri = self.xonxoff = self._rtscts = False
         self._break = False
 
-    def set_line(self, baud: int | str, word: Word) -> None:
+    def set_line(self, baud: int | str, word: CharacterFormat) -> None:
         """Take another rate or format."""
         bit_clock(baud, self.port.name)
         self.baud, self.word = baud, word.checked(self.port.name)
         if self.session.begun:
             self.apply(baud, word)
 
-    def apply(self, baud: int | str, word: Word) -> None:
+    def apply(self, baud: int | str, word: CharacterFormat) -> None:
         """Let the line have a rate and a format."""
         if (self.port.baud, self.port.word) != (baud, word):
             self.port.change_line(baud, word.bits, word.parity, word.stop)
@@ -79,7 +79,7 @@ class Remote:
 
     @bytesize.setter
     def bytesize(self, bits: int) -> None:
-        self.set_line(self.baud, Word(bits, self.word.parity, self.word.stop))
+        self.set_line(self.baud, CharacterFormat(bits, self.word.parity, self.word.stop))
 
     @property
     def parity(self) -> str:
@@ -90,7 +90,7 @@ class Remote:
     def parity(self, letter: str) -> None:
         if letter not in PARITIES:
             raise UsageError(f"parity {letter!r}; allowed {', '.join(PARITIES)}")
-        self.set_line(self.baud, Word(self.word.bits, PARITIES[letter], self.word.stop))
+        self.set_line(self.baud, CharacterFormat(self.word.bits, PARITIES[letter], self.word.stop))
 
     @property
     def stopbits(self) -> float:
@@ -99,7 +99,7 @@ class Remote:
 
     @stopbits.setter
     def stopbits(self, stop: float) -> None:
-        self.set_line(self.baud, Word(self.word.bits, self.word.parity, f"{stop:g}"))
+        self.set_line(self.baud, CharacterFormat(self.word.bits, self.word.parity, f"{stop:g}"))
 
     @property
     def cts(self) -> bool:
@@ -163,7 +163,7 @@ class NetSession(Session):
     """A host that speaks RFC 2217."""
 
     port: NetPort
-    line: SerialLine
+    line: ConnectorLine
 
     def arrive(self) -> None:
         """Connect the host: answer its options of the line from now on."""
@@ -214,7 +214,7 @@ class NetPort(TcpPort):
     scheme = "rfc2217"
     make = NetSession
 
-    def __init__(self, loop: Loop, line: Line, *more: Any) -> None:
-        assert isinstance(line, SerialLine)  # the server has seen to that
+    def __init__(self, loop: Loop, line: HostLine, *more: Any) -> None:
+        assert isinstance(line, ConnectorLine)  # the server has seen to that
         self.settings = line.port.baud, line.port.word
         super().__init__(loop, line, *more)

@@ -26,10 +26,10 @@ from functools import partial
 
 from ...bench.runner import Wait
 from ...errors import UsageError
-from ..lines.line import PATIENCE_PS, Line
+from ..lines.line import ANSWER_TIMEOUT_PS, HostLine
 from ..sockets.loop import Loop
-from ..sockets.strangers import HOLD_S, Beginning
-from ..sockets.stream import CHUNK, QUEUE, Stream
+from ..sockets.preamble import HOLD_S, Preamble
+from ..sockets.stream import CHUNK, QUEUE, SocketStream
 
 KEEPALIVE = (("TCP_KEEPIDLE", 10), ("TCP_KEEPINTVL", 5), ("TCP_KEEPCNT", 3), ("TCP_USER_TIMEOUT", 25_000))
 RETRY_S = 0.5  # when the system cannot accept a connection
@@ -139,7 +139,7 @@ def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
         stream.close()
         connection.close()
 
-    stream = Stream(loop, connection, lambda _data: None, end)
+    stream = SocketStream(loop, connection, lambda _data: None, end)
     with suppress(OSError):
         connection.send(f"slewline: {why}\r\n".encode("ascii", "replace"))
         connection.shutdown(socket.SHUT_WR)
@@ -151,10 +151,10 @@ class Session:
 
     def __init__(self, port: TcpPort, connection: socket.socket, name: str) -> None:
         self.port, self.line, self.connection, self.name = port, port.line, connection, name
-        self.beginning = Beginning(self.line.greetings)
+        self.beginning = Preamble(self.line.greetings)
         self.characters = bytearray()  # what has come, and waits for its turn on the line
         self.attached = self.begun = self.answering = False
-        self.stream = Stream(port.loop, connection, self.take, self.gone, self.room, ended=self.ended)
+        self.stream = SocketStream(port.loop, connection, self.take, self.gone, self.room, ended=self.ended)
         self.arrive()
 
     def arrive(self) -> None:
@@ -278,7 +278,7 @@ class TcpPort:
     def __init__(
         self,
         loop: Loop,
-        line: Line,
+        line: HostLine,
         address: str,
         allow_remote: bool = False,
         tell: Callable[[str], object] = lambda _text: None,
@@ -366,7 +366,7 @@ class TcpPort:
         """The next turn begins when everything of this one is sent."""
         if not self.sending:
             self.sending = True
-            limit_ps = self.line.kernel.now + PATIENCE_PS
+            limit_ps = self.line.kernel.now + ANSWER_TIMEOUT_PS
             self.line.pace.wait(Wait(self.line.sent, limit_ps, lambda _met: self._sent()))
 
     def _sent(self) -> None:

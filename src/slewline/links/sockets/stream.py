@@ -17,7 +17,7 @@ QUEUE = 1 << 16
 CHUNK = 4096
 
 
-class Stream:
+class SocketStream:
     """Bytes in and out of a socket, which belongs to the caller.
 
     Args:

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
-from ...core.wires.clocking import ClockEdges, Limited, Still, clock_edges
+from ...core.wires.clocking import BoundedEdges, ClockEdges, NoEdges, clock_edges
 from ...core.wires.wave import Level
 from .follower import Follower
 
@@ -54,18 +54,18 @@ class Clocked(Follower):
         step: Callable[[], None],
         follow: Callable[[ClockEdges], None],
     ) -> None:
-        super().__init__(part, inputs, lay=self._promise, react=self._take_edge, cut=self._cut)
+        super().__init__(part, inputs, schedule=self._promise, react=self._take_edge, cut=self._cut)
         self.clock, self.edge, self.steers, self.acts = clock, edge, steers, acts
         self.advance, self.step, self.follow = advance, step, follow
         self._level: Level = None  # of the clock, up to where the part has come
         self._begun = False
-        self._ahead = Limited(Still())  # the clock that is followed
+        self._ahead = BoundedEdges(NoEdges())  # the clock that is followed
         self._again: Call | None = None  # looks at what steers, when that has an edge
 
     def _cut(self, ps: int) -> None:
         """Take notice of what the inputs have shown up to an instant (ps): they cannot be asked again."""
         if self._begun:
-            self._level = self.outlooks[self.clock].level(ps)
+            self._level = self.lookaheads[self.clock].level(ps)
             self._ahead.cut(ps)
             self.advance(ps)
 
@@ -84,7 +84,7 @@ class Clocked(Follower):
         """Drive the outputs to the levels that follow from those of the inputs."""
         self.advance(self.kernel.seen)
         self._sample_clock()
-        self.follow(Still())
+        self.follow(NoEdges())
 
     def _sample_clock(self) -> None:
         """Look at the clock: is there an edge between what was up to now, and what is now?"""
@@ -99,14 +99,14 @@ class Clocked(Follower):
         if self._again is not None:
             self._again.token += 1  # it is not called any more
             self._again = None
-        clock = clock_edges(self.outlooks[self.clock].shown(), self.edge, now)
-        names = self.acts if isinstance(clock, Still) else self.steers
-        times = [time for name in names if (time := self.outlooks[name].after(now)) is not None]
+        clock = clock_edges(self.lookaheads[self.clock].shown(), self.edge, now)
+        names = self.acts if isinstance(clock, NoEdges) else self.steers
+        times = [time for name in names if (time := self.lookaheads[name].after(now)) is not None]
         if times:
             self._again = self.kernel.call_at(min(times), self.look)
-        if isinstance(clock, Still):
+        if isinstance(clock, NoEdges):
             return clock
-        self._ahead = Limited(clock, min(times, default=None))
+        self._ahead = BoundedEdges(clock, min(times, default=None))
         return self._ahead
 
     def look(self) -> None:

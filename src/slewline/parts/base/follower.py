@@ -7,7 +7,7 @@
 As long as the inputs promise, such a part costs nothing, and its outputs cost what they cost anywhere: nothing while
 nobody looks.  When a driver of an input is told something else, the part hears of it at once, before that driver
 forgets: it takes notice of what the inputs have shown up to the instant before (`cut`), and its outputs are bounded, so
-that no edge shows of what was withdrawn.  In the next round it looks at the inputs anew and promises again (`lay`).
+that no edge shows of what was withdrawn.  In the next round it reads the inputs and promises again (`schedule`).
 
 Parts that follow each other in a circle without a chip between them (two crossed gates, a ring oscillator) cannot
 promise anything to each other.  They are found when they are wired; from then on they watch their inputs and drive
@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from ...core.wires.views import View
 from ...core.wires.wave import Level, Promise, alike, promised
-from .outlook import Outlook
+from .lookahead import Lookahead
 
 if TYPE_CHECKING:
     from ...core.wires.net import Driver, Net
@@ -39,7 +39,7 @@ class Follower:
 
     Args:
         part: has its pins already.
-        inputs: the pins that it looks at; what they show is in `outlooks`.
+        inputs: the pins that it looks at; what they show is in `lookaheads`.
         lay: promises the outputs anew, from this instant on, under the present inputs.
         react: drives the outputs to levels: an input of a part in a circle has changed.
         cut: takes notice of what the inputs have shown up to an instant (ps), at which they cannot be asked again.
@@ -51,17 +51,17 @@ class Follower:
         part: Part,
         inputs: Iterable[str],
         *,
-        lay: Callable[[], None],
+        schedule: Callable[[], None],
         react: Callable[[], None],
         cut: Callable[[int], None] = ignored,
         delay_ps: int = 0,
     ) -> None:
         self.part, self.kernel, self.inputs = part, part.kernel, tuple(inputs)
-        self.lay, self.react, self.cut, self.delay_ps = lay, react, cut, delay_ps
-        self.outlooks: dict[str, Outlook] = {}
+        self.schedule, self.react, self.cut, self.delay_ps = schedule, react, cut, delay_ps
+        self.lookaheads: dict[str, Lookahead] = {}
         self.edge_driven = False  # part of a circle: inputs are watched, outputs driven by levels
-        self.withdrawn = True  # an input shows something else since the last `lay`; else only bounds have moved
-        self.laying = False  # `lay` is due in the next round
+        self.withdrawn = True  # an input shows something else since the last `schedule`; else only bounds have moved
+        self.laying = False  # `schedule` is due in the next round
         self._drivers_seen = -1  # of the inputs, when circles were looked for
         for driver in part.drivers.values():
             driver.source = self
@@ -70,7 +70,7 @@ class Follower:
         """Look ahead along the inputs from now on: the part is wired."""
         if self.edge_driven:
             return
-        self.outlooks = {name: Outlook(self.part.pins[name], self.changed) for name in self.inputs}
+        self.lookaheads = {name: Lookahead(self.part.pins[name], self.changed) for name in self.inputs}
         self._lay()
 
     def sources(self) -> Iterable[Follower]:
@@ -82,12 +82,12 @@ class Follower:
 
     def shown(self, name: str) -> Promise | Level:
         """Return what an input shows from now on: a promise, or a level."""
-        return self.part.pins[name].net.level if self.edge_driven else self.outlooks[name].shown()
+        return self.part.pins[name].net.level if self.edge_driven else self.lookaheads[name].shown()
 
     # ------------------------------------------------------------------------------------------------------- changes
     def changed(self) -> None:
         """Take notice that an input is about to be driven otherwise, or that the bound of what it promises moves."""
-        if not (self.withdrawn or any(outlook.renewed for outlook in self.outlooks.values())):
+        if not (self.withdrawn or any(lookahead.renewed for lookahead in self.lookaheads.values())):
             self.withdrawn = True
             self.bound_outputs(self.kernel.seen + 1)
         if not self.laying:
@@ -103,13 +103,13 @@ class Follower:
 
     def _lay(self) -> None:
         self.laying = False
-        drivers = sum(len(outlook.pin.net.drivers) for outlook in self.outlooks.values())
+        drivers = sum(len(lookahead.pin.net.drivers) for lookahead in self.lookaheads.values())
         if drivers != self._drivers_seen:
             self._drivers_seen = drivers
             for rule in circle(self):
                 rule.go_by_edges()
         if not self.edge_driven:
-            self.lay()
+            self.schedule()
             self.withdrawn = False
 
     def put(self, driver: Driver, shown: Promise | Level) -> None:
@@ -120,8 +120,8 @@ class Follower:
     def go_by_edges(self) -> None:
         """Follow the inputs edge by edge from now on."""
         self.edge_driven = True
-        for outlook in self.outlooks.values():
-            outlook.close()
+        for lookahead in self.lookaheads.values():
+            lookahead.close()
         for name in self.inputs:
             self.part.pins[name].net.watch(self._reacted)
         self.react()
@@ -156,13 +156,13 @@ class Stateless(Follower):
         inputs: Iterable[str],
         views: Mapping[str, Callable[[Sequence[Promise | Level]], Promise | Level]],
     ) -> None:
-        super().__init__(part, inputs, lay=self._promise, react=self._drive)
+        super().__init__(part, inputs, schedule=self._promise, react=self._drive)
         self._views = [(part.drivers[output], view) for output, view in views.items()]
         self._shown: list[Promise | Level] = []  # by the inputs, of which the outputs promise something
 
     def _promise(self) -> None:
         """Promise what the outputs show from now on."""
-        inputs = [outlook.shown() for outlook in self.outlooks.values()]
+        inputs = [lookahead.shown() for lookahead in self.lookaheads.values()]
         same = len(inputs) == len(self._shown) and all(map(alike, inputs, self._shown))
         self._shown = inputs
         for driver, view in self._views:

@@ -86,7 +86,7 @@ class GpibListener(Part):
         pull(self, "srq", not self.high("motion_complete"))
 
 
-class Source:
+class SourceHandshake:
     """The source handshake of a part (fig. 12.3), byte by byte; what a user tells it is an input of the part.
 
     `requests` counts the falls of SRQ.
@@ -165,7 +165,7 @@ class GpibTalker(Part):
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name)
-        self.source = Source(self, self.queue)
+        self.source = SourceHandshake(self, self.queue)
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""

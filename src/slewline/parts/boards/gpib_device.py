@@ -19,7 +19,7 @@ from ...core.wires.waits import first_of, level, until
 from ..base.data import Data
 from ..base.part import Part
 from ..base.request_queue import RequestQueue
-from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, Source, add_bus_lines, pull
+from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, SourceHandshake, add_bus_lines, pull
 
 SELECTED_CLEAR, TRIGGER, DEVICE_CLEAR, POLL_ENABLE, POLL_DISABLE = 0x04, 0x08, 0x14, 0x18, 0x19
 LISTEN, UNLISTEN, TALK, UNTALK = 0x20, 0x3F, 0x40, 0x5F
@@ -165,7 +165,7 @@ class GpibDevice(Part):
         await level(self.pin("dav").net, 1)
 
 
-class ControllerSource(Source):
+class ControllerSource(SourceHandshake):
     """The source handshake of a controller, which accepts, too; data lines in negative logic, as the bus has them."""
 
     negative = True

@@ -20,7 +20,7 @@ from types import MappingProxyType
 from ...core.datasheet.option import Option
 from ...core.time.hook import Hook
 from ...core.time.kernel import Kernel
-from ...core.wires.serial import BAUD, TTL, Receiver, Word, bit_clock
+from ...core.wires.serial import BAUD, TTL, CharacterFormat, Receiver, bit_clock
 from ..base.part import Part
 from ..memories.external import WRITE_WIRING, BusInterface, start_bus
 
@@ -173,7 +173,7 @@ class Lcd(Part):
         self.kernel.spawn(self._listen, name=self.name)
 
     async def _listen(self) -> None:
-        receiver = Receiver(self.pin("rxd").net, self.clock, Word(8, "none", 1), TTL)
+        receiver = Receiver(self.pin("rxd").net, self.clock, CharacterFormat(8, "none", 1), TTL)
         while True:
             character = await receiver.character()
             if character.good:

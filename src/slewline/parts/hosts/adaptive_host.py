@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ...core.time.inputs import from_outside
 from ...core.wires.pin import Condition
-from ...core.wires.serial import Word
+from ...core.wires.serial import CharacterFormat
 from ...errors import Timeout
 from ..base.data import Data
 from .adaptive_uart import AdaptiveUart
@@ -58,7 +58,7 @@ class AdaptiveHost(Host):
         return self.uart.baud
 
     @property
-    def word(self) -> Word:
+    def word(self) -> CharacterFormat:
         """The format of a character."""
         return self.uart.word
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.datasheet.channel import AdaptiveLine
-from ...core.wires.serial import TTL, Character, Setting, Word
+from ...core.wires.serial import TTL, Character, CharacterFormat, LineSetting
 from ...core.wires.waits import edge, first_of, until
 from ..base.data import as_bytes
 from ..lines.host_uart import POWER_UP_PS, SILENCE_PS, HostUart
@@ -31,7 +31,7 @@ RESET_PS = 20 * 10**9  # a host gives a chip so long behind a reset, which begin
 class Found(NamedTuple):
     """What a chip listens at that has found the rate."""
 
-    setting: Setting
+    setting: LineSetting
     set_by: str
 
     def instead(self, _baud: int | str) -> str:
@@ -53,7 +53,7 @@ class AdaptiveUart(HostUart):
         channel, sheet = chip.channel, chip.sheet
         assert isinstance(channel, AdaptiveLine)
         self.chip, self.port, self.strapped = chip.name, channel, strapped
-        super().__init__(part, Setting(USUAL_BAUD if baud is None else baud, self._word), TTL)
+        super().__init__(part, LineSetting(USUAL_BAUD if baud is None else baud, self._word), TTL)
         self.cts = part.add_pin("cts", "in", "low: clear to send", pull=1).net
         self.shadow = Shadow(sheet, self._lost)  # as characters are queued
         self.gone = Shadow(sheet)
@@ -90,12 +90,12 @@ class AdaptiveUart(HostUart):
 
     def _found(self, baud: int | str, set_by: str) -> None:
         """The chip has this rate from now on."""
-        self.far.ears = {self.chip: Found(Setting(baud, self._word), set_by)}
+        self.far.ears = {self.chip: Found(LineSetting(baud, self._word), set_by)}
 
     @property
-    def _word(self) -> Word:
+    def _word(self) -> CharacterFormat:
         """The format of the chip."""
-        return Word(self.port.bits, self.port.parity, self.port.stop)
+        return CharacterFormat(self.port.bits, self.port.parity, self.port.stop)
 
     @property
     def held(self) -> bool:
@@ -112,12 +112,12 @@ class AdaptiveUart(HostUart):
         """Note what has gone out."""
         for byte in data:
             self.gone.feed(byte)
-        self.news.ring()
+        self.news.set()
 
     def take(self, character: Character) -> None:
         """Receive a character."""
         super().take(character)
-        self.news.ring()
+        self.news.set()
 
     # ------------------------------------------------------------------------------------------------------- sending
     def write(self, data: str | bytes, fault: str = "") -> None:

@@ -13,7 +13,7 @@ from ...errors import Timeout, UsageError
 from ..base.data import Data, as_bytes
 from ..base.part import served
 from .host import Host
-from .port import Port
+from .port import CommandPort
 
 if TYPE_CHECKING:
     from ...core.time.kernel import Kernel
@@ -41,10 +41,10 @@ class BusHost(Host):
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
         super().__init__(kernel, name, chips)
         self.received: bytearray = bytearray()  # what read-outs brought
-        self.ports = {chip.name: Port(chip, self.queue, self.received, delay_ps) for chip in chips}
+        self.ports = {chip.name: CommandPort(chip, self.queue, self.received, delay_ps) for chip in chips}
 
     @property
-    def port(self) -> Port:
+    def port(self) -> CommandPort:
         """What it has on the chip that it speaks to."""
         return self.ports[self.chip.name]
 
@@ -65,7 +65,7 @@ class BusHost(Host):
         """Return a condition for `bench.run_until`: read-outs have brought these bytes, one behind the other."""
         return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
-    def do(self, action: Callable[[Port], Awaitable[object]]) -> None:
+    def do(self, action: Callable[[CommandPort], Awaitable[object]]) -> None:
         """Queue something else than a byte: a coroutine function that gets the port."""
         port = self.port
         self.queue.post(f"something of its own with {port.chip}", lambda: action(port))

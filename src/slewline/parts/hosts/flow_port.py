@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ...core.wires.bell import Bell
+from ...core.wires.event import Event
 from ...core.wires.net import Driver, Net
 from ...core.wires.waits import edge, first_of, level, until
 from .shadow import FlowControl, Query, Shadow
@@ -60,7 +60,7 @@ class FlowPort:
         self.shadow = Shadow(chip.sheet)
         self.control = FlowControl(chip, self.name, self.shadow)
         self.empty_first = True
-        self.turn = Bell(self.kernel, f"{self.name}.(turn)")
+        self.turn = Event(self.kernel, f"{self.name}.(turn)")
         self.taken = False  # somebody is using the lines
         self.listener: Task | None = None
         line("reset").watch(lambda _net: self.shadow.reset())
@@ -96,7 +96,7 @@ class FlowPort:
 
     def _give_turn(self) -> None:
         self.taken = False
-        self.turn.ring()
+        self.turn.set()
 
     async def _free(self) -> None:
         """Wait until the part takes a byte; messages are read before."""
@@ -122,7 +122,7 @@ class FlowPort:
                 self._no_message()
             else:
                 self.received.append(self.bus.net.byte)  # type: ignore[attr-defined]
-            self.control.news.ring()
+            self.control.news.set()
             self.request.drive(1)
             await level(self.busy, 1)
             asked = False
@@ -198,7 +198,7 @@ class FlowPort:
         self.bus.drive(None)
         self.sent += 1
         self.shadow.feed(byte)
-        self.control.news.ring()  # FPL may be in use from now on
+        self.control.news.set()  # FPL may be in use from now on
 
     async def ask(self, data: bytes, query: Query) -> str | bytes:
         """Send a query, and wait until it is answered."""

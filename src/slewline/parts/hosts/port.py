@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 SETTLED_US = 100  # READY high for longer than any instruction takes to begin: the chip is between two of them
 
 
-class Port:
+class CommandPort:
     """What a host has on one chip: drivers on its command port, and the nets that it looks at.
 
     Args:

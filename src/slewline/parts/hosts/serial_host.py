@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.wires.pin import Condition
-from ...core.wires.serial import Straps, Word
+from ...core.wires.serial import CharacterFormat, Straps
 from ...errors import ChecksumError, Timeout
 from ..base.data import Data
 from .host import Host
@@ -54,7 +54,7 @@ class SerialHost(Host):
         return self.uart.baud
 
     @property
-    def word(self) -> Word:
+    def word(self) -> CharacterFormat:
         """The format of a character."""
         return self.uart.word
 

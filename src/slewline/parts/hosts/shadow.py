@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...core.datasheet.channel import AdaptiveLine, FlowBus
-from ...core.wires.bell import Bell
+from ...core.wires.event import Event
 from ...errors import UsageError
 from ...language.dialect import spoken_as
 from ...language.verbatim import Entry, Verbatim
@@ -132,7 +132,7 @@ class FlowControl:
         assert isinstance(channel, FlowBus | AdaptiveLine)
         self.owner, self.sheet, self.channel, self.gone = owner, chip.sheet, channel, gone
         self.heeding: bool | None = None
-        self.news = Bell(chip.bus.kernel, f"{owner}.(news)")
+        self.news = Event(chip.bus.kernel, f"{owner}.(news)")
 
     @property
     def heeds(self) -> bool:
@@ -152,7 +152,7 @@ class FlowControl:
             raise UsageError(f"{self.owner}: heed({on!r}); allowed True, False, None")
         part.input("heed", on)
         self.heeding = on
-        self.news.ring()
+        self.news.set()
         part.kernel.settle()
 
     def why_silent(self) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from ...core.wires.bell import Bell
-from ...core.wires.serial import RS232, Character, Setting, Straps, Word
+from ...core.wires.event import Event
+from ...core.wires.serial import RS232, Character, CharacterFormat, LineSetting, Straps
 from ...core.wires.waits import first_of, until
 from ...errors import ChecksumError, UsageError
 from ...language.dialect import spoken_as
@@ -30,14 +30,14 @@ class StrappedUart(HostUart):
         self, part: Part, chips: Sequence[Connection], spoken_to: Callable[[], Connection], baud: int | None
     ) -> None:
         self.port = straps_of(chips[0]).port
-        super().__init__(part, Setting(straps_of(chips[0]).baud if baud is None else baud, self.usual_word), RS232)
+        super().__init__(part, LineSetting(straps_of(chips[0]).baud if baud is None else baud, self.usual_word), RS232)
         self.far.ears = {chip.name: straps_of(chip) for chip in chips}
         self.spoken_to = spoken_to
         self.fixed_baud: int | str | None = baud
         self.up_ps = max(chip.up_ps for chip in chips)  # since when all modules are switched on
         self.answers: list[str] = []
         self.line = bytearray()
-        self.line_end = Bell(self.kernel, f"{self.name}.(line end)")
+        self.line_end = Event(self.kernel, f"{self.name}.(line end)")
 
     def switched_on(self) -> None:
         """Note that a module has been switched on, at this instant: it looks at its straps."""
@@ -49,9 +49,9 @@ class StrappedUart(HostUart):
 
     # ------------------------------------------------------------------------------------------------ rate and format
     @property
-    def usual_word(self) -> Word:
+    def usual_word(self) -> CharacterFormat:
         """The format of modules."""
-        return Word(self.port.bits, self.port.parity, self.port.stop)
+        return CharacterFormat(self.port.bits, self.port.parity, self.port.stop)
 
     @property
     def straps(self) -> Straps:
@@ -155,7 +155,7 @@ class StrappedUart(HostUart):
         if character.byte == 0x0D:
             self.answers.append(self.line.decode("latin-1"))
             self.line.clear()
-            self.line_end.ring()
+            self.line_end.set()
         else:
             self.line.append(character.byte)
 

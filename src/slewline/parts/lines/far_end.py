@@ -8,18 +8,18 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from ...core.wires.serial import Ear, Setting, Straps, disagreement
+from ...core.wires.serial import LineSetting, ReceivingEnd, Straps, disagreement
 
 RETURN, LF = 0x0D, 0x0A
 
 
-class Near(Protocol):
+class NearEnd(Protocol):
     """The end of a line from which the other one is looked at."""
 
     name: str
 
     @property
-    def setting(self) -> Setting:
+    def setting(self) -> LineSetting:
         """Its rate and format."""
 
     def finding(self, code: str, text: str) -> None:
@@ -32,9 +32,9 @@ class FarEnd:
     `ears` are those of which it is known how they are set, by name.
     """
 
-    def __init__(self, near: Near) -> None:
+    def __init__(self, near: NearEnd) -> None:
         self.near = near
-        self.ears: dict[str, Ear] = {}
+        self.ears: dict[str, ReceivingEnd] = {}
         self.compared = False
         self.addressed: dict[str, str] = {}  # names of modules by address, where every module has one
         self.told: set[str] = set()
@@ -45,7 +45,7 @@ class FarEnd:
         """In which way the two ends are set differently, and what to do; empty: they agree."""
         return self._differs(self.near.name, self.near.setting)
 
-    def _differs(self, who: str, setting: Setting) -> str:
+    def _differs(self, who: str, setting: LineSetting) -> str:
         return "; ".join(filter(None, (disagreement(who, setting, name, ear) for name, ear in self.ears.items())))
 
     def compare(self) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ...core.time.hook import Hook
 from ...core.wires.pin import Condition, GotCondition
-from ...core.wires.serial import Character, Receiver, Setting, Word, bit_clock, transmit
+from ...core.wires.serial import Character, CharacterFormat, LineSetting, Receiver, bit_clock, transmit
 from ...core.wires.waits import until
 from ...errors import UsageError
 from ..base.data import Data, as_bytes
@@ -34,7 +34,7 @@ class HostUart:
 
     burst = BURST
 
-    def __init__(self, part: Part, setting: Setting, mark: int) -> None:
+    def __init__(self, part: Part, setting: LineSetting, mark: int) -> None:
         self.part, self.kernel, self.name, self.mark = part, part.kernel, part.name, mark
         self.finding = part.finding
         self.receiver: Receiver | None = None
@@ -51,11 +51,11 @@ class HostUart:
 
     # ------------------------------------------------------------------------------------------------ rate and format
     @property
-    def setting(self) -> Setting:
+    def setting(self) -> LineSetting:
         """Rate and format."""
-        return Setting(self.baud, self.word)
+        return LineSetting(self.baud, self.word)
 
-    def set_line(self, baud: int | str, word: Word) -> None:
+    def set_line(self, baud: int | str, word: CharacterFormat) -> None:
         """Take another rate or format, from the next character on."""
         self.clock, self.word, self.baud = bit_clock(baud, self.name), word.checked(self.name), baud
         self.far.compared = False
@@ -64,7 +64,7 @@ class HostUart:
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         """Take another rate or format, as an input."""
-        self.set_line(baud, Word(bits, parity, stop))
+        self.set_line(baud, CharacterFormat(bits, parity, stop))
         self.part.input("change_line", baud, bits, parity, stop)
 
     def lent(self) -> Callable[[], object]:

@@ -15,7 +15,7 @@ LINKED = (*KINDS, "late")  # and what a link can
 WORD = (1 << 64) - 1
 
 
-class Chance:
+class RandomSequence:
     """A seeded sequence of chance (splitmix64)."""
 
     def __init__(self, seed: int) -> None:
@@ -30,14 +30,14 @@ class Chance:
 
 
 @dataclass
-class Plan:
+class NoisePlan:
     """What is to happen to characters: to so many of them, after some that pass, each with this chance."""
 
     kind: str
     count: int
     chance: float
     after: int
-    source: Chance = field(repr=False)
+    source: RandomSequence = field(repr=False)
 
     def __post_init__(self) -> None:
         for name, least in (("count", 1), ("after", 0)):
@@ -68,7 +68,7 @@ class Noise:
 
     def __init__(self, bits: int, kinds: tuple[str, ...] = KINDS, spared: int | None = None) -> None:
         self.bits, self.spared = bits, bits if spared is None else spared
-        self.plans: list[Plan] = []
+        self.plans: list[NoisePlan] = []
         self.done = dict.fromkeys(kinds, 0)  # how many characters were hit
 
     def plan(self, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
@@ -77,7 +77,7 @@ class Noise:
             raise UsageError(f"fault {kind!r}; allowed {', '.join(self.done)}")
         if not isinstance(seed, int):
             raise UsageError(f"seed {seed!r}; allowed a whole number")
-        self.plans.append(Plan(kind, count, chance, after, Chance(seed)))
+        self.plans.append(NoisePlan(kind, count, chance, after, RandomSequence(seed)))
 
     def clear(self) -> None:
         """End all noise."""

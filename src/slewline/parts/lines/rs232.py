@@ -12,7 +12,7 @@ from ...core.datasheet.option import Option
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.wires.pin import Condition
-from ...core.wires.serial import BAUD, RS232, TTL, Setting, Word, word_options
+from ...core.wires.serial import BAUD, RS232, TTL, CharacterFormat, LineSetting, word_options
 from ..base.data import Data
 from ..base.part import Part
 from .host_uart import HostUart
@@ -33,7 +33,7 @@ class SerialPort(Part):
         self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str, ttl: bool
     ) -> None:
         super().__init__(kernel, name)
-        self.uart = HostUart(self, Setting(baud, Word(bits, parity, stop)), TTL if ttl else RS232)
+        self.uart = HostUart(self, LineSetting(baud, CharacterFormat(bits, parity, stop)), TTL if ttl else RS232)
         self.received, self.on_character = self.uart.received, self.uart.on_character
 
     def rewired(self) -> None:
@@ -46,7 +46,7 @@ class SerialPort(Part):
         return self.uart.baud
 
     @property
-    def word(self) -> Word:
+    def word(self) -> CharacterFormat:
         """The format of a character."""
         return self.uart.word
 

@@ -21,7 +21,7 @@ from ...core.time.kernel import Kernel
 from ...core.time.timebase import Clock, Time, picoseconds
 from ...core.wires.net import Driver, Net
 from ...core.wires.pin import Terminal
-from ...core.wires.serial import BAUD, OVERSAMPLING, RS232, Word, bit_clock, word_options
+from ...core.wires.serial import BAUD, OVERSAMPLING, RS232, CharacterFormat, bit_clock, word_options
 from ...errors import UsageError
 from ..base.part import Part
 from .noise import Noise
@@ -31,10 +31,10 @@ INVERTED = 2  # what a window does to the level; MARK and SPACE hold it
 WAYS = ("to_module", "to_host")
 
 
-class Way:
+class LineDirection:
     """One direction of a line.  A window (from, to, what it does) bends what passes."""
 
-    def __init__(self, source: Terminal, driver: Driver, clock: Clock, word: Word) -> None:
+    def __init__(self, source: Terminal, driver: Driver, clock: Clock, word: CharacterFormat) -> None:
         self.source, self.driver, self.kernel = source, driver, driver.kernel
         self.clock, self.word, self.noise = clock, word, Noise(word.bits)
         self.windows: list[tuple[int, int, int]] = []
@@ -94,7 +94,7 @@ class Rs232Line(Part):
 
     def __init__(self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         super().__init__(kernel, name)
-        self.word, self.clock = Word(bits, parity, stop).checked(name), bit_clock(baud, name)
+        self.word, self.clock = CharacterFormat(bits, parity, stop).checked(name), bit_clock(baud, name)
         ends = (
             self.add_pin("host_txd", "in", "from the host", pull=MARK, role="serial_in", active=SPACE),
             self.add_pin("rxd", "in", "from the module", pull=MARK, role="computer_in", active=SPACE),
@@ -102,7 +102,7 @@ class Rs232Line(Part):
         self.add_pin("txd", "out", "to the module", initial=MARK, role="computer_out", active=SPACE)
         self.add_pin("host_rxd", "out", "to the host", initial=MARK, role="serial_out", active=SPACE)
         self.ways = {
-            way: Way(end, self.drivers[out], self.clock, self.word)
+            way: LineDirection(end, self.drivers[out], self.clock, self.word)
             for way, end, out in zip(WAYS, ends, ("txd", "host_rxd"), strict=True)
         }
 
@@ -112,7 +112,7 @@ class Rs232Line(Part):
             way.source.net.watch(way.changed)
             way.changed(way.source.net)
 
-    def way(self, name: str) -> Way:
+    def way(self, name: str) -> LineDirection:
         """One direction: "to_module" or "to_host"."""
         if name not in self.ways:
             raise UsageError(f"{self.name}: way {name!r}; allowed {', '.join(WAYS)}")

@@ -24,9 +24,9 @@ from ...core.wires.serial import (
     OVERSAMPLING,
     TTL,
     Character,
+    CharacterFormat,
+    LineSetting,
     Receiver,
-    Setting,
-    Word,
     bit_clock,
     transmit,
     word_options,
@@ -65,7 +65,7 @@ class SerialSender(Part):
     ) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name)
-        self.word = Word(bits, parity, stop).checked(name)
+        self.word = CharacterFormat(bits, parity, stop).checked(name)
         self.clock = bit_clock(baud, name)
         self.gap_ps = picoseconds(gap)
         self.add_pin("txd", "out", "serial data, TTL level", initial=1, role="computer_out", active=0)
@@ -108,7 +108,7 @@ class Uart(Part):
 
     def __init__(self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         super().__init__(kernel, name)
-        self.setting = Setting(baud, Word(bits, parity, stop).checked(name))
+        self.setting = LineSetting(baud, CharacterFormat(bits, parity, stop).checked(name))
         self.word, self.clock = self.setting.word, Clock(GENERATOR[baud])
         self.add_bus("db", "received data, driven while RDE is low", role="data")
         self.add_pin("rxd", "in", "serial data, TTL level", pull=1, role="serial_in", active=0)

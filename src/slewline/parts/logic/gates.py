@@ -85,7 +85,7 @@ class Delay(Part):
         self._shown: Promise | Level = None
         self._pieces: list[tuple[int, Promise | Level]] = []  # what the input has shown, as far back as it matters
         self.wired_ps = 0  # when the part was wired
-        self.rule = Follower(self, ("in",), lay=self._promise, react=self._drive, delay_ps=self.delay_ps)
+        self.rule = Follower(self, ("in",), schedule=self._promise, react=self._drive, delay_ps=self.delay_ps)
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""

@@ -15,14 +15,14 @@ from ...core.datasheet.option import Option
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Net
 from ..base.part import Part
-from ..shafts.held import Held
+from ..shafts.interlock import InterlockMonitor
 from ..shafts.motor import STEP_WIRING, StepDrive, attach_drive
 from ..shafts.sensors import Switch
 from ..shafts.shaft import forget_shaft, shaft_quantities
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class CutPiece:
     """What was cut off a bar: where its holes are, and how long it is, steps from its end."""
 
     holes: tuple[int, ...]
@@ -46,9 +46,9 @@ class Bar(Part):
         self.add_pin("blade", "in", "cuts when it rises", pull=0)
         self.add_pin("bit", "in", "high: the drill is in the bar", pull=0)
         self.holes: list[int] = []
-        self.pieces: list[Piece] = []
+        self.pieces: list[CutPiece] = []
         self._cut_at = 0  # position of the motor at the last cut
-        self._held = Held(self, self.shaft)
+        self._held = InterlockMonitor(self, self.shaft)
 
     @property
     def position(self) -> int:
@@ -69,7 +69,7 @@ class Bar(Part):
     def _cut(self, net: Net) -> None:
         if net.level == 1:
             self.catch_up()
-            self.pieces.append(Piece(tuple(self.holes), self.position))
+            self.pieces.append(CutPiece(tuple(self.holes), self.position))
             self.holes.clear()
             self._cut_at += self.position
 
@@ -95,7 +95,7 @@ class Drill(Part):
         self.add_pin("motor", "in", "high: the spindle turns", pull=0)
         self._bit = Switch(kernel, name, on=self.shaft, low=gap + 1, lag="1 ps", active=1)  # high: in the bar
         self.take_pin("bit", self._bit.pins["out"])
-        self._held = Held(self, self.shaft)
+        self._held = InterlockMonitor(self, self.shaft)
 
     @property
     def position(self) -> int:

@@ -10,7 +10,7 @@ from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds, readable
 from ...core.wires.net import Net
 from ..base.part import Part
-from ..shafts.held import Held
+from ..shafts.interlock import InterlockMonitor
 from ..shafts.motor import STEP_WIRING, StepDrive, attach_drive
 from ..shafts.shaft import forget_shaft, shaft_quantities
 
@@ -67,7 +67,7 @@ class Workpieces(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
+class Weld:
     """A weld: where, from when, for how long."""
 
     position: int
@@ -90,9 +90,9 @@ class Welder(Part):
         self.drive = StepDrive(self)
         self.shaft = self.drive.shaft
         self.add_pin("torch", "in", "high: on", pull=0)
-        self.spots: list[Spot] = []
+        self.spots: list[Weld] = []
         self.lit: tuple[int, int] | None = None  # position and instant
-        self._held = Held(self, self.shaft)
+        self._held = InterlockMonitor(self, self.shaft)
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
@@ -112,7 +112,7 @@ class Welder(Part):
             self.lit = (self.position, now)
         elif self.lit is not None:
             position, start = self.lit
-            self.spots.append(Spot(position, start, now - start))
+            self.spots.append(Weld(position, start, now - start))
             self.lit = None
 
     def catch_up(self) -> None:

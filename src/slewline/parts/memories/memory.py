@@ -16,7 +16,7 @@ from types import MappingProxyType
 
 from ...core.datasheet.option import Option
 from ...core.memory.image import ERASED, SIZES, check_text, size_of
-from ...core.memory.store import STORE, Gathered, Memory, Store
+from ...core.memory.store import STORE, BufferedStore, Memory, Store
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds, readable
@@ -184,7 +184,7 @@ class Eeprom(Part):
             raise UsageError(f"{name}: the store holds {len(held)} bytes, the part has {self.size}; give another store")
         self.write_ps, self.flush_ps = picoseconds(write_time), picoseconds(flush)
         self.store = Memory() if store is None else store
-        self._kept = Gathered(self.store, self.content)
+        self._kept = BufferedStore(self.store, self.content)
         self.core.bytes = self._kept.content
         self.writing: tuple[int, int] | None = None  # address and byte that it is at work on
         self._writes = 0  # how many have begun, or have been given up

@@ -9,7 +9,7 @@ from ...core.datasheet.option import Option
 from ...errors import UsageError
 from ..base.part import Part
 from .sensors import fraction, fraction_or_none
-from .shaft import Geared, Played, Shaft, forget_shaft, shaft_quantities
+from .shaft import BacklashShaft, GearedShaft, Shaft, forget_shaft, shaft_quantities
 
 if TYPE_CHECKING:
     from ...core.motion.quantity import Quantity
@@ -38,7 +38,7 @@ class Gear(Part):
         self, kernel: Kernel, name: str, *, on: Shaft, pinion: int = 1, wheel: int = 1, reverse: bool = False
     ) -> None:
         super().__init__(kernel, name)
-        self.shaft = Geared(on, Fraction(-pinion if reverse else pinion, wheel))
+        self.shaft = GearedShaft(on, Fraction(-pinion if reverse else pinion, wheel))
 
     @property
     def position(self) -> float:
@@ -90,7 +90,7 @@ class Carriage(Part):
             if beyond:
                 raise UsageError(f"{name}: start {start} lies beyond the stop at {stop}; allowed low <= start <= high")
         self.scale, self.unit = fraction(scale), unit
-        self.shaft = Played(on, fraction(backlash), fraction(start))
+        self.shaft = BacklashShaft(on, fraction(backlash), fraction(start))
         self._stops = fraction_or_none(low), fraction_or_none(high)
         self._swallowed = 0
         if low is not None or high is not None:
@@ -113,8 +113,8 @@ class Carriage(Part):
         self.shaft.look(self.kernel.seen)
 
     def _lost(self, ps: int, steps: int, anew: bool) -> None:
-        course = self.shaft.course
-        if course.within(*self._stops).room != course.room:
+        motion = self.shaft.motion
+        if motion.within(*self._stops).room != motion.room:
             return  # the stop of another load holds the shaft
         self._swallowed += steps
         if anew:

@@ -3,10 +3,10 @@
     place    |-------|-------|-------|-------|           counts
              |----|----|----|----|----|----|----         steps
 
-A `Scale` gives each place of a shaft a whole number: so many counts a step, for an encoder, or how many bounds lie at
-or below it, for a switch.  A `Counter` answers, for a course, what the count is at an instant, when it changes next,
-and how it has changed; `Channel` and `Zone` are the promises of wires that show it.  None of them has a state, and none
-makes an event of a step.
+A `CountScale` gives each position of a shaft a whole number: so many counts a step, for an encoder, or how many bounds
+lie at or below it, for a switch.  A `Counter` answers, for a motion of the shaft, what the count is at an instant, when
+it changes next, and how it has changed; `EncoderChannel` and `SwitchZone` are the promises of wires that show it.  None
+of them has a state, and none makes an event of a step.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, Protocol, TypeAlias
 
-from ...core.wires.clocking import Limited
+from ...core.wires.clocking import BoundedEdges
 from ...core.wires.wave import Level, real_edges
-from .course import Course
+from .shaft_motion import ShaftMotion
 
 Shown: TypeAlias = tuple[int, Any, Any]
 DWELL_PS = 800_000  # the counts of one step follow each other so fast, where a step is several of them
@@ -28,7 +28,7 @@ LOOKS = 4  # changes that a channel looks through before it says "ask again then
 
 
 @dataclass(frozen=True)
-class Scale:
+class CountScale:
     """What is counted: so many counts a step, rounded down, or how many bounds lie at or below the place."""
 
     per_step: Fraction = Fraction(0)
@@ -74,7 +74,7 @@ UNKNOWN = Marks(0, 0, 1, ())
 
 
 class Counter(Protocol):
-    """What a course passes on a scale; whoever turns a shaft in another way brings one of its own."""
+    """What a motion passes on a scale; whoever turns a shaft in another way brings one of its own."""
 
     def at(self, ps: int) -> int:
         """Return the count that is shown at an instant (ps)."""
@@ -93,69 +93,69 @@ class Counter(Protocol):
 
 @dataclass(slots=True)
 class StepCounter:
-    """The counts of a course of steps, shown `lag_ps` after they are made.
+    """The counts of a motion of steps, shown `lag_ps` after they are made.
 
-    `coming` are the changes (instants, counts) that were on their way when the course began, when the count that was
-    shown was `before`.  The first change of this course ends them.
+    `coming` are the changes (instants, counts) that were on their way when the motion began, when the count that was
+    shown was `before`.  The first change of this motion ends them.
     """
 
-    course: Course
-    scale: Scale
+    motion: ShaftMotion
+    scale: CountScale
     lag_ps: int
-    before: int | None = None  # None: what the course begins with
+    before: int | None = None  # None: what the motion begins with
     coming: tuple[list[int], list[int]] = ([], [])
-    marks: Marks = UNKNOWN  # the scale in parts of the course
+    marks: Marks = UNKNOWN  # the scale in parts of the motion
     count: int = field(init=False)  # when everything that was coming is through
     several: int = field(init=False)  # a step may be so many counts, and each is shown: 0: they are not
     _recent: tuple[int, int, int, Shown] | None = field(init=False, default=None)  # A and B ask for the same windows
 
     def __post_init__(self) -> None:
-        if self.marks.unit != self.course.unit:
-            self.marks = self.scale.of(self.course.unit)
-        self.count = self.marks.count(self.course.place)
+        if self.marks.unit != self.motion.unit:
+            self.marks = self.scale.of(self.motion.unit)
+        self.count = self.marks.count(self.motion.place)
         if self.before is None:
             self.before = self.count
-        per_edge = -(-self.marks.numerator * self.course.step // self.marks.denominator)
+        per_edge = -(-self.marks.numerator * self.motion.step // self.marks.denominator)
         self.several = per_edge if per_edge > 1 else 0
 
-    # ---------------------------------------------------------------------------- changes of this course, from 1 on
+    # ---------------------------------------------------------------------------- changes of this motion, from 1 on
     def _changes(self, k: int) -> int:
-        """How many changes the first k edges of this course make."""
-        course = self.course
-        return abs(self.marks.count(course.place + course.sign * course.moved(k)) - self.count)
+        """How many changes the first k edges of this motion make."""
+        motion = self.motion
+        return abs(self.marks.count(motion.place + motion.sign * motion.moved(k)) - self.count)
 
     def _parts(self, j: Any) -> Any:
         """By how many parts the shaft has moved with change j."""
-        if self.course.sign > 0:
-            return self.marks.place(self.count + j) - self.course.place
-        return self.course.place - self.marks.place(self.count - j + 1) + 1
+        if self.motion.sign > 0:
+            return self.marks.place(self.count + j) - self.motion.place
+        return self.motion.place - self.marks.place(self.count - j + 1) + 1
 
     def _edge(self, j: int) -> int | None:
-        """The edge of this course that makes change j; None: none does."""
-        if not self.marks.within(self.count + j if self.course.sign > 0 else self.count - j + 1):
+        """The edge of this motion that makes change j; None: none does."""
+        if not self.marks.within(self.count + j if self.motion.sign > 0 else self.count - j + 1):
             return None
-        return self.course.edge_by(self._parts(j))
+        return self.motion.edge_by(self._parts(j))
 
     def _due(self, j: int) -> int | None:
         """When change j is shown, or an earlier instant at which to ask again; None: never, as things stand."""
         k = self._edge(j)
-        if k is None or (ps := self.course.when(k)) is None:
+        if k is None or (ps := self.motion.when(k)) is None:
             return None
         if self.several and (late := j - 1 - self._changes(k - 1)):
             due = ps + late * DWELL_PS
-            following = self.course.when(k + 1) if self.course.edges(due) > k else None
+            following = self.motion.when(k + 1) if self.motion.edges(due) > k else None
             ps = due if following is None else min(due, following)  # the next step takes the shaft further at once
         return ps + self.lag_ps
 
     def _shown(self, ps: int) -> int:
-        """How many changes of this course are shown at an instant."""
+        """How many changes of this motion are shown at an instant."""
         ps -= self.lag_ps
-        k = self.course.edges(ps)
+        k = self.motion.edges(ps)
         if k <= 0:
             return 0
         over = self._changes(k)
         if self.several:  # the last step may be under way
-            begun = self.course.when(k)
+            begun = self.motion.when(k)
             assert begun is not None
             over = min(over, self._changes(k - 1) + 1 + (ps - begun) // DWELL_PS)
         return over
@@ -166,9 +166,9 @@ class StepCounter:
         return self._after_changes(self._shown(ps), ps)
 
     def _after_changes(self, j: int, ps: int) -> int:
-        """The count after j changes of this course, at an instant."""
+        """The count after j changes of this motion, at an instant."""
         if j:
-            return self.count + self.course.sign * j
+            return self.count + self.motion.sign * j
         times, counts = self.coming
         over = bisect_right(times, ps)
         assert self.before is not None
@@ -205,49 +205,49 @@ class StepCounter:
         return found
 
     def _own(self, a: int, b: int) -> tuple[Any, Any]:
-        """Changes a+1 ... b of this course, all of which come: instants, and the counts from there on."""
-        course = self.course
+        """Changes a+1 ... b of this motion, all of which come: instants, and the counts from there on."""
+        motion = self.motion
         if b - a <= MANY:
-            sign, step, first, lag = course.sign, course.step, course.first, self.lag_ps
+            sign, step, first, lag = motion.sign, motion.step, motion.first, self.lag_ps
             counts = range(self.count + sign * (a + 1), self.count + sign * (b + 1), sign)
             if self.several:
                 return [self._due(j) for j in range(a + 1, b + 1)], [*counts]
             entered = counts if sign > 0 else range(counts.start + 1, counts.stop + 1, -1)
-            rest = course.slack - sign * course.place + (sign < 0)
+            rest = motion.slack - sign * motion.place + (sign < 0)
             edges = [first - -(sign * place + rest) // step for place in self.marks.places(entered)]  # as _parts has it
-            return [at + lag for at in course.drive.few(edges)], [*counts]
+            return [at + lag for at in motion.drive.few(edges)], [*counts]
         import numpy as np
 
         j = np.arange(a + 1, b + 1)
         parts = self._parts(j)
-        k = -(-(parts + course.slack) // course.step)
+        k = -(-(parts + motion.slack) // motion.step)
         first, last = int(k[0]), int(k[-1])
         k -= first
-        instants = course.drive.many(course.first + first, course.first + last)
+        instants = motion.drive.many(motion.first + first, motion.first + last)
         times = instants[k]
         if self.several:
             begins = np.searchsorted(k, k)
             late = np.arange(b - a) - begins + np.where(begins, 0, a - self._changes(first - 1))
             following = np.append(instants[1:], np.iinfo(np.int64).max)  # behind the last one nothing has come yet
             times = np.minimum(times + late * DWELL_PS, following[k])
-        return times + self.lag_ps, self.count + course.sign * j
+        return times + self.lag_ps, self.count + motion.sign * j
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> StepCounter:
         """Return a counter that begins at an instant (ps); what the drive does afterwards may still change."""
-        course = self.course.onward(ps)
+        motion = self.motion.onward(ps)
         held = self.coming[0]
-        over = self._changes(self.course.edges(ps))
+        over = self._changes(self.motion.edges(ps))
         if self._shown(ps) == over and (over or not held or held[-1] <= ps):  # nothing is on its way
-            return StepCounter(course, self.scale, self.lag_ps, self.at(ps), ([], []), self.marks)
-        past = replace(self, course=replace(self.course, drive=Limited(self.course.drive, ps + 1)))
+            return StepCounter(motion, self.scale, self.lag_ps, self.at(ps), ([], []), self.marks)
+        past = replace(self, motion=replace(self.motion, drive=BoundedEdges(self.motion.drive, ps + 1)))
         _, times, counts = past.between(ps, ps + self.lag_ps + (self.several + 1) * DWELL_PS * (self.several > 0))
         coming = [int(time) for time in times], [int(count) for count in counts]
-        return StepCounter(course, self.scale, self.lag_ps, self.at(ps), coming, self.marks)
+        return StepCounter(motion, self.scale, self.lag_ps, self.at(ps), coming, self.marks)
 
-    def on(self, course: Course, now: int) -> StepCounter:
-        """Return a counter for a course that continues this one, or begins where the shaft was pushed at `now` (ps)."""
-        after = StepCounter(course, self.scale, self.lag_ps, self.before, self.coming, self.marks)
+    def on(self, motion: ShaftMotion, now: int) -> StepCounter:
+        """Return a counter for a motion that continues this one, or begins where the shaft was pushed at `now` (ps)."""
+        after = StepCounter(motion, self.scale, self.lag_ps, self.before, self.coming, self.marks)
         by = after.count - self.count
         if by:
             times, counts = self.coming
@@ -261,7 +261,7 @@ class StepCounter:
 
 
 # --------------------------------------------------------------------------------------------------- what a wire shows
-class Code:
+class LevelPattern:
     """The levels of an output by the count, over and over."""
 
     def __init__(self, *levels: int) -> None:
@@ -293,13 +293,13 @@ class Code:
         return np.array(self.levels, np.int8)
 
 
-class Channel:
+class EncoderChannel:
     """An output of an encoder, as a promise: its level goes with the count."""
 
     __slots__ = ("code", "counter")
-    until: int | None = None  # what a course assumes holds until the shaft takes up another
+    until: int | None = None  # what a motion assumes holds until the shaft takes up another
 
-    def __init__(self, counter: StepCounter, code: Code) -> None:
+    def __init__(self, counter: StepCounter, code: LevelPattern) -> None:
         self.counter, self.code = counter, code
 
     def level(self, ps: int) -> int:
@@ -315,7 +315,7 @@ class Channel:
         count = counter.at(ps)
         here = code[count]
         for _ in range(LOOKS + 1):
-            changes = code.distance(count, counter.course.sign) if code[count] == here else 1
+            changes = code.distance(count, counter.motion.sign) if code[count] == here else 1
             following = counter.after(time, changes)
             if following is None:
                 return None
@@ -334,7 +334,7 @@ class Channel:
         return real_edges(times, self.code.array[counts % size], level)
 
 
-class Zone:
+class SwitchZone:
     """A switch, as a promise: closed between two places, by the number of bounds that lie below.
 
         count     0    1    2    3    4

@@ -19,13 +19,13 @@ from ...core.messages.instead import missing
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds
-from ...core.wires.clocking import Even, Still
+from ...core.wires.clocking import NoEdges, UniformEdges
 from ...errors import UsageError
 from ..base.part import Part
-from .counter import Channel, Code, Scale
+from .counter import CountScale, EncoderChannel, LevelPattern
 from .motor import Translator
 from .sensors import Sensor
-from .shaft import Geared, Shaft
+from .shaft import GearedShaft, Shaft
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Pin
@@ -34,7 +34,7 @@ PUSH_PS = 2_000_000  # the counts of a shaft that is turned by hand
 AXIS = Option("axis", "int", 1, "of the chip", low=1, high=4)
 MOTOR = MappingProxyType({"pulse": "pulse", "dir": "direction"})  # its pins, as the encoder calls them
 COUNT_WIRING = MappingProxyType({"a": "encoder_a", "b": "encoder_b"})
-CHANNELS = MappingProxyType({"a": Code(0, 1, 1, 0), "b": Code(0, 0, 1, 1)})  # by the count
+CHANNELS = MappingProxyType({"a": LevelPattern(0, 1, 1, 0), "b": LevelPattern(0, 0, 1, 1)})  # by the count
 
 
 class CountOutputs:
@@ -46,20 +46,20 @@ class CountOutputs:
         index: counts from one index to the next; 1: there is none.
     """
 
-    def __init__(self, part: Part, shaft: Shaft, scale: Scale, lag_ps: int, index: int = 1) -> None:
+    def __init__(self, part: Part, shaft: Shaft, scale: CountScale, lag_ps: int, index: int = 1) -> None:
         self.part, self.shaft = part, shaft
         self._codes = dict(CHANNELS)
         self.hand = 0  # counts that the shaft is still to be turned by hand
         self._pushing = False
         if index > 1:
             part.add_pin("index", "out", "low once a turn", initial=0, role="index")
-            self._codes["index"] = Code(0, *(1,) * (index - 1))
+            self._codes["index"] = LevelPattern(0, *(1,) * (index - 1))
         self.rule = Sensor(part, shaft, scale, lag_ps, show=self._promise)
 
     def _promise(self) -> None:
         """Promise what the outputs show from now on."""
         for name, code in self._codes.items():
-            self.part.drivers[name].play(Channel(self.rule.counter, code))
+            self.part.drivers[name].play(EncoderChannel(self.rule.counter, code))
 
     @property
     def count(self) -> int:
@@ -145,8 +145,8 @@ class Encoder(Part):
         self._motor: Translator | None = None
         if on is None:
             on = self._own_motor(steps)
-        self.shaft = Geared(on, Fraction(-1)) if reverse else on
-        scale = Scale(Fraction(counts, on.per_turn))
+        self.shaft = GearedShaft(on, Fraction(-1)) if reverse else on
+        scale = CountScale(Fraction(counts, on.per_turn))
         self._outputs = CountOutputs(self, self.shaft, scale, picoseconds(lag), counts)
         self.rule = self._outputs.rule
 
@@ -235,7 +235,7 @@ class Quadrature(Part):
         self.axis = axis
         add_channels(self)
         self.shaft = Shaft(kernel, per_turn=1)
-        self._outputs = CountOutputs(self, self.shaft, Scale(Fraction(1)), 0)
+        self._outputs = CountOutputs(self, self.shaft, CountScale(Fraction(1)), 0)
         self.rule = self._outputs.rule
         self.rule.start()  # its shaft is its own: there is nothing to wait for
 
@@ -268,7 +268,7 @@ class Quadrature(Part):
         self.input("run", rate)
         now = self.kernel.now
         self.shaft.cut(now)  # what comes at this instant is known: nobody else turns the shaft
-        self.shaft.turn(Even(now, abs(rate)) if rate else Still(), 1 if rate > 0 else -1, now)
+        self.shaft.turn(UniformEdges(now, abs(rate)) if rate else NoEdges(), 1 if rate > 0 else -1, now)
         self.kernel.settle()
 
 

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any, Protocol
 from ...core.datasheet.option import Option
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds
-from ...core.wires.clocking import ClockEdges, Later, Strides
+from ...core.wires.clocking import ClockEdges, DelayedEdges, ScanWindow
 from ...core.wires.views import Repeated
 from ...errors import UsageError
 from ..base.clocked import Clocked
 from ..base.follower import Follower, start_rule
 from ..base.part import AXIS, Part
-from .counter import Channel, Code, Scale, StepCounter
-from .course import Once
+from .counter import CountScale, EncoderChannel, LevelPattern, StepCounter
+from .followed_steps import FollowedSteps, MotorLimits, PulseFollowing
 from .shaft import Shaft, forget_shaft, shaft_quantities
-from .steps_made import Limits, Pulsed, StepsMade
+from .shaft_motion import SingleEdge
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Pin
@@ -36,7 +36,7 @@ FIELDS = tuple(  # by the levels of phases 1 to 4, as bits
 )
 STEP_WIRING = MappingProxyType({"pulse": "step", "direction": "direction"})
 STEP_OPTIONS = (AXIS, EDGE)
-DETECTOR = MappingProxyType({"x": Code(0, 1, 1, 0), "y": Code(0, 0, 1, 1)})  # by the position
+DETECTOR = MappingProxyType({"x": LevelPattern(0, 1, 1, 0), "y": LevelPattern(0, 0, 1, 1)})  # by the position
 
 
 class StepDrive:
@@ -183,15 +183,15 @@ class Motor(Part):
         if acceleration > pull_in**2 / 2:
             most = f"up to {pull_in**2 / 2:g} with pull_in {pull_in}" if pull_in else "0 without pull_in"
             raise UsageError(f"{name}: acceleration {acceleration}; allowed {most}")
-        self.limits = Limits(picoseconds(lag), pull_in, acceleration, frozenset(loses))
+        self.limits = MotorLimits(picoseconds(lag), pull_in, acceleration, frozenset(loses))
         self.axis = axis
         self.drive = StepDrive(self, edge, "rise", advance=self._advance, step=self._step, follow=self._follow)
         self.rule, self.shaft = self.drive.rule, self.drive.shaft
         for pin in DETECTOR:
             self.add_pin(pin, "out", "detector signal", initial=0)
             self.drivers[pin].source = self.rule
-        self._pulsed = Pulsed()
-        self._made: StepsMade | None = None  # what comes of the clock
+        self._pulsed = PulseFollowing()
+        self._made: FollowedSteps | None = None  # what comes of the clock
         self._under_way = 0  # the sign of the step that is under way; 0: none is
         self.shaft.on_cut.add(lambda ps: self.rule.bound_outputs(ps + 1))
         self.shaft.on_turn.add(self._show)
@@ -207,7 +207,7 @@ class Motor(Part):
         return self._now.lost
 
     @property
-    def _now(self) -> Pulsed:
+    def _now(self) -> PulseFollowing:
         return self._pulsed if self._made is None else self._made.onward(self.kernel.seen)
 
     @property
@@ -243,21 +243,23 @@ class Motor(Part):
         """Follow another clock from now on."""
         now = self.kernel.now
         self._arrive()
-        self._made = StepsMade(clock, self.limits, self._pulsed, self.drive.sign)
+        self._made = FollowedSteps(clock, self.limits, self._pulsed, self.drive.sign)
         if self._under_way:
-            self.shaft.turn(Once(self._pulsed.arrives_ps), self._under_way, now)
+            self.shaft.turn(SingleEdge(self._pulsed.arrives_ps), self._under_way, now)
             self.kernel.call_at(self._pulsed.arrives_ps, self.rule.look)
         elif self.limits.free:
             self.shaft.turn(clock, self.drive.sign, now)
         else:
-            self.shaft.turn(Later(self._made, self.limits.lag_ps), self.drive.sign, now)
+            self.shaft.turn(DelayedEdges(self._made, self.limits.lag_ps), self.drive.sign, now)
 
     def _show(self) -> None:
-        """Promise the detector's signals under the present course of the shaft."""
-        counter = StepCounter(self.shaft.course, Scale(Fraction(1)), 0)
+        """Promise the detector's signals under the present motion of the shaft."""
+        counter = StepCounter(self.shaft.motion, CountScale(Fraction(1)), 0)
         for name, code in DETECTOR.items():
             level = code[counter.at(self.kernel.seen)]
-            self.rule.put(self.drivers[name], level if self.rule.edge_driven else Repeated(Channel(counter, code)))
+            self.rule.put(
+                self.drivers[name], level if self.rule.edge_driven else Repeated(EncoderChannel(counter, code))
+            )
 
 
 class Rotor(Part):
@@ -282,8 +284,8 @@ class Rotor(Part):
         self.followed: int | None = None
         self._read_ps: int | None = None  # up to where the phases have been read; None: not yet
         self._levels: list[Level] = []  # of the phases, up to there
-        self._strides = Strides()
-        self.rule = Follower(self, tuple(self.pins), lay=self._promise, react=self._look, cut=self._cut)
+        self._strides = ScanWindow()
+        self.rule = Follower(self, tuple(self.pins), schedule=self._promise, react=self._look, cut=self._cut)
 
     @property
     def position(self) -> int:
@@ -309,7 +311,7 @@ class Rotor(Part):
         """Take notice of what the inputs have shown up to an instant (ps): they cannot be asked again."""
         if self._read_ps is not None:
             self._read(ps)
-            self._levels = [outlook.level(ps) for outlook in self.rule.outlooks.values()]
+            self._levels = [lookahead.level(ps) for lookahead in self.rule.lookaheads.values()]
 
     def _promise(self) -> None:
         """Follow the field up to this instant; a rotor has no outputs."""
@@ -327,13 +329,15 @@ class Rotor(Part):
         assert self._read_ps is not None
         while self._read_ps < ps:
             stop = self._strides.stop(self._read_ps, ps)
-            edges = [outlook.edges(self._read_ps, stop) for outlook in self.rule.outlooks.values()]
+            edges = [lookahead.edges(self._read_ps, stop) for lookahead in self.rule.lookaheads.values()]
             if count := sum(len(times) for times, _ in edges):
                 self._turn(edges)
             self._strides.told(count)
             self._read_ps = stop
             if not count:
-                ahead = [time for outlook in self.rule.outlooks.values() if (time := outlook.after(stop)) is not None]
+                ahead = [
+                    time for lookahead in self.rule.lookaheads.values() if (time := lookahead.after(stop)) is not None
+                ]
                 self._read_ps = max(stop, min([ps, *(time - 1 for time in ahead)]))
                 self._strides.skipped(self._read_ps - stop)
 
@@ -344,8 +348,8 @@ class Rotor(Part):
         assert self._read_ps is not None
         times = np.unique(np.concatenate([np.asarray(own, np.int64) for own, _ in edges]))
         number = np.zeros(len(times), np.int64)
-        for n, ((own, shown), outlook) in enumerate(zip(edges, self.rule.outlooks.values(), strict=True)):
-            high = np.array([outlook.level(self._read_ps) != 0, *(level != 0 for level in shown)])
+        for n, ((own, shown), lookahead) in enumerate(zip(edges, self.rule.lookaheads.values(), strict=True)):
+            high = np.array([lookahead.level(self._read_ps) != 0, *(level != 0 for level in shown)])
             number |= high[np.searchsorted(np.asarray(own, np.int64), times, side="right")].astype(np.int64) << n
         fields = np.array([-1 if field is None else field for field in FIELDS], np.int64)[number]
         times, fields = times[fields >= 0], fields[fields >= 0]

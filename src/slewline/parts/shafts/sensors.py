@@ -16,14 +16,23 @@ from ...core.time.timebase import Time, picoseconds
 from ...errors import UsageError
 from ..base.follower import Follower, ignored, start_rule
 from ..base.part import Part
-from .counter import Scale, StepCounter, Zone
+from .counter import CountScale, StepCounter, SwitchZone
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Pin
     from ...core.time.kernel import Kernel
     from .shaft import Shaft
 
-ROLES = ("home", "end", "end_plus", "end_minus", "abort", "input1", "input2", "input3")  # what a switch is wired to
+ROLES = (
+    "home",
+    "end",
+    "end_plus",
+    "end_minus",
+    "abort",
+    "input1",
+    "input2",
+    "input3",
+)  # what a switch is wired to
 
 
 class Sensor(Follower):
@@ -32,7 +41,7 @@ class Sensor(Follower):
     Args:
         part: has its pins already.
         shaft: what it sits on; it is followed from the instant on at which time is about to pass.
-        show: promises the outputs by `counter`; called with each new course.
+        show: promises the outputs by `counter`; called with each new motion.
         cut: takes notice of what `counter` has shown up to an instant (ps), before it begins there anew.
     """
 
@@ -40,22 +49,22 @@ class Sensor(Follower):
         self,
         part: Part,
         shaft: Shaft,
-        scale: Scale,
+        scale: CountScale,
         lag_ps: int,
         *,
         show: Callable[[], None],
         cut: Callable[[int], None] = ignored,
     ) -> None:
-        super().__init__(part, (), lay=show, react=_later, cut=cut)
+        super().__init__(part, (), schedule=show, react=_later, cut=cut)
         self.shaft = shaft
-        self.counter = StepCounter(shaft.course, scale, lag_ps)
+        self.counter = StepCounter(shaft.motion, scale, lag_ps)
 
     def start(self) -> None:
         """Follow the shaft from now on."""
-        self.counter = StepCounter(self.shaft.course, self.counter.scale, self.counter.lag_ps)
+        self.counter = StepCounter(self.shaft.motion, self.counter.scale, self.counter.lag_ps)
         self.shaft.on_cut.add(self._consume)
         self.shaft.on_turn.add(self._turned)
-        self.lay()
+        self.schedule()
 
     def sources(self) -> Iterable[Follower]:
         """Yield the rule of the part that turns the shaft, if it runs ahead."""
@@ -63,13 +72,13 @@ class Sensor(Follower):
         return [source] if isinstance(source, Follower) else []
 
     def _consume(self, ps: int) -> None:
-        """Follow the course of the shaft up to an instant (ps), up to which alone it holds."""
+        """Follow the motion of the shaft up to an instant (ps), up to which alone it holds."""
         self.cut(ps)
         self.counter = self.counter.onward(ps)
 
     def _turned(self) -> None:
-        self.counter = self.counter.on(self.shaft.course, self.kernel.now)
-        self.lay()
+        self.counter = self.counter.on(self.shaft.motion, self.kernel.now)
+        self.schedule()
 
 
 def _later() -> None:
@@ -128,7 +137,7 @@ class Switch(Part):
         self._levels: tuple[int | None, int | None] = (None, active or 0)
         scale, self._says = zone(fraction_or_none(low), fraction_or_none(high), fraction(hysteresis))
         self.add_pin("out", "out", "at its active level while closed", pull=1 - (active or 0), role=role, active=active)
-        self._since = on.course.since  # of the counter
+        self._since = on.motion.since  # of the counter
         self._closed = False  # as long as the place itself does not say more
         self.rule = Sensor(self, on, scale, picoseconds(lag), show=self._promise, cut=self._cut)
         self._promise()
@@ -138,7 +147,7 @@ class Switch(Part):
         if self._active is None and row.active == 1:
             self._active, self._levels = 1, (None, 1)
             net = self.pins[own].net
-            for one in net.hub.joined or (net,):
+            for one in net.root.joined or (net,):
                 one.pull = 0
             self._promise()
 
@@ -154,18 +163,20 @@ class Switch(Part):
 
     def _promise(self) -> None:
         """Promise what the output shows from now on."""
-        self._zone = Zone(self.rule.counter, self._since, self._closed, self._says, self._levels)
+        self._zone = SwitchZone(self.rule.counter, self._since, self._closed, self._says, self._levels)
         self.drivers["out"].play(self._zone)
 
 
-def zone(low: Fraction | None, high: Fraction | None, hysteresis: Fraction) -> tuple[Scale, tuple[bool | None, ...]]:
+def zone(
+    low: Fraction | None, high: Fraction | None, hysteresis: Fraction
+) -> tuple[CountScale, tuple[bool | None, ...]]:
     """Return the bounds of a switch, and what the number of those below says: closed, open, or as it was (None)."""
     bounds: list[tuple[Fraction, bool | None]] = []
     if low is not None:
         bounds += [(low - hysteresis, None)] * bool(hysteresis) + [(low, True)]
     if high is not None:
         bounds += [(high, None)] * bool(hysteresis) + [(high + hysteresis, False)]
-    return Scale(bounds=tuple(bound for bound, _ in bounds)), (low is None, *(closed for _, closed in bounds))
+    return CountScale(bounds=tuple(bound for bound, _ in bounds)), (low is None, *(closed for _, closed in bounds))
 
 
 def fraction(value: float) -> Fraction:

@@ -3,10 +3,10 @@
 A motor turns a shaft; an encoder, a switch, a gear, a carriage sit on it, any number of them, put there at any time.
 Whoever turns it says so in two strokes, so that nothing is asked of a promise that is no more:
 
-    shaft.cut(now - 1)              at once, before a driver forgets what it has shown: the course holds up to there
+    shaft.cut(now - 1)              at once, before a driver forgets what it has shown: the motion holds up to there
     shaft.turn(edges, sign, now)    in the next round: how it turns from there on
 
-All that sits on it hears of both at once: in `on_cut` it follows the old course up to that instant, in `on_turn` it
+All that sits on it hears of both at once: in `on_cut` it follows the old motion up to that instant, in `on_turn` it
 promises anew.  Outputs of what sits on a shaft come later than the step that moves it, if only by 1 ps: so no edge is
 the cause of another at its own instant, and it does not matter in which order an instant runs its rounds.
 
@@ -23,8 +23,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from ...core.motion.history import Staircase
 from ...core.time.hook import Hook
-from ...core.wires.clocking import ClockEdges, Still
-from .course import BLOCKED, Course, Made, Once, common
+from ...core.wires.clocking import ClockEdges, NoEdges
+from .shaft_motion import BLOCKED, RecordedEdges, ShaftMotion, SingleEdge, common
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,51 +34,51 @@ if TYPE_CHECKING:
     from ...core.time.kernel import Kernel
 
 Place = Fraction | None
-KEPT = 1 << 14  # courses of the past, at least; up to twice as many are there
-SINGLE = 256  # steps, made one by one, in a course of the past
+KEPT = 1 << 14  # motions of the past, at least; up to twice as many are there
+SINGLE = 256  # steps, made one by one, in a motion of the past
 
 
 class Shaft:
     """A shaft that something turns.
 
-    `on_cut` hears the instant up to which the course holds, `on_turn` that there is a new course.  `on_lost` hears of
+    `on_cut` hears the instant up to which the motion holds, `on_turn` that there is a new motion.  `on_lost` hears of
     steps that a stop has swallowed, when somebody asks (`look`) or the shaft is cut: the instant of the first one of
     them, how many, and whether the shaft has come to the stop anew.
     """
 
     def __init__(self, kernel: Kernel, per_turn: int = 200) -> None:
         self.kernel, self.per_turn = kernel, per_turn
-        self.course = Course(since=kernel.now)
+        self.motion = ShaftMotion(since=kernel.now)
         self.on_cut: Hook[[int]] = Hook()
         self.on_turn: Hook[[]] = Hook()
         self.on_lost: Hook[[int, int, bool]] = Hook()
         self.source: object = None  # the part that turns it
         self.stops: list[tuple[Place, Place]] = []  # of loads: lowest and greatest place
-        self.past: list[Course] = []  # what it did before, oldest first
+        self.past: list[ShaftMotion] = []  # what it did before, oldest first
         self.lost = 0  # steps, at stops
-        self._told = 0  # those of this course that `lost` counts already
+        self._told = 0  # those of this motion that `lost` counts already
         self._held = False  # it has lost steps where it stands
 
     # ------------------------------------------------------------------------------------------- what turns the shaft
     def cut(self, ps: int) -> None:
-        """End the present course at an instant (ps); until `turn` the rest of it goes on from there."""
-        course = self.course
-        if ps > course.since:
+        """End the present motion at an instant (ps); until `turn` the rest of it goes on from there."""
+        motion = self.motion
+        if ps > motion.since:
             self.look(ps)
             self.on_cut(ps)
-            self._keep(course, ps)
+            self._keep(motion, ps)
             self._told = 0
-            self.course = course.onward(ps)
+            self.motion = motion.onward(ps)
 
     def turn(self, drive: ClockEdges, sign: int, since: int) -> None:
         """Follow other edges after an instant, forward (1) or back (-1)."""
-        course = self.course
-        self._take(Course(drive, since, course.place, sign, course.step, course.unit, course.slack, None))
+        motion = self.motion
+        self._take(ShaftMotion(drive, since, motion.place, sign, motion.step, motion.unit, motion.slack, None))
 
     def step(self, ps: int, sign: int) -> None:
         """Make a step at an instant, which is not before the last one that was cut at."""
         self.cut(ps - 1)
-        self.turn(Once(ps), sign, ps - 1)
+        self.turn(SingleEdge(ps), sign, ps - 1)
         self.cut(ps)
 
     # --------------------------------------------------------------------------------------------------- a user's hands
@@ -93,7 +93,7 @@ class Shaft:
     def slip(self, steps: Fraction) -> None:
         """Let it not follow the next steps, so many, whatever their direction."""
         self._prepare(steps)
-        self._slacken(self.course.slack + int(steps * self.course.unit))
+        self._slacken(self.motion.slack + int(steps * self.motion.unit))
 
     def push(self, steps: Fraction) -> None:
         """Turn it at once, so many steps, less than 0: back; no further than to a stop."""
@@ -104,26 +104,26 @@ class Shaft:
         elif steps < 0 and low is not None:
             steps = max(steps, min(low - here, Fraction(0)))
         self._prepare(steps)
-        self._take(replace(self.course, place=self.course.place + int(steps * self.course.unit)))
+        self._take(replace(self.motion, place=self.motion.place + int(steps * self.motion.unit)))
 
     def _prepare(self, steps: Fraction) -> None:
         """Bring it here, and make so many steps a whole number of parts."""
         self.cut(self.kernel.seen)
-        self.course = common(self.course, steps.denominator)
+        self.motion = common(self.motion, steps.denominator)
 
     def _slacken(self, slack: int) -> None:
         self.cut(self.kernel.seen)
-        self._take(replace(self.course, slack=slack))
+        self._take(replace(self.motion, slack=slack))
 
     def stop_at(self, low: Place, high: Place) -> None:
         """Set hard stops at two places, in steps; None: no stop on that side."""
         self.cut(self.kernel.seen)
         self.stops.append((low, high))
-        self._take(self.course)
+        self._take(self.motion)
 
-    def _take(self, course: Course) -> None:
+    def _take(self, motion: ShaftMotion) -> None:
         self._told = 0
-        self.course = course.within(*self._bounds)
+        self.motion = motion.within(*self._bounds)
         self.on_turn()
 
     @property
@@ -137,15 +137,15 @@ class Shaft:
     @property
     def place(self) -> Fraction:
         """Where it is, in steps from the beginning."""
-        return self.course.steps_at(self.kernel.seen)
+        return self.motion.steps_at(self.kernel.seen)
 
     def look(self, ps: int) -> None:
         """Tell of steps that were lost up to an instant, the last committed one at most."""
-        course, told = self.course, self._told
-        new = course.lost(ps) - told
-        self._held &= not course.moved(course.edges(ps)) or bool(told)
+        motion, told = self.motion, self._told
+        new = motion.lost(ps) - told
+        self._held &= not motion.moved(motion.edges(ps)) or bool(told)
         if new > 0:
-            first = course.when((course.room or 0) + told + 1)
+            first = motion.when((motion.room or 0) + told + 1)
             assert first is not None
             anew, self._held = not self._held, True
             self._told += new
@@ -160,12 +160,12 @@ class Shaft:
         """
         import numpy as np
 
-        courses = [*self.past, self.course]
-        begins = np.array([course.since for course in courses], np.int64)
+        motions = [*self.past, self.motion]
+        begins = np.array([motion.since for motion in motions], np.int64)
         which = np.maximum(np.searchsorted(begins, times, "right") - 1, 0)
         places = np.empty(len(times), np.float64)
         for n in np.unique(which):
-            places[which == n] = courses[n].places(times[which == n])
+            places[which == n] = motions[n].places(times[which == n])
         return places
 
     def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -173,13 +173,13 @@ class Shaft:
         import numpy as np
 
         found, before = [], None
-        for course, until in self._courses(start, stop):
-            times, places = course.changes(max(start, course.since), until)
-            place = Fraction(course.place, course.unit)
-            if course.since > start and before is not None and before.steps_at(course.since) != place:  # it was pushed
-                times, places = np.append(course.since, times), np.append(float(place), places)
+        for motion, until in self._motions(start, stop):
+            times, places = motion.changes(max(start, motion.since), until)
+            place = Fraction(motion.place, motion.unit)
+            if motion.since > start and before is not None and before.steps_at(motion.since) != place:  # it was pushed
+                times, places = np.append(motion.since, times), np.append(float(place), places)
             found.append((times, places))
-            before = course
+            before = motion
         return np.concatenate([times for times, _ in found]), np.concatenate([places for _, places in found])
 
     def turns(self, start: int, stop: int) -> list[int]:
@@ -187,7 +187,7 @@ class Shaft:
 
         Between two of them it goes one way.
         """
-        return [course.since for course, _ in self._courses(start, stop) if course.since >= start]
+        return [motion.since for motion, _ in self._motions(start, stop) if motion.since >= start]
 
     def quantity(self, name: str, unit: str = "steps", scale: float = 1.0) -> Staircase:
         """Return the place over time as a quantity, a step being `scale` units."""
@@ -198,40 +198,40 @@ class Shaft:
 
         return Staircase(self.kernel, name, unit, lambda times: self.place_at(times) * scale, changes, turns=self.turns)
 
-    def _courses(self, start: int, stop: int) -> list[tuple[Course, int]]:
-        """The courses at start <= t <= stop, each with the last instant that is of it."""
-        courses = [*self.past, self.course]
-        untils = [min(course.since, stop) for course in courses[1:]] + [stop]
+    def _motions(self, start: int, stop: int) -> list[tuple[ShaftMotion, int]]:
+        """The motions at start <= t <= stop, each with the last instant that is of it."""
+        motions = [*self.past, self.motion]
+        untils = [min(motion.since, stop) for motion in motions[1:]] + [stop]
         return [
-            (course, until)
-            for course, until in zip(courses, untils, strict=True)
-            if course.since <= stop and until >= start
+            (motion, until)
+            for motion, until in zip(motions, untils, strict=True)
+            if motion.since <= stop and until >= start
         ]
 
     def forget(self, before: int) -> None:
         """Keep nothing of what was over before an instant."""
-        n = bisect_right(self.past, before, key=lambda course: course.since) - 1
+        n = bisect_right(self.past, before, key=lambda motion: motion.since) - 1
         del self.past[: max(0, n)]
 
-    def _keep(self, course: Course, ps: int) -> None:
+    def _keep(self, motion: ShaftMotion, ps: int) -> None:
         """Keep what is past: of single steps in one direction their instants, of a shaft at rest nothing."""
         if len(self.past) > 2 * KEPT:
             del self.past[:-KEPT]
         last = self.past[-1] if self.past else None
-        if last is None or not isinstance(last.drive, Still):
-            self.past.append(course)
-        elif last.at(course.since) * course.unit == course.place * last.unit:
-            if not course.edges(ps):
+        if last is None or not isinstance(last.drive, NoEdges):
+            self.past.append(motion)
+        elif last.at(motion.since) * motion.unit == motion.place * last.unit:
+            if not motion.edges(ps):
                 return
-            if isinstance(course.drive, Once) and course.moved(1) == course.step:
-                made = last.drive.times if isinstance(last.drive, Made) else None
-                if made and len(made) < SINGLE and (last.sign, last.step) == (course.sign, course.step):
-                    made.append(course.drive.ps)
+            if isinstance(motion.drive, SingleEdge) and motion.moved(1) == motion.step:
+                made = last.drive.times if isinstance(last.drive, RecordedEdges) else None
+                if made and len(made) < SINGLE and (last.sign, last.step) == (motion.sign, motion.step):
+                    made.append(motion.drive.ps)
                     return
-                course = replace(course, drive=Made([course.drive.ps]), room=None)
-            self.past.append(course)
+                motion = replace(motion, drive=RecordedEdges([motion.drive.ps]), room=None)
+            self.past.append(motion)
         else:
-            self.past.append(course)
+            self.past.append(motion)
 
 
 class HasShaft(Protocol):
@@ -250,8 +250,8 @@ def forget_shaft(self: HasShaft, before: int) -> None:
     self.shaft.forget(before)
 
 
-class Driven(Shaft):
-    """A shaft that another one turns, by way of a gear or a play: its course is made of the other's."""
+class DrivenShaft(Shaft):
+    """A shaft that another one turns, by way of a gear or a play: its motion is made of the other's."""
 
     def __init__(self, under: Shaft) -> None:
         super().__init__(under.kernel, under.per_turn)
@@ -261,11 +261,11 @@ class Driven(Shaft):
 
     def _follow(self) -> None:
         self._told = 0
-        self.course = self.derived(self.under.course)
+        self.motion = self.derived(self.under.motion)
         self.on_turn()
 
-    def derived(self, course: Course) -> Course:
-        """Return the course of this shaft that follows from one of the driving shaft."""
+    def derived(self, motion: ShaftMotion) -> ShaftMotion:
+        """Return the motion of this shaft that follows from one of the driving shaft."""
         raise NotImplementedError
 
     def below(self, steps: Fraction) -> Fraction:
@@ -297,17 +297,17 @@ class Driven(Shaft):
         self.under.push(self.below(steps))
 
 
-class Geared(Driven):
+class GearedShaft(DrivenShaft):
     """A shaft behind a gear: it turns `ratio` times as far, less than 0: the other way."""
 
     def __init__(self, under: Shaft, ratio: Fraction) -> None:
         super().__init__(under)
         self.ratio = ratio
-        self.course = self.derived(under.course)
+        self.motion = self.derived(under.motion)
 
-    def derived(self, course: Course) -> Course:
-        """Return the course of this shaft, `ratio` times that of the driving one."""
-        return course.geared(self.ratio)
+    def derived(self, motion: ShaftMotion) -> ShaftMotion:
+        """Return the motion of this shaft, `ratio` times that of the driving one."""
+        return motion.geared(self.ratio)
 
     def below(self, steps: Fraction) -> Fraction:
         """Return the steps of the driving shaft that correspond to steps of this one."""
@@ -319,7 +319,7 @@ class Geared(Driven):
         self.under.stop_at(*(ends if self.ratio > 0 else reversed(ends)))
 
 
-class Played(Driven):
+class BacklashShaft(DrivenShaft):
     """What a shaft moves with a play: turned round, it stands still until the play is taken up.
 
     It begins at `start`, where the shaft has pushed it forward: its place is `start` above that of the shaft, and up to
@@ -329,18 +329,18 @@ class Played(Driven):
     def __init__(self, under: Shaft, play: Fraction, start: Fraction) -> None:
         super().__init__(under)
         self.play, self.offset = play, start - under.place
-        self.course = replace(self.course, place=start.numerator, step=start.denominator, unit=start.denominator)
-        self.course = self.derived(under.course.onward(self.kernel.seen))
+        self.motion = replace(self.motion, place=start.numerator, step=start.denominator, unit=start.denominator)
+        self.motion = self.derived(under.motion.onward(self.kernel.seen))
 
-    def derived(self, course: Course) -> Course:
-        """Return the course of this shaft, the play between the two taken up first."""
-        unit = lcm(course.unit, self.course.unit, self.play.denominator, self.offset.denominator)
-        course, here = common(course, unit), common(self.course, unit).place
-        play, pushed = int(self.play * unit), course.place + int(self.offset * unit)
+    def derived(self, motion: ShaftMotion) -> ShaftMotion:
+        """Return the motion of this shaft, the play between the two taken up first."""
+        unit = lcm(motion.unit, self.motion.unit, self.play.denominator, self.offset.denominator)
+        motion, here = common(motion, unit), common(self.motion, unit).place
+        play, pushed = int(self.play * unit), motion.place + int(self.offset * unit)
         place = min(max(here, pushed), pushed + play)
-        ahead = place - pushed if course.sign > 0 else pushed + play - place
-        slack = course.slack + ahead
-        return Course(course.drive, course.since, place, course.sign, course.step, unit, slack, course.room)
+        ahead = place - pushed if motion.sign > 0 else pushed + play - place
+        slack = motion.slack + ahead
+        return ShaftMotion(motion.drive, motion.since, place, motion.sign, motion.step, unit, slack, motion.room)
 
     def stop_at(self, low: Place, high: Place) -> None:
         """Set hard stops at two places, in steps; they hold the driving shaft."""

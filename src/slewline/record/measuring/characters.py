@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...core.time.timebase import Clock
-from ...core.wires.serial import OVERSAMPLING, Character, Word
+from ...core.wires.serial import OVERSAMPLING, Character, CharacterFormat
 
 if TYPE_CHECKING:
-    from .intervals import Signal
+    from .intervals import SignalEdges
 
 
-def characters(signal: Signal, stop: int, clock: Clock, word: Word, mark: int) -> list[Character]:
+def characters(signal: SignalEdges, stop: int, clock: Clock, word: CharacterFormat, mark: int) -> list[Character]:
     """Return the characters in a signal, which begins with the line at rest.
 
     Args:

@@ -28,7 +28,7 @@ NEVER = 1 << 62
 FEW, MANY = 64, 1 << 16  # pairs that are tried at a time
 PATTERN, ALIKE = 24, 3  # edges whose distances are compared, and how many places where they are alike are tried
 CANDIDATES, PROBED = 12, 400  # edges that may be the first pair, and edges that judge it
-MOST_DRIFT = 1e-3  # of a clock against another: crystals keep to a tenth of it, resonators to half
+MAX_DRIFT = 1e-3  # of a clock against another: crystals keep to a tenth of it, resonators to half
 ENOUGH = 10  # pairs that make a drift more than chance
 SHOWN = 10  # rows of a text
 BECOMES = {-2: "becomes unknown", -1: "floats", 0: "falls", 1: "rises"}
@@ -282,7 +282,7 @@ def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
     late, slope = measured - model, _slope(model, measured - model)
     left = late - late.mean() - slope * (model - model.mean())
     most = max(abs(left).max(), abs(late[0]))
-    return bool(abs(slope) < MOST_DRIFT and 2 * most < np.min(model[2:] - model[:-2]))
+    return bool(abs(slope) < MAX_DRIFT and 2 * most < np.min(model[2:] - model[:-2]))
 
 
 def _runs(model: Edges, measured: Edges) -> list[tuple[int, int, int]]:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 CHANGES = ("falls", "rises", "changes", "appears", "vanishes")
 
 
-class Signal(NamedTuple):
+class SignalEdges(NamedTuple):
     """What one pin or bus did: edges as Recorder.edges gives them, the level before the first, and is it a bus?"""
 
     times_ps: NDArray[np.int64]
@@ -39,7 +39,7 @@ class Signal(NamedTuple):
     bus: bool
 
     @classmethod
-    def of(cls, probe: Probe, recorder: Recorder, start: int, stop: int) -> Signal:
+    def of(cls, probe: Probe, recorder: Recorder, start: int, stop: int) -> SignalEdges:
         """Return what a recorded net or pin did at start <= t <= stop (ps).
 
         Raises:
@@ -96,7 +96,7 @@ class Edge(NamedTuple):
             )
         return cls(pin, change, int(number))
 
-    def find(self, signal: Signal, after: int, include: bool) -> int | None:
+    def find(self, signal: SignalEdges, after: int, include: bool) -> int | None:
         """Return the instant of the edge after another instant (ps), or at it; None: there is none."""
         import numpy as np
 
@@ -118,7 +118,7 @@ def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> S
     return begun[real], ends[real]
 
 
-def intervals(limit: Limit, signals: Callable[[str], Signal]) -> Spans:
+def intervals(limit: Limit, signals: Callable[[str], SignalEdges]) -> Spans:
     """Return begin and end of every interval that a limit is about: (m,) int64, ps.
 
     Args:

@@ -81,7 +81,7 @@ def glitches(times_ps: NDArray[np.int64], shorter_than_ps: int) -> NDArray[np.in
 
 
 @dataclass(frozen=True, slots=True)
-class Ramp:
+class MeasuredRamp:
     """A move from rest to rest.  The plateau is the longest stretch at the highest rate."""
 
     up_ps: int  # from the first step to the first one of the plateau
@@ -92,7 +92,7 @@ class Ramp:
     peak_sps: float  # steps/s on the plateau
 
 
-def ramp(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Ramp:
+def ramp(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> MeasuredRamp:
     """Return where a move reaches its highest rate, and for how long.
 
     Args:
@@ -112,7 +112,7 @@ def ramp(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Ramp:
     bounds = np.flatnonzero(fast[1:] != fast[:-1]).reshape(-1, 2)
     begin, end = bounds[np.argmax(bounds[:, 1] - bounds[:, 0])].tolist()
     plateau = int(times_ps[end] - times_ps[begin])
-    return Ramp(
+    return MeasuredRamp(
         up_ps=int(times_ps[begin] - times_ps[0]),
         plateau_ps=plateau,
         down_ps=int(times_ps[-1] - times_ps[end]),

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ..recording.recorder import Levels
 
 
-class Levelled(Protocol):
+class LevelTrace(Protocol):
     """Edges, (n,) int64 ps, the levels from them on, (n,), and the level before the first: a trace, or a signal."""
 
     @property
@@ -68,7 +68,7 @@ def fitting(name: str, bus: bool, trace: Trace | None) -> Trace | None:
     return trace
 
 
-def differing(model: Levelled, measured: Trace, start: int, stop: int) -> NDArray[np.int64]:
+def differing(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray[np.int64]:
     """Return the stretches of a window (ps) in which a pin is measured otherwise: begins and ends, (k, 2) int64 ps."""
     import numpy as np
 
@@ -86,19 +86,19 @@ def differing(model: Levelled, measured: Trace, start: int, stop: int) -> NDArra
     return stretches
 
 
-def marked(model: Levelled, measured: Trace, start: int, stop: int) -> NDArray[np.int64]:
+def marked(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray[np.int64]:
     """Return those of these stretches that are longer than the tolerance."""
     found = differing(model, measured, start, stop)
     return found[found[:, 1] - found[:, 0] > measured.tolerance_ps]
 
 
-def told(pins: Iterable[tuple[str, Levelled, Trace | None]], start: int, stop: int) -> list[str]:
+def told(pins: Iterable[tuple[str, LevelTrace, Trace | None]], start: int, stop: int) -> list[str]:
     """Return a line on how well pins and what is laid over them agree in a window (ps); none without such a pin."""
     said = [f"{name} {_agreement(model, over, start, stop)}" for name, model, over in pins if over is not None]
     return [f"Dashed: measured: {'; '.join(said)}"] if said else []
 
 
-def _agreement(model: Levelled, measured: Trace, start: int, stop: int) -> str:
+def _agreement(model: LevelTrace, measured: Trace, start: int, stop: int) -> str:
     """How much later measured edges come at most, and how many are missing or extra; an edge outside does not count."""
     start, stop = max(start, measured.since), min(stop, measured.until)
     if stop <= start:

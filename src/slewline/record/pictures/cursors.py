@@ -14,7 +14,7 @@ Value = float | int | None
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class TraceReading:
     """A trace at every instant: None where a pin floats; `bits` is 1 for a pin, 8 for a bus, 0 for a quantity."""
 
     name: str
@@ -34,7 +34,7 @@ class Readings:
     """The value of every trace at some instants (ps); prints as a table."""
 
     instants_ps: tuple[int, ...]
-    rows: tuple[Reading, ...]
+    rows: tuple[TraceReading, ...]
 
     def __str__(self) -> str:
         lines = [*self._lines()]
@@ -70,20 +70,20 @@ def readings(
     import numpy as np
 
     at = np.array(instants, np.int64)
-    rows: list[Reading] = []
+    rows: list[TraceReading] = []
     for name, quantities in tracks:
         for quantity in quantities:
             whose = f"{quantity.name} of {name}" if len(tracks) > 1 else quantity.name
             values = tuple(None if value != value else value for value in quantity.at(at).tolist())
-            rows.append(Reading(whose, quantity.unit, values))
+            rows.append(TraceReading(whose, quantity.unit, values))
     for name, probe, recorder in probes:
         levels = (recorder.level_at(probe, instant) for instant in instants)
-        rows.append(Reading(name, "", tuple(None if v == FLOATING else v for v in levels), width_of(probe)))
+        rows.append(TraceReading(name, "", tuple(None if v == FLOATING else v for v in levels), width_of(probe)))
     return Readings(tuple(instants), tuple(rows))
 
 
-def measured(name: str, trace: Trace, instants: Sequence[int]) -> Reading:
+def measured(name: str, trace: Trace, instants: Sequence[int]) -> TraceReading:
     """Return what was measured of a pin at some instants (ps); None where it floats or is not known."""
     levels = trace.levels_at(instants)
     values = tuple(None if level == FLOATING else level for level in levels)
-    return Reading(f"{name} measured", "", values, 8 if trace.bus else 1)
+    return TraceReading(f"{name} measured", "", values, 8 if trace.bus else 1)

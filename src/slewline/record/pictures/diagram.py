@@ -11,7 +11,7 @@ from textwrap import wrap
 from typing import Any, NamedTuple
 
 from ...core.time.timebase import readable
-from ..measuring.intervals import Interval, Signal
+from ..measuring.intervals import Interval, SignalEdges
 from ..measuring.overlay import told
 from ..recording.traces import Trace
 from ..style import duration
@@ -24,7 +24,7 @@ EDGE, NOTE = 0.12, 0.17  # where titles begin; a line of notes
 SMALL, LARGE = 7.5, 8.5  # points
 
 
-class Word(NamedTuple):
+class LaneText(NamedTuple):
     """Something that is written over a lane, from one instant to another (ps): a character; `wrong`: it is faulty."""
 
     start: int
@@ -43,8 +43,8 @@ class Lane:
 
     pin: str
     label: str
-    signal: Signal
-    words: Sequence[Word] = ()
+    signal: SignalEdges
+    words: Sequence[LaneText] = ()
     says: Callable[[int, int], str] | None = None
     over: Trace | None = None
 
@@ -79,7 +79,7 @@ class Diagram:
         return told(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
 
 
-class Scale:
+class TimeScale:
     """Time to inches: linear, but for the stretches that are cut short: `cuts`, each drawn `room` long (ps)."""
 
     def __init__(self, diagram: Diagram, left: float, right: float) -> None:
@@ -121,7 +121,7 @@ class Scale:
         return np.interp(np.asarray(times, np.int64) - self.start, self._times, self._places)
 
 
-def _ends(words: Sequence[Word]) -> list[int]:
+def _ends(words: Sequence[LaneText]) -> list[int]:
     return [at for word in words for at in (word.start, word.end)]
 
 
@@ -145,7 +145,7 @@ class Arrow(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class DiagramLayout:
     """Where everything stands: the top of the lanes, the foot of each, the arrows, and notes under the title."""
 
     height: float
@@ -155,7 +155,7 @@ class Layout:
     notes: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, diagram: Diagram, scale: Scale) -> Layout:
+    def of(cls, diagram: Diagram, scale: TimeScale) -> DiagramLayout:
         """Return the layout of a diagram, all in inches."""
         arrows: list[Arrow] = []
         taken: dict[tuple[int, int], list[tuple[float, float]]] = {}
@@ -188,7 +188,7 @@ def lanes_of(interval: Interval, lanes: Sequence[Lane]) -> tuple[int, int]:
 def _placed(
     interval: Interval,
     lanes: tuple[int, int],
-    scale: Scale,
+    scale: TimeScale,
     taken: dict[tuple[int, int], list[tuple[float, float]]],
 ) -> Arrow:
     """An arrow on the first line under its lanes on which it and its text are alone."""

@@ -24,7 +24,7 @@ from ..measuring import overlay
 from ..recording.traces import Trace
 from ..style import DASHES, Palette, TimeAxis, duration, inches, number, palette, styled
 from . import lanes, marks, panels, rate_lines
-from .tracks import Curve, Track
+from .tracks import Track, TrackCurve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +35,7 @@ HEIGHTS = {"velocity": 2.3, "position": 1.45}
 OTHER_HEIGHT, STILL = 1.15, 0.7  # STILL: of velocities that are 0 throughout
 GAP, HEADING, EDGE, BOTTOM, LINE, LETTER = 0.10, 0.27, 0.16, 0.50, 0.165, 0.0665
 MARGIN = 0.006  # of the window, left free at its ends
-LEFT, MOST_LEFT, NARROW_LEFT, BESIDE = 0.92, 1.4, 0.62, 0.1
+LEFT, MAX_LEFT, NARROW_LEFT, BESIDE = 0.92, 1.4, 0.62, 0.1
 NARROW = 6.0  # a picture that is narrower has less beside its panels
 
 
@@ -115,13 +115,13 @@ class Paper:
 class Panel:
     """A panel to be drawn: its curves (none: it has the pins), heading, height, and room above it, in inches."""
 
-    curves: Sequence[Curve]
+    curves: Sequence[TrackCurve]
     heading: str
     height: float
     above: float
 
 
-class Layout:
+class FigureLayout:
     """Where everything is in a picture."""
 
     def __init__(self, contents: Contents, width: float) -> None:
@@ -156,7 +156,7 @@ class Layout:
 
     def _names(self) -> list[str] | None:
         """Names of pins as they stand beside their lanes; None: they do not fit there."""
-        least, most = (NARROW_LEFT, NARROW_LEFT) if self.narrow else (LEFT, MOST_LEFT)
+        least, most = (NARROW_LEFT, NARROW_LEFT) if self.narrow else (LEFT, MAX_LEFT)
         for letters in range(int((least - BESIDE) / LETTER), int((most - BESIDE) / LETTER) + 1):
             names = [lanes.wrapped(trace.name, letters) for trace in self.contents.traces]
             if None not in names:
@@ -181,7 +181,7 @@ class Layout:
             at += need
         return rows
 
-    def _panels(self, groups: Sequence[Sequence[Curve]]) -> list[Panel]:
+    def _panels(self, groups: Sequence[Sequence[TrackCurve]]) -> list[Panel]:
         found: list[Panel] = []
         on_top = marks.FLAG_ROW * marks.rows_of(self.flags) + (marks.PHASE_ROW if self.phases else 0)
         kinds = [group[0].quantity.name for group in groups]
@@ -222,7 +222,7 @@ def figure(
         raise UsageError(f"{contents.title}: nothing to draw: the picture has no length, or no axis and no pin")
     size = inches(width)
     with styled(dark) as colours:
-        layout = Layout(contents, size)
+        layout = FigureLayout(contents, size)
         if ax is not None:
             return _draw_into(layout, ax, colours)
         paper = Paper(size, layout.height, dark)
@@ -234,7 +234,7 @@ def figure(
         return paper.figure
 
 
-def _write_head(paper: Paper, layout: Layout, colours: Palette) -> None:
+def _write_head(paper: Paper, layout: FigureLayout, colours: Palette) -> None:
     y = EDGE
     for line in layout.title:
         paper.text(EDGE, y, line, fontsize=12, fontweight="bold", color=colours.ink)
@@ -251,7 +251,7 @@ def _write_head(paper: Paper, layout: Layout, colours: Palette) -> None:
         y += LINE
 
 
-def _make_panels(paper: Paper, layout: Layout, colours: Palette) -> list[Axes]:
+def _make_panels(paper: Paper, layout: FigureLayout, colours: Palette) -> list[Axes]:
     made: list[Axes] = []
     y = layout.head
     for panel in layout.panels:
@@ -273,7 +273,7 @@ def _make_panels(paper: Paper, layout: Layout, colours: Palette) -> list[Axes]:
     return made
 
 
-def _draw_into(layout: Layout, ax: Any, colours: Palette) -> Figure:
+def _draw_into(layout: FigureLayout, ax: Any, colours: Palette) -> Figure:
     """Draw into the caller's axes."""
     import numpy as np
     from matplotlib.axes import Axes
@@ -291,7 +291,7 @@ def _draw_into(layout: Layout, ax: Any, colours: Palette) -> Figure:
     return given[0].figure  # type: ignore[no-any-return]
 
 
-def _draw(made: Sequence[Axes], layout: Layout, colours: Palette, whole: bool) -> None:
+def _draw(made: Sequence[Axes], layout: FigureLayout, colours: Palette, whole: bool) -> None:
     """Draw everything into its panels, of which there may be only the first."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
@@ -328,7 +328,7 @@ def description_of(picture: Figure) -> str:
     return str(getattr(picture, "description", ""))
 
 
-def _described(contents: Contents, curves: Sequence[Sequence[Curve]]) -> str:
+def _described(contents: Contents, curves: Sequence[Sequence[TrackCurve]]) -> str:
     said = [f"{contents.title}, from {duration(contents.start)} to {duration(contents.stop)}."]
     for track in contents.tracks:
         own = [curve for group in curves for curve in group if curve.track is track]
@@ -342,7 +342,7 @@ def _described(contents: Contents, curves: Sequence[Sequence[Curve]]) -> str:
     return " ".join(said)
 
 
-def _reach_of(curve: Curve) -> str:
+def _reach_of(curve: TrackCurve) -> str:
     low, high = (number(value, 6) for value in (curve.ends if curve.track.part else curve.reach))
     what, unit = curve.quantity.name, curve.quantity.unit
     return f"{what} {low} {unit}" if low == high else f"{what} from {low} to {high} {unit}"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from ...core.motion.quantity import Outline
 from ..style import DASHES, Palette, TimeAxis, number
 from .rate_lines import RATE_HEIGHT, rates_of
-from .tracks import Curve, Track
+from .tracks import Track, TrackCurve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,13 +28,13 @@ DENSE = 1000  # points, of which peaks are thinner than a line: round, they all 
 PIECE = 250  # points of such a line, or of the area below it, that are drawn at a time
 
 
-def curves_of(tracks: Sequence[Track], axis: TimeAxis, columns: int) -> list[list[Curve]]:
+def curves_of(tracks: Sequence[Track], axis: TimeAxis, columns: int) -> list[list[TrackCurve]]:
     """Return the curves of each panel: a quantity after the other, and apart what would be flat beside the rest."""
-    kinds: dict[tuple[str, str], list[Curve]] = {}
+    kinds: dict[tuple[str, str], list[TrackCurve]] = {}
     for number_, track in enumerate(tracks):
         start, stop = track.window(axis)
         for quantity in track.quantities:
-            curve = Curve(number_, track, quantity, _to_the_end(quantity.outline(start, stop, columns), stop))
+            curve = TrackCurve(number_, track, quantity, _to_the_end(quantity.outline(start, stop, columns), stop))
             kinds.setdefault((quantity.name, quantity.unit), []).append(curve)
     order = {name: place for place, name in enumerate(("velocity", "position"))}
     named = sorted(kinds.items(), key=lambda item: order.get(item[0][0], len(order)))
@@ -50,9 +50,9 @@ def _to_the_end(outline: Outline, stop: int) -> Outline:
     return Outline(np.append(outline.times_ps, stop), np.append(outline.values, outline.values[-1]))
 
 
-def _apart(curves: Sequence[Curve]) -> list[list[Curve]]:
+def _apart(curves: Sequence[TrackCurve]) -> list[list[TrackCurve]]:
     """Curves that can be read in one panel, in groups."""
-    groups: list[list[Curve]] = []
+    groups: list[list[TrackCurve]] = []
     for curve in curves:
         for group in groups:
             reaches = [each.reach for each in (*group, curve)]
@@ -66,26 +66,26 @@ def _apart(curves: Sequence[Curve]) -> list[list[Curve]]:
     return groups
 
 
-def named_by_legend(tracks: Sequence[Track], panels: Iterable[Sequence[Curve]]) -> list[int]:
+def named_by_legend(tracks: Sequence[Track], panels: Iterable[Sequence[TrackCurve]]) -> list[int]:
     """Return the numbers of the tracks that a legend names: axes, and parts that share a panel; [] instead of one."""
     shared = {curve.number for curves in panels for curve in curves if len(curves) > 1}
     named = [number for number, track in enumerate(tracks) if not track.part or number in shared]
     return named if len(named) > 1 else []
 
 
-def heading(curves: Sequence[Curve], several: bool) -> str:
+def heading(curves: Sequence[TrackCurve], several: bool) -> str:
     """Return what a panel shows, with its unit; `several`: and whose, for there is another such panel."""
     quantity = curves[0].quantity
     whose = f" of {', '.join(curve.track.name for curve in curves)}" if several else ""
     return f"{quantity.name.capitalize().replace('_', ' ')}{whose}, {POWERS.get(_power(curves), '')}{quantity.unit}"
 
 
-def still(curves: Sequence[Curve]) -> bool:
+def still(curves: Sequence[TrackCurve]) -> bool:
     """Return whether these are velocities of what never moves."""
     return curves[0].quantity.name == "velocity" and all(curve.reach == (0, 0) for curve in curves)
 
 
-def _power(curves: Sequence[Curve]) -> int:
+def _power(curves: Sequence[TrackCurve]) -> int:
     highest = max(max(-curve.reach[0], curve.reach[1]) for curve in curves)
     return next((power for power in (15, 12, 9, 6) if highest >= max(10**power, SCALED_FROM)), 0)
 
@@ -93,7 +93,7 @@ def _power(curves: Sequence[Curve]) -> int:
 # ------------------------------------------------------------------------------------------------------------ drawing
 def draw_curves(
     panel: Axes,
-    curves: Sequence[Curve],
+    curves: Sequence[TrackCurve],
     axis: TimeAxis,
     colours: Palette,
     height: float,
@@ -121,7 +121,7 @@ def draw_curves(
         panel.text(0.5, 0.5, "no motion", transform=panel.transAxes, ha="center", va="center", color=colours.soft)
 
 
-def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, named: bool, filled: bool) -> None:
+def _draw_curve(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette, named: bool, filled: bool) -> None:
     from matplotlib.lines import Line2D
 
     color = colours.series[curve.number % len(colours.series)]
@@ -153,7 +153,7 @@ def _draw_curve(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, nam
             )
 
 
-def _limits(curves: Sequence[Curve], axis: TimeAxis, above: float) -> tuple[float, float]:
+def _limits(curves: Sequence[TrackCurve], axis: TimeAxis, above: float) -> tuple[float, float]:
     """The values at the lower and the upper end of a panel: the curves, the rates beside them, and some room.
 
     `above` is the share of the panel that a name over the highest rate takes.
@@ -171,7 +171,7 @@ def _limits(curves: Sequence[Curve], axis: TimeAxis, above: float) -> tuple[floa
     return low - room, high + room
 
 
-def _tell_outside(panel: Axes, curve: Curve, axis: TimeAxis, colours: Palette, low: float, high: float) -> None:
+def _tell_outside(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette, low: float, high: float) -> None:
     """Tell the value before the first load, if it lies outside the panel."""
     value = float(curve.outline.values[0])
     if curve.rest_before() and not low <= value <= high:
@@ -236,7 +236,7 @@ def time_grid(colours: Palette) -> LineCollection:
 
 
 # ------------------------------------------------------------------------------------------------------------- ideals
-def draw_ideals(panel: Axes, curves: Sequence[Curve], axis: TimeAxis, colours: Palette) -> None:
+def draw_ideals(panel: Axes, curves: Sequence[TrackCurve], axis: TimeAxis, colours: Palette) -> None:
     """Draw the ideal velocities and positions, without steps, clocks and cycles, over the real ones."""
     import numpy as np
 

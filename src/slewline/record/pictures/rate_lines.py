@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from .tracks import Curve
+    from .tracks import TrackCurve
 
-MOST_DASHED = 300  # dashed lines in a row that can be told apart
+MAX_DASHED = 300  # dashed lines in a row that can be told apart
 RATE_HEIGHT = 0.165  # inches, of a rate's name
 
 
@@ -29,7 +29,7 @@ class Rate:
     spans: NDArray[np.int64]
 
 
-def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[Rate]:
+def rates_of(curve: TrackCurve, axis: TimeAxis) -> Iterator[Rate]:
     """Yield the rates that were in force in the window.
 
     A rate is in force from the begin of its motion until the axis rests or another takes its place.  It is drawn on the
@@ -59,7 +59,7 @@ def rates_of(curve: Curve, axis: TimeAxis) -> Iterator[Rate]:
 
 
 def draw_rates(
-    panel: Axes, curves: Sequence[Curve], axis: TimeAxis, colours: Palette, height: float, beside: bool
+    panel: Axes, curves: Sequence[TrackCurve], axis: TimeAxis, colours: Palette, height: float, beside: bool
 ) -> None:
     """Draw a dashed line at each rate while it was in force, its name beside the panel (or over the line)."""
     import numpy as np
@@ -68,7 +68,7 @@ def draw_rates(
     for curve in curves:
         for rate in rates_of(curve, axis):
             parts.setdefault((rate.value, rate.name), []).append(rate.spans)
-    apart = (axis.stop - axis.start) // MOST_DASHED
+    apart = (axis.stop - axis.start) // MAX_DASHED
     found = {key: axis.scaled(_joined(np.concatenate(spans), apart)) for key, spans in parts.items()}
     for (value, _), spans in found.items():
         begins, ends = spans.T

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ...core.time.timebase import readable
 from ...errors import UsageError
-from ..measuring.intervals import Interval, Signal, rounded
+from ..measuring.intervals import Interval, SignalEdges, rounded
 from ..measuring.overlay import marked
 from ..recording.recorder import FLOATING
 from ..recording.traces import EVER, Trace
@@ -31,9 +31,9 @@ from .diagram import (
     WORDS,
     Arrow,
     Diagram,
+    DiagramLayout,
     Lane,
-    Layout,
-    Scale,
+    TimeScale,
     lanes_of,
 )
 from .lanes import MEASURED, boxes
@@ -73,8 +73,8 @@ def draw(diagram: Diagram, width: str | float = "page", dark: bool = False) -> F
 
         page = inches(width)
         left = 0.16 + max(len(lane.label) for lane in diagram.lanes) * CAPITAL * LARGE
-        scale = Scale(diagram, left + TAIL, page - RIGHT - TAIL)  # at both ends the levels run on
-        layout = Layout.of(diagram, scale)
+        scale = TimeScale(diagram, left + TAIL, page - RIGHT - TAIL)  # at both ends the levels run on
+        layout = DiagramLayout.of(diagram, scale)
         title = wrap(diagram.title, int((page - 0.24) / TITLE)) or [""]
         height = layout.height + NEXT * (len(title) - 1)
         figure = Figure(figsize=(page, height), facecolor=colours.ground)
@@ -88,7 +88,7 @@ def draw(diagram: Diagram, width: str | float = "page", dark: bool = False) -> F
 class Drawing:
     """A diagram while it is drawn; time is across, all in inches."""
 
-    def __init__(self, axes: Axes, colours: Palette, diagram: Diagram, scale: Scale, layout: Layout) -> None:
+    def __init__(self, axes: Axes, colours: Palette, diagram: Diagram, scale: TimeScale, layout: DiagramLayout) -> None:
         self.axes, self.colours, self.diagram, self.scale, self.layout = axes, colours, diagram, scale, layout
         self.slant = STEEP * min((scale.right - scale.left) / 8, 1)
         self.centres = [float(scale(list(cut)).mean()) for cut in scale.cuts]
@@ -122,7 +122,7 @@ class Drawing:
         self.axes.plot(across, up, color=color, linewidth=width, solid_joinstyle="miter", **how)
 
     # ----------------------------------------------------------------------------------------------------------- lanes
-    def _runs(self, signal: Signal, since: int, until: int) -> Runs:
+    def _runs(self, signal: SignalEdges, since: int, until: int) -> Runs:
         """Places of the edges with both ends of what is known, the levels from each on, and which edges are bands."""
         import numpy as np
 
@@ -179,7 +179,7 @@ class Drawing:
         self.axes.add_collection(PolyCollection(shade, facecolor=f"{alarm}40", linewidth=0, zorder=0.5))
         gid = f"where {lane.pin} differs"
         self.axes.add_collection(PolyCollection(ticks, facecolor=alarm, edgecolor=alarm, linewidth=0.8, gid=gid))
-        signal = Signal(trace.times_ps, trace.levels, trace.level, trace.bus)
+        signal = SignalEdges(trace.times_ps, trace.levels, trace.level, trace.bus)
         runs = self._runs(signal, trace.since, trace.until)
         how: dict[str, Any] = {"linestyle": MEASURED, "zorder": 2.2, "gid": f"measured {lane.pin}"}
         if not trace.bus:

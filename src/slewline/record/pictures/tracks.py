@@ -58,7 +58,7 @@ class Track:
 
 
 @dataclass(frozen=True, slots=True)
-class Curve:
+class TrackCurve:
     """A quantity of a track as it is drawn; `number` is that of its track: colour and line."""
 
     number: int

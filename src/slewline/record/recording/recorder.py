@@ -53,7 +53,7 @@ FIRST_CHUNK_PS = 10**10
 LONGEST_CHUNK_PS = 10**12  # bounds what a burst after a long silence can cost
 
 
-class Log(list[tuple[int, Any]]):
+class EdgeLog(list[tuple[int, Any]]):
     """The entries of a net.  With `keep_ps`, older ones are dropped when the list has doubled since the last time."""
 
     __slots__ = ("full", "keep_ps")
@@ -84,7 +84,7 @@ class TextLog:
     """What a hook says from now on, with its instants; of one instant the last word."""
 
     def __init__(self, kernel: Kernel, hook: Hook[[str]], keep_ps: int | None) -> None:
-        self.kernel, self.log = kernel, Log(keep_ps)
+        self.kernel, self.log = kernel, EdgeLog(keep_ps)
         self.log.append((kernel.now, ""))
         hook.add(self.told)
 
@@ -110,10 +110,10 @@ class Recorder:
         A net that is recorded already goes on being recorded, with the new `keep_ps`.
         """
         net = net_of(probe)
-        if isinstance(net.log, Log):
+        if isinstance(net.log, EdgeLog):
             net.log.keep(keep_ps)
             return
-        net.log = Log(keep_ps)
+        net.log = EdgeLog(keep_ps)
         net.log.append((net.kernel.seen, _present(net)))
         if net.promise is not None and len(net.drivers) > 1:
             net.follow()  # several drivers: only the net itself knows what their promises add up to
@@ -125,7 +125,7 @@ class Recorder:
             NotRecorded: the net is not recorded.
         """
         net = net_of(probe)
-        if not isinstance(net.log, Log):
+        if not isinstance(net.log, EdgeLog):
             raise NotRecorded(f"{probe.name} is not recorded; call bench.record({probe.name!r}) before running")
         keep = net.log.keep_ps
         return net.log[0][0] if keep is None else max(net.log[0][0], net.kernel.seen - keep)
@@ -185,7 +185,7 @@ class Recorder:
                     before = level
                 time = what.after(time) if _promised(what) else None
 
-    def _window(self, probe: Probe, start: int, stop: int) -> tuple[Log, int]:
+    def _window(self, probe: Probe, start: int, stop: int) -> tuple[EdgeLog, int]:
         """The log of a window, and the end of it as far as something is known."""
         log = self._log(probe, start)
         stop = min(stop, net_of(probe).kernel.seen)
@@ -193,10 +193,10 @@ class Recorder:
             raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); ask for an earlier window")
         return log, stop
 
-    def _log(self, probe: Probe, start: int) -> Log:
+    def _log(self, probe: Probe, start: int) -> EdgeLog:
         since = self.since(probe)
         log = net_of(probe).log
-        assert isinstance(log, Log)
+        assert isinstance(log, EdgeLog)
         if start < since:
             remedy = f"call bench.record({probe.name!r}) earlier"
             if log.keep_ps is not None:

@@ -34,7 +34,7 @@ LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"  # of GTKWave's named markers
 DIGITS = "abcdefghijklmnop"  # in which Surfer counts the rows
 
 
-class View(NamedTuple):
+class ViewerSetup(NamedTuple):
     """What a viewer shows first: from `begin` to `end` in units of the file, with marks (unit, text).
 
     `scale` is 1, 10 or 100, what stands before ns or us in the timescale: GTKWave counts in these themselves.
@@ -58,7 +58,7 @@ def layout_paths(path: str | Path) -> tuple[Path, Path]:
     return paths
 
 
-def save_layouts(path: str | Path, variables: Sequence[Variable], view: View) -> None:
+def save_layouts(path: str | Path, variables: Sequence[Variable], view: ViewerSetup) -> None:
     """Write the layouts of a waveform file beside it.
 
     Raises:
@@ -75,7 +75,7 @@ def save_layouts(path: str | Path, variables: Sequence[Variable], view: View) ->
 
 
 # --------------------------------------------------------------------------------------------------------- GTKWave
-def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: View) -> Iterator[str]:
+def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: ViewerSetup) -> Iterator[str]:
     """Yield the lines of GTKWave's save file.  It finds the waveform beside the file if it is told the name of both."""
     span = max(view.end - view.begin, 1) * view.scale
     marks = [(at, ascii_of(text)) for at, text in view.marks][: len(LETTERS)]
@@ -99,7 +99,7 @@ def _whose(scope: str, one_chip: bool) -> str:
     return (scope.partition(".")[2] if one_chip else scope).replace(".", " ")
 
 
-def _gtkwave_row(row: Row, whose: str) -> Iterator[str]:
+def _gtkwave_row(row: ViewerRow, whose: str) -> Iterator[str]:
     """A row; GTKWave shows the last part of its name, or what stands in +{}."""
     first = row.variables[0]
     alias = f"+{{{whose} {row.name.rpartition('.')[2]}}} " if whose else ""
@@ -116,7 +116,7 @@ def _gtkwave_row(row: Row, whose: str) -> Iterator[str]:
 
 
 # ---------------------------------------------------------------------------------------------------------- Surfer
-def surfer_lines(variables: Sequence[Variable], view: View) -> Iterator[str]:
+def surfer_lines(variables: Sequence[Variable], view: ViewerSetup) -> Iterator[str]:
     """Yield the lines of Surfer's command file."""
     number, curves = 0, []
     yield "# slewline"
@@ -139,14 +139,14 @@ def _letters(number: int) -> str:
 
 
 # ------------------------------------------------------------------------------------------------------------ rows
-class Row(NamedTuple):
+class ViewerRow(NamedTuple):
     """A row of a viewer: a variable, or the wires of a bus."""
 
     name: str
     variables: list[Variable]
 
 
-def grouped(variables: Sequence[Variable]) -> Iterator[tuple[str, list[Row]]]:
+def grouped(variables: Sequence[Variable]) -> Iterator[tuple[str, list[ViewerRow]]]:
     """Yield the rows of each axis and chip: texts and curves, then pins.
 
     A bus that is there as a whole needs no wires.
@@ -165,7 +165,7 @@ def _scope(variable: Variable) -> str:
     return variable.name.rpartition(".")[0] or "slewline"
 
 
-def _rows(variables: Iterable[Variable]) -> Iterator[Row]:
+def _rows(variables: Iterable[Variable]) -> Iterator[ViewerRow]:
     keyed = ((variable.bus or variable.name, variable) for variable in variables)
     for name, of in groupby(keyed, itemgetter(0)):
-        yield Row(name, [variable for _, variable in of])
+        yield ViewerRow(name, [variable for _, variable in of])

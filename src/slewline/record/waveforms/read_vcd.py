@@ -14,7 +14,7 @@ from pathlib import Path
 from ...core.time.timebase import Time, picoseconds
 from ...errors import UsageError, WaveformError
 from .vcd_changes import Changes
-from .vcd_header import Header, Place, read_header
+from .vcd_header import FilePlace, Header, read_header
 from .waveforms import Waveforms
 
 BLOCK = 1 << 20  # bytes: what the words of a block take beside it fits into a processor's cache
@@ -59,23 +59,25 @@ def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = Fa
 
 def _read(path: str, file: BufferedReader, unit: int | None, torn: bool) -> tuple[Header, Changes]:
     head = _head(path, file)
-    header, at = read_header(Place(path, head))
+    header, at = read_header(FilePlace(path, head))
     if not header.variables:
         raise WaveformError(f"{path}: declares no variable ($var); is it cut off, or another kind of file?")
     if not (header.whole or torn):
-        raise Place(path, head).error(len(head.rstrip()) - 1, f"the file ends among its declarations: {CUT_OFF}")
+        raise FilePlace(path, head).error(len(head.rstrip()) - 1, f"the file ends among its declarations: {CUT_OFF}")
     changes = Changes(path, header, _unit(path, header.unit, unit))
     lines, rest, more = head.count(b"\n", 0, at), head[at:], True
     while more:
         block = file.read(BLOCK)
         more, block = bool(block), rest + block
         end = max(block.rfind(b"\n"), block.rfind(b" ") if more else -1) + 1  # what stands behind may go on
-        taken = changes.feed(Place(path, block[:end], lines)) if end else 0
+        taken = changes.feed(FilePlace(path, block[:end], lines)) if end else 0
         lines, rest = lines + block.count(b"\n", 0, taken), block[taken:]
         if len(rest) > WORD:
-            raise Place(path, rest[:BLOCK], lines).error(0, f"goes on for more than {WORD} bytes; is it a VCD file?")
+            raise FilePlace(path, rest[:BLOCK], lines).error(
+                0, f"goes on for more than {WORD} bytes; is it a VCD file?"
+            )
     if rest.strip() and not torn:
-        raise Place(path, rest, lines).error(
+        raise FilePlace(path, rest, lines).error(
             len(rest) - len(rest.lstrip()),
             f"the file ends before this does: {CUT_OFF}",
         )

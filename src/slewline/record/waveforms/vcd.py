@@ -27,8 +27,8 @@ from ...core.time.timebase import UNITS, readable
 from ...errors import UsageError
 from ..recording.recorder import Probe, Recorder, chunks, net_of, real_edges
 from ..whole_file import WholeFile
-from .vcd_lines import Table
-from .vcd_sources import Buses, NetSource, Source, Variable
+from .vcd_lines import ChangeTexts
+from .vcd_sources import Buses, NetSource, Variable, VariableSource
 
 if TYPE_CHECKING:
     import numpy as np
@@ -73,7 +73,7 @@ class VcdStream:
         timescale: str = "1 ns",
         start: int | None = None,
         buses: Buses = "bits",
-        values: Sequence[Source] = (),
+        values: Sequence[VariableSource] = (),
         comments: Iterable[str] = (),
     ) -> None:
         self.path, self.nets, self.unit = Path(path), list(nets), unit_of(timescale)
@@ -92,7 +92,7 @@ class VcdStream:
         for variable, name in zip(self.variables, self._ids, strict=True):
             self._first.append(len(texts) + 1)  # FLOATING, which is -1, comes first
             texts += _levels(variable, name)
-        self._table = Table(texts)
+        self._table = ChangeTexts(texts)
         self._now: list[Any] = []  # the values written last; none before the first unit is over
         self._said = self._reached // self.unit  # the last time written, in units
         self._next = (self._said + 1) * self.unit  # from this instant on, nothing is written yet
@@ -175,7 +175,7 @@ class VcdStream:
         units, kept = real_edges(times // self.unit, values, before)
         return units, kept, len(times) - len(units)
 
-    def _merged(self, changes: list[Changes]) -> tuple[Table, NDArray[np.int64], NDArray[np.int64]]:
+    def _merged(self, changes: list[Changes]) -> tuple[ChangeTexts, NDArray[np.int64], NDArray[np.int64]]:
         """A table of lines; units and codes of all changes of a chunk, by time, then in the order of the file."""
         import numpy as np
 

@@ -16,14 +16,14 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from ...errors import WaveformError
-from .vcd_header import Header, Place, Variable
+from .vcd_header import DeclaredVariable, FilePlace, Header
 from .vcd_words import (
     KEYWORD,
     LEVEL,
     SHORT,
     TIME,
     VALUE,
-    Words,
+    WordBounds,
     codes_of_letters,
     kinds_of_letters,
     mark_identifiers,
@@ -71,7 +71,7 @@ class Changes:
         self.end = BEFORE  # the last one so far
 
     # --------------------------------------------------------------------------------------------------- one block
-    def feed(self, place: Place) -> int:
+    def feed(self, place: FilePlace) -> int:
         """Take the changes of a block that ends with a whole word; returns how many of its bytes were taken.
 
         What is left is the beginning of something that goes on in the next block.
@@ -94,7 +94,7 @@ class Changes:
         if mark_identifiers(kinds):  # a value whose identifier is still to come
             taken = int(begins[-1])
             begins, ends, kinds = begins[:-1], ends[:-1], kinds[:-1]
-        words = Words(place, text, letters, begins, ends)
+        words = WordBounds(place, text, letters, begins, ends)
         self._refuse_strangers(words, kinds)
         times, index = self._times(words, kinds)
         self._take(words, kinds, times, index)
@@ -102,7 +102,7 @@ class Changes:
             self.end = int(times[-1])
         return taken
 
-    def _refuse_strangers(self, words: Words, kinds: NDArray[np.int8]) -> None:
+    def _refuse_strangers(self, words: WordBounds, kinds: NDArray[np.int8]) -> None:
         import numpy as np
 
         for number in np.flatnonzero((kinds == 0) | (kinds == KEYWORD)):
@@ -113,7 +113,7 @@ class Changes:
                 known = ", ".join(sorted(keyword.decode() for keyword in KEYWORDS))
                 raise words.error(number, f"{quoted(word)} among the changes; allowed {known}")
 
-    def _times(self, words: Words, kinds: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def _times(self, words: WordBounds, kinds: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """The time before the block and those in it, and for each word which of these holds there."""
         import numpy as np
 
@@ -132,7 +132,9 @@ class Changes:
                 self.begin = 0
         return times, np.cumsum(named)
 
-    def _take(self, words: Words, kinds: NDArray[np.int8], times: NDArray[np.int64], index: NDArray[np.int64]) -> None:
+    def _take(
+        self, words: WordBounds, kinds: NDArray[np.int8], times: NDArray[np.int64], index: NDArray[np.int64]
+    ) -> None:
         import numpy as np
 
         where = np.flatnonzero((kinds == LEVEL) | (kinds == VALUE))
@@ -157,7 +159,7 @@ class Changes:
             texts = np.array([_unescaped(words[number][1:]) for number in where[string]] + [None], object)[:-1]
             self._parts[2].append((at[string], variables[string], texts))
 
-    def _named(self, words: Words, where: NDArray[np.intp], scalar: NDArray[np.bool_]) -> NDArray[Any]:
+    def _named(self, words: WordBounds, where: NDArray[np.intp], scalar: NDArray[np.bool_]) -> NDArray[Any]:
         """Which variables the identifiers of some words name."""
         import numpy as np
 
@@ -172,7 +174,7 @@ class Changes:
         return self._by_key[found].astype(self._index)
 
     def _bits(
-        self, words: Words, where: NDArray[np.intp], variables: NDArray[Any], scalar: NDArray[np.bool_]
+        self, words: WordBounds, where: NDArray[np.intp], variables: NDArray[Any], scalar: NDArray[np.bool_]
     ) -> NDArray[Any]:
         """Values of bits: numbers, or FLOATING, or UNKNOWN."""
         import numpy as np
@@ -188,7 +190,7 @@ class Changes:
         return values
 
     # ---------------------------------------------------------------------------------------------------- the whole
-    def series(self) -> dict[bytes, tuple[Variable, NDArray[np.int64], NDArray[Any]]]:
+    def series(self) -> dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]]:
         """Return the changes by identifier.
 
         Returns:
@@ -203,7 +205,7 @@ class Changes:
             raise WaveformError(f"{self.path}: a time beyond 2^63 ps (106 days), where an array of picoseconds ends")
         empty: Any = (np.empty(0, np.int64), np.empty(0, self._index))
         nothing: Any = [np.empty(0, self._dtype), np.empty(0, np.float64), np.empty(0, object)]
-        out: dict[bytes, tuple[Variable, NDArray[np.int64], NDArray[Any]]] = {}
+        out: dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]] = {}
         columns = []
         for kind, parts in enumerate(self._parts):
             times, variables, values = (
@@ -225,7 +227,7 @@ class Changes:
         return np.where(times == BEFORE, BEFORE, times * self.unit.numerator // self.unit.denominator)
 
 
-def _without_comments(place: Place) -> tuple[bytes, int]:
+def _without_comments(place: FilePlace) -> tuple[bytes, int]:
     """A block with blanks for its comments, and how much of it: up to a comment that does not end in it."""
     block = place.block
     if b"$comment" not in block:
@@ -251,5 +253,5 @@ def _unescaped(text: bytes) -> str:
     return _ESCAPE.sub(plain, text.decode("utf-8", "replace"))
 
 
-def _said(variable: Variable) -> str:
+def _said(variable: DeclaredVariable) -> str:
     return f"{variable.width} bits" if variable.kind == "bits" else f"kind {variable.kind}"

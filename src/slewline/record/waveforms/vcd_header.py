@@ -37,7 +37,7 @@ _RANGE = re.compile(r"(.*?)\s*(\[-?\d+(?::-?\d+)?\])")
 
 
 @dataclass(frozen=True, slots=True)
-class Variable:
+class DeclaredVariable:
     """What one identifier stands for: "bits", "real" or "string"; `width` in bits."""
 
     kind: str
@@ -49,13 +49,13 @@ class Header:
     """Declarations: variables by identifier, names and the identifiers they stand for, picoseconds of the unit."""
 
     unit: Fraction | None = None
-    variables: dict[bytes, Variable] = field(default_factory=dict)
+    variables: dict[bytes, DeclaredVariable] = field(default_factory=dict)
     names: dict[str, bytes] = field(default_factory=dict)
     scopes: list[str] = field(default_factory=list)
     whole: bool = False  # something follows the declarations, or $enddefinitions ends them
 
 
-class Place:
+class FilePlace:
     """Where in a file we are, for messages: a block of it, and how many lines lie before the block."""
 
     def __init__(self, path: object, block: bytes = b"", lines: int = 0) -> None:
@@ -72,7 +72,7 @@ class Place:
         return WaveformError(f"{self.path}, line {number}: {shown!r}: {what}")
 
 
-def read_header(place: Place) -> tuple[Header, int]:
+def read_header(place: FilePlace) -> tuple[Header, int]:
     """Read the declarations at the beginning of a block.
 
     Returns:
@@ -140,7 +140,7 @@ def _add(header: Header, words: list[str]) -> None:
     kind = "real" if kind in REALS else "string" if kind == "string" else "bits"
     if kind == "bits" and not 1 <= width <= WIDEST:
         raise ValueError(f"{width} bits; allowed 1 to {WIDEST}")
-    variable, identifier = Variable(kind, width), words[2].encode()
+    variable, identifier = DeclaredVariable(kind, width), words[2].encode()
     if header.variables.setdefault(identifier, variable) != variable:
         raise ValueError(f"identifier {words[2]!r} is declared a second time, as something else")
     name, bits = " ".join(words[3:]), ""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 BLOCK_ROWS = 1 << 14  # rows that the processor's cache holds
 
 
-class Table:
+class ChangeTexts:
     """Texts of changes, by code; texts that only one chunk needs come after those that every chunk needs."""
 
     def __init__(self, texts: Sequence[str]) -> None:
@@ -33,9 +33,9 @@ class Table:
         padded = "".join("\n" + text.ljust(width) for text in self.texts)
         self._rows = np.frombuffer(padded.encode("ascii"), np.uint8).reshape(-1, width + 1)
 
-    def with_more(self, texts: Sequence[str]) -> Table:
+    def with_more(self, texts: Sequence[str]) -> ChangeTexts:
         """Return the table with further texts added; itself if there are none."""
-        return Table([*self.texts, *texts]) if texts else self
+        return ChangeTexts([*self.texts, *texts]) if texts else self
 
     def lines(self, units: NDArray[np.int64], codes: NDArray[np.int64]) -> bytes:
         """Return the lines of changes, each instant named once.

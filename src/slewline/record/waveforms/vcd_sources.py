@@ -43,14 +43,14 @@ class Variable(NamedTuple):
     all: bool = False
 
 
-class Curve(Protocol):
+class HasValue(Protocol):
     """Something that has a value at every instant, as `slewline.core.motion.quantity.Quantity`."""
 
     def staircase(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the value at `start` and every change at start < t <= stop (ps), the same ones for every window."""
 
 
-class Source(Protocol):
+class VariableSource(Protocol):
     """Where the changes of some variables come from."""
 
     variables: list[Variable]
@@ -114,7 +114,7 @@ class NetSource:
 class CurveSource:
     """The value of a quantity, at every change; as the 64 bits of the number, so that NaN equals itself."""
 
-    def __init__(self, name: str, curve: Curve) -> None:
+    def __init__(self, name: str, curve: HasValue) -> None:
         self.curve, self.variables = curve, [Variable(name, "real", 64)]
 
     def values_at(self, ps: int) -> list[int]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import WaveformError
 from ..recording.recorder import FLOATING
-from .vcd_header import Place
+from .vcd_header import FilePlace
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,17 +15,22 @@ if TYPE_CHECKING:
 
 UNKNOWN = -2  # the level of a signal whose state the file does not know: x
 NO_CODE = -3
-MOST_BITS = 63  # of a value that is kept
-MOST_DIGITS = 18  # of a time
+MAX_BITS = 63  # of a value that is kept
+MAX_DIGITS = 18  # of a time
 SHORT = 8  # bytes of an identifier that fits a number
 TIME, LEVEL, VALUE, KEYWORD, IDENTIFIER = 1, 2, 3, 4, 5  # kinds of words; 0: none of them
 
 
-class Words:
+class WordBounds:
     """Words of a block: where they begin and end."""
 
     def __init__(
-        self, place: Place, text: bytes, letters: NDArray[np.uint8], begins: NDArray[np.intp], ends: NDArray[np.intp]
+        self,
+        place: FilePlace,
+        text: bytes,
+        letters: NDArray[np.uint8],
+        begins: NDArray[np.intp],
+        ends: NDArray[np.intp],
     ) -> None:
         self.place, self.text, self.letters, self.begins, self.ends = place, text, letters, begins, ends
 
@@ -42,8 +47,8 @@ class Words:
 
         lengths, ends = self.ends[where] - self.begins[where] - 1, self.ends[where]
         out = np.zeros(len(where), np.int64)
-        wrong = (lengths == 0) | (lengths > MOST_DIGITS)
-        shortest, longest = (int(lengths.min()), min(int(lengths.max()), MOST_DIGITS)) if len(where) else (0, 0)
+        wrong = (lengths == 0) | (lengths > MAX_DIGITS)
+        shortest, longest = (int(lengths.min()), min(int(lengths.max()), MAX_DIGITS)) if len(where) else (0, 0)
         for place in range(longest):
             digits = self.letters[np.maximum(ends - 1 - place, 0)] - np.uint8(48)
             if place >= shortest:
@@ -52,7 +57,7 @@ class Words:
             out += digits.astype(np.int64) * 10**place
         if wrong.any():
             number = where[np.argmax(wrong)]
-            raise self.error(number, f"{quoted(self[number])}; a time is # and 1 to {MOST_DIGITS} digits")
+            raise self.error(number, f"{quoted(self[number])}; a time is # and 1 to {MAX_DIGITS} digits")
         return out
 
     def keys(self, where: NDArray[np.intp], behind: NDArray[np.bool_], long: dict[bytes, int]) -> NDArray[np.uint64]:
@@ -75,7 +80,7 @@ class Words:
     def vectors(self, where: NDArray[np.intp], widths: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
         """Return the values of words such as b10z1, and which of the words have more bits than they may.
 
-        A bit that floats beside others that do not reads 1.  A value that is wider than MOST_BITS is UNKNOWN.
+        A bit that floats beside others that do not reads 1.  A value that is wider than MAX_BITS is UNKNOWN.
         """
         import numpy as np
 
@@ -84,7 +89,7 @@ class Words:
         out = np.zeros(len(where), np.int64)
         unknown, driven, wrong = np.zeros((3, len(where)), np.bool_)
         codes = codes_of_letters()
-        kept = int(min(lengths.max(), widths.max(), MOST_BITS))
+        kept = int(min(lengths.max(), widths.max(), MAX_BITS))
         for place in range(kept):
             there = place < lengths
             code = np.where(there, codes[self.letters[np.maximum(ends - 1 - place, 0)]], np.int8(0))
@@ -93,8 +98,8 @@ class Words:
             driven |= there & (code >= 0)
             wrong |= code == NO_CODE
         first = codes[self.letters[np.minimum(begins, ends - 1)]]
-        wide = widths > MOST_BITS
-        room = np.minimum(widths, MOST_BITS)
+        wide = widths > MAX_BITS
+        room = np.minimum(widths, MAX_BITS)
         spread = (first == FLOATING) & (lengths < widths)  # what is left out is as the first one, if that floats
         whole = (np.int64(1) << room) - 1
         out = np.where(spread, out | whole & ~((np.int64(1) << np.minimum(lengths, room)) - 1), out)

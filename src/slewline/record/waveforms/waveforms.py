@@ -17,8 +17,8 @@ from ...errors import NotRecorded, UnknownName, UsageError
 from ..recording.recorder import FLOATING, real_edges
 from ..recording.traces import Trace
 from .vcd_changes import Changes
-from .vcd_header import Header, Variable
-from .vcd_words import MOST_BITS, UNKNOWN
+from .vcd_header import DeclaredVariable, Header
+from .vcd_words import MAX_BITS, UNKNOWN
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,7 +31,7 @@ LISTED = 12  # names in a message
 class Signal(NamedTuple):
     """One signal: what it is, its level at the begin, and its edges: times (n,) int64 ps and levels (n,)."""
 
-    variable: Variable
+    variable: DeclaredVariable
     level: Any
     times_ps: NDArray[np.int64]
     levels: NDArray[Any]
@@ -184,14 +184,14 @@ class Waveforms:
     # --------------------------------------------------------------------------------------------------- by its name
     def _wire(self, name: str) -> Signal:
         found = self._readable(name)
-        if found.variable != Variable("bits", 1):
+        if found.variable != DeclaredVariable("bits", 1):
             raise UsageError(f"{name} has {self.width(name)} bits; one of them is a signal of its own, such as {name}0")
         return found
 
     def _readable(self, name: str) -> Signal:
         found = self._find(name)
-        if found.variable.kind == "bits" and found.variable.width > MOST_BITS:
-            raise UsageError(f"{name} has {found.variable.width} bits; allowed {MOST_BITS}, write it in parts")
+        if found.variable.kind == "bits" and found.variable.width > MAX_BITS:
+            raise UsageError(f"{name} has {found.variable.width} bits; allowed {MAX_BITS}, write it in parts")
         return found
 
     def _find(self, name: str) -> Signal:
@@ -214,19 +214,19 @@ class Waveforms:
         """The signals that are bits of a bus, the lowest first."""
         for form in ("{}{}", "{}[{}]"):
             bits: list[Signal] = []
-            while len(bits) <= MOST_BITS and (bit := self._bit(form.format(name, len(bits)))) is not None:
+            while len(bits) <= MAX_BITS and (bit := self._bit(form.format(name, len(bits)))) is not None:
                 bits.append(bit)
-            if 1 < len(bits) <= MOST_BITS:
+            if 1 < len(bits) <= MAX_BITS:
                 return bits
         return []
 
     def _bit(self, name: str) -> Signal | None:
         ends = [name] if name in self._signals else [known for known in self.names if known.endswith("." + name)]
         signal = self._signals[ends[0]] if len(ends) == 1 else None
-        return signal if signal is not None and signal.variable == Variable("bits", 1) else None
+        return signal if signal is not None and signal.variable == DeclaredVariable("bits", 1) else None
 
 
-def _signal(variable: Variable, times: NDArray[np.int64], values: NDArray[Any], start: int) -> Signal:
+def _signal(variable: DeclaredVariable, times: NDArray[np.int64], values: NDArray[Any], start: int) -> Signal:
     import numpy as np
 
     first = int(np.searchsorted(times, start, side="right"))
@@ -252,7 +252,7 @@ def _joined(bits: list[Signal]) -> Signal:
         driven |= wire >= 0
     levels[~driven] = FLOATING
     levels[unknown] = UNKNOWN
-    return Signal(Variable("bits", len(bits)), levels[0], *real_edges(times, levels[1:], int(levels[0])))
+    return Signal(DeclaredVariable("bits", len(bits)), levels[0], *real_edges(times, levels[1:], int(levels[0])))
 
 
 def _listed(names: tuple[str, ...] | list[str]) -> str:

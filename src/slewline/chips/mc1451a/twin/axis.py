@@ -1,4 +1,4 @@
-"""One axis of the slow twin.  `cycle` calls the methods of `Course` in the order of work.
+"""One axis of the slow twin.  `cycle` calls the methods of `TwinAxis` in the order of work.
 
     T_n               T_n+1             T_n+2
      |<-- 8192 clocks->|                 |
@@ -17,7 +17,7 @@ from ....core.chip import Chip
 from ....core.motion.train import Playing
 from ....core.wires.net import Wave
 from .. import sheet
-from ..ideal import begins, departs
+from ..ideal import begins, mark_deviation
 from ..registers import (
     BREAKPOINT,
     COMMAND_ERROR,
@@ -35,8 +35,8 @@ from ..registers import (
     Registers,
 )  # fmt: skip
 from .cycle import OneCycle
-from .inputs import LIMITS, Encoder, Filter, Switches
-from .profile import SCurve, braked, contour, sign, trapezoid
+from .inputs import LIMITS, Filter, Switches, TwinEncoder
+from .profile import TwinSCurve, braked, contour, sign, trapezoid
 
 REPORTED = range(-32768, 32768)  # position errors
 
@@ -47,11 +47,11 @@ def signed(number: int, bits: int) -> int:
     return (number + half) % (2 * half) - half
 
 
-class Course:
+class TwinAxis:
     """One axis, cycle by cycle."""
 
     def __init__(
-        self, chip: Chip, registers: Registers, state: AxisState, home: Filter, encoder: Encoder | None
+        self, chip: Chip, registers: Registers, state: AxisState, home: Filter, encoder: TwinEncoder | None
     ) -> None:
         self.chip, self.state = chip, state
         self.home, self.encoder, self.switches = home, encoder, Switches(chip, registers, state)
@@ -64,7 +64,7 @@ class Course:
         self.why: set[str] = set()  # the registers, being 0, for which it was told that nothing starts
         self.start = 0  # the start velocity in force
         self.displacement = 0  # of this cycle: the velocity, but for what an S-curve rounds
-        self.curve: SCurve | None = None
+        self.curve: TwinSCurve | None = None
         # electronic gear
         self.suspended = self.backlogged = False
         self.count = self.counts_used = 0  # encoder counts since reset
@@ -142,7 +142,7 @@ class Course:
         state = self.state
         if self.was_off or not state.motor_on:
             if state.in_motion:
-                departs(self.chip, state, "event", "motor off")
+                mark_deviation(self.chip, state, "event", "motor off")
             self.axis.log.end("cut")
             self.rest(complete=False)
             self.suspended = True
@@ -157,7 +157,7 @@ class Course:
         """Another profile mode: velocity contouring takes the axis over as it moves, the gear as it follows."""
         state = self.state
         if state.in_motion:
-            departs(self.chip, state, "command", PROFILE_COMMANDS[state.mode])
+            mark_deviation(self.chip, state, "command", PROFILE_COMMANDS[state.mode])
         if state.mode != VELOCITY or self.mode == GEAR:
             self.axis.log.stop()
         if self.mode == GEAR or state.mode == GEAR:
@@ -177,14 +177,14 @@ class Course:
         state = self.state
         if taken.synch_prfl and self.encoder is not None:
             self.read_encoder(tick)
-            departs(self.chip, state, "command", "SYNCH_PRFL")
+            mark_deviation(self.chip, state, "command", "SYNCH_PRFL")
             self.relocate(state.actual)
         self.copy_registers(taken)
         state.update = None
         self.stopping = self.clamped = False
         if taken.stop:
             if state.in_motion or state.mode == GEAR:
-                departs(self.chip, state, "command", "STOP")
+                mark_deviation(self.chip, state, "command", "STOP")
                 self.axis.log.stop()
             self.rest(complete=True)
             self.suspended = True
@@ -250,7 +250,7 @@ class Course:
         if not self.state.in_motion:
             self.rest(complete=True)
             return
-        departs(self.chip, self.state, "command", "SMOOTH_STOP")
+        mark_deviation(self.chip, self.state, "command", "SMOOTH_STOP")
         self.axis.log.stop()
         if self.mode == S_CURVE and self.curve is not None:
             self.curve.smooth_stop()
@@ -283,7 +283,7 @@ class Course:
             begins(self.chip, state, cause, self.start, self.pulse_range())
             if self.mode == S_CURVE:
                 self.clamp()
-                self.curve = SCurve(distance, velocity, active.max_acceleration, active.jerk)
+                self.curve = TwinSCurve(distance, velocity, active.max_acceleration, active.jerk)
             elif self.start >= active.velocity:
                 self.finding("start-velocity", "the start velocity is not below the maximum: no ramps")
 
@@ -312,7 +312,7 @@ class Course:
         """A switch that becomes active stops the axis."""
         for way in self.switches.tripped():
             self.event(LIMITS[way])
-            departs(self.chip, self.state, "limit", "PosLimit" if way > 0 else "NegLimit")
+            mark_deviation(self.chip, self.state, "limit", "PosLimit" if way > 0 else "NegLimit")
             self.axis.log.end("limit")
             self.rest(complete=True)
             self.suspended = True

@@ -29,7 +29,7 @@ class OneCycle(Train):
     def begun_by(self, tick: int) -> int:
         return sum(at <= tick - self.origin for at in self.ticks)
 
-    def begun_by_many(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+    def begun_counts(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
         return sum(((ticks >= at).astype("i8") for at in self.ticks), ticks * 0)
 
     def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:

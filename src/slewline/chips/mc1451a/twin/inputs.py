@@ -56,7 +56,7 @@ class Filter:
         return edges
 
 
-class Encoder:
+class TwinEncoder:
     """A quadrature encoder behind its filters: four counts a period, up when A is ahead of B."""
 
     def __init__(self, chip: Chip, number: int) -> None:

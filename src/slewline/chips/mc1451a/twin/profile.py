@@ -99,7 +99,7 @@ def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction
     return finest(lambda t: 2 * j * t**3 >= d), Fraction(0), Fraction(0)
 
 
-class SCurve:
+class TwinSCurve:
     """An S-curve under way: +J, 0, -J, 0, -J, 0, +J.  A cycle takes the axis from where it is to where the curve has
     come to at its end.
 

@@ -12,8 +12,8 @@ from .. import sheet
 from ..activity import Activity
 from ..interrupt import HostInterrupt
 from ..registers import AxisState, Registers
-from .axis import Course
-from .inputs import Encoder, Filter
+from .axis import TwinAxis
+from .inputs import Filter, TwinEncoder
 
 
 class Stepwise:
@@ -27,8 +27,8 @@ class Stepwise:
         self.begun = 0  # cycles since then, the present one included
         numbers = range(1, len(chip.axes) + 1)
         self.homes = [Filter(chip, f"home{number}") for number in numbers]
-        self.encoders = [Encoder(chip, number) if chip.sheet.encoder else None for number in numbers]
-        self.courses: list[Course] = []
+        self.encoders = [TwinEncoder(chip, number) if chip.sheet.encoder else None for number in numbers]
+        self.courses: list[TwinAxis] = []
 
     def start(self) -> None:
         """Reset is over: cycle 0 begins."""
@@ -38,7 +38,7 @@ class Stepwise:
             if encoder is not None:
                 encoder.begin()
         self.courses = [
-            Course(self.chip, self.registers, state, home, encoder)
+            TwinAxis(self.chip, self.registers, state, home, encoder)
             for state, home, encoder in zip(self.registers.states, self.homes, self.encoders, strict=True)
         ]
         self.running = True

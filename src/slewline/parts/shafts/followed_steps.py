@@ -25,7 +25,7 @@ FEW = 16  # pulses that are worked off together first, and after one was lost
 
 
 @dataclass(frozen=True, slots=True)
-class Pulsed:
+class PulseFollowing:
     """What a motor has made of its pulses so far."""
 
     pulses: int = 0
@@ -39,7 +39,7 @@ class Pulsed:
 
 
 @dataclass(frozen=True)
-class Limits:
+class MotorLimits:
     """How long a step takes, the greatest rate from rest, the acceleration, and the pulses that are missed besides."""
 
     lag_ps: int
@@ -58,12 +58,12 @@ class Limits:
             return 0
         return int(PS_PER_S / max(self.pull_in, sqrt(rate * rate + 2 * self.acceleration)))
 
-    def after(self, of: Pulsed, ps: int, sign: int) -> Pulsed:
+    def after(self, of: PulseFollowing, ps: int, sign: int) -> PulseFollowing:
         """Return the state after a pulse at an instant (ps)."""
         pulses, interval = of.pulses + 1, ps - of.pulsed_ps
         rate = of.rate if sign == of.sign else 0.0
         follows = ps >= of.arrives_ps and pulses not in self.loses and interval >= self.shortest_ps(rate)
-        return Pulsed(
+        return PulseFollowing(
             pulses,
             of.lost + (not follows),
             sign,
@@ -74,7 +74,7 @@ class Limits:
             follows,
         )
 
-    def followed(self, of: Pulsed, times: NDArray[np.int64]) -> int:
+    def followed(self, of: PulseFollowing, times: NDArray[np.int64]) -> int:
         """Return how many pulses, (n,) int64 ps, n >= 1, it follows one after the other, the first one included."""
         import numpy as np
 
@@ -90,14 +90,14 @@ class Limits:
         return len(times) if good.all() else int(np.argmin(good)) + 1
 
 
-class StepsMade(ClockEdges):
+class FollowedSteps(ClockEdges):
     """Clock edges that become steps: the pulses that a motor follows, at their instants.
 
     `_firsts` and `_lasts` are the runs of pulses that are followed, counting from 1, and `_before` how many steps come
     before each.
     """
 
-    def __init__(self, clock: ClockEdges, limits: Limits, of: Pulsed, sign: int) -> None:
+    def __init__(self, clock: ClockEdges, limits: MotorLimits, of: PulseFollowing, sign: int) -> None:
         self.clock, self.limits, self.of, self.sign = clock, limits, of, sign
         self._known, self._state = 0, of  # pulses that are worked off, and what came of them
         self._firsts: list[int] = []
@@ -183,7 +183,7 @@ class StepsMade(ClockEdges):
         times: NDArray[np.int64] = self.clock.many(int(pulses[0]), int(pulses[-1]))[pulses - pulses[0]]
         return times
 
-    def onward(self, ps: int) -> Pulsed:
+    def onward(self, ps: int) -> PulseFollowing:
         """Return the state at an instant (ps)."""
         n = self.clock.by(ps)
         self._work(n)
@@ -199,7 +199,7 @@ class StepsMade(ClockEdges):
         if made:
             pulse = self._pulse(made)
             arrives, way = int(self.clock.many(pulse, pulse)[0]) + self.limits.lag_ps, self.sign
-        return Pulsed(
+        return PulseFollowing(
             self.of.pulses + n, self.of.lost + n - made, self.sign, PS_PER_S / (last - before) if follows else 0.0,
             last, arrives, way, follows,
         )  # fmt: skip

@@ -13,7 +13,7 @@ from .port import EMPTY, ParallelPort
 from .serial_side import SerialSide
 
 
-class Sides:
+class InputArbiter:
     """Bytes of commands, in the order in which the chip reads them.  `held` is the side that has the chip."""
 
     def __init__(self, chip: Chip, port: ParallelPort, serial: SerialSide) -> None:

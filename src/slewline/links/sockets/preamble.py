@@ -81,7 +81,7 @@ TEXT = Greetings()
 REGISTERS = Greetings(LETTER)
 
 
-class Beginning:
+class Preamble:
     """The first bytes of a connection, until it is clear what they are; `stranger` is what a stranger speaks."""
 
     def __init__(self, greetings: Greetings = TEXT) -> None:

@@ -12,25 +12,25 @@ from ...language.dialect import dialect_of, spoken_as
 from ...language.letters import Letters
 from ...parts.hosts.packet_host import Result
 from ...parts.hosts.packet_port import USUAL, operations, packet_of
-from .stage import TAKEN_US, US_PS, Act, Queue, Speech, Stage
+from .script_runner import TAKEN_US, US_PS, Act, Queue, ScriptProtocol, ScriptRunner
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.datasheet.table import Arg, Sheet
 
 
-class OverBus(Speech):
+class BusProtocol(ScriptProtocol):
     """A command goes out when the chip is READY, as text or in binary form, as the chip takes it then."""
 
     def command(self, body: str) -> Queue:
         """Return how a command is queued: as text or in binary form, as the chip takes it when its turn comes."""
 
-        async def send(stage: Stage, chip: Chip) -> None:
-            port = stage.port(chip)
+        async def send(runner: ScriptRunner, chip: Chip) -> None:
+            port = runner.port(chip)
             await level(port.ready, 1)
             letters = spoken_as(port.sheet, Letters)
             data = (letters.sent if port.mode.level != 0 else letters.sent_binary)(port.sheet, body)
-            stage.tell(body)
+            runner.tell(body)
             await port.send(data)
 
         return sending(send)
@@ -39,103 +39,103 @@ class OverBus(Speech):
         """Return how an act is queued that sends bytes."""
         return sending(act)
 
-    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+    async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
         """Send bytes by the handshake."""
-        await stage.port(chip).send(data)
+        await runner.port(chip).send(data)
 
 
-class OverLine(Speech):
+class LineProtocol(ScriptProtocol):
     """A command is a line that is answered."""
 
     def command(self, body: str) -> Queue:
         """Return how a line is sent, and its answer told."""
         return asking(body)
 
-    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+    async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
         """Send bytes as they are, and tell what the module answers if a line ends with them."""
         if data.endswith(b"\r"):
-            stage.tell(f"-> {meaning(await answers(stage, chip, data), chip.sheet)}")
+            runner.tell(f"-> {meaning(await answers(runner, chip, data), chip.sheet)}")
         else:
-            stage.line_host.send(data)
+            runner.line_host.send(data)
 
 
-class OverPort(Speech):
+class PacketProtocol(ScriptProtocol):
     """A command is a packet, and the host waits for what it returns."""
 
     def command(self, body: str) -> Queue:
         """Return how a command is sent as a packet, and what it returns told."""
         return exchanging(body)
 
-    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+    async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
         """Send a command byte, and words behind it."""
-        port = stage.packet_port(chip)
+        port = runner.packet_port(chip)
         for part, is_command in operations(data):
             await port.write(part, is_command, USUAL)
         port.note_axis(data[0])
         await port.ready()
         port.note_update(data[0])
 
-    def axis(self, stage: Stage, chip: Chip) -> int:
+    def axis(self, runner: ScriptRunner, chip: Chip) -> int:
         """Return the number of the current axis, as far as the host knows it."""
-        return stage.packet_port(chip).axis or 1
+        return runner.packet_port(chip).axis or 1
 
 
-class OverFlow(Speech):
+class FlowProtocol(ScriptProtocol):
     """A command goes out by handshakes, in the form of the mode; an answer is told if it comes back here."""
 
     def command(self, body: str) -> Queue:
         """Return how a command is queued, and its answer told."""
 
-        async def send(stage: Stage, chip: Chip) -> None:
-            port = stage.flow_host.port
+        async def send(runner: ScriptRunner, chip: Chip) -> None:
+            port = runner.flow_host.port
             data = port.shadow.sent(body)
             if not (port.control.heeds and body.startswith(port.shadow.dialect.query)):
-                stage.tell(body)
+                runner.tell(body)
                 await port.send(data)
                 return
             answer = await port.ask(data, port.shadow.query(port.name, body))
-            stage.tell(f"{body} -> {answered(answer)}")
+            runner.tell(f"{body} -> {answered(answer)}")
 
         return self.send(b"", send)
 
     def send(self, data: bytes, act: Act) -> Queue:
         """Return how an act is queued that sends bytes; a directive behind it waits until the chip has taken them."""
 
-        async def taken(stage: Stage, chip: Chip) -> None:
-            await first_of(stage.kernel, stage.kernel.now + TAKEN_US * US_PS, (stage.flow_host.port.busy, 1))
+        async def taken(runner: ScriptRunner, chip: Chip) -> None:
+            await first_of(runner.kernel, runner.kernel.now + TAKEN_US * US_PS, (runner.flow_host.port.busy, 1))
 
-        def queue(stage: Stage) -> None:
-            stage.do(act)
-            if stage.directed:
-                stage.do(taken)
+        def queue(runner: ScriptRunner) -> None:
+            runner.do(act)
+            if runner.directed:
+                runner.do(taken)
 
         return queue
 
-    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+    async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
         """Send bytes by handshakes."""
-        await stage.flow_host.port.send(data)
+        await runner.flow_host.port.send(data)
 
 
-class OverAdaptive(Speech):
+class AdaptiveProtocol(ScriptProtocol):
     """A command is a line in the form of the mode; the answer to a query is told."""
 
     def command(self, body: str) -> Queue:
         """Return how a line is sent, and its answer told."""
 
-        async def send(stage: Stage, chip: Chip) -> None:
-            uart = stage.adaptive_host.uart
+        async def send(runner: ScriptRunner, chip: Chip) -> None:
+            uart = runner.adaptive_host.uart
             if not body.startswith(uart.shadow.dialect.query):
-                stage.tell(body)
+                runner.tell(body)
             answer = await uart.exchange(body)
             if body.startswith(uart.shadow.dialect.query):
-                stage.tell(f"{body} -> {'no answer' if answer is None else answered(answer)}")
+                runner.tell(f"{body} -> {'no answer' if answer is None else answered(answer)}")
 
-        return lambda stage: stage.do(send)
+        return lambda runner: runner.do(send)
 
-    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+    async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
         """Send characters as they are."""
-        with stage.nested():
-            stage.adaptive_host.send(data)
+        with runner.nested():
+            runner.adaptive_host.send(data)
 
 
 def answered(answer: str | bytes) -> str:
@@ -143,44 +143,44 @@ def answered(answer: str | bytes) -> str:
     return answer.replace("\r", " ") if isinstance(answer, str) else answer.hex(" ").upper()
 
 
-SPEECH: Mapping[type[Channel], Speech] = {
-    BusHandshake: OverBus(),
-    SerialLine: OverLine(),
-    HostPort: OverPort(),
-    FlowBus: OverFlow(),
-    AdaptiveLine: OverAdaptive(),
+SPEECH: Mapping[type[Channel], ScriptProtocol] = {
+    BusHandshake: BusProtocol(),
+    SerialLine: LineProtocol(),
+    HostPort: PacketProtocol(),
+    FlowBus: FlowProtocol(),
+    AdaptiveLine: AdaptiveProtocol(),
 }
 
 
 def sending(send: Act) -> Queue:
     """Bytes over a bus; a directive behind them waits until the chip has taken them."""
 
-    def queue(stage: Stage) -> None:
-        stage.do(send)
-        if stage.directed:
-            stage.do(_taken)
+    def queue(runner: ScriptRunner) -> None:
+        runner.do(send)
+        if runner.directed:
+            runner.do(_taken)
 
     return queue
 
 
-async def _taken(stage: Stage, chip: Chip) -> None:
+async def _taken(runner: ScriptRunner, chip: Chip) -> None:
     """The chip is READY again, or at work for so long that it moves or waits."""
-    port = stage.port(chip)
-    await first_of(stage.kernel, stage.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
+    port = runner.port(chip)
+    await first_of(runner.kernel, runner.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
 
 
 def asking(text: str) -> Queue:
     """Return how a line is sent over a serial line, and its answer told."""
 
-    async def ask(stage: Stage, chip: Chip) -> None:
-        stage.tell(f"{text} -> {meaning(await answers(stage, chip, text), chip.sheet)}")
+    async def ask(runner: ScriptRunner, chip: Chip) -> None:
+        runner.tell(f"{text} -> {meaning(await answers(runner, chip, text), chip.sheet)}")
 
-    return lambda stage: stage.do(ask)
+    return lambda runner: runner.do(ask)
 
 
-async def answers(stage: Stage, chip: Chip, line: str | bytes) -> list[str]:
+async def answers(runner: ScriptRunner, chip: Chip, line: str | bytes) -> list[str]:
     """Send a line, and return what the module answers."""
-    return await stage.line_host.to(chip.name).uart.exchange(line)
+    return await runner.line_host.to(chip.name).uart.exchange(line)
 
 
 def meaning(found: Sequence[str], sheet: Sheet) -> str:
@@ -194,21 +194,21 @@ def meaning(found: Sequence[str], sheet: Sheet) -> str:
 def exchanging(text: str) -> Queue:
     """Return how a command is sent as a packet, and what it returns told."""
 
-    async def exchange(stage: Stage, chip: Chip) -> None:
+    async def exchange(runner: ScriptRunner, chip: Chip) -> None:
         host, port, command = (
-            stage.packet_host,
-            stage.packet_port(chip),
+            runner.packet_host,
+            runner.packet_port(chip),
             packets.command(chip.sheet, text, chip.crystal_hz),
         )
         row = command.row
         found = await port.exchange(packet_of(row, command.values))
         for arg, value in zip(row.reads, packets.values(row.reads, found), strict=True):
             host.results.append(Result(port.axis, row.name, value))
-            stage.tell(f"{text} -> {returned(chip.sheet, arg, value)}")
+            runner.tell(f"{text} -> {returned(chip.sheet, arg, value)}")
         if not found:
-            stage.tell(f"{text} = {command.values[0]}" if "/" in text else text)
+            runner.tell(f"{text} = {command.values[0]}" if "/" in text else text)
 
-    return lambda stage: stage.do(exchange)
+    return lambda runner: runner.do(exchange)
 
 
 def returned(sheet: Sheet, arg: Arg, value: int) -> str:

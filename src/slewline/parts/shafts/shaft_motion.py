@@ -1,13 +1,13 @@
 """How a shaft turns: asked, not stepped.
 
-A `Course` says where a shaft is at every instant, from one instant on and until something happens that it does not know
-of.  The shaft follows the edges of a clock, which a train promises or a machine makes, and its place is kept in whole
-parts of a step, so that nothing drifts, whatever gears lie between.  A course is a value: it makes no event of a step.
+A `ShaftMotion` says where a shaft is at every instant, from one instant on and until something happens that it does not
+know of.  The shaft follows the edges of a clock, which a train promises or a machine makes, and its position is kept in
+whole parts of a step, so that nothing drifts, whatever gears lie between.  It is a value: it makes no event of a step.
 
     edges    |    |    |    |    |    |    |    |        of the clock, after `since`
     place    0    0    0    1    2    3    3    3        `slack` is 2, `room` 5: there the shaft stands at a stop
 
-A `Counter` (counter.py) tells what a course passes, on a scale.
+A `Counter` (counter.py) tells what a motion passes, on a scale.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from fractions import Fraction
 from math import lcm
 from typing import TYPE_CHECKING
 
-from ...core.wires.clocking import ClockEdges, Still
+from ...core.wires.clocking import ClockEdges, NoEdges
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,7 +29,7 @@ FEW = 16  # edges an instant: where they are fewer, all of them are laid out at 
 
 
 # --------------------------------------------------------------------------------------------------- what turns a shaft
-class Once(Still):
+class SingleEdge(NoEdges):
     """A single edge."""
 
     def __init__(self, ps: int) -> None:
@@ -50,7 +50,7 @@ class Once(Still):
         return np.array([self.ps][first - 1 : last], np.int64)
 
 
-class Made(Still):
+class RecordedEdges(NoEdges):
     """Edges that have been made, one by one; a list that grows."""
 
     def __init__(self, times: list[int]) -> None:
@@ -71,17 +71,17 @@ class Made(Still):
         return np.array(self.times[first - 1 : last], np.int64)
 
 
-# ------------------------------------------------------------------------------------------------------- the course
+# ------------------------------------------------------------------------------------------------------- the motion
 @dataclass(slots=True)
-class Course:
-    """A piece of motion of a shaft, valid from an instant until another course replaces it.
+class ShaftMotion:
+    """A piece of motion of a shaft, valid from an instant until another motion replaces it.
 
     Places are counted in parts of a step, `unit` of them in a step. With each edge of `drive` after `since` the shaft
     moves by `step` parts in the direction of `sign`, once `slack` parts are taken up: play, or slip. It makes at most
     `room` of these steps: then it stands at a stop, and further edges are lost.
     """
 
-    drive: ClockEdges = field(default_factory=Still)
+    drive: ClockEdges = field(default_factory=NoEdges)
     since: int = 0
     place: int = 0  # parts
     sign: int = 1
@@ -89,14 +89,14 @@ class Course:
     unit: int = 1  # parts in a step of 1 turn / `Shaft.turn`
     slack: int = 0  # parts
     room: int | None = None  # edges; None: no stop
-    first: int = field(init=False)  # edges of the drive that were before this course
+    first: int = field(init=False)  # edges of the drive that were before this motion
 
     def __post_init__(self) -> None:
         self.first = self.drive.by(self.since)
 
     # ------------------------------------------------------------------------------------------------------- questions
     def edges(self, ps: int) -> int:
-        """Return how many edges of this course there have been by an instant (ps), lost ones included."""
+        """Return how many edges of this motion there have been by an instant (ps), lost ones included."""
         return max(0, self.drive.by(ps) - self.first)
 
     def moved(self, k: int) -> int:
@@ -119,7 +119,7 @@ class Course:
         return k if self.room is None or k <= self.room else None
 
     def when(self, k: int) -> int | None:
-        """Return the instant of edge k of this course (ps), or one at which to ask again; None: it does not come."""
+        """Return the instant of edge k of this motion (ps), or one at which to ask again; None: it does not come."""
         return self.drive.at(self.first + k)
 
     def lost(self, ps: int) -> int:
@@ -127,7 +127,7 @@ class Course:
         return 0 if self.room is None else max(0, self.edges(ps) - self.room)
 
     def places(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the places at instants of this course (int64 ps), in steps: (n,) float64."""
+        """Return the places at instants of this motion (int64 ps), in steps: (n,) float64."""
         import numpy as np
 
         edges = self.edges(int(times.max(initial=self.since)))
@@ -161,29 +161,29 @@ class Course:
         return found
 
     # ------------------------------------------------------------------------------------------------ from here on
-    def onward(self, ps: int) -> Course:
-        """Return the course from an instant (ps) on; what the drive does afterwards may still change."""
+    def onward(self, ps: int) -> ShaftMotion:
+        """Return the motion from an instant (ps) on; what the drive does afterwards may still change."""
         k = self.edges(ps)
         place, slack = self.place + self.sign * self.moved(k), max(0, self.slack - k * self.step)
         room = None if self.room is None else max(0, self.room - k)
-        return Course(self.drive, ps, place, self.sign, self.step, self.unit, slack, room)
+        return ShaftMotion(self.drive, ps, place, self.sign, self.step, self.unit, slack, room)
 
-    def within(self, low: Fraction | None, high: Fraction | None) -> Course:
-        """Return the course with hard stops at two places, in steps; None: no stop on that side."""
+    def within(self, low: Fraction | None, high: Fraction | None) -> ShaftMotion:
+        """Return the motion with hard stops at two places, in steps; None: no stop on that side."""
         stop = high if self.sign > 0 else low
         if stop is None:
             return self if self.room is None else replace(self, room=None)
         ahead = stop * self.unit - self.place if self.sign > 0 else self.place - stop * self.unit
         return replace(self, room=max(0, int((ahead + self.slack) // self.step)))
 
-    def refined(self, times: int) -> Course:
-        """Return the course in parts that are smaller by a whole factor."""
+    def refined(self, times: int) -> ShaftMotion:
+        """Return the motion in parts that are smaller by a whole factor."""
         return replace(
             self, place=self.place * times, step=self.step * times, unit=self.unit * times, slack=self.slack * times
         )
 
-    def geared(self, ratio: Fraction) -> Course:
-        """Return the course of a shaft behind a gear: it turns `ratio` times as far, negative: the other way."""
+    def geared(self, ratio: Fraction) -> ShaftMotion:
+        """Return the motion of a shaft behind a gear: it turns `ratio` times as far, negative: the other way."""
         n, d = abs(ratio.numerator), ratio.denominator
         sign = 1 if ratio > 0 else -1
         return replace(
@@ -192,6 +192,6 @@ class Course:
         )  # fmt: skip
 
 
-def common(one: Course, unit: int) -> Course:
-    """Return the course in parts that divide both its own and others of `unit` in a step."""
+def common(one: ShaftMotion, unit: int) -> ShaftMotion:
+    """Return the motion in parts that divide both its own and others of `unit` in a step."""
     return one if one.unit % unit == 0 else one.refined(lcm(one.unit, unit) // one.unit)

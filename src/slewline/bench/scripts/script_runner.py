@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
-from ...core.wires.bell import Bell
+from ...core.wires.event import Event
 from ...core.wires.waits import edge
 from ...errors import SlewlineError
 from ...language.assemble import RefusedProgram
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ...parts.hosts.host import Host
     from ...parts.hosts.packet_host import PacketHost
     from ...parts.hosts.packet_port import PacketPort
-    from ...parts.hosts.port import Port
+    from ...parts.hosts.port import CommandPort
     from ...parts.hosts.serial_host import SerialHost
     from ..bench import Bench
 
@@ -31,13 +31,13 @@ SHOWN = 160  # characters of a line in a message
 US_PS = 1_000_000
 TAKEN_US = 1000  # a command that keeps the chip busy for longer has begun a motion, a delay or a wait
 
-Act = Callable[["Stage", "Chip"], Awaitable[None]]
-Queue = Callable[["Stage"], None]
-Fits = Callable[["Stage", "Chip"], object]
+Act = Callable[["ScriptRunner", "Chip"], Awaitable[None]]
+Queue = Callable[["ScriptRunner"], None]
+Fits = Callable[["ScriptRunner", "Chip"], object]
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class ScriptLine:
     """A line of a script.
 
     `queue` puts it into the queue of a host; the bench must have what `pin` and `to` name, and `fits` raises what is
@@ -74,7 +74,7 @@ class Script:
 
     text: str
     where: str
-    steps: tuple[Step, ...]
+    steps: tuple[ScriptLine, ...]
     problems: tuple[Problem, ...]
 
     def refuse(self, problems: Iterable[Problem]) -> None:
@@ -85,19 +85,19 @@ class Script:
             raise RefusedProgram(found, "\n".join(lines), self.where)
 
 
-class Stage:
+class ScriptRunner:
     """A host that plays a script on a bench.
 
     `step` is the line that is being queued, `directed` says whether a directive follows it.
     """
 
-    def __init__(self, bench: Bench, host: Host, script: Script, speech: Speech) -> None:
-        self.bench, self.host, self.script, self.speech = bench, host, script, speech
+    def __init__(self, bench: Bench, host: Host, script: Script, protocol: ScriptProtocol) -> None:
+        self.bench, self.host, self.script, self.protocol = bench, host, script, protocol
         self.kernel = bench.kernel
-        self.step: Step | None = None
+        self.step: ScriptLine | None = None
         self.directed = False
-        self.bell = Bell(self.kernel, f"{host.name}.(bell)")
-        # the host by its class, of which it is one: `Step.fits` has seen to that
+        self.event = Event(self.kernel, f"{host.name}.(bell)")
+        # the host by its class, of which it is one: `ScriptLine.fits` has seen to that
         self.bus_host, self.line_host = cast("BusHost", host), cast("SerialHost", host)
         self.packet_host, self.flow_host = cast("PacketHost", host), cast("FlowHost", host)
         self.adaptive_host = cast("AdaptiveHost", host)
@@ -117,7 +117,7 @@ class Stage:
 
         host.queue.post(text, action)
 
-    def port(self, chip: Chip) -> Port:
+    def port(self, chip: Chip) -> CommandPort:
         """Return what the host has on the bus of a chip."""
         return self.bus_host.ports[chip.name]
 
@@ -127,7 +127,7 @@ class Stage:
 
     def axis(self, chip: Chip) -> Axis:
         """Return the axis that the host speaks of: the current one, where there are several."""
-        return chip.axes[self.speech.axis(self, chip) - 1]
+        return chip.axes[self.protocol.axis(self, chip) - 1]
 
     def tell(self, text: str) -> None:
         """Say what the host does, in the transcript."""
@@ -135,8 +135,8 @@ class Stage:
 
     async def next_round(self) -> None:
         """Let the round of this instant end, so that its changes show."""
-        self.bell.ring()
-        await edge(self.bell.net)
+        self.event.set()
+        await edge(self.event.net)
 
     def nested(self) -> AbstractContextManager[None]:
         """Tell nothing of what is done in here: whoever hears of inputs has heard of the whole script.
@@ -164,10 +164,10 @@ class Stage:
 # ------------------------------------------------------------------------------------------------------------ commands
 def command(body: str) -> Queue:
     """Send a command as the channel of the host has it."""
-    return lambda stage: stage.speech.command(body)(stage)
+    return lambda runner: runner.protocol.command(body)(runner)
 
 
-class Speech:
+class ScriptProtocol:
     """What a script says over a channel, and how: a command, bytes as they are, and of which axis."""
 
     def command(self, body: str) -> Queue:
@@ -176,12 +176,12 @@ class Speech:
 
     def send(self, data: bytes, act: Act) -> Queue:
         """Return how an act is queued that sends bytes."""
-        return lambda stage: stage.do(act)
+        return lambda runner: runner.do(act)
 
-    async def send_now(self, stage: Stage, chip: Chip, data: bytes) -> None:
+    async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
         """Send bytes as they are."""
         raise NotImplementedError
 
-    def axis(self, stage: Stage, chip: Chip) -> int:
+    def axis(self, runner: ScriptRunner, chip: Chip) -> int:
         """Return the number of the axis that the host speaks of."""
         return 1

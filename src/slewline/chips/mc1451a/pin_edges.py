@@ -22,7 +22,7 @@ from ...core.wires.net import Level
 from ...core.wires.pin import Terminal
 
 
-class Reading:
+class PinEdges:
     """The edges of the wire on a pin, from this instant on; the changes of this instant itself make its first level.
 
     `on_change` is called when a driver of the wire is told something: what it tells can be read in the next round.

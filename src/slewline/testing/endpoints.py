@@ -34,7 +34,7 @@ NUMBERS = count(1)
 PATIENCE_S = 60.0  # of the wall clock: a server that does not answer for so long is broken
 
 
-class Named(Rig):
+class UrlEndpoint(Rig):
     """A module that programs of this process find by its URL."""
 
     def __init__(self, part: str | type[Chip], **settings: Any) -> None:
@@ -49,7 +49,7 @@ class Named(Rig):
         super().close()
 
 
-class Direct(Rig):
+class BusEndpoint(Rig):
     """A module without a serial line, and the host computer on its bus that a test speaks through."""
 
     host: Host  # type: ignore[assignment]  # of whatever its channel has
@@ -77,7 +77,7 @@ class Direct(Rig):
         return self.host.idle
 
 
-class Served(Rig):
+class PortEndpoint(Rig):
     """A module behind a port.
 
     Args:
@@ -169,8 +169,8 @@ def running(part: str | type[Chip], on: str | None = None, seed: int = 0, **sett
         on = "url" if serial_line(sheet_of(part)) is not None else "host"
     if on not in FACES:
         raise UsageError(f"on {on!r}; allowed {', '.join(FACES)}{hint(on, FACES)}")
-    kinds: dict[str, Callable[..., Rig]] = {"url": Named, "host": Direct}
-    rig = kinds.get(on, partial(Served, on=on))(part, seed=seed, **settings)
+    kinds: dict[str, Callable[..., Rig]] = {"url": UrlEndpoint, "host": BusEndpoint}
+    rig = kinds.get(on, partial(PortEndpoint, on=on))(part, seed=seed, **settings)
     controller = Controller(rig, f"{rig.part} on {on}", seed)
     rig.begin()
     return controller

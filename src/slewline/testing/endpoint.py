@@ -9,15 +9,15 @@ from collections.abc import Callable
 from functools import partial
 
 from ..core.time.timebase import PS_PER_S
-from ..core.wires.serial import PARITIES, Word, bit_clock
+from ..core.wires.serial import PARITIES, CharacterFormat, bit_clock
 from ..errors import Timeout, UsageError
-from .rig import NAMED, Following, Rig, never, seconds
+from .rig import NAMED, Rig, WallClockTime, never, seconds
 
 STOPS: dict[float, int | str] = {1: 1, 1.5: "1.5", 2: 2}
 SILENCE_PS = PS_PER_S  # a line that has been quiet for so long is going to stay so
 
 
-def word_of(where: str, baud: int, bits: int, parity: str, stop: float, xonxoff: bool) -> Word:
+def word_of(where: str, baud: int, bits: int, parity: str, stop: float, xonxoff: bool) -> CharacterFormat:
     """Return the format that the settings of a port say.
 
     Raises:
@@ -28,10 +28,10 @@ def word_of(where: str, baud: int, bits: int, parity: str, stop: float, xonxoff:
     if parity not in PARITIES:
         raise UsageError(f"{where}: parity {parity!r}; allowed {', '.join(PARITIES)}")
     bit_clock(baud, where)
-    return Word(bits, PARITIES[parity], STOPS[stop])
+    return CharacterFormat(bits, PARITIES[parity], STOPS[stop])
 
 
-class End:
+class SerialEndpoint:
     """A program's end of the line of a rig.
 
     Args:
@@ -58,7 +58,7 @@ class End:
         self.rig.leave()
         self.connected = False
 
-    def change_line(self, baud: int, word: Word) -> None:
+    def change_line(self, baud: int, word: CharacterFormat) -> None:
         """Use another rate or format from the next character on."""
         host = self.rig.host
         if (baud, word) != (host.baud, host.word) or host.uart.fixed_baud is None:
@@ -84,7 +84,7 @@ class End:
         least = size if least is None else min(least, size)
         if len(self.buffer) < least:
             if timeout == 0:
-                self.rig.glance()
+                self.rig.poll()
             else:
                 self._gather(least, timeout, gap)
         data = bytes(self.buffer[:size])
@@ -124,7 +124,7 @@ class End:
 
     def _complain(self, size: int) -> None:
         """Nothing has come for long: say so, unless somebody may still send something meanwhile."""
-        if not isinstance(self.rig.pace, Following) and self.rig.line.quiet():
+        if not isinstance(self.rig.pace, WallClockTime) and self.rig.line.quiet():
             why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
             raise Timeout(
                 f"{self.where}: read({size}) without timeout got {len(self.buffer)}, and nothing more is coming "

@@ -1,6 +1,6 @@
 """The wire on a pin ahead of time: what its drivers have promised, whatever they are.
 
-    Outlook(pin, changed)
+    Lookahead(pin, changed)
 
         shown()   train ------------------>|  another train ---------------->
                                            ^ changed(): at once, before the driver forgets
@@ -18,7 +18,7 @@ from ...core.wires.pin import Terminal
 from ...core.wires.wave import Level, Promise, alike, promised
 
 
-class Outlook:
+class Lookahead:
     """What the wire on a pin will show, as things stand.
 
     Args:
@@ -37,12 +37,12 @@ class Outlook:
 
     def close(self) -> None:
         """Stop calling `changed`."""
-        self.pin.net.unsample(self.changed)
+        self.pin.net.unwatch_before(self.changed)
 
     @property
     def renewed(self) -> bool:
         """While `changed` is called: is all that was promised so far still true?"""
-        return self.pin.net.hub.renewed
+        return self.pin.net.root.renewed
 
     def shown(self) -> Promise | Level:
         """Return what the wire shows from now on: a promise, or a level; the same object while nothing has changed."""

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from ..time.kernel import Kernel
 
 
-class Bell:
+class Event:
     """Rings at the end of a round: its net changes, and whoever waits for a change goes on."""
 
     def __init__(self, kernel: Kernel, name: str) -> None:
@@ -21,7 +21,7 @@ class Bell:
         """Changes with every ring."""
         return self._driver.net
 
-    def ring(self) -> None:
+    def set(self) -> None:
         """Wake whoever waits for a change."""
         self.count += 1
         self._driver.drive(self.count)

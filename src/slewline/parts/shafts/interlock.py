@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from .shaft import Shaft
 
 
-class Held:
+class InterlockMonitor:
     """What the shaft of a part does as long as it should not, a level of a wire saying so."""
 
     def __init__(self, part: Part, shaft: Shaft) -> None:
