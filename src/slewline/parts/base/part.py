@@ -180,7 +180,7 @@ class Part(Component):
     @property
     def idle(self) -> bool:
         """Nothing left to do by itself."""
-        return self.queue is None or self.queue.idle
+        return self.queue is None or not self.queue.requests  # asked after every instant of a run
 
     @property
     def waiting(self) -> str:
