@@ -43,13 +43,6 @@ if TYPE_CHECKING:
     from ..bench import Bench
 
 UART_BAUD = 9600
-LINES: Mapping[type[Channel], str] = {  # the method that furnishes what serves a channel
-    BusHandshake: "_bus_line",
-    SerialChannel: "_serial_line",
-    HostPort: "_register_line",
-    FlowBus: "_register_line",
-    AdaptiveLine: "_adaptive_line",
-}
 BOARDS: Mapping[type[Channel], tuple[str, str]] = {  # the kind of board on a channel, and how its name ends
     HostPort: ("isa", "isa"),
     FlowBus: ("parallel_card", "card"),
@@ -132,13 +125,13 @@ class Server:
             if len(chips) > 1 and not isinstance(channel, SerialChannel):
                 has = "a line of its own" if isinstance(channel, AdaptiveLine) else "a bus"
                 raise UsageError(f"{name}: {chip.name} has {has}; give it a port of its own")
-        line = getattr(self, LINES[type(channels[0])])(name, chips, framing, over)
+        line = LINES[type(channels[0])](self, name, chips, framing, over)
         for other in self.lines.values():
             if any(chip in other.chips for chip in chips):
                 other.beside.append(line)
                 line.beside.append(other)
         self.lines[name] = line
-        return line  # type: ignore[no-any-return]
+        return line
 
     def _serial_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
         """Characters, to modules that share a line."""
@@ -360,3 +353,12 @@ def strapped_line(chip: Chip) -> tuple[int, int, str, int]:
     port = chip.sheet.channel(SerialChannel)
     assert port is not None
     return port.bauds[strapped(chip.pins, port.baud_pins)], port.bits, port.parity, port.stop
+
+
+LINES: Mapping[type[Channel], Callable[[Server, str, Sequence[Chip], bool, str | None], HostLine]] = {
+    BusHandshake: Server._bus_line,
+    SerialChannel: Server._serial_line,
+    HostPort: Server._register_line,
+    FlowBus: Server._register_line,
+    AdaptiveLine: Server._adaptive_line,
+}  # what serves a channel
