@@ -49,7 +49,7 @@ def drawn(bench: slewline.Bench, velocity: Velocity, position: Position) -> floa
     def points() -> None:
         velocity.outline(0, now, 900), position.outline(0, now, 900)
         for net in bench.recorded.values():
-            outlines.edges(bench.recorder, net, 0, now)
+            outlines.edges(bench._signals.recorder, net, 0, now)
 
     return best(points, 3)
 

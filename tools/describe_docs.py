@@ -19,6 +19,7 @@ And one file that goes with the package: src/slewline/links/control/control.sche
 from __future__ import annotations
 
 import argparse
+import inspect
 import json
 import re
 import sys
@@ -300,7 +301,7 @@ def control_schema() -> str:
 # ---------------------------------------------------------------------------------------------------------------- parts
 def parts_page() -> str:
     """Every kind of part, with its pins and its options."""
-    kinds, chapters = [], []
+    kinds, chapters, faces = [], [], []
     for kind, row in KINDS.items():
         cls = part_class(kind)
         bench = Bench()
@@ -311,22 +312,38 @@ def parts_page() -> str:
         kinds.append((named, row.says, ", ".join(pins), ", ".join(fitting(kind, part))))
         if rows := options_of(cls, row.fixed):
             chapters.append(f"\n### {kind}\n\n{option_table(rows)}\n")
+        if own := [*own_names(cls)]:
+            faces.append((f"`{kind}`", ", ".join(own)))
     text = (
         "What stands around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`,\n"
         "pins that have an arrow are wired to the neighbour's pin in [that role](#roles). It may be a chip or another\n"
         "part; of a chip with several axes it is the axis that the option `axis` names. A part that needs a pin which\n"
         "the neighbour lacks is refused with the reason. Figures are those of the CY525 manual, with GS-C those of\n"
-        "its data sheet. What a part can be told from Python stands in its class in\n"
-        "`src/slewline/parts`.\n"
+        "its data sheet.\n"
     )
     table_of_kinds = table(("kind", "what it is", "pins", "chips that it attaches to"), kinds)
     roles = table(("role", "a pin that"), ((f"`{role}`", says) for role, says in ROLES.items()))
     return (
         f"{NOTE}# Parts: motors, drivers, switches, encoders, hosts\n\n{text}\n{table_of_kinds}\n\n"
         f"## Options\n{''.join(chapters)}\n"
+        "## From Python\n\nWhat a part is asked and told, beside its `name`, `pin(name)`, `pins`, `findings`,\n"
+        "`on_finding`, `quantities()`, `idle` and `waiting`. `help` says more.\n\n"
+        f"{table(('kind', ''), faces)}\n\n"
         "## Roles\n\nWhat pins of chips and parts are for; the tables of pins on the pages of the chips have them.\n\n"
         f"{roles}\n"
     )
+
+
+def own_names(cls: type[Part]) -> Iterator[str]:
+    """What users ask and tell a part of a class, beside what all parts have, as they write it."""
+    for base in reversed(cls.__mro__[: cls.__mro__.index(Part)]):
+        for name in vars(base).get("_for_users", ()):
+            member = getattr(cls, name, None)
+            yield (
+                f"`{name}({', '.join([*inspect.signature(member).parameters][1:])})`"
+                if callable(member)
+                else f"`{name}`"
+            )
 
 
 def fitting(kind: str, part: Part) -> list[str]:

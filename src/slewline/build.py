@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .chips.line import Line, LineChip
     from .core.chip import Chip
     from .core.component import Finding
+    from .core.context import ChipContext
     from .core.datasheet.channel import AdaptiveLine, BusHandshake, FlowBus, HostPort, SerialLine
     from .core.datasheet.option import Option
     from .core.datasheet.quirk import Quirk
@@ -54,6 +55,7 @@ _FROM = {
     "core.datasheet.channel": ("AdaptiveLine", "BusHandshake", "FlowBus", "HostPort", "SerialLine"),
     "core.chip": ("Chip",),
     "core.component": ("Finding",),
+    "core.context": ("ChipContext",),
     "core.motion.one_axis": ("OneAxis",),
     "core.time.hook": ("Hook",),
     "core.wires.net": ("Bus", "Driver", "Net"),
@@ -88,6 +90,7 @@ __all__ = [
     "Bus",
     "BusHandshake",
     "Chip",
+    "ChipContext",
     "Clock",
     "Clocked",
     "Condition",

@@ -9,6 +9,7 @@ import pytest
 import slewline
 from slewline.bench.wiring import met
 from slewline.chips import PARTS, chip_class, sheet_of
+from slewline.core.chip import step_nets
 from slewline.core.datasheet.roles import AXIS_ROLES, ROLES
 from slewline.core.datasheet.table import Pin
 from slewline.errors import SheetError, SlewlineError, UnknownName, UsageError, WiringError
@@ -198,7 +199,7 @@ def test_clocks_are_recorded_only_when_they_are_named(bench):
 @pytest.mark.parametrize("part", PARTS)
 def test_the_nets_of_steps_are_those_of_every_axis(bench, part):
     x = bench.add(part, name="x")
-    assert x.step_nets() == [x.pin(x.sheet.role("step", n).name).net for n in range(1, x.sheet.axes + 1)]
+    assert step_nets(x) == [x.pin(x.sheet.role("step", n).name).net for n in range(1, x.sheet.axes + 1)]
 
 
 def test_every_role_of_a_part_is_one_of_the_house(bench):

@@ -55,12 +55,12 @@ class Rig:
     # ---------------------------------------------------------------------------------------------------------- time
     def at(self, cycle: int, tick: int = 0) -> int:
         """The instant of a clock in a cycle."""
-        return self.x.clock.ps(self.x.origin + 8192 * cycle + tick)
+        return self.x.clock.ps(self.x._cycle_clock.origin + 8192 * cycle + tick)
 
     @property
     def cycle(self) -> int:
         """The cycle under way."""
-        return (self.x.clock.ticks_until(self.bench.now_ps) - self.x.origin) // 8192
+        return (self.x.clock.ticks_until(self.bench.now_ps) - self.x._cycle_clock.origin) // 8192
 
     def to(self, cycle: int, tick: int = 0) -> None:
         """Let time pass up to a clock in a cycle, what happens then included."""
@@ -170,7 +170,7 @@ class Rig:
 
     def in_cycles(self, instant: int) -> int:
         """The cycle that begins at an instant; nothing else does."""
-        cycle, part = divmod(self.x.clock.ticks_from(instant) - self.x.origin, 8192)
+        cycle, part = divmod(self.x.clock.ticks_from(instant) - self.x._cycle_clock.origin, 8192)
         assert part == 0, f"{part} clocks into cycle {cycle}"
         return cycle
 

@@ -83,13 +83,13 @@ class Mover(Rig):
     # --------------------------------------------------------------------------------------------------------- steps
     def ticks(self, cycle: int = 0, axis: int = 1) -> list[int]:
         """When the steps came, from a cycle on: clocks since its begin."""
-        clock, begun = self.x.clock, self.x.origin + 8192 * cycle
+        clock, begun = self.x.clock, self.x._cycle_clock.origin + 8192 * cycle
         return [clock.ticks_until(time) - begun for time in self.pulses(self.at(cycle), axis)]
 
     def counts(self, cycle: int, axis: int = 1) -> list[int]:
         """How many steps came in each cycle, from one on up to the present one."""
         times = self.x.axis(axis).steps(self.at(cycle)).times_ps
-        ticks = self.x.clock.ticks_array(times) - (self.x.origin + 8192 * cycle)
+        ticks = self.x.clock.ticks_array(times) - (self.x._cycle_clock.origin + 8192 * cycle)
         return np.bincount(
             (ticks - 1) // 8192, minlength=self.cycle - cycle + 1
         ).tolist()  # what ends a cycle is its own

@@ -95,7 +95,7 @@ def test_three_steps_at_the_first_rate() -> None:
     assert rig.edges("motion_complete")[-1] == (33000, 0)
     assert rig.edges("ready")[-1] == (33000 + 180, 1)  # 30 us at 6 MHz
     assert rig.chip.position == 2
-    assert [driver.net.level for driver in rig.chip.outputs.phases] == [0, 1, 1, 0]  # offset 3
+    assert [driver.net.level for driver in rig.chip._outputs.phases] == [0, 1, 1, 0]  # offset 3
     assert not rig.falls("slew")
 
 

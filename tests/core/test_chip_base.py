@@ -11,6 +11,7 @@ import pytest
 import slewline
 from slewline.core.chip import Chip
 from slewline.core.component import Finding
+from slewline.core.datasheet.channel import FlowBus
 from slewline.core.datasheet.table import Pin, Sheet, Table
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.train import Playing, StepTrain
@@ -22,6 +23,7 @@ from slewline.errors import (
     LONGEST_FINDING,
     LONGEST_LINE,
     ProgramError,
+    SheetError,
     StoreError,
     TimeError,
     Timeout,
@@ -73,6 +75,48 @@ class Toy(Chip):
 
     def net(self, name):
         return self.pin(name).net
+
+
+# ---------------------------------------------------------------------------------------------------------- firmware
+def test_a_firmware_that_runs_is_not_started_a_second_time():
+    async def program(toy):
+        await toy.ticks(10)
+        toy.log.append(toy.kernel.now)
+
+    toy = Toy(Kernel(), program)
+    with pytest.raises(UsageError, match=r"^toy: the firmware has been started; stop\(\) ends it"):
+        toy.start()
+    toy.kernel.run(5 * US)
+    with pytest.raises(UsageError, match="has been started"):
+        toy.start()
+    toy.kernel.run(20 * US)
+    assert toy.log == [10 * US]
+    toy.stop()
+    toy.start()
+    toy.kernel.run(25 * US)
+    toy.stop()
+    toy.start()
+    toy.kernel.run(100 * US)
+    assert toy.log == [10 * US, 35 * US]
+
+
+def test_a_sheet_says_which_channel_and_which_pin_it_lacks():
+    with pytest.raises(SheetError, match=r"^toy: needs a FlowBus among its channels; it has none: give it one"):
+        SHEET.through(FlowBus)
+    with pytest.raises(SheetError, match=r"^toy: needs a pin with the role 'ready'; no row of its pins has it"):
+        SHEET.in_role("ready")
+
+
+@pytest.mark.parametrize("part", ["cy525", "cy545", "gs-c200", "mc1451a"])
+def test_what_a_chip_does_by_its_supply_is_no_call_of_its_users(part):
+    bench = slewline.Bench()
+    x = bench.add(part)
+    bench.run("30 ms")
+    for name in ("cleared", "powered_up", "powered_off", "driven", "clock_runs", "begin_anew", "released"):
+        assert not hasattr(x, name)
+    with pytest.raises(UsageError, match="a Mc1451A has no firmware" if part == "mc1451a" else "has been started"):
+        x.start()
+    bench.run("1 ms")  # and nothing has come of it
 
 
 # -------------------------------------------------------------------------------------------------------------- pins

@@ -91,8 +91,8 @@ class Mad:
         self.effects: Counter[str] = Counter()
         self.findings: Counter[str] = Counter()
         self.accepted = 0
-        for code, handler in list(self.chip.interpreter.handlers.items()):
-            self.chip.interpreter.handlers[code] = self._counted(code, handler)
+        for code, handler in list(self.chip._interpreter.handlers.items()):
+            self.chip._interpreter.handlers[code] = self._counted(code, handler)
 
     def furnish(self) -> None:
         """Put the chip and its host on the bench."""

@@ -191,7 +191,7 @@ class Mad(Misuse):
         while self.hand.operations < last:
             self.try_out(*self.rnd.choices((*DONE,), (*DONE.values(),)))
         cycles = self.chip.clock.ticks_until(self.bench.now_ps - began) // CYCLE
-        for each in (*self.chip.axes, *(one.pulses for one in self.chip.motion.trajectories)):
+        for each in (*self.chip.axes, *(one.pulses for one in self.chip._motion.trajectories)):
             assert len(each.past) <= cycles + 2, "a cycle leaves more behind than one stretch"
         self.recover()
         self.note()
@@ -232,7 +232,7 @@ class Mad(Misuse):
         for axis in self.axes:
             for command in (f"SET_{axis}", *commands):
                 self.do(command)
-        pasts = [each.past for each in (*chip.axes, *(one.pulses for one in chip.motion.trajectories))]
+        pasts = [each.past for each in (*chip.axes, *(one.pulses for one in chip._motion.trajectories))]
         before = [len(past) for past in pasts]
         self.do(f"MULTI_UPDATE {(1 << len(self.axes)) - 1}")
         self.bench.run_until_idle("1 s")
@@ -240,7 +240,7 @@ class Mad(Misuse):
         assert all(len(past) <= length + STRETCHES for past, length in zip(pasts, before, strict=True))
         for number, axis in zip(self.axes, chip.axes, strict=True):
             times = axis.times(since, self.bench.now_ps)
-            ticks = [chip.clock.ticks_from(ps) - chip.origin for ps in times.tolist()]
+            ticks = [chip.clock.ticks_from(ps) - chip._cycle_clock.origin for ps in times.tolist()]
             found.append([tick - ticks[0] // CYCLE * CYCLE for tick in ticks])
             assert axis.position == position
             assert self.do(f"SET_{number}") & 0x7FF == 0x0301 and self.do("GET_TRGT_POS") == position

@@ -214,7 +214,7 @@ def begin(dialogue: Dialogue, *, stepwise: bool = False, shuffle: int | None = N
     else:
         assert host.ask("E")
         host.ask("K")
-        bench.run_until(lambda: not chip.running)
+        bench.run_until(lambda: not chip._running)
         chip.axes[0].load(dialogue.position)
     bench.record(*(f"x.{pin}" for pin in OUTPUTS))
     talked = Talked(bench, chip, host)

@@ -372,7 +372,7 @@ class Talked(Played):
             state[f"velocities {number}"] = [part.tolist() for part in axis.velocities(0, self.bench.now_ps)]
         found = [(found.time_ps, found.code) for found in self.chip.findings]
         state["findings"] = [pair for pair in found if not pair[1].startswith("encoder")]
-        if self.chip.supply.starts == 1:
+        if self.chip._supply.starts == 1:
             state["encoder"] = sorted(code for _, code in found if code.startswith("encoder"))
         return state
 

@@ -66,19 +66,19 @@ class Calls(Hand):
     """A host whose strobes are as they should be: the port is told what they transfer."""
 
     def ready(self) -> None:
-        kernel, port = self.bench.kernel, self.chip.port
+        kernel, port = self.bench.kernel, self.chip._port
         late = kernel.run_while(lambda: port.ready, kernel.now + PATIENCE)
         assert not late, self.chip.waiting
 
     def write(self, data: bytes, command: bool = False) -> None:
         self.operations += 1
-        take = self.chip.port.command if command else self.chip.port.data
+        take = self.chip._port.command if command else self.chip._port.data
         for byte in data:
             take(byte)
 
     def read(self, number: int = 2) -> bytes:
         self.operations += 1
-        data, port = bytearray(), self.chip.port
+        data, port = bytearray(), self.chip._port
         for _ in range(number):
             data.append(port.read())
             port.read_on()

@@ -129,7 +129,7 @@ def test_the_port_is_ready_when_the_dialogues_reckon_with_it() -> None:
     played = play(dialogue)
     assert not played.chip.findings
     assert played.traces()["hostrdy"][0][0] == 40_000 * (READY + 25)
-    assert played.chip.port.ready and len(played.read) % 2 == 0
+    assert played.chip._port.ready and len(played.read) % 2 == 0
 
 
 @pytest.mark.long

@@ -210,7 +210,7 @@ def test_in_lockstep_what_waits_behind_a_command_of_the_bus_is_carried_out(both)
     port = serial.serial_for_url(serial_where, timeout=30)
     with card_of(where) as card:
         port.write(b"\r\r")
-        threaded.until(lambda: x.serial.rate is not None)
+        threaded.until(lambda: x.baud)
         card.command("D 300")
         port.write(b"+\r")
         threaded.until(lambda: line.taken == 4 and line.wait is None)

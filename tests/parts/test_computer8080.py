@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 
 import slewline
+from slewline.parts.boards import computer8080
 
 BINBUFFER = bytes.fromhex("43 00 42 00 52 01 64 53 01 FE 46 01 03 4E 02 05 00 47 00 FF")
 ASCIIBUFFER = b"C\rB\rR 100\rS 254\rF 3\rN 5\rG\r\xff"
@@ -51,22 +52,22 @@ def test_port_b_shows_eight_outputs_of_the_chip(circuit):
     c = circuit(rate=3, firstrate=3, slope=255, divisor=1)
     sdk = c.part("ppi8255", "sdk", to="x")
     c.settle()
-    assert sdk.read(sdk.STATUS) == 0xFF
+    assert sdk.read(computer8080.STATUS) == 0xFF
     sdk.sendchar("C\r-\r")
     c.finish()
-    assert sdk.read(sdk.STATUS) == 0xFF & ~0x10 & ~0x40  # programmable output, DIRECTION
+    assert sdk.read(computer8080.STATUS) == 0xFF & ~0x10 & ~0x40  # programmable output, DIRECTION
     sdk.sendchar("N 300\rG\r")
     c.bench.run_until(c.x.pin("slew").is_(0))
-    assert sdk.read(sdk.STATUS) & 0xA2 == 0  # SLEW, READY and PULSE low
+    assert sdk.read(computer8080.STATUS) & 0xA2 == 0  # SLEW, READY and PULSE low
     c.finish()
-    assert sdk.read(sdk.STATUS) & 0x01 == 0  # MOTION COMPLETE
+    assert sdk.read(computer8080.STATUS) & 0x01 == 0  # MOTION COMPLETE
     sdk.sendchar("E\r")
     c.finish()
-    assert sdk.read(sdk.STATUS) & 0x08 == 0  # PROG
+    assert sdk.read(computer8080.STATUS) & 0x08 == 0  # PROG
     sdk.sendchar("U\rQX\r")
     c.bench.run_until(lambda: sdk.idle)
     c.bench.run("1 ms")
-    assert sdk.read(sdk.STATUS) & 0x0C == 0x08  # RUN
+    assert sdk.read(computer8080.STATUS) & 0x0C == 0x08  # RUN
     with pytest.raises(slewline.UsageError, match="no input port 0xee"):
         sdk.read(0xEE)
 
@@ -104,25 +105,25 @@ def test_the_codes_drive_a_program_through_wait_dowhile_inhibit_abort_and_reset(
     c.settle()
     c.bench.run("30 ms")
     assert c.x.position == 0
-    sdk.out(CONTROL, sdk.DOWHILE)
-    sdk.out(CONTROL, sdk.LOWAIT)
+    sdk.out(CONTROL, computer8080.DOWHILE)
+    sdk.out(CONTROL, computer8080.LOWAIT)
     c.bench.run_until(c.x.reaches(10))
-    sdk.out(CONTROL, sdk.STPINH)
+    sdk.out(CONTROL, computer8080.STPINH)
     c.bench.run("100 ms")
     assert c.x.position in (10, 11)
-    sdk.out(CONTROL, sdk.TRIGGER)
-    sdk.out(CONTROL, sdk.NOLOOP)
+    sdk.out(CONTROL, computer8080.TRIGGER)
+    sdk.out(CONTROL, computer8080.NOLOOP)
     c.finish()
     assert c.x.position == 12
     sdk.sendchar("N 5000\rG\r")
     c.bench.run_until(c.x.reaches(100))
-    sdk.out(CONTROL, sdk.ABORT)
+    sdk.out(CONTROL, computer8080.ABORT)
     c.finish()
     assert c.x.position < 110
-    sdk.out(CONTROL, sdk.NOABORT)
-    sdk.out(CONTROL, sdk.RESETLO)
+    sdk.out(CONTROL, computer8080.NOABORT)
+    sdk.out(CONTROL, computer8080.RESETLO)
     c.bench.run("1 ms")
-    sdk.out(CONTROL, sdk.NORESET)
+    sdk.out(CONTROL, computer8080.NORESET)
     c.finish()
     assert c.x.program == b""
     assert "conflict" not in c.codes("x")
@@ -161,8 +162,8 @@ def test_the_motion_bit_reads_zero_when_the_five_steps_are_done(circuit):
     c.settle()
     c.bench.run_until(lambda: sdk.idle)
     looks = []
-    while sdk.read(sdk.STATUS) & 0x01:
-        looks.append(sdk.read(sdk.STATUS) & 0x20)
+    while sdk.read(computer8080.STATUS) & 0x01:
+        looks.append(sdk.read(computer8080.STATUS) & 0x20)
         c.bench.run("13 us")
     assert set(looks) == {0}  # READY is never found high before MOTION COMPLETE is low
     assert len(looks) > 800
@@ -177,9 +178,9 @@ def test_the_oscilloscope_shows_the_same_trace_after_every_reset(circuit):
     c.settle()
     traces = []
     for _ in range(3):
-        sdk.out(CONTROL, sdk.RESETLO)
+        sdk.out(CONTROL, computer8080.RESETLO)
         c.bench.run("1 ms")
-        sdk.out(CONTROL, sdk.NORESET)
+        sdk.out(CONTROL, computer8080.NORESET)
         c.bench.run("1 ms")
         sdk.sendchar(OSCILLOSCOPE)
         begin = c.bench.now_ps

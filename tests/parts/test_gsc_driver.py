@@ -190,7 +190,7 @@ def test_the_numbers_of_the_example_belong_to_the_driver_with_1200_ohm():
     assert isclose(to_supply(1.5, 937, ground=1200), 4245, rel_tol=1e-3)
     bench = slewline.Bench()
     for driver, ramp in (("gs-d200", 1.501), ("gs-d200s", 1.226)):
-        assert isclose(bench.part("phase_current", driver=driver).currents[True, False], ramp, rel_tol=1e-3)
+        assert isclose(bench.part("phase_current", driver=driver)._currents[True, False], ramp, rel_tol=1e-3)
 
 
 def test_a_driver_is_not_asked_for_more_than_it_gives():

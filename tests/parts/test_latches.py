@@ -6,6 +6,8 @@ from itertools import product
 
 import pytest
 
+from slewline.parts.boards.computer8080 import IOSELOUT
+
 SLOW = "F 3\rR 3\rS 255\rZ 1\r"
 
 
@@ -37,7 +39,7 @@ def test_while_i_o_select_stays_high_the_latches_follow_every_step(circuit):
     latch = c.part("position_latch", to="x")
     ppi = c.part("ppi8255", to="x")
     ppi.sendchar(f"A 250\r{SLOW}N 12\rG\r")
-    ppi.out(0xEF, ppi.IOSELOUT)
+    ppi.out(0xEF, IOSELOUT)
     seen = []
     c.settle()
     c.bench.run_until(c.x.pin("io_select").is_(1))
@@ -70,7 +72,7 @@ def test_two_373_and_nor_gates_on_pins_10_and_37_do_the_same(circuit, position):
     c.bench.run_until(c.x.reaches(position - 1))
     host.read_position()
     c.bench.run_until_idle()
-    assert (c.bench["high"].held, c.bench["low"].held) == divmod(position, 256)
+    assert (c.bench["high"]._held, c.bench["low"]._held) == divmod(position, 256)
     assert c.bench["made"].position == position
     c.bench.pin("low.output_enable").drive(0)
     assert c.x.bus.byte == position & 0xFF

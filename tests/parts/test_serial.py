@@ -72,7 +72,7 @@ def test_each_stage_of_the_counter_is_sixteen_times_a_baud_rate(stage):
     bench = slewline.Bench()
     uart = bench.part("uart", baud=baud)
     pc = bench.part("serial_sender", "pc", to="uart", baud=baud)
-    assert uart.clock.hz == 2_457_600 / 2**stage == 16 * float(baud)
+    assert uart._clock.hz == 2_457_600 / 2**stage == 16 * float(baud)
     bench.record("uart.rxd")
     bench.run("1 us")
     pc.send(b"\x55")

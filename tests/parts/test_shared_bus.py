@@ -230,7 +230,7 @@ def follower(stepwise=False, shuffle=None, moves=(7, 3, 12)):
 def test_a_follower_steps_only_as_the_pulse_of_the_leader_lets_it():
     bench, lead, follow = follower()
     assert lead.position == 22
-    recorder = bench.recorder
+    recorder = bench._signals.recorder
     ticks, ps = follow.clock.ticks_until, follow.clock.ps
     steps = falls(bench, "follow.pulse")
     assert len(steps) == follow.position

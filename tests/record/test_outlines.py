@@ -126,9 +126,9 @@ def test_the_pins_of_a_program_that_moves_over_and_over_show_alike() -> None:
     bench.run("9 s")
     for start in (0, 1_234_567_890_123):
         for name, net in bench.recorded.items():
-            few = drawn(bench.recorder, net, start, bench.now_ps, whole=False)
-            assert few == drawn(bench.recorder, net, start, bench.now_ps, whole=True), name
-            assert len(outlines.edges(bench.recorder, net, start, bench.now_ps)[0]) <= (outlines.DENSE + 2) * S
+            few = drawn(bench._signals.recorder, net, start, bench.now_ps, whole=False)
+            assert few == drawn(bench._signals.recorder, net, start, bench.now_ps, whole=True), name
+            assert len(outlines.edges(bench._signals.recorder, net, start, bench.now_ps)[0]) <= (outlines.DENSE + 2) * S
 
 
 @pytest.mark.parametrize("part", ["cy525", "gs-c200s", "mc1451a"])
@@ -145,7 +145,7 @@ def test_the_pins_of_every_family_show_alike(part: str) -> None:
     bench.run("1500 ms")
     bands = 0
     for name, net in bench.recorded.items():
-        few = drawn(bench.recorder, net, 0, bench.now_ps, whole=False)
-        assert few == drawn(bench.recorder, net, 0, bench.now_ps, whole=True), name
+        few = drawn(bench._signals.recorder, net, 0, bench.now_ps, whole=False)
+        assert few == drawn(bench._signals.recorder, net, 0, bench.now_ps, whole=True), name
         bands += len(few[2])
     assert bands

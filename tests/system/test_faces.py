@@ -1,14 +1,23 @@
-"""What `slewline` and `slewline.build` export is loaded when it is asked for."""
+"""What `slewline` and `slewline.build` export is loaded when it is asked for; names of objects stand on a page."""
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from inspect import getattr_static
+from pathlib import Path
 
 import pytest
 
 import slewline
 import slewline.build
+from slewline.chips import PARTS
+from slewline.core.chip import Chip
+from slewline.core.messages.instead import Instead
+from slewline.parts import KINDS, part_class
+from slewline.parts.hosts.host import Host
 
 
 def loaded(statement: str) -> set[str]:
@@ -71,3 +80,59 @@ def test_a_face_has_the_names_that_it_lists_and_no_others(face) -> None:
         assert getattr(face, name) is vars(face)[name]  # it stays there
     with pytest.raises(AttributeError, match=f"module '{face.__name__}' has no attribute 'nonsense'"):
         face.nonsense  # noqa: B018
+
+
+# ------------------------------------------------------------------------------------------------------ public names
+PAGES = Path(__file__).parents[2] / "docs/reference"
+FOR_USERS, FOR_AUTHORS = ("api.md", "parts.md"), ("api.md", "parts.md", "build.md")
+MOST = {Chip: 84, Host: 62, object: 46}  # public names of a chip, of a host, of anything else
+GIVEN = {"prom": {"image": b"\xff"}, "switch": {"low": 0}}  # to parts that must be told something
+
+
+def written(*pages: str) -> set[str]:
+    """The names in code on pages."""
+    code = [
+        found for page in pages for found in re.findall(r"(?s)```.*?```|`[^`\n]+`", (PAGES / page).read_text("utf-8"))
+    ]
+    return set(re.findall(r"[A-Za-z]\w*", " ".join(code)))
+
+
+def public(thing: object) -> set[str]:
+    """The names without underscore of an object; what only says what there is instead is none."""
+    names = (name for name in object.__dir__(thing) if not name.startswith("_"))
+    return {name for name in names if not isinstance(getattr_static(thing, name, None), Instead)}
+
+
+def everything() -> Iterator[object]:
+    """A bench, every chip with a host on each of its sides, and every kind of part."""
+    bench = slewline.Bench()
+    yield bench
+    for part in PARTS:
+        x = bench.add(part)
+        yield from (x, bench.host(x))
+        if len(x.sheet.channels) > 1:
+            yield bench.host(x, over="serial")
+    shaft = bench.part("motor", "shaft")
+    for kind in KINDS:
+        yield bench.part(kind, on=shaft if part_class(kind).sits == "must" else None, **GIVEN.get(kind, {}))
+
+
+def test_every_public_name_stands_on_a_page_and_they_are_few() -> None:
+    for thing in everything():
+        names = public(thing)
+        assert names <= written(*FOR_AUTHORS), thing
+        assert len(names) <= next(most for cls, most in MOST.items() if isinstance(thing, cls)), thing
+
+
+def test_dir_lists_what_users_find_on_their_pages_and_nothing_that_authors_work_with() -> None:
+    for thing in everything():
+        listed = {name for name in dir(thing) if not name.startswith("_")}
+        assert listed <= public(thing) & written(*FOR_USERS), thing
+        assert not listed & {"kernel", "drivers", "finding", "input", "start", "stop", "queue"}, thing
+
+
+def test_a_name_that_is_on_no_page_is_noticed() -> None:
+    x = slewline.Bench().add("cy525")
+    x.unheard_of = 1
+    assert public(x) - written(*FOR_AUTHORS) == {"unheard_of"}
+    assert not {"send", "db0", "RATE"} & public(x)  # they say what there is instead

@@ -12,6 +12,7 @@ import serialx
 
 import slewline
 import slewline.testing.for_serialx
+from slewline.core.chip import step_nets
 from slewline.errors import Timeout, UsageError
 from slewline.testing import aio
 
@@ -259,7 +260,7 @@ def test_a_wait_that_is_cancelled_leaves_nothing_behind():
         x = bench["x"]
         waiting = asyncio.create_task(bench.until(lambda: x.position == 5))
         await bench.wait("1 ms")
-        net = x.step_nets()[0]
+        net = step_nets(x)[0]
         watched = len(net.observers)
         waiting.cancel()
         with pytest.raises(asyncio.CancelledError):

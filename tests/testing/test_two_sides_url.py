@@ -24,7 +24,7 @@ def test_a_program_finds_the_chip_by_its_url_at_its_own_rate(part, baud):
     with opened(f"slewline://{part}", baudrate=baud) as port:
         port.write(b"\r\r? R\r")
         assert port.read_until(b"\r") == b"R=00100\r"
-        assert port.chip.serial.rate == pytest.approx(baud, rel=0.001)
+        assert port.chip.baud == pytest.approx(baud, rel=0.001)
         assert port.bench.findings == []
 
 

@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     from ..core.component import Finding
     from ..core.motion.axis import Steps
     from ..parts.base.part import Part
-    from ..record.recording.recorder import Recorder
     from ..record.recording.traces import Trace
     from .by_name import Adds, Hosts, Makes
     from .files.journal import Journal
@@ -107,14 +106,26 @@ class Bench:
         TimeError: `keep` is no duration.
     """
 
-    for_users: ClassVar[tuple[str, ...]] = (
+    _for_users: ClassVar[tuple[str, ...]] = (
         *("add", "host", "part", "wire", "pin", "chips", "parts", "run", "run_to", "run_until", "run_until_idle", "at"),
         *("now", "now_ps", "findings", "quantity", "until", "until_idle", "wait", "connect", "place", "catch_up"),
-        *("conclude", "record", "edges", "plot", "figure", "show", "readings", "timing", "timing_figure", "intervals"),
+        *(
+            "conclude",
+            "record",
+            "recorded",
+            "edges",
+            "plot",
+            "figure",
+            "show",
+            "readings",
+            "timing",
+            "timing_figure",
+            "intervals",
+        ),
         *("check_timing", "save_vcd", "save_csv", "save_steps", "save_npz", "stream_vcd", "journal", "seed", "stores"),
         *("on_finding", "on_input", "on_commit"),
     )
-    to_set: ClassVar[Mapping[str, str]] = dict.fromkeys(
+    _to_set: ClassVar[Mapping[str, str]] = dict.fromkeys(
         ("now", "now_ps"), 'time passes: bench.run("1 ms"), or bench.run_to("5 ms")'
     )
 
@@ -142,15 +153,15 @@ class Bench:
         self._pictures = Pictures(self._signals)
         self._diagrams = TimingDiagrams(self._signals)
         self.recorded = self._signals.recorded
-        self.outside = kernel.outside
-        self.outside.let_pass = self._runner.let_pass
+        outside = kernel.outside
+        outside.let_pass = self._runner.let_pass
         self.journal: Journal | None = None
         if journal is not None:
             from .files.journal import Journal
 
             self.journal = Journal(journal, kernel, number)
-            self.outside.write = self.journal.write
-        self.on_finding, self.on_input = self._circuit.on_finding, self.outside.on_input
+            outside.write = self.journal.write
+        self.on_finding, self.on_input = self._circuit.on_finding, outside.on_input
         self.on_commit = kernel.on_commit
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -158,14 +169,9 @@ class Bench:
             if name in FIXED and vars(self)[name] is not value:
                 raise NoSuchAttribute(f"bench: {name} cannot be set; {FIXED[name]}")
             if type(self) is Bench and name not in vars(self) and not hasattr(Bench, name):
-                meant = hint(name, [*self.for_users, *FIXED]) or "; keep what is yours in a variable"
+                meant = hint(name, [*self._for_users, *FIXED]) or "; keep what is yours in a variable"
                 raise NoSuchAttribute(f"bench has no {name!r} that could be set{meant}")
         super().__setattr__(name, value)
-
-    @property
-    def recorder(self) -> Recorder:
-        """What keeps the recorded pins."""
-        return self._signals.recorder
 
     # ------------------------------------------------------------------------------------------------------ the circuit
     add = cast("Adds", delegate("_circuit", Circuit.add))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, cast
 
+from ..core.chip import step_nets
 from ..core.messages.calls import answering, misfit
 from ..core.time.timebase import Time, picoseconds, readable
 from ..core.wires.net import Net
@@ -240,7 +241,7 @@ class Runner:
             what = getattr(condition, "__name__", "the condition")
             if wrong := misfit(condition):
                 raise UsageError(f"{verb}({what}): {wrong}; the function takes nothing: lambda: x.position > 40")
-            return FunctionCondition(condition, what, [net for chip in self.chips.values() for net in chip.step_nets()])
+            return FunctionCondition(condition, what, [net for chip in self.chips.values() for net in step_nets(chip)])
         raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
 
     def _until(self, condition: Condition, timeout: Time) -> None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping, Sequence
 from inspect import isawaitable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 from ..core.chip import Chip
 from ..core.datasheet.channel import SerialLine
@@ -217,6 +217,7 @@ class LineInterface:
 class InLines:
     """What users and hosts ask of a chip about its line; it stands before `Chip` among the bases."""
 
+    _for_users: ClassVar[tuple[str, ...]] = ("baud", "checked")
     line: LineInterface
 
     @property
@@ -230,9 +231,9 @@ class InLines:
         return self.line.unfinished
 
     @property
-    def how_to_end(self) -> str:
+    def _how_to_end(self) -> str:
         """What to do about a line that has come without its end; one of odd characters was sent in another format."""
-        return f"{super().how_to_end}{self.line.odd}"  # type: ignore[misc]  # of Chip
+        return f"{super()._how_to_end}{self.line.odd}"  # type: ignore[misc]  # of Chip
 
     @property
     def baud(self) -> int:

@@ -355,9 +355,8 @@ def serve_command(**options: Any) -> int:
 @click.pass_context
 def help_command(ctx: click.Context, command: str | None) -> int:
     """Print the help of a command, or of all."""
-    assert ctx.parent is not None
     if command is None:
-        click.echo(ctx.parent.get_help())
+        click.echo((ctx.parent or ctx).get_help())
         return 0
     return int(cli.main([command, "--help"], prog_name="slewline", standalone_mode=False) or 0)
 

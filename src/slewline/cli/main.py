@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import NoReturn
 
+    import click
+
 INTERRUPTED = "interrupted; no file was written"
 
 
@@ -80,13 +82,12 @@ def _let_go() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _called(cli: object, arguments: Sequence[str]) -> int:
+def _called(cli: click.Command, arguments: Sequence[str]) -> int:
     import click
 
     from ..errors import Endless, ProgramError, SlewlineError, Timeout
     from ..extras import needs
 
-    assert isinstance(cli, click.Command)
     try:
         # None: colours where there is a terminal (https://no-color.org)
         colours = False if os.environ.get("NO_COLOR") else None

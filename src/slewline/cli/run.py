@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
@@ -97,7 +97,7 @@ class RunCommand:
             outputs.claim(self.plot, SUFFIXES)
             say_replaced(self.journal)
             try:
-                bench = self.replayed() if self.replay else self.new_bench(outputs.partial(self.journal))
+                bench = self.replayed(self.replay) if self.replay else self.new_bench(outputs.partial(self.journal))
                 ended = self.ended(bench)
             except ProgramError as error:  # a line of a script that cannot be played
                 raise Refused(str(error)) from error
@@ -148,12 +148,12 @@ class RunCommand:
     # ------------------------------------------------------------------------------------------------------ the bench
     def new_bench(self, journal: str | None) -> Bench:
         """Return the bench, ready to run."""
-        assert self.file is not None
+        file = cast("str", self.file)  # without one there is a journal to be replayed
         if not self.is_bench:
-            return self.single(self.file, journal)
+            return self.single(file, journal)
         from ..bench.file import BenchFile
 
-        bench_file = BenchFile(self.file, self.anywhere, self.allow_code)
+        bench_file = BenchFile(file, self.anywhere, self.allow_code)
         times = bench_file.tables.bench
         bench_file.check_times()
         if self.until is None and self.timeout is None and times.until is not None:
@@ -211,15 +211,14 @@ class RunCommand:
         return [f"{name}.{row.name}" for role in PLOTTED for row in chip.sheet.pins if row.role == role]
 
     # --------------------------------------------------------------------------------------------------------- running
-    def replayed(self) -> Bench:
+    def replayed(self, journal: str) -> Bench:
         """Replay a journal and return its bench; print warnings to the standard error."""
         from ..bench import replay
 
-        assert self.replay is not None
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
             bench = replay(
-                self.replay,
+                journal,
                 until=self.until,
                 prepare=self.prepare,
                 other_laws=self.other_laws,

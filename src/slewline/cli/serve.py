@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
@@ -141,13 +141,13 @@ class ServeCommand:
             if not self.file.tables.serve:
                 raise UsageError(f"{self.bench}: no [[serve]] table, so there is nothing to serve")
             return self.file.load(journal=self.journal, stores=stores)
-        assert self.chip is not None
+        part = cast("str", self.chip)  # without a bench file there is one
         bench = Bench(journal=self.journal, stores=stores)
-        sheet = sheet_of(self.chip)
+        sheet = sheet_of(part)
         # nothing strapped is the slowest
-        options = joined(read_options(self.options, self.chip), read(sheet.options, self.option))
+        options = joined(read_options(self.options, part), read(sheet.options, self.option))
         checked(sheet.part, sheet.options, options, elsewhere=sheet.elsewhere)
-        chip = bench.add(self.chip, straps=sheet.fastest | dict(self.strap), **options)
+        chip = bench.add(part, straps=sheet.fastest | dict(self.strap), **options)
         put_memory(bench, chip, self.memory)
         return bench
 

@@ -150,17 +150,17 @@ class MotionReports:
         """Print that a motion begins."""
         if self.begun is not None:
             return
-        if self.step is None:
+        if self.step is None or self.step.sense is None:  # no edge says when the first step begins
             self.moves("moves", motion)
         else:
+            net = self.chip.pins[self.step.name].net
             self.first = self.chip.kernel.spawn(
-                self.first_step, motion, self.step, name=f"transcript of {self.chip.name}"
+                self.first_step, motion, net, self.step.sense, name=f"transcript of {self.chip.name}"
             )
 
-    async def first_step(self, motion: MotionStart, step: Pin) -> None:
-        """Wait for the first step."""
-        assert step.sense is not None
-        await level(self.chip.pins[step.name].net, step.sense)
+    async def first_step(self, motion: MotionStart, net: Net, begins: int) -> None:
+        """Wait for the first step, which begins with a level."""
+        await level(net, begins)
         self.moves("steps", motion)
 
     def moves(self, verb: str, motion: MotionStart) -> None:

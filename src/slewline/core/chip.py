@@ -61,7 +61,7 @@ class Chip(Component, OneAxis):
     `options` holds every option of the sheet by its name, checked.
     """
 
-    for_users: ClassVar[tuple[str, ...]] = (
+    _for_users: ClassVar[tuple[str, ...]] = (
         *(
             "pin",
             "pins",
@@ -79,8 +79,8 @@ class Chip(Component, OneAxis):
         *("findings", "program", "listing", "program_rows", "program_counter", "at_instruction"),
         *("on_instruction", "on_command", "on_finding", "on_power"),
     )
-    to_set: ClassVar[Mapping[str, str]] = {
-        **OneAxis.to_set,
+    _to_set: ClassVar[Mapping[str, str]] = {
+        **OneAxis._to_set,
         "program": "a host sends it, instruction after instruction: bench.host({it}).send(...)",
         "program_counter": "a host starts the program: bench.host({it}).send(...)",
     }
@@ -161,7 +161,7 @@ class Chip(Component, OneAxis):
         to_drive = f'a pin is driven: {self.name}.pin("{self._strap}").drive(0)'
         return NameHelp(self._of_part, "pin", to_drive, names)
 
-    def known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
+    def _known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
         """Return registers, of an axis where there are several, as users read them."""
         found = Known(registers)
         found.name_help = partial(self._registers_told, axis=axis) if axis else self._registers_told
@@ -170,11 +170,6 @@ class Chip(Component, OneAxis):
     def _registers_told(self, registers: Mapping[str, int], axis: int = 0) -> NameHelp:
         to_load = f"a host sends the command that loads one: bench.host({self.name}).send(...)"
         return NameHelp(self._of_part + (f" axis {axis}" if axis else ""), "register", to_load, list(registers))
-
-    @property
-    def has_bus(self) -> bool:
-        """Does the part have a data bus?"""
-        return any(isinstance(terminal.net, Bus) for terminal in self.pins.values())
 
     def _build_pins(self, straps: Mapping[str, int]) -> None:
         pins: dict[str, Terminal] = {}
@@ -240,10 +235,6 @@ class Chip(Component, OneAxis):
         """Does the chip, at rest, wait for an input that lets it go on?"""
         return False
 
-    def step_nets(self) -> list[Net]:
-        """Return the nets of the outputs that show every step of a motor."""
-        return [self.pins[row.name].net for row in self.sheet.pins if row.role == "step"]
-
     @property
     def motor(self) -> Axis:
         """Position of the motor of axis 1, now and in the past."""
@@ -299,7 +290,7 @@ class Chip(Component, OneAxis):
         """
         raise NotImplementedError
 
-    def check_switch(self, on: object) -> None:
+    def _check_switch(self, on: object) -> None:
         """Check that a supply is told on or off.
 
         Raises:
@@ -323,7 +314,7 @@ class Chip(Component, OneAxis):
     def waiting(self) -> str:
         """What the chip waits for, and since when."""
         text, since = self._waiting
-        rest = f"; {self.unfinished!r} has come without its {self.lacking}" if self.unfinished else ""
+        rest = f"; {self.unfinished!r} has come without its {self._lacking}" if self.unfinished else ""
         return f"{self.name}: {text} since {readable(since)}{rest}"
 
     @property
@@ -332,15 +323,15 @@ class Chip(Component, OneAxis):
         return ""
 
     @property
-    def lacking(self) -> str:
+    def _lacking(self) -> str:
         """What would end, or go on with, the line that has come so far."""
         return RETURN
 
     @property
-    def how_to_end(self) -> str:
+    def _how_to_end(self) -> str:
         """What to do about a line that has come without its end."""
-        if self.lacking != RETURN:
-            return f"send the {self.lacking} that ends it"
+        if self._lacking != RETURN:
+            return f"send the {self._lacking} that ends it"
         instead = ", not a line feed (\\n)" if "\n" in self.unfinished else ""
         return f"end each command with a carriage return (\\r, 0x0D){instead}"
 
@@ -355,8 +346,8 @@ class Chip(Component, OneAxis):
             return []
         if not (self._unended and text.startswith(self._unended)):
             self._unended = text  # told once, though it may grow
-        ends = f"{self._unended!r} has come without its {self.lacking}, and the {self.sheet.part} waits for it"
-        return [("unfinished", f"{ends}: {self.how_to_end}")]
+        ends = f"{self._unended!r} has come without its {self._lacking}, and the {self.sheet.part} waits for it"
+        return [("unfinished", f"{ends}: {self._how_to_end}")]
 
     def conclude(self) -> bool:
         """Tell what is left over, unless it was the last time; return whether that has changed."""
@@ -433,7 +424,15 @@ class Chip(Component, OneAxis):
         raise NotImplementedError
 
     def start(self) -> None:
-        """Start the firmware at this instant."""
+        """Start the firmware at this instant.
+
+        Raises:
+            UsageError: it has been started already, or the chip has none.
+        """
+        if type(self).run is Chip.run:
+            raise UsageError(f"{self.name}: a {type(self).__name__} has no firmware to start; run() would be one")
+        if self.task is not None:
+            raise UsageError(f"{self.name}: the firmware has been started; stop() ends it, start() begins it anew then")
         self.sync()
         self.task = self.kernel.spawn(self.run, name=self.name)
 
@@ -443,3 +442,8 @@ class Chip(Component, OneAxis):
             self.task.kill()
             self.task = None
         self.idle = False
+
+
+def step_nets(chip: Chip) -> list[Net]:
+    """Return the nets of the outputs of a chip that show every step of a motor."""
+    return [chip.pins[row.name].net for row in chip.sheet.pins if row.role == "step"]

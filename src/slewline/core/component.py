@@ -46,18 +46,18 @@ missing(
 class Component:
     """A chip or a part.
 
-    `for_users` are the names that `dir` lists, where a class has chosen them; `to_set` says what to do instead of
+    `_for_users` are the names that `dir` lists, where a class has chosen them; `_to_set` says what to do instead of
     setting a property.  Who overrides a method that is declared by `@from_outside` need not say so again.
     """
 
-    for_users: ClassVar[tuple[str, ...]] = ()
-    to_set: ClassVar[Mapping[str, str]] = MappingProxyType({})
-    input_names: ClassVar[frozenset[str]] = frozenset()
+    _for_users: ClassVar[tuple[str, ...]] = ()
+    _to_set: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    _input_names: ClassVar[frozenset[str]] = frozenset()
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
         seal(cls)
-        cls.input_names = frozenset(
+        cls._input_names = frozenset(
             name for base in cls.__mro__ for name in vars(base) if is_from_outside(vars(base)[name])
         )
 
@@ -68,7 +68,7 @@ class Component:
         self.on_finding: Hook[[Finding]] = Hook()
 
     def __dir__(self) -> Iterable[str]:
-        return names_for_users(self) if self.for_users else super().__dir__()
+        return names_for_users(self) if self._for_users else super().__dir__()
 
     @property
     def findings(self) -> list[Finding]:
@@ -100,9 +100,9 @@ def input_of(owner: Component, verb: str) -> Callable[..., Any]:
     Raises:
         UsageError: none that is declared has this name; the message lists those there are.
     """
-    if verb not in owner.input_names:
+    if verb not in owner._input_names:
         raise UsageError(
-            f"{owner.name}: {verb!r} is no input; allowed {', '.join(sorted(owner.input_names)) or 'none'}; "
+            f"{owner.name}: {verb!r} is no input; allowed {', '.join(sorted(owner._input_names)) or 'none'}; "
             "a method of your own is declared by @from_outside"
         )
     return getattr(owner, verb)  # type: ignore[no-any-return]

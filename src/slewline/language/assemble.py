@@ -84,10 +84,9 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
     """
     source = read(text, sheet, bare=True)
     link(source)
-    for extra in source.blocks[1:]:
-        assert extra.entry is not None  # only a text without program entry has a program without it, and then just one
-        found, remedy = f"a second {extra.entry.text}", "assemble one program at a time"
-        source.report(extra.entry, "second-program", "error", found, remedy=remedy)
+    for extra in filter(None, (block.entry for block in source.blocks[1:])):
+        found, remedy = f"a second {extra.text}", "assemble one program at a time"
+        source.report(extra, "second-program", "error", found, remedy=remedy)
     errors = sorted(problem for problem in source.problems if problem.severity == "error")
     if errors:
         raise RefusedProgram(errors, text, where)

@@ -126,10 +126,9 @@ class Dialect:
         """Return a statement that has its address in a program, with the address to which it branches."""
         return statement
 
-    def shown(self, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
-        """Return an instruction of the buffer as it is written; `labels` and `names` as for `spell`."""
-        assert instruction.row is not None
-        return self.spell(instruction.row, instruction.values, labels, names)
+    def shown(self, row: Row, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
+        """Return an instruction of the buffer, of a row, as it is written; `labels` and `names` as for `spell`."""
+        return self.spell(row, instruction.values, labels, names)
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
         """Return the instruction that begins at an address of the buffer; without a row, a byte that is no opcode."""

@@ -132,7 +132,7 @@ def _text(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], name
     before = "".join(dialect.label(letter) for letter, at in marks.items() if at == address)
     if row is None:
         return f"{before}??? {_hex(data)}"
-    return before + dialect.shown(instruction, sheet.labels, names)
+    return before + dialect.shown(row, instruction, sheet.labels, names)
 
 
 def _hex(data: bytes) -> str:

@@ -244,9 +244,14 @@ class Calculator(ABC):
         return {name: value for name, value in values.items() if value != defaults.get(name)}
 
     def arg(self, name: str) -> Arg:
-        """Return the range of a quantity that is a number."""
+        """Return the range of a quantity that is a number.
+
+        Raises:
+            UsageError: it is none.
+        """
         arg = self.quantity(name).arg
-        assert arg is not None
+        if arg is None:
+            raise UsageError(f"{name}: is no number; give its row of the calculator an arg, which has a range")
         return arg
 
     @abstractmethod
@@ -385,8 +390,7 @@ def levels(measure: Callable[[int], float], target: float, low: int, high: int, 
     def first(most: float) -> int:
         """Return the least value whose measure is `most` or less."""
         value = least(lambda each: measure(each) <= most, low, high)
-        assert value is not None
-        return value
+        return high if value is None else value
 
     middle = first(max(target, measure(high)))
     value = middle

@@ -16,7 +16,7 @@ from concurrent.futures import Future
 from functools import partial
 from ipaddress import ip_address
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from ..bench.hosting import channel_over
 from ..core.chip import Chip
@@ -150,15 +150,13 @@ class Server:
         if framing:
             raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
         host = self.bench.host(chips[0], name=f"{name}_line", over=channel_over(chips[0], over).name)
-        assert isinstance(host, AdaptiveHost)  # that of a serial line
-        return ConnectorLine(name, chips, self.pace, self.log, host)
+        return ConnectorLine(name, chips, self.pace, self.log, cast("AdaptiveHost", host))
 
     def _bus_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
         """Lines of text to a host on a bus; without framing, characters to the UART beside it."""
         if framing:
             host = self.bench.host(chips[0], name=f"{name}_host", over=over)
-            assert isinstance(host, BusHost)  # that of a bus
-            return FramedLine(name, chips[0], self.pace, self.log, host)
+            return FramedLine(name, chips[0], self.pace, self.log, cast("BusHost", host))
         return ConnectorLine(name, chips, self.pace, self.log, self._uart(chips[0]))
 
     def _connector(self, line: str, chips: Sequence[Chip]) -> SerialPort:
@@ -186,9 +184,7 @@ class Server:
     def _board(self, chip: Chip, over: str | None) -> Board:
         """An interface board on a chip."""
         kind, tail = BOARDS[type(channel_over(chip, over))]
-        board = self.bench.part(kind, name=f"{chip.name}_{tail}", to=chip)
-        assert isinstance(board, Board)  # every kind in there is one
-        return board
+        return cast("Board", self.bench.part(kind, name=f"{chip.name}_{tail}", to=chip))
 
     def _check(self, line: HostLine, port: str) -> None:
         if port not in line.ports:
@@ -223,7 +219,9 @@ class Server:
         from .ports.device import DevicePort
 
         self._check(line, "serial")
-        port = self._opened(DevicePort(self.loop, line, device, lambda text: self._say(line.name, text)))
+        port = self._opened(
+            DevicePort(self.loop, cast("ConnectorLine", line), device, lambda text: self._say(line.name, text))
+        )
         self._say_format(line, device)
         return port
 
@@ -250,10 +248,10 @@ class Server:
 
     def _say_format(self, line: HostLine, where: str) -> None:
         """Of a line that most hosts take for 8N1."""
-        assert isinstance(line, ConnectorLine)
-        word = line.port.word
+        port = cast("ConnectorLine", line).port
+        word = port.word
         if word.bits < 8:
-            form = f"{line.port.baud} baud, {word.bits} data bits, {word.parity} parity, {word.stop} stop bits"
+            form = f"{port.baud} baud, {word.bits} data bits, {word.parity} parity, {word.stop} stop bits"
             self._say(
                 line.name, f"{where}: the line has {form}; a host that sets others, such as 8N1, gets E1 or silence"
             )
@@ -350,8 +348,7 @@ class Server:
 
 def strapped_line(chip: Chip) -> tuple[int, int, str, int]:
     """Speed and format of a chip's serial port, as its pins are strapped: baud, bits, parity, stop bits."""
-    port = chip.sheet.channel(SerialChannel)
-    assert port is not None
+    port = chip.sheet.through(SerialChannel)
     return port.bauds[strapped(chip.pins, port.baud_pins)], port.bits, port.parity, port.stop
 
 

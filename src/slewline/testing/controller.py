@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from ..bench import Bench
-from ..core.chip import Chip
+from ..core.chip import Chip, step_nets
 from ..core.messages.instead import face, missing
 from ..core.motion.axis import Steps
 from ..core.time.timebase import Time, moment, picoseconds, readable
@@ -40,7 +40,7 @@ class Controller:
         label: what the report of a failed test calls it.
     """
 
-    for_users: ClassVar[tuple[str, ...]] = (
+    _for_users: ClassVar[tuple[str, ...]] = (
         *("url", "host", "chip", "bench", "faults", "now", "position", "pin", "advance", "until", "until_idle", "ask"),
         *("assert_reply", "assert_steps", "assert_edges", "report", "close", "label", "seed"),
     )
@@ -111,7 +111,7 @@ class Controller:
             met, text, nets, when = condition.met, condition.text, condition.nets, condition.foreseen
             self.rig.do(condition.begin)
         else:
-            met, text, nets = condition, getattr(condition, "__name__", "the condition"), tuple(self.chip.step_nets())
+            met, text, nets = condition, getattr(condition, "__name__", "the condition"), tuple(step_nets(self.chip))
             when = None
         if not self.rig.wait(met, picoseconds(timeout), when, nets):
             raise Timeout(f"{self.label}: waited {timeout} for {text}; {self.chip.waiting}")

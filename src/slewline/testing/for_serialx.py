@@ -30,6 +30,7 @@ from serialx import (
 from ..bench import Bench
 from ..bench.runner import Wait
 from ..core.chip import Chip
+from ..errors import UsageError
 from .aio import time_of
 from .endpoint import SILENCE_PS, SerialEndpoint, word_of
 from .rig import SCHEME, Rig, from_url
@@ -165,9 +166,15 @@ class Transport(BaseSerialTransport):
         self._call_protocol_connection_made()
 
     @property
+    def _port(self) -> Serial:
+        """The port that is open."""
+        if self._serial is None:
+            raise UsageError(f"{SCHEME}: no port is open; await the connection first")
+        return self._serial
+
+    @property
     def _end(self) -> SerialEndpoint:
-        assert self._serial is not None
-        return self._serial._line
+        return self._port._line
 
     # -------------------------------------------------------------------------------------------------------- reading
     def _arrived(self) -> None:
@@ -227,16 +234,13 @@ class Transport(BaseSerialTransport):
         self._time.wait(Wait(end.sent, end.rig.bench.now_ps + SILENCE_PS, done))
 
     async def _reconfigure_port(self, update: Any) -> None:
-        assert self._serial is not None
-        self._serial._reconfigure_port(update)
+        self._port._reconfigure_port(update)
 
     async def _get_modem_pins(self) -> ModemPins:
-        assert self._serial is not None
-        return self._serial.get_modem_pins()
+        return self._port.get_modem_pins()
 
     async def _set_modem_pins(self, modem_pins: ModemPins) -> None:
-        assert self._serial is not None
-        self._serial.set_modem_pins(modem_pins)
+        self._port.set_modem_pins(modem_pins)
 
     # ---------------------------------------------------------------------------------------------------------- close
     def close(self) -> None:
@@ -264,8 +268,7 @@ class Transport(BaseSerialTransport):
     def _lost(self) -> None:
         if self._connection_lost_called:
             return
-        assert self._serial is not None
-        self._serial._hang_up()
+        self._port._hang_up()
         self._time.leave(self)
         self._call_protocol_connection_lost(None)
 

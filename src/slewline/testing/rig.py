@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from os import PathLike
 from pathlib import Path
 from threading import Condition
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 from urllib.parse import parse_qsl, urlsplit
 
 from ..bench import Bench
@@ -120,8 +120,7 @@ class Rig:
     def reach(self) -> None:
         """Put the connector of a program on the bench, and say where it is found."""
         host = self.bench.host(self.chip, name="line", over=self.channel.name)
-        assert isinstance(host, SerialHost | AdaptiveHost)  # that of a serial line
-        self.host = host
+        self.host = cast("SerialHost | AdaptiveHost", host)  # that of a serial line
         self.line = ConnectorLine(self.chip.name, [self.chip], self.pace, self.log, self.host)
         self.url = f"{SCHEME}://{self.part}?name={self.chip.name}"
         self.lock = Condition()  # programs read in one thread and write in another; handed over while one waits

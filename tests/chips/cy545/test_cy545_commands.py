@@ -262,7 +262,7 @@ def test_bits_of_the_data_bus_are_outputs_until_the_next_bus_cycle() -> None:
     rig.serial.send("B 24\r[1,1,65\r")
     rig.bench.run_until_idle()
     assert rig.level("db0") != 0
-    assert rig.x.bits.bus_latch == 0xFF
+    assert rig.x._bits.bus_latch == 0xFF
 
 
 @pytest.mark.fact("CY545-UND-BIT-BUS")
@@ -323,7 +323,7 @@ def test_a_bit_whose_latch_is_high_is_an_input(rig: Rig545) -> None:
     rig.x.pin("usrb3").release()
     rig.bench.run("1 us")
     assert rig.level("usrb3") == 1
-    assert rig.x.bits.word & 0xFF == 0xFF
+    assert rig.x._bits.word & 0xFF == 0xFF
 
 
 @pytest.mark.fact("CY545-QUERY-4")
@@ -340,7 +340,7 @@ def test_the_query_of_bits_has_the_user_bits_low_and_the_bus_high() -> None:
 @pytest.mark.parametrize(("mode", "sixth", "told"), [("0A0H", "CTS", True), ("0A1H", "FPL", True), ("80H", "", False)])
 def test_usrb6_is_fpl_or_cts_or_a_user_bit(rig: Rig545, mode: str, sixth: str, told: bool) -> None:
     rig.say(f"O {mode}", "B 22", "B 7FH", "B 16")
-    assert rig.x.bits.shared == sixth
+    assert rig.x._bits.shared == sixth
     assert rig.level("usrb6") == int(sixth == "FPL")
     assert rig.user == "111110"
     assert rig.codes == ["shared-bit"] * told

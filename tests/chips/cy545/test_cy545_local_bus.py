@@ -169,7 +169,7 @@ def test_an_eeprom_is_waited_for_byte_by_byte() -> None:
 def test_an_eeprom_that_polls_no_data_would_be_believed_too_early() -> None:
     """The oracle of the test above: without the inverted bit the next write comes while the part is busy."""
     rig, eeprom = with_eeprom()
-    eeprom.bus.read = lambda: eeprom.writing[1] if eeprom.writing else eeprom.core.byte
+    eeprom._bus.read = lambda: eeprom.writing[1] if eeprom.writing else eeprom._core.byte
     rig.send("E\rP 100\rQ")
     assert "memory-busy" in [found.code for found in eeprom.findings]
     assert eeprom.content[:6] != b"P 100\r"
@@ -383,7 +383,7 @@ def test_in_binary_the_display_gets_a_value_with_returns_in_it(command: str, que
     rig.send(f"{command}\rO 5\r")
     rig.host.send(b"?\x01" + query)
     rig.bench.run_until_idle()
-    assert bytes(display.cells[0x38:0x40]) == shown
+    assert bytes(display._cells[0x38:0x40]) == shown
 
 
 @pytest.mark.fact("CY545-DISP-7")

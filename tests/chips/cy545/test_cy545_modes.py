@@ -48,7 +48,7 @@ def test_the_mode_selects_one_of_four_devices(mode: str, device: str) -> None:
     parallel = rig.say("? R")
     assert parallel == ("R=00100\r" if device == "parallel" else "")
     assert bytes(rig.serial.received) == (b"R=00100\r" if device in ("serial", "lcd") else b"")
-    assert rig.x.display.device == device
+    assert rig.x._display.device == device
     assert bool(rig.falls("usrb7", start)) == (device == "hp")
     assert (display.text == "R=00100 ") == (device == "hp")
 
@@ -107,7 +107,7 @@ def test_i_is_like_a_reset_and_takes_a_millisecond(rig: Rig545) -> None:
         "number": 200, "rate": 100, "firstrate": 14, "slope": 220, "mode": 0x80, "pointer": 0, "position": 0,
     }  # fmt: skip
     assert set(rig.state(HIGH)) == {"1"}
-    assert not rig.x.state.continuous and not rig.x.stored.loops
+    assert not rig.x.state.continuous and not rig.x._stored.loops
     assert (rig.rises("busy", start)[-1] - rig.falls("busy", start)[-1]) / MS == pytest.approx(1.1, abs=0.01)
     assert rig.ram.content[4:10] == b"L 3,0\r"
 
@@ -118,13 +118,13 @@ def test_a_reset_makes_the_serial_side_look_for_its_rate_again(how: str) -> None
     rig = Rig545(serial=True)
     rig.say("O 80H")
     assert rig.serial.ask("? R") == "R=00100"
-    assert rig.x.serial.rate is not None
+    assert rig.x._serial.rate is not None
     if how == "I":
         rig.say("I")
     else:
         rig.x.reset()
         rig.bench.run("1 ms")
-    assert rig.x.serial.rate is None
+    assert rig.x._serial.rate is None
 
 
 @pytest.mark.fact("CY545-UND-RESET-PIN")

@@ -144,7 +144,7 @@ def test_a_count_of_0_runs_through(letter: str, passes: int) -> None:
     while len(seen) < 300 and not (seen and rig.x.idle):
         rig.bench.run("1 ms")
     left = passes - seen.count(0)
-    assert left == 0 or rig.x.stored.loops[letter][1] - left in (0, 1)  # the last one may be in work
+    assert left == 0 or rig.x._stored.loops[letter][1] - left in (0, 1)  # the last one may be in work
 
 
 @pytest.mark.fact("CY545-UND-LOOP-NEST")
@@ -166,16 +166,16 @@ def test_z_around_l_works_and_l_around_l_takes_over_its_count(rig: Rig545) -> No
 def test_a_count_is_dropped_by_a_stop_and_by_x_and_kept_by_a_jump(rig: Rig545) -> None:
     rig.enter("N 1", "G", "L 3,11", "0", "0")
     rig.run_program()  # L 3,11 goes into the second half of itself: an unknown command, then 0
-    assert not rig.x.stored.loops
+    assert not rig.x._stored.loops
     rig.enter("L 3,8", "J 20")
     rig.ram.load(b"J 30\r", at=8)
     rig.ram.load(b"L 2,40\r0\r", at=30)
     rig.ram.load(b"0\r", at=40)
     rig.host.send("Y 0\rX\r")
     rig.bench.run_until(rig.x.at_instruction(30), "1 s")
-    assert rig.x.stored.loops["L"] == (0, 2)
+    assert rig.x._stored.loops["L"] == (0, 2)
     rig.bench.run_until_idle()
-    assert not rig.x.stored.loops
+    assert not rig.x._stored.loops
 
 
 @pytest.mark.fact("CY545-CMD-T-1")

@@ -44,7 +44,7 @@ def test_nothing_is_heard_before_two_carriage_returns_one_behind_the_other(befor
     rig = line()
     rig.serial.write(before)
     rig.bench.run("50 ms")
-    assert rig.x.serial.rate is None and rig.falls("pulse") == [] and rig.falls("txd") == []
+    assert rig.x._serial.rate is None and rig.falls("pulse") == [] and rig.falls("txd") == []
     assert rig.codes == ["not-adapted"]
     rig.serial.write(b"\r\r? R\r")
     rig.bench.run("50 ms")
@@ -69,7 +69,7 @@ def test_at_11_mhz_it_finds_every_standard_rate_with_two_percent_of_error(baud, 
     hz = baud * 16 * (100 + off) // 100
     rig.serial.uart.set_line(f"{hz / 16}", WORD)
     assert rig.serial.ask("? R", "10 s") == "R=00100"
-    assert rig.x.serial.rate == pytest.approx(hz / 16, rel=0.002)
+    assert rig.x._serial.rate == pytest.approx(hz / 16, rel=0.002)
     assert rig.codes == []
 
 
@@ -93,7 +93,7 @@ def test_which_rates_it_finds_at_which_crystal(crystal, baud, found):
     rig = line(crystal=crystal, baud=baud)
     rig.serial.write(b"\r\r")
     rig.bench.run("200 ms")
-    assert (rig.x.serial.rate is not None) is found
+    assert (rig.x._serial.rate is not None) is found
     assert rig.codes == ([] if found else ["wrong-rate"])
     if not found:
         assert f"at {crystal}" in rig.x.findings[0].text
@@ -107,10 +107,10 @@ def test_two_carriage_returns_of_different_rates_are_none():
     rig.serial.uart.set_line(4800, WORD)
     rig.serial.write(b"\r")
     rig.bench.run("5 ms")
-    assert rig.x.serial.rate is None and rig.codes == []
+    assert rig.x._serial.rate is None and rig.codes == []
     rig.serial.write(b"\r")
     rig.bench.run("5 ms")
-    assert rig.x.serial.rate == pytest.approx(4800, rel=0.001)
+    assert rig.x._serial.rate == pytest.approx(4800, rel=0.001)
 
 
 @pytest.mark.fact("CY545-RESET-4", "CY545-SER-2")
@@ -124,10 +124,10 @@ def test_after_a_reset_the_rate_is_found_anew(how):
     else:
         rig.x.reset()
         rig.bench.run("20 ms")
-    assert rig.x.serial.rate is None
+    assert rig.x._serial.rate is None
     rig.serial.uart.set_line(4800, WORD)
     assert rig.serial.ask("? R") == "R=00100"
-    assert rig.x.serial.rate == pytest.approx(4800, rel=0.001) and rig.codes == []
+    assert rig.x._serial.rate == pytest.approx(4800, rel=0.001) and rig.codes == []
 
 
 @pytest.mark.fact("CY545-SER-4", "CY545-SER-5", "CY545-UND-BAUD-STRAP")

@@ -69,10 +69,10 @@ class Probe(Cy5xx):
         verify_bytes={},
         buffer_bytes=18,
     )
-    power_up = PowerUp(10**10, 7 * 10**10)
-    instructions_class = Orders
-    moves = lambda self, ticks: Moves(self, ticks, self.state, self.outputs, self.port, None)  # noqa: E731
-    patterns = lambda self: PHASES  # noqa: E731
+    _power_up = PowerUp(10**10, 7 * 10**10)
+    _instructions_class = Orders
+    _moves = lambda self, ticks: Moves(self, ticks, self.state, self._outputs, self._port, None)  # noqa: E731
+    _patterns = lambda self: PHASES  # noqa: E731
 
 
 class Lab:

@@ -54,7 +54,7 @@ def test_b_refuses_everything_but_f_k_and_z_while_a_program_runs(part: str) -> N
     program = ["A2", "D100"]
     rig.start(*program)
     refused(rig, "B", "V1", "V2", "Q", "M", "X", "E", "H", "I3", "I1", "A1", PROGRAM[part])
-    assert rig.x.running and rig.level("uo2") == 1 and rig.level("uo1") == 0
+    assert rig.x._running and rig.level("uo2") == 1 and rig.level("uo1") == 0
     assert rig.ask("Z") == "Y"
     assert rig.ask("F") == "R" and rig.listed() == program and rig.ask("V2") == "V62"
     assert rig.ask("X") == "Y" and rig.listed() == []  # M has not written the program
@@ -315,7 +315,7 @@ def test_a_running_program_answers_e1_to_what_came_badly_and_b_to_the_rest(part:
     assert rig.wire(b"\x17\r") == b"E1v\r"
     refused(rig, "B", "N1", "A9", "F1", "K1", "?", "+", "A1", "E")
     assert rig.codes == ["E1", "E1", "busy"]
-    assert rig.x.running and rig.ask("K") == "Y"
+    assert rig.x._running and rig.ask("K") == "Y"
 
 
 @both

@@ -346,7 +346,7 @@ def test_an_answer_begins_a_millisecond_behind_the_carriage_return(part: str) ->
         rig.wire(f"{command}\r")
         first = rig.rises("txd", sent)[0]
         writing = 10 * MS * (len(rig.x.program) + 1) if command == "M" else 0
-        reset = 400 * US if command in ("I1", "I3") and not rig.x.entering else 0
+        reset = 400 * US if command in ("I1", "I3") and not rig.x._entering else 0
         assert first == sent + CHARACTER * (len(command) + 1) + TURNROUND + writing + reset, command
 
 

@@ -186,7 +186,7 @@ def test_while_programming_rdy_is_low_only_for_the_work_on_each_line(part: str) 
     sent = rig.bench.now_ps
     acted = rig.obeyed("S10")
     rig.bench.run("1 s")
-    assert rig.x.entering
+    assert rig.x._entering
     (low, _), (high, _) = rig.edges("rdy", sent)
     assert high == acted and acted - MS - 200 * US < low < acted - MS + 200 * US
     assert rig.level("rdy") == 1 and rig.ask("F") == "R"

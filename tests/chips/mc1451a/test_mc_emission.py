@@ -32,7 +32,7 @@ def pulsed(speeds: list[int]) -> list[tuple[int, int]]:
 
 def ticks(rig: Mover, pin: str, cycle: int) -> list[tuple[int, int]]:
     """Edges of a recorded pin, in clocks since a cycle began."""
-    clock, begun = rig.x.clock, rig.x.origin + 8192 * cycle
+    clock, begun = rig.x.clock, rig.x._cycle_clock.origin + 8192 * cycle
     return [(clock.ticks_until(time) - begun, level) for time, level in rig.edges(pin, rig.at(cycle) + 1)]
 
 

@@ -78,7 +78,7 @@ class Moves:
 def test_a_cycle_looks_at_what_a_command_has_written(command, attended):
     chip = slewline.Bench().add("mc1251a")
     moves = Moves()
-    instructions = Instructions(chip, chip.state, chip.interrupt, chip.activity, chip.supply, moves)
+    instructions = Instructions(chip, chip.state, chip._interrupt, chip._activity, chip._supply, moves)
     found = instructions.perform(chip.sheet.commands[command], 5)
     assert moves.attended == attended
     assert found == {"GET_TIME": 41, "SET_2": 0x1300, "SET_I": 0x0300}.get(command)
@@ -86,8 +86,8 @@ def test_a_cycle_looks_at_what_a_command_has_written(command, attended):
 
 def test_a_reset_by_command_begins_when_its_packet_is_over():
     chip = slewline.Bench().add("mc1151a")
-    chip.instructions.perform(chip.sheet.commands["RESET"], 0)
-    starts = chip.supply.starts
-    assert chip.supply.restarting
-    assert chip.supply.restarted() and not chip.supply.restarting
-    assert chip.supply.starts == starts + 1 and not chip.supply.restarted()
+    chip._instructions.perform(chip.sheet.commands["RESET"], 0)
+    starts = chip._supply.starts
+    assert chip._supply.restarting
+    assert chip._supply.restarted() and not chip._supply.restarting
+    assert chip._supply.starts == starts + 1 and not chip._supply.restarted()

@@ -212,7 +212,7 @@ def test_a_packet_is_a_slice_for_its_command_and_one_for_each_word() -> None:
 @pytest.mark.parametrize(("early", "begins"), [(1, 0), (0, 1), (-1, 1)])
 def test_an_update_that_is_ready_with_the_begin_of_a_cycle_waits_for_the_next_one(early: int, begins: int) -> None:
     hand = Hand()
-    clock, origin = hand.x.clock, hand.x.origin
+    clock, origin = hand.x.clock, hand.x._cycle_clock.origin
     for code, high, low in MOVE_AT_ONCE:
         hand.packet(code, high, low)
     hand.ready()

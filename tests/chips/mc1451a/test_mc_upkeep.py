@@ -75,7 +75,7 @@ def test_an_axis_forgets_its_cycles_with_its_steps() -> None:
     axis.motor.forget(now)
     after = axis.cycles()
     assert len(axis.cycles(0, now)) <= 1 and after.targets[-len(before) :].tolist() == before.targets.tolist()
-    assert len(before) > 100 and len(axis.motor.past) < 200 and len(rig.x.motion.trajectories[0].pulses.past) < 200
+    assert len(before) > 100 and len(axis.motor.past) < 200 and len(rig.x._motion.trajectories[0].pulses.past) < 200
 
 
 @each

@@ -88,7 +88,7 @@ class Signals:
                 signal = row.way in ("in", "out", "both") and row.role != "clock"
                 if signal and not isinstance(chip.pins[row.name].net, Bus):
                     yield f"{chip.name}.{row.name}"
-            if chip.has_bus:
+            if any(isinstance(terminal.net, Bus) for terminal in chip.pins.values()):
                 yield f"{chip.name}.{chip.sheet.bus}"
 
     def window_of(self, nets: Mapping[str, Net | Terminal], start: Time | None, stop: Time | None) -> tuple[int, int]:

@@ -169,9 +169,7 @@ class Window:
 
 def _strobes(chip: Chip) -> tuple[str, str]:
     """The pins that say that a command is on the bus, and that it is written."""
-    command, write = chip.sheet.role("command"), chip.sheet.role("write")
-    assert command is not None and write is not None  # a host port has both
-    return command.name, write.name
+    return chip.sheet.in_role("command").name, chip.sheet.in_role("write").name
 
 
 def _rows(found: Spans) -> list[tuple[int, int]]:

@@ -104,9 +104,8 @@ class ScriptRunner:
 
     def do(self, act: Act) -> None:
         """Queue an action of the host for the present line; what goes wrong in it is told with the line."""
-        step, script, host = self.step, self.script, self.host
+        step, script, host = cast("ScriptLine", self.step), self.script, self.host
         chip = self.bench.chips[host.chip.name]
-        assert step is not None
         text = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
 
         async def action() -> None:

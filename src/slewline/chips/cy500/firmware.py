@@ -49,7 +49,7 @@ class Interpreter(interpreter.Interpreter):
         await super().perform(code, values)
         registers.last = self.rows[code].name
 
-    async def no_instruction(self) -> None:
+    async def no_instruction(self, at: int) -> None:
         """The program has come to its end without 0, which is the same."""
         self.chip.finding("end-of-program", "the program ends without 0: command mode")
         self.program.end()
@@ -59,15 +59,15 @@ class Cy500(Cy5xx):
     """A CY500 on a bench."""
 
     sheet = SHEET
-    power_up = PowerUp(POWER_UP_RESET_PS, POWER_UP_RC_PS)
-    crystal_where = "the article"
+    _power_up = PowerUp(POWER_UP_RESET_PS, POWER_UP_RC_PS)
+    _crystal_where = "the article"
     state: Registers
-    registers_class = Registers
-    instructions_class = Instructions
-    interpreter_class = Interpreter
-    motion_class = Motion
+    _registers_class = Registers
+    _instructions_class = Instructions
+    _interpreter_class = Interpreter
+    _motion_class = Motion
 
-    def twin_class(self) -> type[Stepwise]:
+    def _twin_class(self) -> type[Stepwise]:
         """Return the class of the slow twin, which is loaded by who asks for it."""
         from .twin import Stepwise
 
@@ -81,10 +81,10 @@ class Cy500(Cy5xx):
             found.append(("no-go", f"P {state.target} without G: on the {part} it only sets the target; send G"))
         return found
 
-    def law(self) -> Law:
+    def _law(self) -> Law:
         """Return the periods by rate parameter, and where ramps begin."""
         return sloped.law(self.options.inferred, PERIODS)
 
-    def patterns(self) -> Patterns:
+    def _patterns(self) -> Patterns:
         """Return the levels of the phases in full steps, a row a step; clockwise goes down the rows."""
         return sloped.full_steps(self.options.inferred)

@@ -32,23 +32,23 @@ class Cy512(Cy5xx):
     """A CY512 on a bench."""
 
     sheet = SHEET
-    power_up = PowerUp(POWER_UP_RESET_PS, POWER_UP_RC_PS)
-    crystal_where = "the CY525"
-    registers_class = sloped.Registers
-    instructions_class = Instructions
-    interpreter_class = Interpreter
-    motion_class = Motion
+    _power_up = PowerUp(POWER_UP_RESET_PS, POWER_UP_RC_PS)
+    _crystal_where = "the CY525"
+    _registers_class = sloped.Registers
+    _instructions_class = Instructions
+    _interpreter_class = Interpreter
+    _motion_class = Motion
 
-    def twin_class(self) -> type[Stepwise]:
+    def _twin_class(self) -> type[Stepwise]:
         """Return the class of the slow twin, which is loaded by who asks for it."""
         from .twin import Stepwise
 
         return Stepwise
 
-    def law(self) -> Law:
+    def _law(self) -> Law:
         """Return the periods by rate parameter, and where ramps begin."""
         return sloped.law(self.options.inferred, PERIODS)
 
-    def patterns(self) -> Patterns:
+    def _patterns(self) -> Patterns:
         """Return the levels of the phases in full steps, a row a step; clockwise goes down the rows."""
         return sloped.full_steps(self.options.inferred)

@@ -23,23 +23,23 @@ class Cy525(Cy5xx):
     """A CY525 on a bench."""
 
     sheet = SHEET
-    power_up = PowerUp(POWER_UP_RESET_PS, POWER_UP_RC_PS)
-    crystal_where = "Table VIII"
-    registers_class = Registers
-    instructions_class = Instructions
-    motion_class = Motion
+    _power_up = PowerUp(POWER_UP_RESET_PS, POWER_UP_RC_PS)
+    _crystal_where = "Table VIII"
+    _registers_class = Registers
+    _instructions_class = Instructions
+    _motion_class = Motion
     state: Registers
 
-    def patterns(self) -> Patterns:
+    def _patterns(self) -> Patterns:
         """Return the levels of the phases, a row a step; clockwise goes down the rows."""
         return PHASES
 
-    def twin_class(self) -> type[Stepwise]:
+    def _twin_class(self) -> type[Stepwise]:
         """Return the class of the slow twin, which is loaded by who asks for it."""
         from .twin import Stepwise
 
         return Stepwise
 
-    def law(self) -> Law:
+    def _law(self) -> Law:
         """Return how fast the rate parameter moves."""
         return Law(self.options.ramp_unit, self.options.ramp_jumps)

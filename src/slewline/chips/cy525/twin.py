@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from functools import partial
+from typing import cast
 
 from ...core.motion.ideal import Ideal
 from ...core.motion.motions import MotionParameters
@@ -145,8 +146,7 @@ class Stepwise(twin.Stepwise):
             if just.kind == CRAWL or not self.turned_down(just):
                 self.asked_to_halt()
                 return False
-        coming = self.coming()
-        assert coming is not None
+        coming = cast("TwinStep", self.coming())
         # 3. the bottom of the ramp of an abort
         if self.abort_used and just.kind == DOWN and coming.kind != DOWN:
             if self.abort.level == 0:

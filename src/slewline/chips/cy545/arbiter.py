@@ -6,7 +6,7 @@ the serial side.  Characters of two sides are never mixed in one command (ch. 16
 
 from __future__ import annotations
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.wires.net import Net
 from ...core.wires.waits import edge, first_of
 from .port import EMPTY, ParallelPort
@@ -16,7 +16,7 @@ from .serial_side import SerialSide
 class InputArbiter:
     """Bytes of commands, in the order in which the chip reads them.  `held` is the side that has the chip."""
 
-    def __init__(self, chip: Chip, port: ParallelPort, serial: SerialSide) -> None:
+    def __init__(self, chip: ChipContext, port: ParallelPort, serial: SerialSide) -> None:
         self.chip, self.kernel, self.port, self.serial = chip, chip.kernel, port, serial
         self.held: ParallelPort | SerialSide | None = None
         self.at_work = False

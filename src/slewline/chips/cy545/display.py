@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 from . import sheet
 
 if TYPE_CHECKING:
-    from ...core.chip import Chip
+    from ...core.context import ChipContext
     from .local_bus import LocalBus
     from .port import ParallelPort
     from .registers import Registers
@@ -25,7 +25,7 @@ class Display:
     """The output devices, of which the mode register selects one."""
 
     def __init__(
-        self, chip: Chip, registers: Registers, local_bus: LocalBus, port: ParallelPort, serial: SerialSide
+        self, chip: ChipContext, registers: Registers, local_bus: LocalBus, port: ParallelPort, serial: SerialSide
     ) -> None:
         self.chip, self.registers = chip, registers
         self.local_bus, self.port, self.serial = local_bus, port, serial

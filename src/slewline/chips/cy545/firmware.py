@@ -17,7 +17,7 @@ from ...core.chip import Chip
 from ...core.motion.axis import Axis
 from ...core.time.kernel import Kernel
 from ..cy5xx.crystal import check_crystal, clocks
-from ..cy5xx.supply import PowerUp, Supply
+from ..cy5xx.supply import PowerUp, Supplied, Supply
 from . import sheet
 from .arbiter import InputArbiter
 from .display import Display
@@ -44,8 +44,9 @@ if TYPE_CHECKING:
 class Cy545(Chip):
     """A CY545 on a bench."""
 
+    _for_users = ("powered", "baud")
     sheet = sheet.CY545
-    jog: Jog
+    _jog: Jog
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
@@ -54,42 +55,44 @@ class Cy545(Chip):
         defaults = {row.name: row.default for row in self.sheet.registers}
         self.state = Registers(defaults)
         self.axes = (Axis(kernel, range(sheet.POSITIONS), defaults["position"]),)
-        self.bits = UserBits(self, self.state)
-        self.local_bus = LocalBus(self, ticks, self.bits)
-        self.port = ParallelPort(self, ticks, self.bits)
-        self.serial = SerialSide(self, ticks, self.bits)
-        self.arbiter = InputArbiter(self, self.port, self.serial)
-        self.display = Display(self, self.state, self.local_bus, self.port, self.serial)
+        self._bits = UserBits(self, self.state)
+        self._local_bus = LocalBus(self, ticks, self._bits)
+        self._port = ParallelPort(self, ticks, self._bits)
+        self._serial = SerialSide(self, ticks, self._bits)
+        self._sides = InputArbiter(self, self._port, self._serial)
+        self._display = Display(self, self.state, self._local_bus, self._port, self._serial)
         self._moved_by(ticks)
-        self.stored = Program(self, self.state)
-        self.instructions = Instructions(
-            self, ticks, self.state, self.outputs, self.motion, self.home, self.bits, self.display, self.local_bus,
-            self.stored, self.begin_anew,
+        self._stored = Program(self, self.state)
+        self._instructions = Instructions(
+            self, ticks, self.state, self._outputs, self._motion, self._home, self._bits, self._display,
+            self._local_bus, self._stored, self._begin_anew,
         )  # fmt: skip
-        self.interpreter = Interpreter(
-            self, ticks, self.state, self.arbiter, self.local_bus, self.stored, self.instructions, self.jog
+        self._interpreter = Interpreter(
+            self, ticks, self.state, self._sides, self._local_bus, self._stored, self._instructions, self._jog
         )
-        self.supply = Supply(self, self, self.sheet.times, PowerUp(ticks["reset_pulse"], sheet.POWER_UP_PS), sense=1)
+        supplied = Supplied(self._powered_up, self._cleared, self._driven)
+        power_up = PowerUp(ticks["reset_pulse"], sheet.POWER_UP_PS)
+        self._supply = Supply(self, supplied, self.sheet.times, power_up, sense=1)
         check_crystal(self, "the sheet")
-        if self.supply.powered:
-            self.powered_up()
+        if self._supply.powered:
+            self._powered_up()
             self.start()
         else:
-            self.driven(False)
+            self._driven(False)
 
     def _moved_by(self, ticks: Mapping[str, int]) -> None:
         """Make what moves the motor: the fast way, or its slow twin."""
-        options, state, shown = self.options, self.state, self.display.position
+        options, state, shown = self.options, self.state, self._display.position
         law = law_of(self.sheet)
-        self.outputs = StepOutputs(self, state, ticks)
+        self._outputs = StepOutputs(self, state, ticks)
         moves: type[Motion | Stepwise]
         seeks: type[Home | Homewise]
-        moves, seeks = self.twins() if options.stepwise else (Motion, Home)
-        self.motion: Moves = moves(self, ticks, state, self.outputs, law)
-        self.jog = Jog(self, ticks, state, self.outputs, law, shown)
-        self.home = seeks(self, ticks, state, self.outputs, law, shown, self.bits)
+        moves, seeks = self._twins() if options.stepwise else (Motion, Home)
+        self._motion: Moves = moves(self, ticks, state, self._outputs, law)
+        self._jog = Jog(self, ticks, state, self._outputs, law, shown)
+        self._home = seeks(self, ticks, state, self._outputs, law, shown, self._bits)
 
-    def twins(self) -> tuple[type[Stepwise], type[Homewise]]:
+    def _twins(self) -> tuple[type[Stepwise], type[Homewise]]:
         """Return the classes of the slow twins, which are loaded by who asks for them."""
         from .twin import Homewise, Stepwise
 
@@ -97,7 +100,7 @@ class Cy545(Chip):
 
     def run(self) -> Coroutine[Any, Any, None]:
         """The firmware from reset on."""
-        return self.interpreter.run()
+        return self._interpreter.run()
 
     # ------------------------------------------------------------------------------------------------ power and reset
     def power(self, on: bool) -> None:
@@ -106,20 +109,20 @@ class Cy545(Chip):
         Raises:
             UsageError: `on` is neither True nor False.
         """
-        self.check_switch(on)
-        self.supply.switch(on)
+        self._check_switch(on)
+        self._supply.switch(on)
 
     def reset(self) -> None:
         """Pulse RESET high for 30 clocks from now on."""
         self.pin("reset").pulse(1, self.clock.ps(30) + 1)
 
-    def powered_up(self) -> None:
+    def _powered_up(self) -> None:
         """Give everything its state after power-up; every output is driven."""
-        self.begin_anew()
-        self.driven(True)
-        self.arbiter.reset()
+        self._begin_anew()
+        self._driven(True)
+        self._sides.reset()
 
-    def begin_anew(self) -> None:
+    def _begin_anew(self) -> None:
         """RESET and I: registers, position, mode and outputs take their values after power-up, a program ends (ch.10).
 
         What comes over a side goes on, but the serial one looks for its rate again.
@@ -127,71 +130,71 @@ class Cy545(Chip):
         self.state.clear()
         self.state.clockwise = self.options.direction == "+"
         self.axes[0].load(self.state.defaults["position"])
-        self.stored.clear()
-        self.interpreter.decoder.reset()
-        self.bits.clear()
-        self.outputs.clear()
-        self.arbiter.restart()
+        self._stored.clear()
+        self._interpreter.decoder.reset()
+        self._bits.clear()
+        self._outputs.clear()
+        self._sides.restart()
 
-    def cleared(self) -> None:
+    def _cleared(self) -> None:
         """The firmware has been killed: no program, no motion, no command, nothing on the bus."""
-        self.motion.killed()
-        self.home.killed()
+        self._motion.killed()
+        self._home.killed()
         self.on_command("")
-        self.begin_anew()
+        self._begin_anew()
 
-    def driven(self, on: bool) -> None:
+    def _driven(self, on: bool) -> None:
         """Put every output to its level in reset; or let go of all of them, without supply."""
         for row in self.sheet.pins:
             if row.name in self.drivers:
                 self.drivers[row.name].drive(row.reset if on and row.way == "out" else None)
-        self.arbiter.killed(on)
+        self._sides.killed(on)
 
     def start(self) -> None:
         """Start the firmware at this instant."""
-        self.arbiter.reset()
         super().start()
+        self._sides.reset()
 
     # ------------------------------------------------------------------------------------------------- as others see it
     @property
     def powered(self) -> bool:
         """Is the supply on?"""
-        return self.supply.powered
+        return self._supply.powered
 
     @property
     def answering(self) -> bool:
         """Is a line of the serial host in work, or its answer on its way?"""
-        return self.arbiter.answering
+        return self._sides.answering
 
     @property
     def baud(self) -> float:
         """The rate of the serial side; 0: none is known."""
-        return self.serial.rate or 0
+        return self._serial.rate or 0
 
     @property
     def awaits_host(self) -> bool:
         """Does the chip wait for the rest of a command or of a handshake?"""
-        return self.port.host_is_next or self.arbiter.unfinished
+        return self._port.host_is_next or self._sides.unfinished
 
     @property
     def registers(self) -> dict[str, int]:
         """The registers by name, the position among them."""
-        return self.known({**self.state.values, "position": self.axes[0].position})
+        return self._known({**self.state.values, "position": self.axes[0].position})
 
     @property
     def program_counter(self) -> int | None:
         """The address of the command in work, or of the next one while one of the host is performed."""
-        return self.stored.counter
+        return self._stored.counter
 
     @property
     def unfinished(self) -> str:
         """The line that has come so far."""
-        return self.interpreter.decoder.unfinished
+        return self._interpreter.decoder.unfinished
 
     @property
-    def lacking(self) -> str:
+    def _lacking(self) -> str:
         """What would end it: of a string its quotation mark."""
-        return "quotation mark" if self.interpreter.decoder.in_string else super().lacking
+        return "quotation mark" if self._interpreter.decoder.in_string else super()._lacking
 
 
 class Cy545B(Cy545):

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.plan import Plan
 from ...core.wires.net import Net
 from ..cy5xx.motion import STOP
@@ -36,7 +36,7 @@ class Home(Stepping):
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         ticks: Mapping[str, int],
         registers: Registers,
         outputs: StepOutputs,

@@ -10,7 +10,7 @@ from ..cy5xx import instructions
 from . import sheet
 
 if TYPE_CHECKING:
-    from ...core.chip import Chip
+    from ...core.context import ChipContext
     from ..cy5xx.program import Moves
     from .display import Display
     from .home import Home
@@ -32,7 +32,7 @@ class Instructions(instructions.ParameterHandlers):
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         ticks: Mapping[str, int],
         registers: Registers,
         outputs: instructions.DirectionOutput,

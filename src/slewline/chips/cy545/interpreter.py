@@ -18,7 +18,7 @@ from ...language.verbatim import CommandText, Decoder, Entry
 from . import sheet
 
 if TYPE_CHECKING:
-    from ...core.chip import Chip
+    from ...core.context import ChipContext
     from .arbiter import InputArbiter
     from .instructions import Instructions
     from .jog import Jog
@@ -36,7 +36,7 @@ class Interpreter:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         ticks: Mapping[str, int],
         registers: Registers,
         arbiter: InputArbiter,

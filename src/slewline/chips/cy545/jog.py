@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.plan import Plan
 from ...core.motion.train import Playing, StepTrain
 from ...core.wires.net import Net
@@ -33,7 +33,7 @@ class Jog:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         ticks: Mapping[str, int],
         registers: Registers,
         outputs: StepOutputs,

@@ -21,7 +21,7 @@ from ...core.wires.net import Level, Wave
 from ...core.wires.waits import level, until
 
 if TYPE_CHECKING:
-    from ...core.chip import Chip
+    from ...core.context import ChipContext
     from .user_bits import UserBits
 
 PHASES = 10  # of a cycle
@@ -36,7 +36,7 @@ class LocalBus:
     Every cycle begins at the tick at which the chip is, and has ended when its call returns.
     """
 
-    def __init__(self, chip: Chip, ticks: Mapping[str, int], bits: UserBits) -> None:
+    def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
         self.chip, self.bits = chip, bits
         self.fetch = max(ticks["fetch"], PHASES)  # edges keep their order, however short a cycle is
         self.before = max(ticks["store"] - 2 * self.fetch, 1)  # of a byte that is stored, before it is written

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.ideal import Ideal
 from ...core.motion.motions import MotionParameters, Why
 from ...core.motion.plan import Plan
@@ -40,7 +40,7 @@ class Stepping(motion.Motion):
     holder = "no step inhibit"  # the part lacks it
 
     def __init__(
-        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
+        self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
     ) -> None:
         super().__init__(chip, ticks, registers, outputs, None, law)
         self.ccw = chip.pins["ccw"].net
@@ -100,7 +100,7 @@ class Motion(Stepping):
     """The motions of G and P.  `moving` is true from the command to STOPPED high."""
 
     def __init__(
-        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
+        self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
     ) -> None:
         super().__init__(chip, ticks, registers, outputs, law)
         self.inhibit_abort, self.slew = chip.pins["inhibit_abort"].net, chip.pins["slew"].net

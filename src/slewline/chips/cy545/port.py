@@ -22,7 +22,7 @@ from ...core.datasheet.channel import FlowBus
 from ...core.wires.waits import level, next_round
 
 if TYPE_CHECKING:
-    from ...core.chip import Chip
+    from ...core.context import ChipContext
     from .user_bits import UserBits
 
 CR = 0x0D
@@ -32,10 +32,9 @@ EMPTY = 0xFF  # what a bus that nobody drives reads as, by its pull-ups
 class ParallelPort:
     """IO_REQUEST, BUSY, FPL and the data bus, towards the host."""
 
-    def __init__(self, chip: Chip, ticks: Mapping[str, int], bits: UserBits) -> None:
+    def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
         self.chip, self.kernel, self.clock, self.ticks, self.bits = chip, chip.kernel, chip.clock, ticks, bits
-        channel = chip.sheet.channel(FlowBus)
-        assert channel is not None  # the sheet has one
+        channel = chip.sheet.through(FlowBus)
         self.late = channel.ends == "after"  # FPL goes high behind the rise of IO_REQUEST for the last byte
         self.bus, self.bus_driver, self.busy = chip.bus, chip.bus_driver, chip.drivers["busy"]
         self.request = chip.pins["io_request"].net

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from . import sheet
 
 if TYPE_CHECKING:
-    from ...core.chip import Chip
+    from ...core.context import ChipContext
     from .registers import Registers
 
 
@@ -18,7 +18,7 @@ class Program:
     the program.
     """
 
-    def __init__(self, chip: Chip, registers: Registers) -> None:
+    def __init__(self, chip: ChipContext, registers: Registers) -> None:
         self.chip, self.registers = chip, registers
         self.clear()
 

@@ -20,7 +20,7 @@ from ...core.wires.waits import until
 from .sheet import BAUD_TOLERANCE
 
 if TYPE_CHECKING:
-    from ...core.chip import Chip
+    from ...core.context import ChipContext
     from ...core.time.kernel import Task
     from ...core.wires.net import Net
     from .user_bits import UserBits
@@ -34,10 +34,9 @@ SKEW = 0.25  # of a bit, by which an edge may be off
 class SerialSide:
     """RXD, TXD and CTS; what has come and waits is in `buffer`, and `arrived` changes with each character."""
 
-    def __init__(self, chip: Chip, ticks: Mapping[str, int], bits: UserBits) -> None:
+    def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
         self.chip, self.kernel, self.bits = chip, chip.kernel, bits
-        channel = chip.sheet.channel(AdaptiveLine)
-        assert channel is not None  # the sheet has one
+        channel = chip.sheet.through(AdaptiveLine)
         self.standard, self.word = channel.bauds, CharacterFormat(channel.bits, channel.parity, channel.stop)
         self.fixed_baud: int | None = chip.options.fixed_baud
         self.shortest, self.longest = (chip.clock.ps(ticks[f"{which}_bit"]) for which in ("shortest", "longest"))

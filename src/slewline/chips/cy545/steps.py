@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.motions import MotionParameters
 from ...core.motion.step_views import StrobeView
 from ...core.motion.train import Playing
@@ -38,7 +38,7 @@ class StepOutputs(steps.StepOutputs):
 
     registers: Registers
 
-    def __init__(self, chip: Chip, registers: Registers, ticks: Mapping[str, int]) -> None:
+    def __init__(self, chip: ChipContext, registers: Registers, ticks: Mapping[str, int]) -> None:
         self.low, self.hold = ticks["pulse_low"], ticks["hold"]
         self.stopped, self.ccw = chip.drivers["stopped"], Weak(chip.drivers["ccw"])
         self.axis, self.direction_net = chip.axes[0], chip.pins["ccw"].net

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.motions import Why
 from ...core.motion.plan import Leg, Plan
 from ...core.motion.train import Playing, StepTrain
@@ -34,7 +34,7 @@ class TwinSteps:
     """What the slow twins of motions and of HOME have alike."""
 
     def __init__(
-        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
+        self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
     ) -> None:
         self.chip, self.ticks, self.registers, self.outputs, self.law = chip, ticks, registers, outputs, law
         self.axis, self.log = chip.axes[0], chip.axes[0].log
@@ -103,7 +103,7 @@ class Stepwise(TwinSteps):
     """The motions of G and P."""
 
     def __init__(
-        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
+        self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
     ) -> None:
         super().__init__(chip, ticks, registers, outputs, law)
         self.inhibit, self.slew = chip.pins["inhibit_abort"].net, chip.pins["slew"].net
@@ -171,7 +171,7 @@ class Homewise(TwinSteps):
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         ticks: Mapping[str, int],
         registers: Registers,
         outputs: StepOutputs,

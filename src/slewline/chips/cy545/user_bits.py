@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from . import sheet
 
 if TYPE_CHECKING:
-    from ...core.chip import Chip
+    from ...core.context import ChipContext
     from ...core.wires.net import Net
     from .registers import Registers
 
@@ -21,7 +21,7 @@ FREE = 0x3F  # user bits that have no other function
 class UserBits:
     """The latches, and the only writer of the pins USRB0 to USRB7."""
 
-    def __init__(self, chip: Chip, registers: Registers) -> None:
+    def __init__(self, chip: ChipContext, registers: Registers) -> None:
         self.chip, self.registers = chip, registers
         self.pins = [chip.pins[f"usrb{n}"].net for n in range(8)]
         self.drivers = [chip.drivers[f"usrb{n}"] for n in range(8)]

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 
 
-def clocks(chip: Chip) -> dict[str, int]:
+def clocks(chip: ChipContext) -> dict[str, int]:
     """Return the times of the sheet by name, in clocks of the crystal; the option `inferred` may replace some."""
     inferred: Mapping[str, int] = getattr(chip.options, "inferred", {})
     return {name: inferred.get(name, time.ticks) for name, time in chip.sheet.times.items()}
 
 
-def check_crystal(chip: Chip, where: str) -> None:
+def check_crystal(chip: ChipContext, where: str) -> None:
     """Add a finding if the crystal is one that the part does not take; `where` says which ones it does."""
     low, high = chip.sheet.crystal_low_hz, chip.sheet.crystal_high_hz
     if not low <= chip.crystal_hz <= high:

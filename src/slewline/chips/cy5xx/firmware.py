@@ -19,7 +19,7 @@ from .program import Moves, Program
 from .readout import ReadOut
 from .registers import Registers
 from .steps import Patterns, StepOutputs
-from .supply import PowerUp, Supply
+from .supply import PowerUp, Supplied, Supply
 
 if TYPE_CHECKING:
     from ...core.program import ProgramRow
@@ -29,58 +29,60 @@ if TYPE_CHECKING:
 class Cy5xx(Chip):
     """A stepper motor controller of the family, on a bench.  A part says which classes and tables it is made of."""
 
-    power_up: PowerUp
-    crystal_where = "the manual"  # says which crystals fit
-    registers_class: type[Registers] = Registers
-    outputs_class: type[StepOutputs] = StepOutputs
-    port_class: type[BusPort] = BusPort
-    instructions_class: type[Instructions] = Instructions
-    interpreter_class: type[Interpreter] = Interpreter
-    motion_class: type[Motion]
+    _for_users = ("powered",)
+    _power_up: PowerUp
+    _crystal_where = "the manual"  # says which crystals fit
+    _registers_class: type[Registers] = Registers
+    _outputs_class: type[StepOutputs] = StepOutputs
+    _port_class: type[BusPort] = BusPort
+    _instructions_class: type[Instructions] = Instructions
+    _interpreter_class: type[Interpreter] = Interpreter
+    _motion_class: type[Motion]
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         ticks = clocks(self)
         defaults = {row.name: getattr(self.options, row.name) for row in self.sheet.registers}
-        self.state = self.registers_class(defaults)
+        self.state = self._registers_class(defaults)
         self.axes = (Axis(kernel, range(1 << 16), defaults["position"]),)
-        self.outputs = self.outputs_class(self, self.state, self.patterns(), ticks["pulse_high"])
-        self.readout = ReadOut(self, self.sheet.verify_bytes, self.group_bytes)
-        self.port = self.port_class(self, ticks, self.readout)
-        self.motion = self.moves(ticks)
-        self.stored = Program(self, self.port, self.motion)
-        self.instructions = self.instructions_class(
-            self, ticks, self.state, self.outputs, self.port, self.readout, self.stored, self.motion
+        self._outputs = self._outputs_class(self, self.state, self._patterns(), ticks["pulse_high"])
+        self._readout = ReadOut(self, self.sheet.verify_bytes, self._group_bytes)
+        self._port = self._port_class(self, ticks, self._readout)
+        self._motion = self._moves(ticks)
+        self._stored = Program(self, self._port, self._motion)
+        self._instructions = self._instructions_class(
+            self, ticks, self.state, self._outputs, self._port, self._readout, self._stored, self._motion
         )
-        self.interpreter = self.interpreter_class(self, ticks, self.port, self.stored, self.instructions)
-        self.supply = Supply(self, self, self.sheet.times, self.power_up)
-        if self.supply.powered:
-            self.driven(True)
-            self.clock_runs()
-        check_crystal(self, self.crystal_where)
-        if self.supply.powered:
+        self._interpreter = self._interpreter_class(self, ticks, self._port, self._stored, self._instructions)
+        supplied = Supplied(self._powered_up, self._cleared, self._driven)
+        self._supply = Supply(self, supplied, self.sheet.times, self._power_up)
+        if self._supply.powered:
+            self._driven(True)
+            self._clock_runs()
+        check_crystal(self, self._crystal_where)
+        if self._supply.powered:
             self.start()
 
-    def patterns(self) -> Patterns:
+    def _patterns(self) -> Patterns:
         """Return the levels of the phases, a row a step; clockwise goes down the rows."""
         raise NotImplementedError
 
-    def law(self) -> Any:
+    def _law(self) -> Any:
         """Return what motions are planned by."""
         raise NotImplementedError
 
-    def twin_class(self) -> type[Stepwise]:
+    def _twin_class(self) -> type[Stepwise]:
         """Return the class of the slow twin, which is loaded by who asks for it."""
         raise NotImplementedError
 
-    def moves(self, ticks: Mapping[str, int]) -> Moves:
+    def _moves(self, ticks: Mapping[str, int]) -> Moves:
         """Make what moves the motor: the fast way, or its slow twin."""
-        moves = self.twin_class() if self.options.stepwise else self.motion_class
-        return moves(self, ticks, self.state, self.outputs, self.port, self.law())
+        moves = self._twin_class() if self.options.stepwise else self._motion_class
+        return moves(self, ticks, self.state, self._outputs, self._port, self._law())
 
     def run(self) -> Coroutine[Any, Any, None]:
         """The firmware from reset on."""
-        return self.interpreter.run()
+        return self._interpreter.run()
 
     # ------------------------------------------------------------------------------------------------ power and reset
     def power(self, on: bool) -> None:
@@ -90,40 +92,40 @@ class Cy5xx(Chip):
         Raises:
             UsageError: `on` is neither True nor False.
         """
-        self.check_switch(on)
-        self.supply.switch(on)
+        self._check_switch(on)
+        self._supply.switch(on)
 
     def reset(self) -> None:
         """Pulse RESET low for 20 us at 6 MHz from now on."""
         self.pin("reset").pulse(0, self.clock.ps(120) + 1)
 
-    def powered_up(self) -> None:
+    def _powered_up(self) -> None:
         """Give the registers their values after power-up; every output is driven, the clock runs."""
         self.state.power_up()
         self.axes[0].load(self.state.defaults["position"])
-        self.driven(True)
-        self.clock_runs()
+        self._driven(True)
+        self._clock_runs()
 
-    def cleared(self) -> None:
+    def _cleared(self) -> None:
         """The firmware has been killed: no program, no motion, no command; flags and pointers as after reset."""
-        self.stored.clear()
-        self.motion.killed()
+        self._stored.clear()
+        self._motion.killed()
         self.on_command("")
-        self.port.begin()
-        self.interpreter.decoder.reset()
-        self.readout.clear()
+        self._port.begin()
+        self._interpreter.decoder.reset()
+        self._readout.clear()
         self.state.clear()
-        self.outputs.clear()
+        self._outputs.clear()
 
-    def driven(self, on: bool) -> None:
+    def _driven(self, on: bool) -> None:
         """Drive every output to 1 (s.13), and PROG/LIVE as its pull does; or let go of all of them, without supply."""
         for name, driver in self.drivers.items():
             row = self.sheet.pin(name)
             if row.role != "ready" and (row.reset == 1 or not on):
                 driver.drive(1 if on and row.way == "out" else None)
-        self.port.rest(1 if on else None)
+        self._port.rest(1 if on else None)
 
-    def clock_runs(self) -> None:
+    def _clock_runs(self) -> None:
         """CLK/15 runs from power-up on, whatever else happens (s.13)."""
         clock = Playing(StepTrain(self.clock, self.clock.ticks_from(self.kernel.now), ((15, OPEN),)))
         self.drivers["clk15"].play(PulseView(clock, 10))  # 5 of 15 clocks low: 0.45 us at 11 MHz
@@ -132,37 +134,37 @@ class Cy5xx(Chip):
     @property
     def powered(self) -> bool:
         """Is the supply on?"""
-        return self.supply.powered
+        return self._supply.powered
 
     @property
     def registers(self) -> dict[str, int]:
         """The manual's registers by name, the position among them."""
-        return self.known({**self.state.values, "position": self.axes[0].position})
+        return self._known({**self.state.values, "position": self.axes[0].position})
 
     @property
     def program(self) -> bytes:
         """The program buffer in use, as stored."""
-        return bytes(self.stored.buffer)
+        return bytes(self._stored.buffer)
 
     @property
     def program_counter(self) -> int | None:
         """The byte of the buffer at which the instruction in work begins, or the next one while live commands come."""
-        return self.stored.counter
+        return self._stored.counter
 
     def program_rows(self) -> list[ProgramRow]:
         """Return the program buffer, an instruction a row: address, bytes and text."""
-        return self.stored.rows()
+        return self._stored.rows()
 
     def listing(self) -> str:
         """Return the stored program as text, with addresses."""
-        return self.stored.listing()
+        return self._stored.listing()
 
     @property
     def unfinished(self) -> str:
         """The line that has come so far."""
-        return self.interpreter.decoder.unfinished
+        return self._interpreter.decoder.unfinished
 
-    def group_bytes(self, group: int, ascii: bool) -> bytes:
+    def _group_bytes(self, group: int, ascii: bool) -> bytes:
         """Return all bytes of a verify group as they stand now: position, program, status, parameters.
 
         The position has the form of the mode in which V was given; the other groups are binary in both modes (s.6).
@@ -171,7 +173,7 @@ class Cy5xx(Chip):
         if group == 0:
             return b"%05d" % position if ascii else position.to_bytes(2, "big")
         if group == 1:
-            return bytes(self.stored.buffer).ljust(self.sheet.buffer_bytes, b"\0")
+            return bytes(self._stored.buffer).ljust(self.sheet.buffer_bytes, b"\0")
         if group == 2:
             return bytes([0, 0, 0, 0, 0, 0x00 if self.state.clockwise else 0x10])
         values = self.state.values

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Iterable, Mapping
 from typing import Protocol
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.time.timebase import readable
 from .lines import line_in, line_out
 from .port import BusPort
@@ -29,7 +29,7 @@ class ParameterHandlers:
     """Handlers of what every part has: parameters, the direction, a pause, motions."""
 
     def __init__(
-        self, chip: Chip, ticks: Mapping[str, int], registers: Registers, outputs: DirectionOutput, motion: Moves
+        self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: DirectionOutput, motion: Moves
     ) -> None:
         self.chip, self.ticks, self.registers, self.outputs, self.motion = chip, ticks, registers, outputs, motion
         self.axis = chip.axes[0]
@@ -106,7 +106,7 @@ class Instructions(ParameterHandlers):
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         ticks: Mapping[str, int],
         registers: Registers,
         outputs: StepOutputs,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.datasheet.table import Row
 from ...core.wires.net import Net
 from ...language.dialect import Command
@@ -27,7 +27,7 @@ class Interpreter:
     announces = True  # READY is low for motions of a program
 
     def __init__(
-        self, chip: Chip, ticks: Mapping[str, int], port: BusPort, program: Program, instructions: Instructions
+        self, chip: ChipContext, ticks: Mapping[str, int], port: BusPort, program: Program, instructions: Instructions
     ) -> None:
         self.chip, self.ticks, self.port, self.program = chip, ticks, port, program
         self.instructions = instructions
@@ -121,31 +121,28 @@ class Interpreter:
                 due = chip.tick
                 continue
             if not 0 <= program.pc < len(program.buffer):
-                await self.no_instruction()
+                await self.no_instruction(program.pc)
                 continue
-            await self.instruction(due)
+            await self.instruction(program.pc, due)
             due = chip.tick
 
-    async def no_instruction(self) -> None:
+    async def no_instruction(self, at: int) -> None:
         """The program has come to where nothing is stored."""
         chip, program = self.chip, self.program
-        assert program.pc is not None
         chip.on_command("")
         room = chip.sheet.buffer_bytes
-        if program.pc >= room and program.pc != program.following:
-            where = f"byte {program.pc} is outside the program buffer (0 to {room - 1})"
+        if at >= room and at != program.following:
+            where = f"byte {at} is outside the program buffer (0 to {room - 1})"
             chip.finding("bad-target", f"{where}: run mode, nothing to execute")
         else:
-            chip.finding("end-of-program", f"no instruction at byte {program.pc}: run mode, nothing to execute")
+            chip.finding("end-of-program", f"no instruction at byte {at}: run mode, nothing to execute")
         way = "a live 0 or RESET" if program.takes_live else "RESET"
         chip.waits(f"run mode with nothing to execute: {way}")
         await chip.polled(program.prog_in, 0, self.ticks["wait_poll"])
 
-    async def instruction(self, due: int) -> None:
+    async def instruction(self, at: int, due: int) -> None:
         """One instruction: its time passes first, then it acts.  The first one acts 60 us after RUN fell."""
         chip, program, buffer = self.chip, self.program, self.program.buffer
-        assert program.pc is not None
-        at = program.pc
         program.began()
         code = buffer[at]
         row = self.rows.get(code)

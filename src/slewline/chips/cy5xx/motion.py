@@ -17,9 +17,9 @@ A part says what its plans are, which inputs it watches, and what it makes of th
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
-from typing import Any
+from typing import Any, cast
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.ideal import Ideal
 from ...core.motion.motions import MotionParameters
 from ...core.motion.plan import Plan, Runs, tail
@@ -49,7 +49,7 @@ class Motion:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         ticks: Mapping[str, int],
         registers: Registers,
         outputs: StepOutputs,
@@ -228,8 +228,7 @@ class Motion:
         Returns the step of the plan that is about to begin, and whether it needs a new train, because a look within a
         step has changed its length.
         """
-        train, playing, clock = self.train, self.playing, self.clock
-        assert playing is not None
+        train, playing, clock = self.train, cast("Playing", self.playing), self.clock
         departures = self.watched()
         while True:
             last = None if stop >= OPEN else train.begin(stop - self.base)
@@ -246,8 +245,7 @@ class Motion:
                 look, way = self.first_sample_after(departed)
                 if last is None or look < last:
                     last, within = look, way
-            assert last is not None
-            self.chip.tick = last
+            self.chip.tick = last = cast("int", last)  # or the wait would not have ended
             if within is None:
                 return self.base + train.begun_by(last - 1), False
             step = self.base + train.begun_by(last)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.wires.net import Net, Wave
 from ...core.wires.waits import first_of, level, until
 from .lines import line_in, line_out
@@ -24,7 +24,7 @@ from .readout import ReadOut
 class BusPort:
     """READY, I/O REQUEST, I/O SELECT, INSTROBE, OUTSTROBE, the data bus, and MOTION COMPLETE, which goes with them."""
 
-    def __init__(self, chip: Chip, ticks: Mapping[str, int], readout: ReadOut) -> None:
+    def __init__(self, chip: ChipContext, ticks: Mapping[str, int], readout: ReadOut) -> None:
         self.chip, self.kernel, self.clock, self.readout = chip, chip.kernel, chip.clock, readout
         self.bus, self.bus_driver = chip.bus, chip.bus_driver
         self.request, self.select = line_in(chip, "io_request"), line_in(chip, "io_select", 0)

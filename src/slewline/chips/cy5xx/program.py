@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.wires.net import Net
 from ...language.dialect import Command
 from .lines import line_in, line_out
@@ -32,7 +32,7 @@ class Program:
     `pc` is the address of the next instruction, None while no program runs; `at` that of the running one.
     """
 
-    def __init__(self, chip: Chip, port: BusPort, motion: Moves) -> None:
+    def __init__(self, chip: ChipContext, port: BusPort, motion: Moves) -> None:
         self.chip, self.port, self.motion, self.sheet = chip, port, motion, chip.sheet
         self.prog, self.run = line_out(chip, "prog"), line_out(chip, "run")
         self.takes_live = chip.sheet.takes_live
@@ -138,8 +138,7 @@ class Program:
         if address is None:
             self.chip.finding("missing-label", f"label {chr(target)} was never defined")
             return target
-        if self.running:
-            assert self.pc is not None
+        if self.pc is not None and not self.live:
             self.buffer[self.pc - 1] = address
         return address
 

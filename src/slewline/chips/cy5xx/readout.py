@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 
 
 class ReadOut:
@@ -15,7 +15,7 @@ class ReadOut:
         content: returns all bytes of a group as they stand now; its second argument says whether V came as text.
     """
 
-    def __init__(self, chip: Chip, sizes: Mapping[int, int], content: Callable[[int, bool], bytes]) -> None:
+    def __init__(self, chip: ChipContext, sizes: Mapping[int, int], content: Callable[[int, bool], bytes]) -> None:
         self.chip, self.sizes, self.content = chip, sizes, content
         self.clear()
 

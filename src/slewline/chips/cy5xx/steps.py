@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.step_views import PatternView, PulseView
 from ...core.motion.train import Playing
 from .lines import line_out
@@ -21,7 +21,7 @@ class StepOutputs:
         high: clocks that PULSE is high between two steps.
     """
 
-    def __init__(self, chip: Chip, registers: Registers, patterns: Patterns, high: int) -> None:
+    def __init__(self, chip: ChipContext, registers: Registers, patterns: Patterns, high: int) -> None:
         self.chip, self.registers, self.high = chip, registers, high
         self.pulse, self.slew, self.direction = (line_out(chip, name) for name in ("pulse", "slew", "direction"))
         self.phases = tuple(line_out(chip, f"phase{n}") for n in range(1, len(patterns[0]) + 1))

@@ -7,10 +7,10 @@ A part may have RESET the other way round: `sense` is the level at which it hold
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple, Protocol
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.datasheet.table import Timing
 from ...core.time.timebase import readable
 from ...core.wires.net import Driver, Net
@@ -23,24 +23,31 @@ class PowerUp(NamedTuple):
     charged_ps: int
 
 
-class Supplied(Protocol):
-    """What has a supply: a chip that does this when power comes and goes, and when it is reset."""
+class Started(ChipContext, Protocol):
+    """A chip, as its supply sees it."""
 
-    def powered_up(self) -> None:
-        """Give the registers their values after power-up; every output is driven, the clock runs."""
+    def start(self) -> None:
+        """Start the firmware at this instant."""
 
-    def cleared(self) -> None:
-        """The firmware has been killed: no program, no motion, no command; flags and pointers as after reset."""
+    def stop(self) -> None:
+        """Kill the firmware where it is."""
 
-    def driven(self, on: bool) -> None:
-        """Drive every output to its level in reset; or let go of all of them, without supply."""
+
+class Supplied(NamedTuple):
+    """What a chip does when power comes and goes, and when it is reset."""
+
+    powered_up: Callable[[], None]  # registers take their values after power-up; outputs are driven, the clock runs
+    cleared: Callable[
+        [], None
+    ]  # the firmware has been killed: no program, no motion; flags and pointers as after reset
+    driven: Callable[[bool], None]  # every output takes its level in reset; False, without supply: nothing is driven
 
 
 class Supply:
     """The supply pins and RESET.  It starts the firmware, and kills it."""
 
     def __init__(
-        self, chip: Chip, supplied: Supplied, times: Mapping[str, Timing], power_up: PowerUp, sense: int = 0
+        self, chip: Started, supplied: Supplied, times: Mapping[str, Timing], power_up: PowerUp, sense: int = 0
     ) -> None:
         self.sense, self.active, self.rests = sense, *(("low", "high") if sense == 0 else ("high", "low"))
         self.chip, self.supplied, self.kernel, self.clock = chip, supplied, chip.kernel, chip.clock

@@ -25,7 +25,7 @@ from functools import partial
 from itertools import groupby
 from typing import Any, NamedTuple
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.ideal import Ideal
 from ...core.motion.motions import MotionParameters
 from ...core.motion.plan import Leg, Plan
@@ -59,7 +59,7 @@ class Stepwise:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         ticks: Mapping[str, int],
         registers: Registers,
         outputs: StepOutputs,

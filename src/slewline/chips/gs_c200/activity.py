@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 
 LINE, PROGRAM, EEPROM, START = "line", "program", "EEPROM", "start"
 
@@ -13,7 +13,7 @@ class Activity:
     `text` is what is in work besides a line and an instruction of the program: a homing, a write ...
     """
 
-    def __init__(self, chip: Chip) -> None:
+    def __init__(self, chip: ChipContext) -> None:
         self.chip, self.ready = chip, chip.drivers["rdy"]
         self.clear()
 

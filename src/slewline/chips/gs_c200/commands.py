@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.time.kernel import Task
 from ...language.dialect import Command, Refusal, dialect_of, state_remedy
 from ...language.lines import parse, refusal
@@ -32,7 +32,7 @@ class HostDialogue:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         registers: Registers,
         user: UserLines,
         interpreter: Interpreter,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.memory.store import Store
 from ...core.time.kernel import Task
 from ...core.wires.waits import until
@@ -25,7 +25,7 @@ class ProgramEeprom:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         refresh_idle: Callable[[], None],
         activity: Activity,
         program: Program,

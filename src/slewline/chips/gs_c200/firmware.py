@@ -35,7 +35,7 @@ from .reception import fault
 from .registers import Registers
 from .sheet import GS_C200, GS_C200S, LOADS_MA, POSITIONS, SUPPLY_VOLTS
 from .steps import StepLines
-from .supply import Supply
+from .supply import Supplied, Supply
 from .user_lines import UserLines
 
 if TYPE_CHECKING:
@@ -48,45 +48,46 @@ PULL_DOWN = "txpd"  # the name of its driver on a line
 class GsC(InLines, Chip):
     """A GS-C module on a bench."""
 
+    _for_users = ("powered", "eeprom_fault", "fail_eeprom")
     straps: Straps
-    wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
-    homing_erases: bool  # a homing sent by the host erases the program
+    _wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
+    _homing_erases: bool  # a homing sent by the host erases the program
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
-        options, times_ps = self.options, self.times_ps()
+        options, times_ps = self.options, self._times_ps()
         port = serial_line(self.sheet)
-        self.straps = self.strapped(port)
+        self.straps = self._strapped(port)
         longest = spoken_as(self.sheet, Lines).longest
         self.line = LineInterface(
             self, port, self.straps, longest=longest, turnround_ps=times_ps["turnround"], lenient=options.lenient
         )
         self.up_ps = 0  # when the supply was switched on
-        self.address = 0  # as the straps were when it started
-        self.late_checked = False  # the answer that comes later carries a checksum
+        self._address = 0  # as the straps were when it started
+        self._late_checked = False  # the answer that comes later carries a checksum
         self.store: Store = options.store if options.store is not None else Memory()
         self.axes = (Axis(kernel, POSITIONS[self.sheet.part], 0),)
         self.state = Registers()
-        self.activity = Activity(self)
-        self.user, self.step_lines = UserLines(self), StepLines(self, times_ps)
+        self._activity = Activity(self)
+        self._user, self._step_lines = UserLines(self), StepLines(self, times_ps)
         law = options.law if callable(options.law) else LAWS[options.law]
-        self.counter = PositionCounter(self.axes[0], self.state, law, self.wraps)
-        motion = self.moves(times_ps)
-        self.stored = Program(self.sheet, self.state)
+        self._counter = PositionCounter(self.axes[0], self.state, law, self._wraps)
+        motion = self._moves(times_ps)
+        self._stored = Program(self.sheet, self.state)
         instructions = Instructions(
-            self, times_ps, self.state, self.step_lines, self.user, self.counter, self.stored, motion
+            self, times_ps, self.state, self._step_lines, self._user, self._counter, self._stored, motion
         )
-        self.interpreter = Interpreter(
-            self, self.refresh_idle, times_ps, self.activity, self.counter, self.stored, motion, instructions
+        self._interpreter = Interpreter(
+            self, self.refresh_idle, times_ps, self._activity, self._counter, self._stored, motion, instructions
         )
-        self.eeprom = ProgramEeprom(
-            self, self.refresh_idle, self.activity, self.stored, self.store, times_ps["eeprom"], options.eeprom_fault
+        self._eeprom = ProgramEeprom(
+            self, self.refresh_idle, self._activity, self._stored, self.store, times_ps["eeprom"], options.eeprom_fault
         )
-        self.commands = HostDialogue(
-            self, self.state, self.user, self.interpreter, self.eeprom, self.answer_later, self.homing_erases
+        self._commands = HostDialogue(
+            self, self.state, self._user, self._interpreter, self._eeprom, self._answer_later, self._homing_erases
         )
-        self.supply = Supply(self, self, SUPPLY_VOLTS, LOADS_MA)
-        self.pull_down = Driver(self.pins["txpd"].net, PULL_DOWN)  # drives nothing, but shows where the pull-down is
+        self._supply = Supply(self, Supplied(self._powered_up, self._powered_off), SUPPLY_VOLTS, LOADS_MA)
+        self._pull_down = Driver(self.pins["txpd"].net, PULL_DOWN)  # drives nothing, but shows where the pull-down is
         if not self.bare and self.strapped_address() == 0:
             self.pins["txd"].net.join(self.pins["txpd"].net)  # the standard wiring of a module on a line of its own
         if options.cold:
@@ -94,15 +95,15 @@ class GsC(InLines, Chip):
         else:
             self.power(True)
 
-    def moves(self, times_ps: Mapping[str, int]) -> Moves:
+    def _moves(self, times_ps: Mapping[str, int]) -> Moves:
         """Make what moves the motor: the fast way, or its slow twin."""
         if self.options.stepwise:
             from .twin import Stepwise
 
-            return Stepwise(self, times_ps, self.step_lines, self.counter)
-        return Motion(self, times_ps, self.step_lines, self.counter)
+            return Stepwise(self, times_ps, self._step_lines, self._counter)
+        return Motion(self, times_ps, self._step_lines, self._counter)
 
-    def times_ps(self) -> dict[str, int]:
+    def _times_ps(self) -> dict[str, int]:
         """Return the times of the sheet by name, those among them that are options as they were given; picoseconds."""
         options = self.options
         given = {
@@ -114,7 +115,7 @@ class GsC(InLines, Chip):
         times = {name: time.ticks for name, time in self.sheet.times.items()}
         return times | {name: picoseconds(time) for name, time in given.items()}
 
-    def strapped(self, port: SerialLine) -> Straps:
+    def _strapped(self, port: SerialLine) -> Straps:
         """Return what reads the straps; a GS-C200S has no old firmware (UsageError)."""
         options = self.options
         early = tuple(map(int, options.firmware.split("."))) < OR_SINCE
@@ -136,7 +137,7 @@ class GsC(InLines, Chip):
             self.finding("no-pull-down", "no module has its txpd on this txd: the idle line floats")
         elif len(pull_downs) > 1:
             self.finding("pull-downs", f"{len(pull_downs)} modules have their txpd on this txd; one is enough")
-        self.supply.check()
+        self._supply.check()
 
     # --------------------------------------------------------------------------------------------- power and the start
     def power(self, on: bool) -> None:
@@ -145,8 +146,8 @@ class GsC(InLines, Chip):
         Raises:
             UsageError: `on` is neither True nor False.
         """
-        self.check_switch(on)
-        self.supply.switch(on)
+        self._check_switch(on)
+        self._supply.switch(on)
 
     def reset(self) -> None:
         """The module has no reset input.
@@ -156,25 +157,25 @@ class GsC(InLines, Chip):
         """
         raise UsageError(f"{self.name}: RESET of the {self.sheet.part} is an output; use power(False) and power(True)")
 
-    def powered_up(self) -> None:
+    def _powered_up(self) -> None:
         """Start anew, with nothing in program memory, registers and counter."""
         self.up_ps, self.idle = self.kernel.now, False
-        self.counter.clear()
+        self._counter.clear()
         self.start()
 
-    def powered_off(self) -> None:
+    def _powered_off(self) -> None:
         """End everything, and let go of every output."""
         self.line.hang_up()
-        self.interpreter.cut()
-        self.eeprom.cut()
+        self._interpreter.cut()
+        self._eeprom.cut()
         self.stop()
         self.on_command("")
         for driver in self.drivers.values():
             driver.drive(None)
-        self.stored.clear()
+        self._stored.clear()
         self.state.clear()
-        self.activity.clear()
-        self.address = 0
+        self._activity.clear()
+        self._address = 0
         self.idle = True
         self.waits("its supply")
 
@@ -182,10 +183,10 @@ class GsC(InLines, Chip):
         """Run the firmware from power-up on: RESET pulse, straps, and what is to be done without a host."""
         self.waits("the end of the RESET pulse")
         self.outputs_reset()
-        self.activity.begin(START)
-        await self.step_lines.pulse_reset()
-        self.address = self.strapped_address()
-        self.activity.end(START)
+        self._activity.begin(START)
+        await self._step_lines.pulse_reset()
+        self._address = self.strapped_address()
+        self._activity.end(START)
         self.line.listen()
         self.waits("a command")
         if self.pins["rec"].level == 0:
@@ -193,8 +194,8 @@ class GsC(InLines, Chip):
 
     def _recall_and_run(self) -> None:
         """The stand-alone start: recall the program, home at its start-stop speed, run it."""
-        program = self.stored
-        failed = self.eeprom.recall()
+        program = self._stored
+        failed = self._eeprom.recall()
         if failed:
             self.finding("E6", failed)
         if failed or not program.memory:
@@ -206,39 +207,39 @@ class GsC(InLines, Chip):
         direction = -1 if self.pins["rxd"].level == 1 else 1
 
         async def home_and_run() -> None:
-            await self.interpreter.home(direction, program.homing_speed)
-            await self.interpreter.execute()
+            await self._interpreter.home(direction, program.homing_speed)
+            await self._interpreter.execute()
 
-        self.interpreter.run(home_and_run)
+        self._interpreter.run(home_and_run)
 
     # ----------------------------------------------------------------------------------------------------------- lines
     def busy(self, on: bool) -> None:
         """Begin or end the work on a line: RDY is low meanwhile."""
         if on:
-            self.activity.begin(LINE)
+            self._activity.begin(LINE)
         else:
-            self.activity.end(LINE)
+            self._activity.end(LINE)
 
     @property
     def answering(self) -> bool:
         """Is a line in work, or its answer on its way?  That to M comes when the EEPROM is written."""
-        return self.line.answering or (self.eeprom.writing and not self.options.early_y)
+        return self.line.answering or (self._eeprom.writing and not self.options.early_y)
 
     def refresh_idle(self) -> None:
         """Note whether the module has nothing to do."""
-        self.idle = not (self.answering or self.activity.kinds)
+        self.idle = not (self.answering or self._activity.kinds)
 
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Check how a line was received, and do what it says; return the answers as they go over the line."""
         body = self.meant(line)
         if body is None:
             return ()
-        command = line.text[bool(self.address) :].decode("latin-1")
+        command = line.text[bool(self._address) :].decode("latin-1")
         if wrong := fault(line, command, self.sheet, self.straps, self.line.longest):
-            return self._framed(self.commands.mistake("E1", f"{line.text!r}: {wrong}"), line.checked)
-        answer = await self.commands.answer(body.decode("ascii"))
+            return self._framed(self._commands.mistake("E1", f"{line.text!r}: {wrong}"), line.checked)
+        answer = await self._commands.answer(body.decode("ascii"))
         if not answer:
-            self.late_checked = line.checked
+            self._late_checked = line.checked
         return self._framed(answer, line.checked)
 
     def meant(self, line: Line) -> bytes | None:
@@ -246,39 +247,39 @@ class GsC(InLines, Chip):
         text = line.text
         if not text:
             return None
-        if self.address and (line.first_faulty or text[:1] != b"%d" % self.address or len(text) == 1):
+        if self._address and (line.first_faulty or text[:1] != b"%d" % self._address or len(text) == 1):
             return None
-        return text[bool(self.address) : len(text) - line.checked]
+        return text[bool(self._address) : len(text) - line.checked]
 
     def _framed(self, answer: str, checked: bool) -> list[bytes]:
         """Answers as they go over the line, each with its checksum if there is one; none for an empty text."""
         lines = [line.encode("ascii") for line in answer.split("\r") if line]
         return [line + bytes([checksum(line, self.straps.kept)]) if checked else line for line in lines]
 
-    def answer_later(self, answer: str) -> None:
+    def _answer_later(self, answer: str) -> None:
         """Send the answer to a line that has got none so far."""
-        self.line.take(self._framed(answer, self.late_checked)[0])
+        self.line.take(self._framed(answer, self._late_checked)[0])
 
     # ------------------------------------------------------------------------------------------------- as others see it
     @property
     def powered(self) -> bool:
         """Is the supply on?"""
-        return self.supply.powered
+        return self._supply.powered
 
     @property
-    def running(self) -> bool:
+    def _running(self) -> bool:
         """Does a program run, or a homing?"""
-        return self.interpreter.running
+        return self._interpreter.running
 
     @property
-    def entering(self) -> bool:
+    def _entering(self) -> bool:
         """Does the module take instructions of a program?"""
-        return self.stored.entering
+        return self._stored.entering
 
     def left_over(self) -> list[tuple[str, str]]:
         """Return what a host has begun: a line, and a program that it has neither ended nor kept."""
         found = super().left_over()
-        if self.entering and not self.stored.kept:
+        if self._entering and not self._stored.kept:
             enter = next(row.form for row in self.sheet.commands if row.role == "enter")
             ends = " or ".join(row.form for row in self.sheet.commands if row.role == "leave")
             text = f"program entry is open since {enter}: what comes is stored and not performed"
@@ -288,12 +289,12 @@ class GsC(InLines, Chip):
     @property
     def under_way(self) -> str:
         """What the module works on besides a line of the host."""
-        return self.interpreter.under_way
+        return self._interpreter.under_way
 
     @property
     def eeprom_fault(self) -> bool:
         """Does programming the EEPROM fail?  Settable, for tests."""
-        return self.eeprom.fails
+        return self._eeprom.fails
 
     @eeprom_fault.setter
     def eeprom_fault(self, on: bool) -> None:
@@ -309,39 +310,39 @@ class GsC(InLines, Chip):
         if not isinstance(on, bool):
             raise UsageError(f"{self.name}: eeprom_fault {on!r}; allowed True, False")
         self.input("fail_eeprom", on)
-        self.eeprom.fails = on
+        self._eeprom.fails = on
 
     @property
     def program(self) -> bytes:
         """The program memory in use; the codes are the model's own, since the sheet gives none."""
-        return bytes(self.stored.memory)
+        return bytes(self._stored.memory)
 
     @property
     def program_counter(self) -> int | None:
         """The location at which the instruction in work begins."""
-        return self.stored.at
+        return self._stored.at
 
     def program_rows(self) -> list[ProgramRow]:
         """Return the program memory, an instruction a row: location, bytes (codes of the model) and text."""
-        return self.stored.rows()
+        return self._stored.rows()
 
     def listing(self) -> str:
         """Return the stored program as text, with addresses."""
-        return self.stored.listing()
+        return self._stored.listing()
 
     @property
     def registers(self) -> dict[str, int]:
         """start_stop, top_speed (units of 10 steps/s), ramp (steps): 0 where never set; position; user_inputs and
         user_outputs as V2 reads them."""
         state = self.state
-        return self.known(
+        return self._known(
             {
                 "start_stop": state.start_stop,
                 "top_speed": state.top_speed,
                 "ramp": state.ramp,
                 "position": self.position,
-                "user_inputs": self.user.read_inputs(),
-                "user_outputs": self.user.read_outputs(),
+                "user_inputs": self._user.read_inputs(),
+                "user_outputs": self._user.read_outputs(),
             }
         )
 
@@ -350,11 +351,11 @@ class GsC200(GsC):
     """A GS-C200: counter from 0 to 9999999, which overflows (E5)."""
 
     sheet: Sheet = GS_C200
-    wraps, homing_erases = False, True
+    _wraps, _homing_erases = False, True
 
 
 class GsC200S(GsC):
     """A GS-C200S: signed counter that wraps, jumps, preset of the counter."""
 
     sheet: Sheet = GS_C200S
-    wraps, homing_erases = True, False
+    _wraps, _homing_erases = True, False

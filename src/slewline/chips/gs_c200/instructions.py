@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.wires.net import Net
 from ...core.wires.waits import polled, until
 from .counter import PositionCounter
@@ -49,7 +49,7 @@ class Instructions:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         times_ps: Mapping[str, int],
         registers: Registers,
         steps: StepLines,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.time.kernel import Task
 from ...core.wires.waits import until
 from ...language.dialect import Command
@@ -24,7 +24,7 @@ class Interpreter:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         refresh_idle: Callable[[], None],
         times_ps: Mapping[str, int],
         activity: Activity,

@@ -10,8 +10,9 @@ A step that ENABLE holds is not lost: the profile goes by steps, so it waits, an
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import cast
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.plan import Plan, tail
 from ...core.motion.step_views import StrobeView
 from ...core.motion.train import OPEN, Playing, StepTrain
@@ -33,7 +34,9 @@ class Motion:
     """The stepping part of the firmware.  `moving` is true from MOV high to MOV low; `stopped` tells of the last motion
     whether it came to rest because it was told to."""
 
-    def __init__(self, chip: Chip, times_ps: Mapping[str, int], lines: StepLines, counter: PositionCounter) -> None:
+    def __init__(
+        self, chip: ChipContext, times_ps: Mapping[str, int], lines: StepLines, counter: PositionCounter
+    ) -> None:
         self.chip, self.kernel, self.clock = chip, chip.kernel, chip.clock
         self.lines, self.counter, self.mov_hold = lines, counter, chip.options.mov_hold
         self.width, self.setup = times_ps["clock"], times_ps["dir_setup"]
@@ -172,8 +175,7 @@ class Motion:
             step, fresh = await self.until_sample(leg.end, plan.steps, switch), False
         if not plan.steps:
             return kernel.now
-        assert self.playing is not None  # its steps have been played
-        return self.playing.train.begin(plan.steps)
+        return cast("Playing", self.playing).train.begin(plan.steps)  # its steps have been played
 
     def schedule(self, plan: Plan, step: int, sign: int) -> None:
         """Promise a train whose first step begins now."""
@@ -191,8 +193,7 @@ class Motion:
 
         The decision is at the begin of step `stop`, or earlier when an input departs; the end of the last pulse is one.
         """
-        kernel, playing = self.kernel, self.playing
-        assert playing is not None
+        kernel, playing = self.kernel, cast("Playing", self.playing)
         train, lines = playing.train, self.lines
         last = stop >= steps
         playing.until = None if last else train.begin(stop - self.base)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.wires.waits import until
 
 
 class StepLines:
     """The outputs that a driver sees, and the inputs that hold or end a motion."""
 
-    def __init__(self, chip: Chip, times_ps: Mapping[str, int]) -> None:
+    def __init__(self, chip: ChipContext, times_ps: Mapping[str, int]) -> None:
         self.kernel, self.reset_ps = chip.kernel, times_ps["reset"]
         self.mov, self.ramp, self.dir, self.clock = (chip.drivers[name] for name in ("mov", "ramp", "dir", "clock"))
         self.reset = chip.drivers["reset"]

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 
 
-class Supplied(Protocol):
-    """What has a supply: a module that does this when it comes and goes."""
+class Supplied(NamedTuple):
+    """What a module does when its supply comes and goes."""
 
-    def powered_up(self) -> None:
-        """Start anew, with nothing in program memory, registers and counter."""
-
-    def powered_off(self) -> None:
-        """End everything, and let go of every output."""
+    powered_up: Callable[[], None]  # it starts anew, with nothing in program memory, registers and counter
+    powered_off: Callable[[], None]  # it ends everything, and lets go of every output
 
 
 class Supply:
@@ -27,7 +24,7 @@ class Supply:
     """
 
     def __init__(
-        self, chip: Chip, supplied: Supplied, volts: tuple[float, float], loads: Mapping[tuple[str, ...], float]
+        self, chip: ChipContext, supplied: Supplied, volts: tuple[float, float], loads: Mapping[tuple[str, ...], float]
     ) -> None:
         self.chip, self.supplied, self.volts, self.loads = chip, supplied, volts, loads
         self.powered = False

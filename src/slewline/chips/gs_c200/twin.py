@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import isqrt
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.plan import Leg, Plan
 from ...core.motion.train import Playing, StepTrain
 from ...core.wires.net import Driver, Net
@@ -39,7 +39,9 @@ def nearest(number: int, by: int) -> int:
 class Stepwise:
     """Plays every motion step by step."""
 
-    def __init__(self, chip: Chip, times_ps: Mapping[str, int], lines: StepLines, counter: PositionCounter) -> None:
+    def __init__(
+        self, chip: ChipContext, times_ps: Mapping[str, int], lines: StepLines, counter: PositionCounter
+    ) -> None:
         self.chip, self.kernel, self.times_ps = chip, chip.kernel, times_ps
         self.lines, self.counter = lines, counter
         self.moving = self.stopped = False

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 
 
 class UserLines:
     """What a program reads and drives besides the motor."""
 
-    def __init__(self, chip: Chip) -> None:
+    def __init__(self, chip: ChipContext) -> None:
         self.inputs = tuple(chip.pins[f"ui{n}"].net for n in (1, 2, 3))
         self.outputs = tuple(chip.drivers[f"uo{n}"] for n in (1, 2, 3))
 

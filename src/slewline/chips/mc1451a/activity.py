@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from .registers import Registers
 
 
 class Activity:
     """Keeps `idle` and `waiting` of the chip."""
 
-    def __init__(self, chip: Chip, registers: Registers) -> None:
+    def __init__(self, chip: ChipContext, registers: Registers) -> None:
         self.chip, self.registers = chip, registers
         self.waiting = ""  # what `waiting` says
         self.unprocessed = False  # a command has written what no cycle has seen yet

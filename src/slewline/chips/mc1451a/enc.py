@@ -144,8 +144,7 @@ class QuadratureCounter:
 
     def _differed_before(self, a: Sequence[int], b: Sequence[int]) -> bool:
         """Did A and B differ before some changes up to the present levels?"""
-        assert self.a.level is not None and self.b.level is not None
-        return bool((self.a.level ^ self.b.level ^ len(a) ^ len(b)) & 1)
+        return bool(((self.a.level or 0) ^ (self.b.level or 0) ^ len(a) ^ len(b)) & 1)
 
     def _count(self, a: Sequence[int], b: Sequence[int]) -> None:
         """Work off changes of A and B, one after the other."""

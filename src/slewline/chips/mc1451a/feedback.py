@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.history import History
 from .cycle_clock import CycleClock
 from .enc import QuadratureCounter
@@ -15,7 +15,7 @@ STEPS = RANGE // ONE  # of a round of the target
 class Feedback:
     """What the encoder tells; without one, the actual position stays as it is."""
 
-    def __init__(self, chip: Chip, state: AxisState, cycle_clock: CycleClock, pulses: Pulses) -> None:
+    def __init__(self, chip: ChipContext, state: AxisState, cycle_clock: CycleClock, pulses: Pulses) -> None:
         self.kernel, self.clock, self.cycle_clock = chip.kernel, chip.clock, cycle_clock
         self.state, self.pulses = state, pulses
         self.encoder: QuadratureCounter | None = None

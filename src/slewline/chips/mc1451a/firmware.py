@@ -10,7 +10,7 @@ Each object knows those above it in this picture, never one below:
               Port                    strobes become packets
       Chipset                         makes them
 
-What an object must say to one below it, it says through a Protocol: the supply to what it supplies.
+What an object must say to one below it, it is handed as functions: the supply, what it does to the others.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .motion import Motion
 from .omissions import forgotten, pending_of
 from .port import Port
 from .registers import Registers
-from .supply import Supply
+from .supply import Supplied, Supply
 
 if TYPE_CHECKING:
     from ...core.motion.one_axis import OneAxis
@@ -42,34 +42,37 @@ if TYPE_CHECKING:
 class Chipset(Chip):
     """An MC1151A, MC1251A or MC1451A on a bench, or one of their -E versions."""
 
+    _for_users = ("powered",)
+
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
         positions = range(-(1 << 30), 1 << 30)
         self.axes = tuple(Axis(kernel, positions, 0) for _ in range(self.sheet.axes))
         self.state = Registers(self.sheet.axes)
-        self.cycle_clock = CycleClock(self.clock, sheet.CYCLE_TICKS)
-        self.interrupt = HostInterrupt(self.drivers["hostintrpt"], self.state)
-        self.activity = Activity(self, self.state)
+        self._cycle_clock = CycleClock(self.clock, sheet.CYCLE_TICKS)
+        self._interrupt = HostInterrupt(self.drivers["hostintrpt"], self.state)
+        self._activity = Activity(self, self.state)
         ready_ticks = self.options.reset_cycles * sheet.CYCLE_TICKS
-        self.supply = Supply(self, self.cycle_clock, self, ready_ticks, sheet.POWER_UP_RESET_PS)
-        self.motion = self.moves()
-        self.instructions = Instructions(self, self.state, self.interrupt, self.activity, self.supply, self.motion)
-        self.port = Port(self, self.activity, self.supply, self.motion, self.instructions, self.options.busy_ticks)
+        supplied = Supplied(self._clock_runs, self._cleared, self._begin, self._open, self._released)
+        self._supply = Supply(self, self._cycle_clock, supplied, ready_ticks, sheet.POWER_UP_RESET_PS)
+        self._motion = self._moves()
+        self._instructions = Instructions(self, self.state, self._interrupt, self._activity, self._supply, self._motion)
+        self._port = Port(self, self._activity, self._supply, self._motion, self._instructions, self.options.busy_ticks)
         if not self.sheet.crystal_low_hz <= self.crystal_hz <= self.sheet.crystal_high_hz:
             self.finding("crystal", f"{self.crystal_hz / 1e6:g} MHz is outside the 6.7 to 25.6 MHz of the manual")
         if self.options.cold:
             self.idle = True
             self.waits("its supply")
         else:
-            self.supply.come()
+            self._supply.come()
 
-    def moves(self) -> Moves:
+    def _moves(self) -> Moves:
         """Make what works the cycles: the fast way, or its slow twin."""
         if self.options.stepwise:
             from .twin.stepwise import Stepwise
 
-            return Stepwise(self, self.state, self.interrupt, self.activity)
-        return Motion(self, self.state, self.cycle_clock, self.interrupt, self.activity)
+            return Stepwise(self, self.state, self._interrupt, self._activity)
+        return Motion(self, self.state, self._cycle_clock, self._interrupt, self._activity)
 
     # ------------------------------------------------------------------------------------------------- supply and reset
     def power(self, on: bool) -> None:
@@ -78,43 +81,43 @@ class Chipset(Chip):
         Raises:
             UsageError: `on` is neither True nor False.
         """
-        self.check_switch(on)
-        self.supply.switch(on)
+        self._check_switch(on)
+        self._supply.switch(on)
 
     def reset(self) -> None:
         """Pull RESET low for 1 us."""
-        self.supply.pulse()
+        self._supply.pulse()
 
-    def cleared(self) -> None:
+    def _cleared(self) -> None:
         """Reset has begun: no packet, no motion; registers and outputs as the manual lists them."""
-        self.motion.stop()
+        self._motion.stop()
         for axis in self.axes:
             axis.log.end("cut")
         self.state.clear()
-        self.interrupt.clear()
-        self.port.begin()
+        self._interrupt.clear()
+        self._port.begin()
         self.outputs_reset()
         self.bus_driver.drive(None)
-        self.activity.clear()
+        self._activity.clear()
         self.waits("the end of reset")
 
-    def begin(self) -> None:
+    def _begin(self) -> None:
         """Reset is over: the positions are 0, and cycle 0 begins."""
         for axis in self.axes:
             axis.load(0)
-        self.motion.start()
+        self._motion.start()
 
-    def open(self) -> None:
+    def _open(self) -> None:
         """The first command may come."""
-        self.motion.catch_up()
-        self.port.open()
+        self._motion.catch_up()
+        self._port.open()
 
-    def clock_runs(self) -> None:
+    def _clock_runs(self) -> None:
         """CLKOUT runs as long as there is a supply, whatever else happens."""
         period = StepTrain(self.clock, self.clock.ticks_from(self.kernel.now) + 1, ((sheet.CLKOUT_TICKS, OPEN),))
         self.drivers["clkout"].play(PulseView(Playing(period), sheet.CLKOUT_TICKS // 2))
 
-    def released(self) -> None:
+    def _released(self) -> None:
         """The supply has gone: no output is driven."""
         for driver in (*self.drivers.values(), self.bus_driver):
             driver.drive(None)
@@ -125,12 +128,7 @@ class Chipset(Chip):
     @property
     def powered(self) -> bool:
         """Is the supply on?"""
-        return self.supply.powered
-
-    @property
-    def origin(self) -> int:
-        """The tick of the crystal at which cycle 0 began, or will."""
-        return self.cycle_clock.origin
+        return self._supply.powered
 
     @property
     def registers(self) -> dict[str, int]:
@@ -139,8 +137,8 @@ class Chipset(Chip):
 
     def registers_of(self, number: int) -> dict[str, int]:
         """Return the registers of an axis, from 1, named after the commands that write and read them."""
-        self.motion.catch_up()
-        return self.known(self.state.by_name(number, self.motion.cycle), number if len(self.axes) > 1 else 0)
+        self._motion.catch_up()
+        return self._known(self.state.by_name(number, self._motion.cycle), number if len(self.axes) > 1 else 0)
 
     def axis(self, number: int) -> OneAxis:
         """Return an axis by its number, from 1.
@@ -149,12 +147,12 @@ class Chipset(Chip):
             UnknownName: no such axis; the message says which there are.
         """
         super().axis(number)
-        return ChipsetAxis(self, number, self.motion if isinstance(self.motion, Motion) else None)
+        return ChipsetAxis(self, number, self._motion if isinstance(self._motion, Motion) else None)
 
     @property
     def armed(self) -> bool:
         """Does an axis have a breakpoint, which an input may meet at any time?"""
-        return self.activity.armed
+        return self._activity.armed
 
     def left_over(self) -> list[tuple[str, str]]:
         """Return what waits for an update that nobody announces."""
@@ -168,7 +166,7 @@ class Chipset(Chip):
     @property
     def answering(self) -> bool:
         """Is a byte or a word of the host in work?"""
-        return not self.port.ready
+        return not self._port.ready
 
 
 class Mc1151A(Chipset):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from .cycle_train import Linear
 from .feedback import Feedback
 from .generator import ProfileGenerator
@@ -16,7 +16,12 @@ class ElectronicGear:
     """Follows counts; `suspended` by a stop, a limit switch or the motor, until an update."""
 
     def __init__(
-        self, chip: Chip, state: AxisState, generator: ProfileGenerator, feedback: Feedback, switches: LimitSwitches
+        self,
+        chip: ChipContext,
+        state: AxisState,
+        generator: ProfileGenerator,
+        feedback: Feedback,
+        switches: LimitSwitches,
     ) -> None:
         self.chip, self.state, self.generator, self.pulses = chip, state, generator, generator.pulses
         self.feedback, self.switches = feedback, switches

@@ -6,7 +6,7 @@ An aim is kept for as long as it takes, whatever interrupts it: a destination (p
 
 from __future__ import annotations
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...errors import PlanError
 from . import sheet
 from .curves import SCurve
@@ -22,7 +22,7 @@ AIMS = {TRAPEZOIDAL: "point", VELOCITY: "contour", S_CURVE: "curve"}
 class ProfileGenerator:
     """What an axis is up to.  `aim` is empty at rest; `fresh` says: decide anew, run or no run."""
 
-    def __init__(self, chip: Chip, state: AxisState, pulses: Pulses) -> None:
+    def __init__(self, chip: ChipContext, state: AxisState, pulses: Pulses) -> None:
         self.chip, self.state, self.pulses, self.log = chip, state, pulses, pulses.axis.log
         self.ranges = sheet.STANDARD_RANGE * ONE, sheet.HIGH_RANGE * ONE
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 
 from . import sheet
+from .cycle_train import Law
 from .enc import FilteredInput
 from .feedback import Feedback
 from .gear import ElectronicGear
@@ -33,21 +34,19 @@ class Horizon:
     def after(self, n: int) -> int:
         """Return the next cycle in which something is to be decided, `n` having been worked."""
         state, pulses, encoder = self.state, self.pulses, self.feedback.encoder
-        running = pulses.law is not None
         if state.update or state.was_off:
             return n + 1
         due = NEVER
-        if running:
+        if pulses.law is not None:
             end = RANGE // 2 if pulses.sign > 0 else RANGE // 2 + 1
-            due = min(pulses.since + pulses.cycles, self.passes(end, pulses.turn * pulses.sign))
+            due = min(pulses.since + pulses.cycles, self.passes(pulses.law, end, pulses.turn * pulses.sign))
         if self.generator.mode == GEAR and ((encoder is not None and not encoder.quiet) or self.gear.behind):
             return n + 1
         return min(due, self.breakpoint_due(n), self.error_due(n))
 
-    def passes(self, distance: int, turns: int = 0) -> int:
-        """Return the cycle at which the run is so far from zero, in its direction and `turns` ranges further on."""
-        pulses, law = self.pulses, self.pulses.law
-        assert law is not None
+    def passes(self, law: Law, distance: int, turns: int = 0) -> int:
+        """Return the cycle at which a run is so far from zero, in its direction and `turns` ranges further on."""
+        pulses = self.pulses
         missing = distance + turns * RANGE - pulses.sign * pulses.x0
         if missing <= 0:
             return NEVER
@@ -68,7 +67,7 @@ class Horizon:
                 if (state.breakpoint == "pos") is not (pulses.sign > 0):
                     return NEVER  # moving away: it is met only behind the end of the range, where work is due
                 edge = value * ONE if pulses.sign > 0 else -((value + 1) * ONE) + 1
-                return max(self.passes(edge, pulses.turn * pulses.sign), n + 1)
+                return max(self.passes(pulses.law, edge, pulses.turn * pulses.sign), n + 1)
             case "actl_pos" | "actl_neg" if encoder is not None and not encoder.quiet:
                 wraps = RANGE // ONE // 2 - abs(state.actual)  # what lies behind the end of the range may meet it too
                 return n + max(min(abs(value - state.actual), wraps) // self.counts_per_cycle, 1)

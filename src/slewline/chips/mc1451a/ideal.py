@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from math import sqrt
 from typing import NamedTuple
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.ideal import FOREVER, Ideal, IdealPiece, duration
 from ...core.motion.motions import MotionParameters
 from . import sheet
@@ -74,7 +74,7 @@ class RegistersAtStart(NamedTuple):
         return Ideal(self.start_ps, self.target / ONE, pieces or [IdealPiece(0, 0)])
 
 
-def begins(chip: Chip, state: AxisState, cause: str, start_velocity: int, pulse_range: int) -> None:
+def begins(chip: ChipContext, state: AxisState, cause: str, start_velocity: int, pulse_range: int) -> None:
     """Keep that a motion of an axis begins now, with what is in force."""
     active, log = state.active, chip.axes[state.number - 1].log
     made = RegistersAtStart(
@@ -95,7 +95,7 @@ def begins(chip: Chip, state: AxisState, cause: str, start_velocity: int, pulse_
     log.expect(made.ideal)
 
 
-def mark_deviation(chip: Chip, state: AxisState, kind: str, text: str) -> None:
+def mark_deviation(chip: ChipContext, state: AxisState, kind: str, text: str) -> None:
     """Note that something makes the motion of an axis another one than it was to be."""
     log = chip.axes[state.number - 1].log
     log.depart()

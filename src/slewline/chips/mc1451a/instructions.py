@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.datasheet.table import Arg, Row
 from ...language.dialect import spoken_as
 from ...language.packets import Packets
@@ -60,7 +60,7 @@ class Instructions:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         registers: Registers,
         interrupt: HostInterrupt,
         activity: Activity,

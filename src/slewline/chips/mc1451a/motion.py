@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.wires.net import Net
 from .activity import Activity
 from .cycle_clock import CycleClock
@@ -30,7 +30,7 @@ class Motion:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         registers: Registers,
         cycle_clock: CycleClock,
         interrupt: HostInterrupt,

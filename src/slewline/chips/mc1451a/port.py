@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.datasheet.table import Row
 from ...core.wires.net import Net, Wave
 from ...language.dialect import spoken_as
@@ -33,7 +33,7 @@ class Port:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         activity: Activity,
         supply: Supply,
         motion: Moves,
@@ -244,7 +244,7 @@ class Port:
             return
         self.wanted = sum(arg.size for arg in row.args) // 2
         if not self.wanted:
-            self._perform()
+            self._perform(row)
 
     def _without_row(self, code: int) -> None:
         """Answer a code that is no command of this part."""
@@ -271,12 +271,11 @@ class Port:
         if self.row is None:
             self._answer([])
         else:
-            self._perform()
+            self._perform(self.row)
 
-    def _perform(self) -> None:
+    def _perform(self, row: Row) -> None:
         """Perform the command of a complete packet."""
-        row, chip = self.row, self.chip
-        assert row is not None
+        chip = self.chip
         if row.encoder and not chip.sheet.encoder and row.name not in self.told:
             self.told.add(row.name)
             part = chip.sheet.part

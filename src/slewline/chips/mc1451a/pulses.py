@@ -17,7 +17,7 @@ from bisect import bisect_right
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.motion.train import Playing
 from .curves import SCurve
 from .cycle_clock import CycleClock
@@ -51,7 +51,7 @@ class Pulses:
     to the speed in a cycle, for who asks later.
     """
 
-    def __init__(self, chip: Chip, state: AxisState, cycle_clock: CycleClock) -> None:
+    def __init__(self, chip: ChipContext, state: AxisState, cycle_clock: CycleClock) -> None:
         self.kernel, self.clock, self.cycle_clock, self.state = chip.kernel, chip.clock, cycle_clock, state
         n = state.number
         self.axis = chip.axes[n - 1]

@@ -22,7 +22,7 @@ from ...core.time.timebase import PS_PER_S
 from .curves import PLACES, SCurve
 from .ideal import curve
 from .motion import Motion
-from .profile import UNIT
+from .profile import UNIT, Phases
 from .pulses import Past
 from .registers import ONE
 
@@ -78,7 +78,10 @@ class Forces:
         ):
             if self.ps(entry.first) > stop:
                 break
-            found += self._of_curve(entry, following) if entry.curve else self._of_run(entry, before, following)
+            if entry.curve is not None and isinstance(entry.law, SCurve):
+                found += self._of_curve(entry, entry.curve, entry.law, following)
+            else:
+                found += self._of_run(entry, before, following)
         return [stretch for stretch in found if stretch.begin_ps <= stop]
 
     def _of_run(self, entry: Past, before: Past | None, following: Past | None) -> Iterator[JerkSegment]:
@@ -96,15 +99,12 @@ class Forces:
         if gained != change and (following is None or following.first > entry.first + 1):
             yield JerkSegment(self.ps(entry.first + 1), change * unit, 0.0)
 
-    def _of_curve(self, entry: Past, following: Past | None) -> Iterator[JerkSegment]:
+    def _of_curve(self, entry: Past, phases: Phases, law: SCurve, following: Past | None) -> Iterator[JerkSegment]:
         """The phases of an S-curve, as far as the run has worked them."""
-        assert entry.curve is not None and isinstance(entry.law, SCurve)
-        zero = entry.since - entry.law.first  # the cycle in which the curve begins
+        zero = entry.since - law.first  # the cycle in which the curve begins
         begun, over = entry.first - zero, None if following is None else following.first - zero
         parts = 0
-        for phase, (length, piece) in enumerate(
-            zip(entry.curve.lengths, curve(entry.curve, self.per_s), strict=True), 1
-        ):
+        for phase, (length, piece) in enumerate(zip(phases.lengths, curve(phases, self.per_s), strict=True), 1):
             late = max(begun * UNIT - parts, 0)  # of the phase, worked by an earlier run
             if length and late < length and (over is None or parts < over * UNIT):
                 acceleration = piece.acceleration + piece.jerk * (late / UNIT / self.per_s)

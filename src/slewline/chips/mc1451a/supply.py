@@ -7,38 +7,30 @@ HostRdy  ‾‾\______________________________/‾‾‾‾‾‾‾‾‾‾   
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
+from typing import NamedTuple
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from ...core.time.timebase import readable
 from ...core.wires.net import Net
 from .cycle_clock import CycleClock
 
 
-class Supplied(Protocol):
-    """What the supply and RESET act upon."""
+class Supplied(NamedTuple):
+    """What a chipset does by its supply and RESET."""
 
-    def cleared(self) -> None:
-        """Reset has begun: no packet, no motion; registers and outputs as the manual lists them."""
-
-    def begin(self) -> None:
-        """Reset is over: cycle 0 begins."""
-
-    def open(self) -> None:
-        """The first command may come."""
-
-    def clock_runs(self) -> None:
-        """The supply has come, and CLKOUT with it."""
-
-    def released(self) -> None:
-        """The supply has gone: no output is driven."""
+    clock_runs: Callable[[], None]  # the supply has come, and CLKOUT with it
+    cleared: Callable[[], None]  # reset has begun: no packet, no motion; registers and outputs as the manual lists them
+    begin: Callable[[], None]  # reset is over: cycle 0 begins
+    open: Callable[[], None]  # the first command may come
+    released: Callable[[], None]  # the supply has gone: no output is driven
 
 
 class Supply:
     """The supply and RESET.  `starts` counts resets: what was due before one is not done."""
 
     def __init__(
-        self, chip: Chip, cycles: CycleClock, supplied: Supplied, ready_ticks: int, power_up_reset_ps: int
+        self, chip: ChipContext, cycles: CycleClock, supplied: Supplied, ready_ticks: int, power_up_reset_ps: int
     ) -> None:
         self.chip, self.kernel, self.clock, self.cycles = chip, chip.kernel, chip.clock, cycles
         self.supplied, self.ready_ticks, self.power_up_reset_ps = supplied, ready_ticks, power_up_reset_ps
@@ -75,7 +67,7 @@ class Supply:
     # ----------------------------------------------------------------------------------------------------------- reset
     def pulse(self) -> None:
         """Pull RESET low for 1 us."""
-        self.chip.pin("reset").pulse(0, self.clock.ps(self.reset_ticks))
+        self.chip.pins["reset"].pulse(0, self.clock.ps(self.reset_ticks))
 
     def _reset_changed(self, net: Net) -> None:
         """Begin or end a reset, behind all timed work of this instant."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from .registers import NEGATIVE_LIMIT, POSITIVE_LIMIT, AxisState, Registers
 
 
 class LimitSwitches:
     """Both switches, by the event bit of each.  The levels are those that the cycle under way has seen."""
 
-    def __init__(self, chip: Chip, registers: Registers, state: AxisState) -> None:
+    def __init__(self, chip: ChipContext, registers: Registers, state: AxisState) -> None:
         self.registers, self.state = registers, state
         number = state.number
         self.nets = {

@@ -23,7 +23,7 @@ Positions and displacements are in 1/65536 step.
 
 from __future__ import annotations
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from .cycle_clock import CycleClock
 from .enc import FilteredInput
 from .feedback import Feedback
@@ -51,7 +51,7 @@ from .updates import Updates
 class Trajectory:
     """One axis: what it is made of, and the order of its work.  `due` is the next cycle that must be worked."""
 
-    def __init__(self, chip: Chip, registers: Registers, state: AxisState, cycle_clock: CycleClock) -> None:
+    def __init__(self, chip: ChipContext, registers: Registers, state: AxisState, cycle_clock: CycleClock) -> None:
         self.chip, self.state, self.cycle_clock = chip, state, cycle_clock
         self.home = FilteredInput(chip.pins[f"home{state.number}"], chip.clock)
         self.at_rest = chip.drivers[f"atrest{state.number}"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...core.chip import Chip
+from ...core.context import ChipContext
 from .feedback import Feedback
 from .gear import ElectronicGear
 from .generator import ProfileGenerator
@@ -32,7 +32,7 @@ class Updates:
 
     def __init__(
         self,
-        chip: Chip,
+        chip: ChipContext,
         state: AxisState,
         generator: ProfileGenerator,
         feedback: Feedback,

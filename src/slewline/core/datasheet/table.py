@@ -441,6 +441,18 @@ class Sheet:
         """Return the channel of a kind; None: the part has none."""
         return next((channel for channel in self.channels if isinstance(channel, kind)), None)
 
+    def through(self, kind: type[C]) -> C:
+        """Return the channel of a kind.
+
+        Raises:
+            SheetError: the part has none.
+        """
+        channel = self.channel(kind)
+        if channel is None:
+            has = ", ".join(type(other).__name__ for other in self.channels) or "none"
+            raise SheetError(f"{self.part}: needs a {kind.__name__} among its channels; it has {has}: give it one")
+        return channel
+
     def acting(self, role: str) -> tuple[Row, ...]:
         """Return the commands that have a role."""
         return tuple(row for row in self.commands if row.role == role)
@@ -448,6 +460,19 @@ class Sheet:
     def role(self, role: str, axis: int = 1) -> Pin | None:
         """Return the pin that has a role, on an axis if it is the role of one; None: there is none."""
         return self._by_role.get((role, axis if role in AXIS_ROLES else 0))
+
+    def in_role(self, role: str) -> Pin:
+        """Return the pin that has a role.
+
+        Raises:
+            SheetError: none has.
+        """
+        pin = self.role(role)
+        if pin is None:
+            raise SheetError(
+                f"{self.part}: needs a pin with the role {role!r}; no row of its pins has it: give it to one"
+            )
+        return pin
 
     def pin(self, name: str) -> Pin:
         """Return the pin of this name; KeyError: there is none."""

@@ -88,7 +88,7 @@ def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
 
 
 def seal(cls: type) -> None:
-    """Let properties that are only read say what to do instead of setting them, as `to_set` of the class has it.
+    """Let properties that are only read say what to do instead of setting them, as `_to_set` of the class has it.
 
     A property with a setter is read as fast as one without.
     """
@@ -98,11 +98,11 @@ def seal(cls: type) -> None:
 
 
 def names_for_users(one: object) -> list[str]:
-    """Return what `dir` lists: the names in `for_users` of the classes, and all public ones of classes from outside."""
+    """Return what `dir` lists: `_for_users` of the classes, and all public names of classes from outside."""
     found = {name for name in object.__dir__(one) if name.startswith("_")}
     for base in type(one).__mro__:
         own: dict[str, Any] = dict(vars(base))
-        found.update(own.get("for_users", ()))
+        found.update(own.get("_for_users", ()))
         if not base.__module__.startswith((OURS, "builtins")):
             found.update(name for name in own if not isinstance(own[name], Instead))
     return sorted(found)
@@ -117,7 +117,7 @@ def face(cls: type[C]) -> type[C]:
 
 def _not_set(name: str, one: object, _value: object) -> NoReturn:
     it = called(one)
-    to_set: Mapping[str, str] = getattr(one, "to_set", {})
+    to_set: Mapping[str, str] = getattr(one, "_to_set", {})
     remedy = to_set.get(name, f"{it}.{name} is only read")
     raise NoSuchAttribute(f"{it}: {name} cannot be set; {remedy.format(it=it)}")
 

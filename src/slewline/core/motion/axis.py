@@ -9,7 +9,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from operator import attrgetter, itemgetter
-from typing import TYPE_CHECKING, NamedTuple, overload
+from typing import TYPE_CHECKING, NamedTuple, cast, overload
 
 from ...errors import NoSuchStep, UsageError
 from ..messages.instead import missing
@@ -416,8 +416,7 @@ class Axis:
         """
         stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
         offset = self.offsets[max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)][1]
-        assert stretch.playing is not None
-        train = stretch.playing.train
+        train = cast("Playing", stretch.playing).train
         return train.clock.ps(train.begin((unwrapped - offset - stretch.count) * stretch.counts - 1))
 
     # -------------------------------------------------------------------------------------------------------- velocity

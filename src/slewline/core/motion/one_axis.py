@@ -51,11 +51,11 @@ class ReachesCondition(Condition):
 class OneAxis:
     """One axis of a chip as its user sees it; a chip as a whole is its own axis 1."""
 
-    for_users: ClassVar[tuple[str, ...]] = (
+    _for_users: ClassVar[tuple[str, ...]] = (
         *("position", "travel", "position_at", "velocity_at", "steps", "motions", "marks", "phases", "parameters"),
         *("reaches", "quantities", "deviation", "registers", "motor", "on_motion_begin", "on_motion_end", "name"),
     )
-    to_set: ClassVar[Mapping[str, str]] = {
+    _to_set: ClassVar[Mapping[str, str]] = {
         "position": "the part counts it; a host sends the command that loads or clears it: bench.host(x).send(...)",
         "registers": "a host sends the commands that load them: bench.host(x).send(...)",
         **dict.fromkeys(("on_motion_begin", "on_motion_end"), "add a listener: .add(function)"),

@@ -283,7 +283,7 @@ class Net:
         else:
             new = self.resolve(ps)
         if self._log is not None:
-            self._keep(ps, new)
+            self._keep(self._log, ps, new)
         alone = len(active) == 1 and self._log is None and not self.joined
         if alone and not self.before_change and type(promise) is Wave and ps >= promise.times[-1]:
             active[0].level, active[0].promise = promise.levels[-1], None  # the wave is over
@@ -297,9 +297,7 @@ class Net:
         self.changed_at = ps
         return True
 
-    def _keep(self, ps: int, level: Level) -> None:
-        log = self._log
-        assert log is not None
+    def _keep(self, log: list[tuple[int, Any]], ps: int, level: Level) -> None:
         single = (
             self.promise is not None and sum(d.promise is not None or d.level is not None for d in self.drivers) == 1
         )

@@ -152,7 +152,7 @@ def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, .
 class Terminal:
     """A pin as the outside sees it: its net, and a driver of one's own on it."""
 
-    for_users: ClassVar[tuple[str, ...]] = ("name", "level", "drive", "release", "pulse", "is_", "edges", "row", "net")
+    _for_users: ClassVar[tuple[str, ...]] = ("name", "level", "drive", "release", "pulse", "is_", "edges", "row", "net")
 
     def __init__(self, owner: str, row: Pin, net: Net) -> None:
         self.owner, self.row, self.net = owner, row, net

@@ -19,6 +19,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import cast
 
 from ...core.datasheet.table import Arg, Row, Sheet
 from ..dialect import Command, Note, dialect_of, slip_remedy, unknown_remedy
@@ -161,8 +162,7 @@ class Decoder:
 
     def _mark(self) -> Decoded:
         """A letter is a label only when the mark follows it directly."""
-        assert self._row is not None
-        letter = self._row.form
+        letter = cast("Row", self._row).form
         if letter in self.sheet.labels and not self._line:
             self.at_letter = True
             return Label(letter)
@@ -173,8 +173,7 @@ class Decoder:
         return None
 
     def _line_end(self) -> Decoded:
-        row, body = self._row, bytes(self._line)
-        assert row is not None
+        row, body = cast("Row", self._row), bytes(self._line)
         argument = body.strip(b" ")
         if row.args:
             return self._with_arguments(row, body, argument)

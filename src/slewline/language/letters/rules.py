@@ -69,8 +69,7 @@ def entries(source: Source) -> None:
     used = {(id(block), target.label) for _, target, block in branches(source)}
     leave, about_labels = listed(source.sheet.leave), source.sheet.sections.get("labels", "")
     for block in source.blocks:
-        assert block.entry is not None
-        if block.quit is None:
+        if block.quit is None and block.entry is not None:
             found = f"a program without {leave}: all that follows is stored"
             remedy = f"write {leave} behind its last instruction"
             source.report(block.entry, "no-quit", "warning", found, section=block.entry.row.where, remedy=remedy)

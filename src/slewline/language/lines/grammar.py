@@ -14,6 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import cast
 
 from ...core.datasheet.table import Arg, Row, Sheet
 from ..dialect import Command, Refusal
@@ -82,8 +83,7 @@ def parse(sheet: Sheet, text: str) -> Command | Refusal:
 def places(row: Row, text: str) -> list[tuple[int, int]]:
     """Where in a line its arguments stand, first character and end; one that is left out stands at the end."""
     rest = text.removeprefix(row.head)
-    match = _pattern(row).fullmatch(rest)
-    assert match is not None  # the line has been read as this command
+    match = cast("re.Match[str]", _pattern(row).fullmatch(rest))  # the line has been read as this command
     before = len(text) - len(rest)
     spans = [match.span(number) for number in range(1, len(row.args) + 1)]
     return [(before + at, before + end) if at >= 0 else (len(text), len(text)) for at, end in spans]

@@ -125,7 +125,7 @@ class Verbatim(Forms):
                 break
         return Instruction(at, bytes(stored[at : at + 1]), None, ())
 
-    def shown(self, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
+    def shown(self, row: Row, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
         return instruction.data.rstrip(b"\r").decode("latin-1")
 
     def longest_instruction(self, sheet: Sheet) -> int:

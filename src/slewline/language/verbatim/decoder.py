@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 from ...core.datasheet.table import Arg, Row, Sheet
 from ..dialect import Command, Note, spoken_as, unknown_remedy
@@ -145,8 +146,7 @@ class Decoder:
             self._keep(byte)
 
     def _behind_string(self, byte: int) -> CommandText | None:
-        row = self._row
-        assert row is not None
+        row = cast("Row", self._row)
         if byte != CR:
             self._note("extra-argument", f"{shown(byte)} behind a string is ignored")
             return None
@@ -163,8 +163,7 @@ class Decoder:
             self._line.append(byte)
 
     def _line_end(self) -> CommandText | None:
-        row, body = self._row, text_of(self._line)
-        assert row is not None
+        row, body = cast("Row", self._row), text_of(self._line)
         argument = body.strip(" ")
         words = BETWEEN.split(argument) if argument else []
         if row.form == self.dialect.query:

@@ -95,21 +95,20 @@ class FileStore:
             if not data:
                 return
             try:
-                self._keep(PLACE.pack(address, len(data)), data)
+                self._keep(self._content, PLACE.pack(address, len(data)), data)
             except BaseException:
                 self._content = None  # whatever the file holds now is asked of it
                 raise
 
-    def _keep(self, place: bytes, data: bytes) -> None:
-        """Put a record behind the others, or write the file anew."""
-        assert self._content is not None
+    def _keep(self, content: bytearray, place: bytes, data: bytes) -> None:
+        """Put a record behind the others, or write the file anew, with all of the content."""
         record = place + CHECK.pack(crc32(place + data)) + data
-        longest = min(self._base + max(MIN_JOURNAL, MAX_TIMES * len(self._content)), LARGEST)
+        longest = min(self._base + max(MIN_JOURNAL, MAX_TIMES * len(content)), LARGEST)
         end, self._end = self._end, 0
         if end and end + len(record) <= longest and self._appended(record, end):
             self._end = end + len(record)
         else:
-            whole = packed(self._content, JOURNAL)
+            whole = packed(content, JOURNAL)
             self._replace(whole)
             self._base = self._end = len(whole)
 

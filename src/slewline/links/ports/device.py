@@ -20,7 +20,7 @@ from typing import Any
 
 from ...errors import SlewlineError, UsageError
 from ...extras import needs
-from ..lines.line import ConnectorLine, HostLine
+from ..lines.line import ConnectorLine
 from ..sockets.loop import Loop
 from ..sockets.stream import CHUNK, SocketStream
 from ..sockets.system import WINDOWS_PORT, Descriptor, pair
@@ -102,9 +102,8 @@ class DevicePort:
     """
 
     def __init__(
-        self, loop: Loop, line: HostLine, device: str, tell: Callable[[str], object] = lambda _text: None
+        self, loop: Loop, line: ConnectorLine, device: str, tell: Callable[[str], object] = lambda _text: None
     ) -> None:
-        assert isinstance(line, ConnectorLine)  # the server has seen to that
         self.loop, self.line, self.device, self.tell = loop, line, device, tell
         self.closed = False
         self.port: Any = None

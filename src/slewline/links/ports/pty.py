@@ -157,13 +157,12 @@ class PtyPort:
     def _invert(self) -> None:
         import termios
 
-        assert system.EXTPROC is not None
         self.settled_at = None
         settings = termios.tcgetattr(self.slave)
         if settings == self.ours:
             return  # it was our own change that was told
         settings[CFLAG] ^= termios.PARODD
-        settings[LFLAG] |= system.EXTPROC
+        settings[LFLAG] |= system.EXTPROC or 0
         termios.tcsetattr(self.slave, termios.TCSANOW, settings)
         self.ours = termios.tcgetattr(self.slave)
 

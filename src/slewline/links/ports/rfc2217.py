@@ -8,7 +8,7 @@ of its serial ports: `Remote` is one.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from ...core.wires.serial import PARITIES, CharacterFormat, bit_clock
 from ...errors import SlewlineError, UsageError
@@ -215,6 +215,6 @@ class NetPort(TcpPort):
     make = NetSession
 
     def __init__(self, loop: Loop, line: HostLine, *more: Any) -> None:
-        assert isinstance(line, ConnectorLine)  # the server has seen to that
-        self.settings = line.port.baud, line.port.word
+        port = cast("ConnectorLine", line).port  # the server has seen to that
+        self.settings = port.baud, port.word
         super().__init__(loop, line, *more)

@@ -51,6 +51,16 @@ def served(host: str, chips: Mapping[str, T], chip: object) -> T:
 class Part(Component):
     """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks."""
 
+    _for_users: ClassVar[tuple[str, ...]] = (
+        "name",
+        "pin",
+        "pins",
+        "findings",
+        "on_finding",
+        "quantities",
+        "idle",
+        "waiting",
+    )
     wiring: Mapping[str, str] = MappingProxyType({})
     optional: frozenset[str] = frozenset()
     verbs: tuple[str, ...] = ()

@@ -9,7 +9,7 @@ A board decodes ten address lines and takes sixteen addresses; those without a f
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from ...core.datasheet.option import Option
 from ...core.time.inputs import from_outside
@@ -44,6 +44,7 @@ def base_option(says: str) -> Option:
 class Board(Part):
     """An interface board; `waits` are what a program may wait for, by name."""
 
+    _for_users: ClassVar[tuple[str, ...]] = ("base", "out", "inp", "ready")
     waits: tuple[str, ...] = (READY,)
 
     def __init__(self, kernel: Kernel, name: str, *, base: int) -> None:

@@ -25,6 +25,21 @@ LOOP, IN, OUT, MVI, MOVE = 27, 10, 10, 7, 5  # states
 STOPPER = 0xFF
 READY = "b5"  # of the 8255
 
+# the 8255 of Table IX: addresses of its ports, and the set/reset codes of port C
+DATA, STATUS, CONTROL = 0xEC, 0xED, 0xEF
+PORT_B = (  # pins of the chip and their roles, from bit 0 on
+    ("motion_complete", "motion_complete"), ("pulse", "step"), ("run", "running"), ("prog", "program_entry"),
+    ("programmable_output", "output1"), ("ready", "ready"), ("direction", "direction"), ("slew", "slewing"),
+)  # fmt: skip
+IOREQ, NOIOREQ, IOSELIN, IOSELOUT, DOWHILE, NOLOOP = range(6)
+ABORT, NOABORT, TRIGGER, STPINH, LOWAIT, HIWAIT, RESETLO, NORESET = range(8, 16)
+PORT_C = MappingProxyType({  # bit: pin of the chip, role, the level at which that holds
+    0: ("io_request", "request", 0), 1: ("io_select", "select", 1), 2: ("dowhile", "input2", None),
+    4: ("abort", "abort", 0), 5: ("step_inhibit", "enable", 0), 6: ("wait", "input1", None),
+    7: ("reset", "reset", 0),
+})  # fmt: skip
+AT_REST = (NOIOREQ, IOSELIN, NOLOOP, NOABORT, TRIGGER, HIWAIT, NORESET)  # what the program writes first of all
+
 
 class Cpu8080:
     """The processor: coroutines that look at a bit and let time pass, in its own time."""
@@ -64,6 +79,7 @@ def before_stopper(owner: str, data: Data) -> bytes:
 class Host8080(Part):
     """The smallest host: OUT 0DCH puts seven bits on the bus and bit 7 on I/O REQUEST; READY is looked at."""
 
+    _for_users = ("send", "out", "sent")
     wiring = MappingProxyType({"port": "data", "request": "request", "ready": "ready"})
 
     options = (Option("cpu", "frequency", "2 MHz", "clock of the processor", low=1, unit="Hz"),)
@@ -71,7 +87,7 @@ class Host8080(Part):
     def __init__(self, kernel: Kernel, name: str, *, cpu: str | int) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name)
-        self.cpu, self.sent = Cpu8080(kernel, cpu), 0
+        self._cpu, self.sent = Cpu8080(kernel, cpu), 0
         self.add_bus("port", "output port DC, bits 0 to 6; bit 7 of the bus to ground")
         self.add_pin("request", "out", "output port DC, bit 7", initial=1)
         self.add_pin("ready", "in", "READY of the chip", pull=1)
@@ -87,18 +103,18 @@ class Host8080(Part):
         data = before_stopper(self.name, string)
         self.input("send", data + bytes([STOPPER]))
         for byte in data:
-            self.queue.post(f"SENDCHR {byte:#04x}", lambda byte=byte: self.sendchr(byte))  # type: ignore[misc]
+            self.queue.post(f"SENDCHR {byte:#04x}", lambda byte=byte: self._sendchr(byte))  # type: ignore[misc]
 
-    async def sendchr(self, byte: int) -> None:
+    async def _sendchr(self, byte: int) -> None:
         """Send a character as SENDCHR does (fig. 10.7).
 
         Wait until ready, out with bit 7 low, wait until busy, bit 7 high.
         """
-        await self.cpu.poll(self.net("ready"), 1)
-        await self.cpu.states(MOVE + MVI + OUT)
+        await self._cpu.poll(self.net("ready"), 1)
+        await self._cpu.states(MOVE + MVI + OUT)
         self.out(byte & 0x7F)
-        await self.cpu.poll(self.net("ready"), 0)
-        await self.cpu.states(MVI + OUT)
+        await self._cpu.poll(self.net("ready"), 0)
+        await self._cpu.states(MVI + OUT)
         self.out(0xFF)
         self.sent += 1
 
@@ -109,20 +125,7 @@ class Ppi8255(Part):
     Port A is in high impedance while I/O SELECT (port C, bit 1) is high: the chip may drive the bus then.
     """
 
-    DATA, STATUS, CONTROL = 0xEC, 0xED, 0xEF
-    PORT_B = (  # pins of the chip and their roles, from bit 0 on
-        ("motion_complete", "motion_complete"), ("pulse", "step"), ("run", "running"), ("prog", "program_entry"),
-        ("programmable_output", "output1"), ("ready", "ready"), ("direction", "direction"), ("slew", "slewing"),
-    )  # fmt: skip
-    IOREQ, NOIOREQ, IOSELIN, IOSELOUT, DOWHILE, NOLOOP = range(6)
-    ABORT, NOABORT, TRIGGER, STPINH, LOWAIT, HIWAIT, RESETLO, NORESET = range(8, 16)
-    PORT_C = MappingProxyType({  # bit: pin of the chip, role, the level at which that holds
-        0: ("io_request", "request", 0), 1: ("io_select", "select", 1), 2: ("dowhile", "input2", None),
-        4: ("abort", "abort", 0), 5: ("step_inhibit", "enable", 0), 6: ("wait", "input1", None),
-        7: ("reset", "reset", 0),
-    })  # fmt: skip
-    AT_REST = (NOIOREQ, IOSELIN, NOLOOP, NOABORT, TRIGGER, HIWAIT, NORESET)  # what the program writes first of all
-
+    _for_users = ("out", "read", "sendparallel", "sendchar", "rcvbyte", "received", "sent")
     wiring = MappingProxyType(
         {"a": "data"}
         | {f"b{bit}": role for bit, (_, role) in enumerate(PORT_B)}
@@ -134,43 +137,43 @@ class Ppi8255(Part):
     def __init__(self, kernel: Kernel, name: str, *, cpu: str | int) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name)
-        self.cpu, self.sent = Cpu8080(kernel, cpu), 0
+        self._cpu, self.sent = Cpu8080(kernel, cpu), 0
         self.add_bus("a", "port A (EC): data bus")
-        for bit, (pin, _) in enumerate(self.PORT_B):
+        for bit, (pin, _) in enumerate(PORT_B):
             self.add_pin(f"b{bit}", "in", f"port B (ED): {pin}", pull=1)
-        for bit, (pin, _, level) in self.PORT_C.items():
+        for bit, (pin, _, level) in PORT_C.items():
             self.add_pin(f"c{bit}", "out", f"port C (set and reset through EF): {pin}", active=level)
-        self.latched, self.selected = 0xFF, False
+        self._latched, self._selected = 0xFF, False
         self.received = bytearray()
-        for code in self.AT_REST:
-            self._write(self.CONTROL, code)
+        for code in AT_REST:
+            self._write(CONTROL, code)
 
     # -------------------------------------------------------------------------------------------------------- the ports
     def read(self, port: int) -> int:
         """Return what a port reads at this instant: IN."""
-        if port == self.DATA:
+        if port == DATA:
             return self.byte("a")
-        if port == self.STATUS:
+        if port == STATUS:
             return sum(self.high(f"b{bit}") << bit for bit in range(8))
         raise UsageError(f"{self.name}: no input port {port:#04x}; allowed 0xEC (data), 0xED (status)")
 
     def _checked(self, port: int, value: int) -> None:
-        code = port == self.CONTROL and 0 <= value < 16 and value >> 1 in self.PORT_C
-        if not code and not (port == self.DATA and 0 <= value < 256):
+        code = port == CONTROL and 0 <= value < 16 and value >> 1 in PORT_C
+        if not code and not (port == DATA and 0 <= value < 256):
             allowed = "0xEC (data), 0xEF (codes 0 to 5 and 8 to 15)"
             raise UsageError(f"{self.name}: OUT {port:#04x}, {value:#04x}; allowed {allowed}")
 
     def _write(self, port: int, value: int) -> None:
         """OUT: a byte to port A, or a set/reset code of port C to EF: bit number times two, plus the level."""
         self._checked(port, value)
-        if port == self.DATA:
-            self.latched = value
+        if port == DATA:
+            self._latched = value
         else:
             bit, level = divmod(value, 2)
             self.drivers[f"c{bit}"].drive(level)
-            if self.PORT_C[bit][1] == "select":
-                self.selected = bool(level)
-        self.drivers["a"].drive(None if self.selected else (0xFF, self.latched))
+            if PORT_C[bit][1] == "select":
+                self._selected = bool(level)
+        self.drivers["a"].drive(None if self._selected else (0xFF, self._latched))
 
     # --------------------------------------------------------------------------------------------- what a user asks for
     @from_outside
@@ -210,25 +213,25 @@ class Ppi8255(Part):
 
     # --------------------------------------------------------------------------------------------------- the routines
     async def _output(self, port: int, value: int) -> None:
-        await self.cpu.states(MVI + OUT)
+        await self._cpu.states(MVI + OUT)
         self._write(port, value)
 
     async def _sendchar(self, byte: int) -> None:
-        await self.cpu.poll(self.net(READY), 1)
-        await self._output(self.DATA, byte)
-        await self._output(self.CONTROL, self.IOREQ)
-        await self.cpu.poll(self.net(READY), 0)
-        await self._output(self.CONTROL, self.NOIOREQ)
+        await self._cpu.poll(self.net(READY), 1)
+        await self._output(DATA, byte)
+        await self._output(CONTROL, IOREQ)
+        await self._cpu.poll(self.net(READY), 0)
+        await self._output(CONTROL, NOIOREQ)
         self.sent += 1
 
     async def _rcvbyte(self, number: int) -> None:
-        await self.cpu.poll(self.net(READY), 1)
-        await self._output(self.CONTROL, self.IOSELOUT)
+        await self._cpu.poll(self.net(READY), 1)
+        await self._output(CONTROL, IOSELOUT)
         for _ in range(number):
-            await self._output(self.CONTROL, self.IOREQ)
-            await self.cpu.poll(self.net(READY), 0)
-            await self.cpu.states(IN)
-            self.received.append(self.read(self.DATA))
-            await self._output(self.CONTROL, self.NOIOREQ)
-            await self.cpu.poll(self.net(READY), 1)
-        await self._output(self.CONTROL, self.IOSELIN)
+            await self._output(CONTROL, IOREQ)
+            await self._cpu.poll(self.net(READY), 0)
+            await self._cpu.states(IN)
+            self.received.append(self.read(DATA))
+            await self._output(CONTROL, NOIOREQ)
+            await self._cpu.poll(self.net(READY), 1)
+        await self._output(CONTROL, IOSELIN)

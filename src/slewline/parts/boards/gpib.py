@@ -47,6 +47,7 @@ def pull(part: Part, name: str, low: bool) -> None:
 class GpibListener(Part):
     """A few gates between the bus and a chip."""
 
+    _for_users = ("line_feeds",)
     wiring = MappingProxyType(
         {
             "dio": "data",
@@ -160,33 +161,34 @@ class SourceHandshake:
 class GpibTalker(Part):
     """A talker and controller that knows nothing of addresses."""
 
+    _for_users = ("send", "command", "clear", "requests")
     wiring = MappingProxyType({name: name for name in ("dio", *HANDSHAKE, *MANAGEMENT)})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name)
-        self.source = SourceHandshake(self, self.queue)
+        self._source = SourceHandshake(self, self.queue)
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
-        self.source.rewired()
+        self._source.rewired()
 
     @property
     def requests(self) -> int:
         """How often SRQ has fallen."""
-        return self.source.requests
+        return self._source.requests
 
     @from_outside
     def send(self, data: Data) -> None:
         """Queue bytes for whoever listens."""
-        self.source.send(data)
+        self._source.send(data)
 
     @from_outside
     def command(self, data: Data) -> None:
         """Queue bytes that go out with ATN low: addresses and interface messages."""
-        self.source.command(data)
+        self._source.command(data)
 
     @from_outside
     def clear(self) -> None:
         """Queue an interface clear: IFC low for 100 us."""
-        self.source.clear()
+        self._source.clear()

@@ -29,6 +29,7 @@ STATUS = ("motion_complete", "step", "running", "program_entry", "output1", "rea
 class GpibDevice(Part):
     """A 96LS488 with its handshake logic and inverting buffers."""
 
+    _for_users = ("address",)
     wiring = MappingProxyType(
         {"db": "data", "io_request": "request", "io_select": "select", "ready": "ready"}
         | {f"s{bit}": role for bit, role in enumerate(STATUS)}
@@ -48,7 +49,7 @@ class GpibDevice(Part):
             self.add_pin(f"s{bit}", "in", f"status poll, bit {bit}", pull=1)
         self.add_pin("clr", "out", "a high pulse at device clear", initial=0)
         self.add_pin("trig", "out", "a high pulse at device trigger", initial=0)
-        self.task: Task | None = None
+        self._task: Task | None = None
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
@@ -58,12 +59,12 @@ class GpibDevice(Part):
 
     def _begin(self) -> None:
         self.listening = self.talking = self.polling = False
-        self.task = self.kernel.spawn(self._run, name=self.name)
+        self._task = self.kernel.spawn(self._run, name=self.name)
 
     def _interface_clear(self, net: Net) -> None:
         """IFC: let go of everything, forget all addresses."""
-        if net.level == 0 and self.task is not None:
-            self.task.kill()
+        if net.level == 0 and self._task is not None:
+            self._task.kill()
             for name in ("dio", "db", *HANDSHAKE):
                 self.drivers[name].drive(None)
             self.drivers["io_request"].drive(1)
@@ -205,38 +206,51 @@ class GpibController(Part):
     `received` keeps what devices said, `polled` the status bytes.
     """
 
+    _for_users = (
+        "send",
+        "command",
+        "clear",
+        "read",
+        "poll",
+        "received",
+        "polled",
+        "requests",
+        "trigger",
+        "device_clear",
+        "write",
+    )
     wiring = GpibTalker.wiring
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name)
-        self.source = ControllerSource(self, self.queue)
+        self._source = ControllerSource(self, self.queue)
         self.received = bytearray()
         self.polled: list[int] = []
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
-        self.source.rewired()
+        self._source.rewired()
 
     @property
     def requests(self) -> int:
         """How often SRQ has fallen."""
-        return self.source.requests
+        return self._source.requests
 
     @from_outside
     def send(self, data: Data) -> None:
         """Queue bytes for whoever listens."""
-        self.source.send(data)
+        self._source.send(data)
 
     @from_outside
     def command(self, data: Data) -> None:
         """Queue bytes that go out with ATN low: addresses and interface messages."""
-        self.source.command(data)
+        self._source.command(data)
 
     @from_outside
     def clear(self) -> None:
         """Queue an interface clear: IFC low for 100 us."""
-        self.source.clear()
+        self._source.clear()
 
     def write(self, address: int, data: Data) -> None:
         """Queue data for one device."""
@@ -250,9 +264,9 @@ class GpibController(Part):
         self.input("read", address, number)
 
         async def action() -> None:
-            await self.source.talk_commands(bytes([UNLISTEN, TALK + address]), hold=True)
-            self.received += await self.source.accept(number)
-            await self.source.talk_commands(bytes([UNTALK]))
+            await self._source.talk_commands(bytes([UNLISTEN, TALK + address]), hold=True)
+            self.received += await self._source.accept(number)
+            await self._source.talk_commands(bytes([UNTALK]))
 
         self.queue.post(f"reads {number} bytes from {address}", action)
 
@@ -262,9 +276,9 @@ class GpibController(Part):
         self.input("poll", address)
 
         async def action() -> None:
-            await self.source.talk_commands(bytes([POLL_ENABLE, TALK + address]), hold=True)
-            self.polled += await self.source.accept(1)
-            await self.source.talk_commands(bytes([POLL_DISABLE, UNTALK]))
+            await self._source.talk_commands(bytes([POLL_ENABLE, TALK + address]), hold=True)
+            self.polled += await self._source.accept(1)
+            await self._source.talk_commands(bytes([POLL_DISABLE, UNTALK]))
 
         self.queue.post(f"polls {address}", action)
 

@@ -51,7 +51,7 @@ class Isa(Board):
         self.add_pin("hostcmd", "out", "hostcmd of the chipset: address line A1", initial=0)
         self.add_pin("hostrdy", "in", "hostrdy of the chipset", pull=1)
         self.add_pin("reset_drv", "in", "RESET of the bus, high active", pull=0)
-        self.reset_until = 0  # a write to base + 8 holds the chipset in reset so long
+        self._reset_until = 0  # a write to base + 8 holds the chipset in reset so long
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
@@ -59,7 +59,7 @@ class Isa(Board):
         self._put_reset()
 
     def _put_reset(self, _net: Net | None = None) -> None:
-        held = self.high("reset_drv") or self.kernel.now < self.reset_until
+        held = self.high("reset_drv") or self.kernel.now < self._reset_until
         self.drivers["reset"].drive(0 if held else 1)
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
@@ -71,9 +71,9 @@ class Isa(Board):
             self.drivers["hostdata"].wave(None, (self._clock(1), self._clock(5)), ((0xFF, byte), None))
             self._low("hostwrite", 2, 3)
         elif offset == RESET:
-            self.reset_until = self._clock(1) + RESET_PS
+            self._reset_until = self._clock(1) + RESET_PS
             self.kernel.call_at(self._clock(1), self._put_reset)
-            self.kernel.call_at(self.reset_until, self._put_reset)
+            self.kernel.call_at(self._reset_until, self._put_reset)
         await until(self.kernel, self._clock(CYCLE))
 
     async def read(self, port: int) -> int:

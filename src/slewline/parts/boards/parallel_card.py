@@ -27,6 +27,7 @@ ANSWER, MESSAGE = "answer", "message"
 class ParallelCard(Board):
     """A parallel interface card."""
 
+    _for_users = ("status", "control")
     wiring = MappingProxyType({"db": "data", "io_request": "request", "busy": "ready", "fpl": "flow", "reset": "reset"})
     options = (base_option(""),)
     waits = (READY, ANSWER, MESSAGE)
@@ -38,7 +39,7 @@ class ParallelCard(Board):
         self.add_pin("busy", "in", "BUSY of the chip", pull=1)
         self.add_pin("fpl", "in", "FPL of the chip", pull=1)
         self.add_pin("reset", "out", "RESET of the chip; open, but for a pulse")
-        self.latch, self.control = 0xFF, 0
+        self._latch, self.control = 0xFF, 0
 
     @property
     def status(self) -> int:
@@ -51,12 +52,12 @@ class ParallelCard(Board):
         offset, end = self._offset(port), self._clock(CYCLE)
         await until(self.kernel, self._clock(5))
         if offset == DATA:
-            self.latch = byte
+            self._latch = byte
         elif offset == CONTROL:
             self.control = byte & (REQUEST | DRIVE)
         elif offset == RESET:
             self.drivers["reset"].wave(None, (self._clock(0) + 1, self._clock(0) + RESET_PS), (1, None))
-        self.drivers["db"].drive((0xFF, self.latch) if self.control & DRIVE else None)
+        self.drivers["db"].drive((0xFF, self._latch) if self.control & DRIVE else None)
         self.drivers["io_request"].drive(0 if self.control & REQUEST else 1)
         await until(self.kernel, end)
 

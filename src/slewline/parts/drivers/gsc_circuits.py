@@ -57,6 +57,7 @@ class StepCheck(Part):
     A step that is never made holds the module for good, and one that the load turns back must be made again.
     """
 
+    _for_users = ("behind",)
     wiring = MappingProxyType({"clock": "step", "dir": "direction", "enable": "enable"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
@@ -67,12 +68,12 @@ class StepCheck(Part):
         self.add_pin("y", "in", "detector signal", pull=0)
         self.add_pin("enable", "out", "ENABLE of the module", initial=1)
         self.behind = 0  # steps that the motor still owes, clockwise positive
-        self.lets = 1  # the level of ENABLE that lets the next step be made
+        self._lets = 1  # the level of ENABLE that lets the next step be made
 
     def attached(self, own: str, row: Pin) -> None:
         """Hold the chip as it wants to be held: STEP INHIBIT of a CY525 is high then."""
         if own == "enable" and row.active is not None:
-            self.lets = row.active
+            self._lets = row.active
             self._put(0)
 
     def rewired(self) -> None:
@@ -95,7 +96,7 @@ class StepCheck(Part):
 
     def _put(self, owed: int) -> None:
         self.behind += owed
-        self.drivers["enable"].drive(1 - self.lets if self.behind else self.lets)
+        self.drivers["enable"].drive(1 - self._lets if self.behind else self._lets)
 
 
 class Damping(Part):
@@ -120,10 +121,10 @@ class Damping(Part):
 
     def __init__(self, kernel: Kernel, name: str, *, t1: Time, t2: Time) -> None:
         super().__init__(kernel, name)
-        self.t1_ps, self.t2_ps = picoseconds(t1), picoseconds(t2)
-        if self.t1_ps <= PULSE_PS or (self.t2_ps and self.t2_ps <= self.t1_ps + 4 * PULSE_PS):
+        self._t1_ps, self._t2_ps = picoseconds(t1), picoseconds(t2)
+        if self._t1_ps <= PULSE_PS or (self._t2_ps and self._t2_ps <= self._t1_ps + 4 * PULSE_PS):
             raise UsageError(f"{name}: t1 {t1!r}, t2 {t2!r}; allowed t1 above 1.7 us, t2 above t1 + 6.8 us, or 0")
-        self.braked_ps = 0  # when the last motion is braked
+        self._braked_ps = 0  # when the last motion is braked
         for pin, pull in (("clock", 1), ("dir", 1)):
             self.add_pin(pin, "in", f"{pin.upper()} of the module", pull=pull)
         for pin in ("mov", "ramp"):
@@ -151,13 +152,13 @@ class Damping(Part):
         """The fall of a starts the timing generator."""
         now, c = self.kernel.now, self.drivers["c"]
         if net.level == 1:
-            if now < self.braked_ps:
+            if now < self._braked_ps:
                 self.finding(
                     "damping-cut", "a motion begins before the last one is braked: longer pauses or shorter t2"
                 )
             return
-        pulses = [self.t1_ps, *[self.t2_ps] * (self.t2_ps > 0)]
-        self.braked_ps = now + pulses[-1] + PULSE_PS
+        pulses = [self._t1_ps, *[self._t2_ps] * (self._t2_ps > 0)]
+        self._braked_ps = now + pulses[-1] + PULSE_PS
         turned = (pulses[0] + pulses[-1]) // 2 + 2 * PULSE_PS
         self._later((self.drivers["b"], now + PULSE_PS, 1), (self.drivers["b"], now + turned, 0))
         for pulse in pulses:

@@ -54,6 +54,7 @@ AMPERES_PER_VOLT = 2.0
 class GsD200(Part):
     """A driver module: translator and enable; `to` wires CLOCK, DIR and RESET."""
 
+    _for_users = ("state", "decay")
     wiring = MappingProxyType({"clock": "step", "direction": "direction", "reset": "driver_reset"})
     optional = frozenset({"reset"})
     options = (AXIS,)
@@ -190,6 +191,7 @@ class PhaseCurrent(Part):
     The resistors are by default those of the example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
     """
 
+    _for_users = ("amperes", "past", "current_at", "currents_at", "transistors")
     wiring = MappingProxyType({"mov": "moving", "ramp": "ramping"})
 
     options = (
@@ -202,18 +204,18 @@ class PhaseCurrent(Part):
     def __init__(self, kernel: Kernel, name: str, *, r1: float, r2: float, r3: float, driver: str) -> None:
         super().__init__(kernel, name)
         ground, most = NETWORKS[driver]
-        self.currents = {  # by the states of Tr1 and Tr2
+        self._currents = {  # by the states of Tr1 and Tr2
             (tr1, tr2): set_point(r3, *[r2] * tr2, to_supply=r1 if tr1 else None, ground=ground)
             for tr1 in (False, True)
             for tr2 in (False, True)
         }
-        if self.currents[True, False] > most:
+        if self._currents[True, False] > most:
             raise UsageError(
-                f"{name}: {self.currents[True, False]:.3g} A on ramps; the {driver} takes {most:g} A: a greater r1"
+                f"{name}: {self._currents[True, False]:.3g} A on ramps; the {driver} takes {most:g} A: a greater r1"
             )
         self.add_pin("mov", "in", "high: in motion", pull=0, active=1)
         self.add_pin("ramp", "in", "high: on a ramp", pull=0, active=1)
-        self.history: History | None = None  # from the instant on at which the part is wired
+        self._history: History | None = None  # from the instant on at which the part is wired
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
@@ -229,16 +231,16 @@ class PhaseCurrent(Part):
     @property
     def amperes(self) -> float:
         """The current now."""
-        return self.currents[self.transistors]
+        return self._currents[self.transistors]
 
     def _note(self) -> None:
         self._known.note(self.kernel.now, self.amperes)
 
     @property
     def _known(self) -> History:
-        if self.history is None:
-            self.history = History(self.amperes, self.kernel.now)
-        return self.history
+        if self._history is None:
+            self._history = History(self.amperes, self.kernel.now)
+        return self._history
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Return what the part has over time, to be drawn, written and asked."""

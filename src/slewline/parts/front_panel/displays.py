@@ -42,6 +42,7 @@ def framed(rows: list[str]) -> str:
 class HpDisplay(Part):
     """An eight-character LED display, HDSP-211x, with the latch and the gates that enable it."""
 
+    _for_users = ("text", "brightness", "flashing", "rows", "picture", "said", "on_change")
     wiring = MappingProxyType({**WRITE_WIRING, "select": "display_select"})
     rewired = start_bus
 
@@ -49,33 +50,33 @@ class HpDisplay(Part):
         super().__init__(kernel, name)
         self.on_change: Hook[[]] = Hook()  # what it shows has changed
         selects = "low: the display is selected; enabled while rd or wr is low, too"
-        self.bus = BusInterface(self, selects, self._shown, self._take)
-        self.cells = bytearray(LINES + 1)
+        self._bus = BusInterface(self, selects, self._shown, self._take)
+        self._cells = bytearray(LINES + 1)
         self._clear()
 
     def _clear(self) -> None:
         """Blank all characters, and let none flash."""
-        self.cells[FIRST:] = BLANK.encode() * CHARACTERS
-        self.cells[:CHARACTERS] = bytes(CHARACTERS)
+        self._cells[FIRST:] = BLANK.encode() * CHARACTERS
+        self._cells[:CHARACTERS] = bytes(CHARACTERS)
 
     def _place(self) -> int:
         """The cell at the address in the latch."""
-        address = self.bus.low & LINES
+        address = self._bus.low & LINES
         if address < 0x20:
             return address % CHARACTERS
         return address if address & 0x08 else address & ~0x07
 
     def _shown(self) -> int:
         """Return the byte at the address."""
-        return self.cells[self._place()]
+        return self._cells[self._place()]
 
     def _take(self, byte: int) -> None:
         """Take a byte: a character, a flash bit, or the control word."""
         before, place = self.text, self._place()
-        self.cells[place] = byte
-        if place == CONTROL and self.cells[CONTROL] & CLEAR:
+        self._cells[place] = byte
+        if place == CONTROL and self._cells[CONTROL] & CLEAR:
             self._clear()
-            self.cells[CONTROL] &= ~CLEAR
+            self._cells[CONTROL] &= ~CLEAR
         if self.text != before:
             self.on_change()
 
@@ -85,18 +86,18 @@ class HpDisplay(Part):
         """The eight characters; a designed one is a small box."""
         if not self.brightness:
             return BLANK * CHARACTERS
-        return "".join(_glyph(byte) for byte in self.cells[FIRST:])
+        return "".join(_glyph(byte) for byte in self._cells[FIRST:])
 
     @property
     def brightness(self) -> int:
         """How bright it is, in percent."""
-        return BRIGHTNESS[self.cells[CONTROL] & 0x07]
+        return BRIGHTNESS[self._cells[CONTROL] & 0x07]
 
     @property
     def flashing(self) -> tuple[int, ...]:
         """The places, 0 to 7, of the characters that flash or blink."""
-        control = self.cells[CONTROL]
-        return tuple(n for n in range(CHARACTERS) if control & BLINKS or (control & FLASHES and self.cells[n] & 1))
+        control = self._cells[CONTROL]
+        return tuple(n for n in range(CHARACTERS) if control & BLINKS or (control & FLASHES and self._cells[n] & 1))
 
     @property
     def rows(self) -> list[str]:
@@ -151,21 +152,22 @@ class Lcd(Part):
         columns: characters of a line, of which the left part takes eleven: eight digits, a letter, "=" and a blank.
     """
 
+    _for_users = ("parameters", "left", "right", "rows", "picture", "said", "on_change")
     wiring = MappingProxyType({"rxd": "serial_out"})
     options = (
         BAUD,
         Option("rows", "int", 4, "lines", low=1, high=8),
         Option("columns", "int", 40, "characters of a line; the left part takes 11 of them", low=16, high=80),
     )
-    LEFT = 11
+    _LEFT = 11
 
     def __init__(self, kernel: Kernel, name: str, *, baud: int | str = 9600, rows: int = 4, columns: int = 40) -> None:
         super().__init__(kernel, name)
         self.on_change: Hook[[]] = Hook()  # what it shows has changed
-        self.clock = bit_clock(baud, name)
+        self._clock = bit_clock(baud, name)
         self.add_pin("rxd", "in", "characters, TTL level", pull=1, active=0)
         self.parameters: dict[str, str] = {}  # by letter, in the order in which they came first
-        self.text = Text(rows, columns - self.LEFT)  # on the right
+        self.text = Text(rows, columns - self._LEFT)  # on the right
         self._pending = bytearray()  # what may become a parameter
 
     def rewired(self) -> None:
@@ -173,17 +175,17 @@ class Lcd(Part):
         self.kernel.spawn(self._listen, name=self.name)
 
     async def _listen(self) -> None:
-        receiver = Receiver(self.pin("rxd").net, self.clock, CharacterFormat(8, "none", 1), TTL)
+        receiver = Receiver(self.pin("rxd").net, self._clock, CharacterFormat(8, "none", 1), TTL)
         while True:
             character = await receiver.character()
             if character.good:
-                self.take(character.byte)
+                self._take(character.byte)
             else:
                 self.finding(
                     "display-garbled", f"{character.byte:#04x} came without its stop bit: is the rate the same?"
                 )
 
-    def take(self, byte: int) -> None:
+    def _take(self, byte: int) -> None:
         """Show what a character makes; what may still become a parameter counts as text as long as it is none."""
         self._pending.append(byte)
         if match := PARAMETER.fullmatch(self._pending):
@@ -214,7 +216,7 @@ class Lcd(Part):
     def rows(self) -> list[str]:
         """Its lines, left and right."""
         halves = zip(self.left, self.right, strict=True)
-        return [f"{left:<{self.LEFT}}{right:<{self.text.width}}" for left, right in halves]
+        return [f"{left:<{self._LEFT}}{right:<{self.text.width}}" for left, right in halves]
 
     @property
     def picture(self) -> str:

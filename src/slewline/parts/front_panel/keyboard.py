@@ -24,6 +24,7 @@ from ..base.request_queue import RequestQueue
 class Keyboard(Part):
     """A typist at a keyboard."""
 
+    _for_users = ("type",)
     wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready"})
 
     options = (
@@ -34,7 +35,7 @@ class Keyboard(Part):
     def __init__(self, kernel: Kernel, name: str, *, down: Time, apart: Time) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name)
-        self.down_ps, self.apart_ps = picoseconds(down), picoseconds(apart)
+        self._down_ps, self._apart_ps = picoseconds(down), picoseconds(apart)
         self.add_bus("db", "the byte of the key that is down")
         self.add_pin("ready", "in", "READY of the chip", pull=1)
         self.add_pin("request", "out", "I/O REQUEST", initial=1)
@@ -49,7 +50,7 @@ class Keyboard(Part):
 
     async def _press(self, byte: int) -> None:
         kernel, ready, request = self.kernel, self.net("ready"), self.drivers["request"]
-        up = kernel.now + self.down_ps
+        up = kernel.now + self._down_ps
         self.drivers["db"].drive((0xFF, byte))
         if await first_of(kernel, up, (ready, 1)) is None:
             self.finding("key-lost", f"{byte:#04x} was pressed and released while READY was low")
@@ -61,4 +62,4 @@ class Keyboard(Part):
                 self.finding("key-lost", f"{byte:#04x} was released before the chip took it")
         await until(kernel, up)
         self.drivers["db"].drive(None)
-        await until(kernel, up + self.apart_ps)
+        await until(kernel, up + self._apart_ps)

@@ -49,6 +49,7 @@ class Thumbwheels(Part):
         value: what is set, all digits of the bank: three for a number of 8 bits, five for 16, eight for 24.
     """
 
+    _for_users = ("turn", "letter", "value", "picture")
     wiring = MappingProxyType({**BUS_WIRING, "select": "switch_select"})
     verbs = ("turn",)
     options = (
@@ -59,23 +60,23 @@ class Thumbwheels(Part):
 
     def __init__(self, kernel: Kernel, name: str, *, letter: str = "R", value: str = "000") -> None:
         super().__init__(kernel, name)
-        self.bus = BusInterface(
+        self._bus = BusInterface(
             self, "low: the switches are selected", self._shown, on_latch=self._latched, on_select=self._selected
         )
         self.letter, self.value = letter, value
-        self.read = 0  # digits that the chip has asked for since it selected the switches
-        self.told = False
+        self._read = 0  # digits that the chip has asked for since it selected the switches
+        self._told = False
 
     def _latched(self) -> None:
-        digit = self.bus.low & MOST - 1
-        if self.bus.selected and self.bus.low == switch_address(self.letter, digit):
-            self.read = max(self.read, digit + 1)
+        digit = self._bus.low & MOST - 1
+        if self._bus.selected and self._bus.low == switch_address(self.letter, digit):
+            self._read = max(self._read, digit + 1)
 
     def _selected(self) -> None:
-        read, there = self.read, len(self.value)
-        self.read = 0
-        if read and read != there and not self.told:
-            self.told = True
+        read, there = self._read, len(self.value)
+        self._read = 0
+        if read and read != there and not self._told:
+            self._told = True
             became = "of a switch that is not there it reads 15" if read > there else "what is behind them does nothing"
             what = f"the chip reads {read} digits for {self.letter}, and the bank has {there}: {became}"
             self.finding("digit-count", f"{what}; give it a value of {read} digits")
@@ -93,12 +94,12 @@ class Thumbwheels(Part):
             )
         self.input("turn", to)
         self.value = f"{to:0{len(self.value)}}"
-        self.bus.show()
+        self._bus.show()
 
     def _shown(self) -> int | None:
         """Return the digit at the address in the low four bits; None: it is none of ours."""
-        digit = self.bus.low & MOST - 1
-        if self.bus.low != switch_address(self.letter, digit) or digit >= len(self.value):
+        digit = self._bus.low & MOST - 1
+        if self._bus.low != switch_address(self.letter, digit) or digit >= len(self.value):
             return None
         return UPPER_NIBBLE | DIGITS.index(self.value[digit])
 
@@ -115,16 +116,17 @@ class JogSwitch(Part):
         position: where it stands at the beginning.
     """
 
+    _for_users = ("cw", "ccw", "off", "position")
     wiring = MappingProxyType({"out": "jog"})
     verbs = ("cw", "ccw", "off")
     options = (Option("position", "choice", "off", "where it stands at the beginning", choices=("off", "cw", "ccw")),)
-    LEVELS = MappingProxyType({"off": None, "cw": 0, "ccw": 1})
+    _LEVELS = MappingProxyType({"off": None, "cw": 0, "ccw": 1})
 
     def __init__(self, kernel: Kernel, name: str, *, position: str = "off") -> None:
         super().__init__(kernel, name)
         self.position = position
         self.add_pin(
-            "out", "out", "open, low for clockwise, or high for counter-clockwise", initial=self.LEVELS[position]
+            "out", "out", "open, low for clockwise, or high for counter-clockwise", initial=self._LEVELS[position]
         )
 
     @from_outside
@@ -147,5 +149,5 @@ class JogSwitch(Part):
 
     def _push(self, position: str) -> None:
         self.position = position
-        self.drivers["out"].drive(self.LEVELS[position])
+        self.drivers["out"].drive(self._LEVELS[position])
         self.kernel.settle()

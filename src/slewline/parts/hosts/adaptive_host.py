@@ -31,7 +31,7 @@ class AdaptiveHost(Host):
         strapped: the rate that the chip has without looking for one; None: it looks.
     """
 
-    for_users: ClassVar[tuple[str, ...]] = ("write", "change_line", "faulty", "baud", "word", "heed")
+    _for_users: ClassVar[tuple[str, ...]] = ("write", "change_line", "faulty", "baud", "word", "heed")
     wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out", "cts": "flow"})
 
     def __init__(

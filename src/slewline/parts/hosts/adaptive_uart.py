@@ -50,14 +50,14 @@ class AdaptiveUart(HostUart):
     burst = 1  # each character looks at CTS
 
     def __init__(self, part: Part, chip: Connection, baud: int | None, strapped: int | None) -> None:
-        channel, sheet = chip.channel, chip.sheet
-        assert isinstance(channel, AdaptiveLine)
+        sheet = chip.sheet
+        channel = sheet.through(AdaptiveLine)
         self.chip, self.port, self.strapped = chip.name, channel, strapped
         super().__init__(part, LineSetting(USUAL_BAUD if baud is None else baud, self._word), TTL)
         self.cts = part.add_pin("cts", "in", "low: clear to send", pull=1).net
         self.shadow = Shadow(sheet, self._lost)  # as characters are queued
         self.gone = Shadow(sheet)
-        self.control = FlowControl(chip, self.name, self.gone)
+        self.control = FlowControl(chip, channel, self.name, self.gone)
         self.news = self.control.news
         self.adapted = self.was_reset = False
         self.fixed_baud: int | str | None = baud

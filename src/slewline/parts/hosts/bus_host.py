@@ -28,14 +28,14 @@ NO_READ_OUT = "the part cannot be read, only sent to"
 class BusHost(Host):
     """A host computer on the command port of one or several chips that share its bus."""
 
-    for_users: ClassVar[tuple[str, ...]] = (
+    _for_users: ClassVar[tuple[str, ...]] = (
         "run_program",
         "verify",
         "live",
         "change_rate",
         "read_position",
         "sent",
-        "write",
+        "do",
     )
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:

@@ -29,7 +29,7 @@ class FlowHost(Host):
         delay_ps: what the host's program takes before each byte.
     """
 
-    for_users: ClassVar[tuple[str, ...]] = (
+    _for_users: ClassVar[tuple[str, ...]] = (
         "heed",
         "prefix",
         "sent",

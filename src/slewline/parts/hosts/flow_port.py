@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ...core.datasheet.channel import FlowBus
 from ...core.wires.event import Event
 from ...core.wires.net import Driver, Net
 from ...core.wires.waits import edge, first_of, level, until
@@ -48,9 +49,7 @@ class FlowPort:
         self.finding = host.finding
 
         def line(role: str) -> Net:
-            row = chip.sheet.role(role)
-            assert row is not None  # such a channel has it
-            return chip.pins[row.name].net
+            return chip.pins[chip.sheet.in_role(role).name].net
 
         self.busy, self.flow = line("ready"), line("flow")
         self.request, self.bus = Driver(line("request"), self.name), Driver(chip.bus, self.name)
@@ -58,7 +57,7 @@ class FlowPort:
         self.received: bytearray = bytearray()
         self.sent = 0
         self.shadow = Shadow(chip.sheet)
-        self.control = FlowControl(chip, self.name, self.shadow)
+        self.control = FlowControl(chip, chip.sheet.through(FlowBus), self.name, self.shadow)
         self.empty_first = True
         self.turn = Event(self.kernel, f"{self.name}.(turn)")
         self.taken = False  # somebody is using the lines

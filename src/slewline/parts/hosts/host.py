@@ -46,7 +46,7 @@ class Host(Part):
     deep, as chips are.
     """
 
-    for_users: ClassVar[tuple[str, ...]] = (
+    _for_users: ClassVar[tuple[str, ...]] = (
         *("send", "ask", "received", "got", "to", "drop", "clear", "idle", "waiting", "chip", "chips", "channel"),
         *("name", "pin", "pins", "findings", "on_event", "on_finding"),
     )

@@ -51,7 +51,7 @@ class PacketHost(Host):
     `received` are all words that it has read, `results` what the commands of a script returned.
     """
 
-    for_users: ClassVar[tuple[str, ...]] = (
+    _for_users: ClassVar[tuple[str, ...]] = (
         "command",
         "query",
         "axis",
@@ -278,7 +278,7 @@ class PacketHost(Host):
 class AxisView:
     """A host that speaks for one axis."""
 
-    for_users: ClassVar[tuple[str, ...]] = ("command", "query", "ask", "packet", "send", "wait", "host", "number")
+    _for_users: ClassVar[tuple[str, ...]] = ("command", "query", "ask", "packet", "send", "wait", "host", "number")
 
     def __init__(self, host: PacketHost, number: int) -> None:
         self.host, self.number = host, number

@@ -28,7 +28,7 @@ class SerialHost(Host):
         baud: another rate than the module's.
     """
 
-    for_users: ClassVar[tuple[str, ...]] = (
+    _for_users: ClassVar[tuple[str, ...]] = (
         *("write", "change_line", "faulty", "baud", "word", "answers", "straps", "space"),
     )
 

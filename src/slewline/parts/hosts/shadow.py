@@ -127,9 +127,7 @@ class FlowControl:
     longer; `heeding` is what somebody has said: None, that the host is to go by its own mode commands.
     """
 
-    def __init__(self, chip: Connection, owner: str, gone: Shadow) -> None:
-        channel = chip.channel
-        assert isinstance(channel, FlowBus | AdaptiveLine)
+    def __init__(self, chip: Connection, channel: FlowBus | AdaptiveLine, owner: str, gone: Shadow) -> None:
         self.owner, self.sheet, self.channel, self.gone = owner, chip.sheet, channel, gone
         self.heeding: bool | None = None
         self.news = Event(chip.bus.kernel, f"{owner}.(news)")

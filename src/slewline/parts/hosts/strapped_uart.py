@@ -181,6 +181,11 @@ class StrappedUart(HostUart):
 
 
 def straps_of(chip: Connection) -> Straps:
-    """Return the straps of a module; the bench hands a host on a line only modules."""
-    assert chip.straps is not None
+    """Return the straps of a module.
+
+    Raises:
+        UsageError: it has none; the bench hands a host on a line only modules.
+    """
+    if chip.straps is None:
+        raise UsageError(f"{chip.name}: has no straps; a host on a line speaks to chips with a SerialLine alone")
     return chip.straps

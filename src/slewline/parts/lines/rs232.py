@@ -21,6 +21,7 @@ from .host_uart import HostUart
 class SerialPort(Part):
     """A serial connector: characters out on txd, characters in on rxd, at the speed of the line."""
 
+    _for_users = ("write", "received", "got", "drop", "change_line", "baud", "word", "faulty", "on_character")
     wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out"})
     optional = frozenset({"rxd"})  # of a receiver
     options = (

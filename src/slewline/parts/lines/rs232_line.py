@@ -89,34 +89,35 @@ class Rs232Line(Part):
     bench.connect(line, [x]) to the modules.
     """
 
+    _for_users = ("plan", "clear", "send_break", "way")
     wiring = MappingProxyType({"host_txd": "computer_out", "host_rxd": "computer_in"})
     options = (BAUD, *word_options(7, "odd", 2))
 
     def __init__(self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         super().__init__(kernel, name)
-        self.word, self.clock = CharacterFormat(bits, parity, stop).checked(name), bit_clock(baud, name)
+        self._word, self._clock = CharacterFormat(bits, parity, stop).checked(name), bit_clock(baud, name)
         ends = (
             self.add_pin("host_txd", "in", "from the host", pull=MARK, role="serial_in", active=SPACE),
             self.add_pin("rxd", "in", "from the module", pull=MARK, role="computer_in", active=SPACE),
         )
         self.add_pin("txd", "out", "to the module", initial=MARK, role="computer_out", active=SPACE)
         self.add_pin("host_rxd", "out", "to the host", initial=MARK, role="serial_out", active=SPACE)
-        self.ways = {
-            way: LineDirection(end, self.drivers[out], self.clock, self.word)
+        self._ways = {
+            way: LineDirection(end, self.drivers[out], self._clock, self._word)
             for way, end, out in zip(WAYS, ends, ("txd", "host_rxd"), strict=True)
         }
 
     def rewired(self) -> None:
         """Start to watch both sides."""
-        for way in self.ways.values():
+        for way in self._ways.values():
             way.source.net.watch(way.changed)
             way.changed(way.source.net)
 
     def way(self, name: str) -> LineDirection:
         """One direction: "to_module" or "to_host"."""
-        if name not in self.ways:
+        if name not in self._ways:
             raise UsageError(f"{self.name}: way {name!r}; allowed {', '.join(WAYS)}")
-        return self.ways[name]
+        return self._ways[name]
 
     @from_outside
     def plan(self, way: str, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
@@ -129,8 +130,8 @@ class Rs232Line(Part):
             chance: of each character to be hit, until so many were; drawn from `seed`.
             after: how many characters pass before.
         """
-        if kind == "parity" and self.word.parity == "none":
-            raise UsageError(f"{self.name}: fault 'parity'; {self.word} has no parity bit")
+        if kind == "parity" and self._word.parity == "none":
+            raise UsageError(f"{self.name}: fault 'parity'; {self._word} has no parity bit")
         self.way(way).noise.plan(kind, count, chance, seed, after)
         self.input("plan", way, kind, count, chance, seed, after)
 
@@ -145,5 +146,5 @@ class Rs232Line(Part):
     def clear(self) -> None:
         """Plan no more faults; characters that have begun keep theirs."""
         self.input("clear")
-        for way in self.ways.values():
+        for way in self._ways.values():
             way.noise.clear()

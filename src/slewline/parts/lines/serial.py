@@ -53,6 +53,7 @@ GENERATOR = MappingProxyType(
 class SerialSender(Part):
     """The serial output of a host: it sends without asking anybody."""
 
+    _for_users = ("send", "pause")
     wiring = MappingProxyType({"txd": "serial_in"})
     options = (
         BAUD,
@@ -65,9 +66,9 @@ class SerialSender(Part):
     ) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name)
-        self.word = CharacterFormat(bits, parity, stop).checked(name)
-        self.clock = bit_clock(baud, name)
-        self.gap_ps = picoseconds(gap)
+        self._word = CharacterFormat(bits, parity, stop).checked(name)
+        self._clock = bit_clock(baud, name)
+        self._gap_ps = picoseconds(gap)
         self.add_pin("txd", "out", "serial data, TTL level", initial=1, role="computer_out", active=0)
 
     @from_outside
@@ -90,8 +91,8 @@ class SerialSender(Part):
         self.queue.post("pauses", wait)
 
     async def _character(self, byte: int) -> None:
-        await transmit(self.drivers["txd"], self.clock, self.word, bytes([byte]), TTL)
-        await until(self.kernel, self.kernel.now + self.gap_ps)
+        await transmit(self.drivers["txd"], self._clock, self._word, bytes([byte]), TTL)
+        await until(self.kernel, self.kernel.now + self._gap_ps)
 
 
 class Uart(Part):
@@ -100,6 +101,7 @@ class Uart(Part):
     The straps (bits, parity, stop) must match the host.
     """
 
+    _for_users = ("held",)
     wiring = MappingProxyType({"db": "data", "request": "request", "rde": "in_strobe", "rdav": "ready"})
     options = (
         Option("baud", "choice", 9600, "output of the baud rate generator", choices=tuple(GENERATOR)),
@@ -109,7 +111,7 @@ class Uart(Part):
     def __init__(self, kernel: Kernel, name: str, *, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         super().__init__(kernel, name)
         self.setting = LineSetting(baud, CharacterFormat(bits, parity, stop).checked(name))
-        self.word, self.clock = self.setting.word, Clock(GENERATOR[baud])
+        self._word, self._clock = self.setting.word, Clock(GENERATOR[baud])
         self.add_bus("db", "received data, driven while RDE is low", role="data")
         self.add_pin("rxd", "in", "serial data, TTL level", pull=1, role="serial_in", active=0)
         self.add_pin("rde", "in", "low: received data on the bus", pull=1)
@@ -119,8 +121,8 @@ class Uart(Part):
         for flag, says in (("pe", "parity error"), ("fe", "framing error"), ("oe", "overrun")):
             self.add_pin(flag, "out", f"high: {says} in the last character", initial=0)
         self.held = 0
-        self.available = False
-        self.receiver: Receiver | None = None
+        self._available = False
+        self._receiver: Receiver | None = None
 
     def rewired(self) -> None:
         """Start to listen, and to watch the pins of the parallel side."""
@@ -140,7 +142,7 @@ class Uart(Part):
     @property
     def idle(self) -> bool:
         """No character is coming in."""
-        return self.receiver is None or not self.receiver.receiving
+        return self._receiver is None or not self._receiver.receiving
 
     @property
     def waiting(self) -> str:
@@ -152,13 +154,13 @@ class Uart(Part):
         self.drivers["db"].drive(None if self.high("rde") else (0xFF, self.held))
 
     def _set(self, available: bool) -> None:
-        self.available = available
+        self._available = available
         self.drivers["dav"].drive(int(available))
         self.drivers["request"].drive(int(not available))
 
     # -------------------------------------------------------------------------------------------------- serial side
     async def _receive(self) -> None:
-        receiver = self.receiver = Receiver(self.pin("rxd").net, self.clock, self.word, TTL)
+        receiver = self._receiver = Receiver(self.pin("rxd").net, self._clock, self._word, TTL)
         while True:
             self._complete(await receiver.character())
 
@@ -179,7 +181,7 @@ class Uart(Part):
             ),
             (
                 "oe",
-                self.available,
+                self._available,
                 "uart-overrun",
                 f"{byte:#04x} came before {self.held:#04x} was taken, which is lost",
             ),

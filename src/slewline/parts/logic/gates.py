@@ -79,17 +79,17 @@ class Delay(Part):
 
     def __init__(self, kernel: Kernel, name: str, *, delay: Time = "100 ns") -> None:
         super().__init__(kernel, name)
-        self.delay_ps = picoseconds(delay)
+        self._delay_ps = picoseconds(delay)
         self.add_pin("in", "in", "input")
         self.add_pin("out", "out", "the input, later")
         self._shown: Promise | Level = None
         self._pieces: list[tuple[int, Promise | Level]] = []  # what the input has shown, as far back as it matters
-        self.wired_ps = 0  # when the part was wired
-        self.rule = Follower(self, ("in",), schedule=self._promise, react=self._drive, delay_ps=self.delay_ps)
+        self._wired_ps = 0  # when the part was wired
+        self.rule = Follower(self, ("in",), schedule=self._promise, react=self._drive, delay_ps=self._delay_ps)
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
-        self.wired_ps = self.kernel.now
+        self._wired_ps = self.kernel.now
         self.rule.start()
 
     def _promise(self) -> None:
@@ -109,15 +109,15 @@ class Delay(Part):
     def _follow(self, shown: Promise | Level) -> None:
         """The input shows something else from now on."""
         now = self.kernel.now
-        if not self._pieces or (now == self.wired_ps and not self.rule.edge_driven):  # the circuit is coming to rest
-            self._pieces = [(now - self.delay_ps, shown.level(now) if promised(shown) else shown)]
+        if not self._pieces or (now == self._wired_ps and not self.rule.edge_driven):  # the circuit is coming to rest
+            self._pieces = [(now - self._delay_ps, shown.level(now) if promised(shown) else shown)]
         while self._pieces[-1][0] == now:
             self._pieces.pop()
-        gone = sum(since <= now - self.delay_ps for since, _ in self._pieces) - 1
+        gone = sum(since <= now - self._delay_ps for since, _ in self._pieces) - 1
         self._pieces = [*self._pieces[max(gone, 0) :], (now, shown)]
         levels = {what if not promised(what) else None for _, what in self._pieces}
         settled = len(levels) == 1 and None not in levels
-        self.rule.put(self.drivers["out"], shown if settled else Delayed(self._pieces, self.delay_ps))
+        self.rule.put(self.drivers["out"], shown if settled else Delayed(self._pieces, self._delay_ps))
 
 
 class Latch8(Part):
@@ -129,7 +129,7 @@ class Latch8(Part):
         self.add_bus("q", "data out")
         self.add_pin("enable", "in", "high: transparent")
         self.add_pin("output_enable", "in", "low: q drives")
-        self.held = 0xFF
+        self._held = 0xFF
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
@@ -139,5 +139,5 @@ class Latch8(Part):
 
     def _react(self, _net: Net | None = None) -> None:
         if self.high("enable"):
-            self.held = self.byte("d")
-        self.drivers["q"].drive(None if self.high("output_enable") else (0xFF, self.held))
+            self._held = self.byte("d")
+        self.drivers["q"].drive(None if self.high("output_enable") else (0xFF, self._held))

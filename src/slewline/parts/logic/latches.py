@@ -28,6 +28,7 @@ class PositionLatch(Part):
     of a verify read-out pass through the same gates.
     """
 
+    _for_users = ("position", "high_byte", "low_byte")
     wiring = MappingProxyType({"db": "data", "outstrobe": "out_strobe", "motion_complete": "motion_complete"})
 
     def __init__(self, kernel: Kernel, name: str) -> None:
@@ -74,6 +75,7 @@ class PhaseLatch(Part):
     coils off, whatever the latch holds.  Low energises, as on the chip.
     """
 
+    _for_users = ("held",)
     wiring = MappingProxyType({"pulse": "step"} | {f"phase{n}": f"phase{n}" for n in (1, 2, 3, 4)})
     rewired = start_rule
 

@@ -35,6 +35,7 @@ class CutPiece:
 class Bar(Part):
     """A bar that CLOCK and DIR feed under drill and blade; each rise of `bit` makes a hole, of `blade` a cut."""
 
+    _for_users = ("position", "holes", "pieces")
     wiring = MappingProxyType({**STEP_WIRING, "blade": "output1"})
     attached = attach_drive
     quantities, forget = shaft_quantities, forget_shaft
@@ -82,6 +83,7 @@ class Bar(Part):
 class Drill(Part):
     """A drill that CLOCK and DIR lower (clockwise) and lift; its spindle turns while `motor` is high."""
 
+    _for_users = ("position", "gap")
     wiring = MappingProxyType({**STEP_WIRING, "motor": "output2"})
     options = (Option("gap", "int", 100, "from the upper end to the bar", low=1, unit="steps"),)
     attached = attach_drive

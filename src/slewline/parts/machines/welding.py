@@ -21,6 +21,7 @@ class Workpieces(Part):
     `in_place` is high while one lies ready; `last` is low as long as another one is to come.
     """
 
+    _for_users = ("pieces", "welds", "left", "finished")
     wiring = MappingProxyType({"in_place": "input1", "last": "input2", "torch": "output1"})
 
     options = (
@@ -31,7 +32,7 @@ class Workpieces(Part):
 
     def __init__(self, kernel: Kernel, name: str, *, pieces: int, welds: int, change: Time) -> None:
         super().__init__(kernel, name)
-        self.pieces, self.welds, self.change_ps = pieces, welds, picoseconds(change)
+        self.pieces, self.welds, self._change_ps = pieces, welds, picoseconds(change)
         self.add_pin("in_place", "out", "high: a workpiece lies ready", initial=0)
         self.add_pin("last", "out", "low: another one is to come", initial=int(pieces == 0))
         self.add_pin("torch", "in", "a weld is done when it falls", pull=1)
@@ -45,7 +46,7 @@ class Workpieces(Part):
 
     def _next(self) -> None:
         if self.finished < self.pieces:
-            self.kernel.call_at(self.kernel.now + self.change_ps, self._arrive)
+            self.kernel.call_at(self.kernel.now + self._change_ps, self._arrive)
 
     def _arrive(self) -> None:
         self.left = self.welds
@@ -81,6 +82,7 @@ class Weld:
 class Welder(Part):
     """A carriage that PULSE and DIRECTION move, with a torch that burns while `torch` is high."""
 
+    _for_users = ("position", "spots", "lit")
     wiring = MappingProxyType({**STEP_WIRING, "torch": "output1"})
     attached = attach_drive
     quantities, forget = shaft_quantities, forget_shaft

@@ -28,12 +28,12 @@ WRITE_WIRING = MappingProxyType({**BUS_WIRING, "wr": "write_strobe"})
 class HasBus(Protocol):
     """A part on the local bus."""
 
-    bus: BusInterface
+    _bus: BusInterface
 
 
 def start_bus(self: HasBus) -> None:
     """Watch the pins from now on: the part is wired."""
-    self.bus.start()
+    self._bus.start()
 
 
 class BusInterface:

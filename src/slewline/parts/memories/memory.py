@@ -91,6 +91,7 @@ class Ram(Part):
         image: what it holds from address 0 on; the rest is FF, where a real RAM would hold anything.
     """
 
+    _for_users = ("content", "load", "size")
     wiring = MEMORY_WIRING
     options = (Option("writable", "bool", ..., "the chip can write it"), *OF_ALL)
     rewired = start_bus
@@ -100,14 +101,14 @@ class Ram(Part):
     ) -> None:
         super().__init__(kernel, name)
         write = self._write if writable else self._refuse
-        self.core = MemoryCore(self, size, image, lambda: self.core.byte, write)
-        self.bus, self.size = self.core.bus, self.core.size
+        self._core = MemoryCore(self, size, image, lambda: self._core.byte, write)
+        self._bus, self.size = self._core.bus, self._core.size
         self._told = False
 
     @property
     def content(self) -> bytes:
         """What the memory holds, from address 0 on."""
-        return bytes(self.core.bytes)
+        return bytes(self._core.bytes)
 
     @content.setter
     def content(self, image: object) -> None:
@@ -124,18 +125,18 @@ class Ram(Part):
         Raises:
             UsageError: it does not fit.
         """
-        data = self.core.checked(image, at)
+        data = self._core.checked(image, at)
         self.input("load", data, at)
-        self.core.bytes[at : at + len(data)] = data
+        self._core.bytes[at : at + len(data)] = data
 
     def _write(self, byte: int) -> None:
-        self.core.bytes[self.core.address] = byte
+        self._core.bytes[self._core.address] = byte
 
     def _refuse(self, byte: int) -> None:
         """Take nothing, and tell so the first time."""
         if not self._told:
             self._told = True
-            text = f"{byte:02X} is written to address {self.core.address:04X} of an EPROM: nothing happens"
+            text = f"{byte:02X} is written to address {self._core.address:04X} of an EPROM: nothing happens"
             self.finding("read-only", text)
 
 
@@ -154,6 +155,7 @@ class Eeprom(Part):
         store: what keeps it without power.
     """
 
+    _for_users = ("content", "load", "size", "store", "flush", "unsaved", "writing")
     wiring = MEMORY_WIRING
     keeps = True
     options = (
@@ -178,14 +180,14 @@ class Eeprom(Part):
         held = b"" if store is None else store.read()
         super().__init__(kernel, name)
         size = size or (len(held) if len(held) in SIZES else None)
-        self.core = MemoryCore(self, size, image, self._shown, self._write)
-        self.bus, self.size = self.core.bus, self.core.size
+        self._core = MemoryCore(self, size, image, self._shown, self._write)
+        self._bus, self.size = self._core.bus, self._core.size
         if held and len(held) != self.size:
             raise UsageError(f"{name}: the store holds {len(held)} bytes, the part has {self.size}; give another store")
-        self.write_ps, self.flush_ps = picoseconds(write_time), picoseconds(flush)
+        self._write_ps, self._flush_ps = picoseconds(write_time), picoseconds(flush)
         self.store = Memory() if store is None else store
         self._kept = BufferedStore(self.store, self.content)
-        self.core.bytes = self._kept.content
+        self._core.bytes = self._kept.content
         self.writing: tuple[int, int] | None = None  # address and byte that it is at work on
         self._writes = 0  # how many have begun, or have been given up
         self._flushing = False
@@ -193,12 +195,12 @@ class Eeprom(Part):
     @property
     def content(self) -> bytes:
         """What the memory holds, from address 0 on."""
-        return bytes(self.core.bytes)
+        return bytes(self._core.bytes)
 
     @from_outside
     def load(self, image: Data, at: int = 0) -> None:
         """Put an image into the memory from an address on, as `Ram.load`; it is kept at once."""
-        data = self.core.checked(image, at)
+        data = self._core.checked(image, at)
         self.input("load", data, at)
         self.writing = None
         self._writes += 1
@@ -208,18 +210,18 @@ class Eeprom(Part):
 
     def _shown(self) -> int:
         """The byte at the address; while one is being written that one, with bit 7 inverted."""
-        return self.core.byte if self.writing is None else self.writing[1] ^ POLLED
+        return self._core.byte if self.writing is None else self.writing[1] ^ POLLED
 
     def _write(self, byte: int) -> None:
         """Begin to write a byte, unless one is being written."""
-        address = self.core.address
+        address = self._core.address
         if self.writing is not None:
             busy = f"address {self.writing[0]:04X} is being written"
             self.finding("memory-busy", f"{byte:02X} for address {address:04X} comes while {busy}: it is lost")
             return
         self.writing = address, byte
         self._writes = number = self._writes + 1
-        self.kernel.call_at(self.kernel.now + self.write_ps, lambda: self._written(number))
+        self.kernel.call_at(self.kernel.now + self._write_ps, lambda: self._written(number))
 
     def _written(self, number: int) -> None:
         """A byte has been written."""
@@ -227,10 +229,10 @@ class Eeprom(Part):
             return  # a programmer has had the part meanwhile
         self._kept.put(*self.writing)
         self.writing = None
-        self.bus.show()
+        self._bus.show()
         if not self._flushing:
             self._flushing = True
-            self.kernel.call_at(self.kernel.now + self.flush_ps, self.flush)
+            self.kernel.call_at(self.kernel.now + self._flush_ps, self.flush)
 
     # ---------------------------------------------------------------------------------------------------------- store
     @property
@@ -261,4 +263,4 @@ class Eeprom(Part):
         """What the part waits for."""
         if self.writing is None:
             return super().waiting
-        return f"{self.name}: writes address {self.writing[0]:04X}, which takes {readable(self.write_ps)}"
+        return f"{self.name}: writes address {self.writing[0]:04X}, which takes {readable(self._write_ps)}"

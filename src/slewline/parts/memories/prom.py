@@ -32,6 +32,7 @@ def _fits(image: Sized) -> str:
 class Prom(Part):
     """A PROM of 256 bytes with its address counter."""
 
+    _for_users = ("address", "image", "preset", "ended")
     wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready", "load": "reset"})
 
     options = (
@@ -48,7 +49,7 @@ class Prom(Part):
         super().__init__(kernel, name)
         data = as_bytes(name, image)
         self.image = data.ljust(ADDRESSES, bytes([STOPPER]))
-        self.by_address = stop == "address"
+        self._by_address = stop == "address"
         self.add_bus("db", "the byte at the address")
         self.add_pin("ready", "in", "high: the chip takes a byte", pull=1)
         self.add_pin("load", "in", "low: the counter takes p0 to p7", pull=1, active=0)
@@ -56,7 +57,7 @@ class Prom(Part):
         for bit in range(8):
             self.add_pin(f"p{bit}", "in", f"preset of the counter, bit {bit}", pull=start >> bit & 1)
         self.address = start
-        self.requesting = False
+        self._requesting = False
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
@@ -73,20 +74,20 @@ class Prom(Part):
     @property
     def ended(self) -> bool:
         """The counter stands at the end of a program."""
-        return (self.address if self.by_address else self.image[self.address]) == STOPPER
+        return (self.address if self._by_address else self.image[self.address]) == STOPPER
 
     def _react(self, _net: Net | None = None) -> None:
         ready, loading = self.high("ready"), not self.high("load")
-        if self.requesting and not ready:  # I/O REQUEST rises
-            self.requesting = False
+        if self._requesting and not ready:  # I/O REQUEST rises
+            self._requesting = False
             if loading:
                 self.finding("load-held", f"load was still low as byte {self.address:#04x} was taken: it comes again")
             else:
                 self.address = (self.address + 1) % ADDRESSES
         if loading:
             self.address = self.preset
-        self.requesting = ready and not self.ended
-        self.drivers["request"].drive(int(not self.requesting))
+        self._requesting = ready and not self.ended
+        self.drivers["request"].drive(int(not self._requesting))
         self.drivers["db"].drive((0xFF, self.image[self.address]))
 
     @property

@@ -26,6 +26,7 @@ class Gear(Part):
         reverse: the shaft behind turns the other way, as it does with two wheels.
     """
 
+    _for_users = ("position",)
     sits: ClassVar[Literal["", "may", "must"]] = "must"
     options = (
         Option("pinion", "int", 1, "teeth of the wheel that drives", low=1),
@@ -61,6 +62,7 @@ class Carriage(Part):
         unit: of its place, for example "mm".
     """
 
+    _for_users = ("place", "lost", "scale", "unit")
     sits: ClassVar[Literal["", "may", "must"]] = "must"
     options = (
         Option("backlash", "float", 0, "how far the shaft turns round before it follows", low=0, unit="steps"),

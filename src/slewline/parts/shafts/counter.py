@@ -15,7 +15,7 @@ from bisect import bisect_right
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias, cast
 
 from ...core.wires.clocking import BoundedEdges
 from ...core.wires.wave import Level, real_edges
@@ -154,9 +154,7 @@ class StepCounter:
         if k <= 0:
             return 0
         over = self._changes(k)
-        if self.several:  # the last step may be under way
-            begun = self.motion.when(k)
-            assert begun is not None
+        if self.several and (begun := self.motion.when(k)) is not None:  # the last step may be under way
             over = min(over, self._changes(k - 1) + 1 + (ps - begun) // DWELL_PS)
         return over
 
@@ -171,8 +169,7 @@ class StepCounter:
             return self.count + self.motion.sign * j
         times, counts = self.coming
         over = bisect_right(times, ps)
-        assert self.before is not None
-        return counts[over - 1] if over else self.before
+        return counts[over - 1] if over else cast("int", self.before)
 
     def after(self, ps: int, changes: int = 1) -> int | None:
         """Return when the count changes next (ps); or, of `changes`, the last, if no others are under way."""
@@ -253,8 +250,7 @@ class StepCounter:
             times, counts = self.coming
             due = now + self.lag_ps
             over = bisect_right(times, due)
-            here = counts[over - 1] if over else self.before
-            assert here is not None
+            here = counts[over - 1] if over else cast("int", self.before)
             later = [here + by, *(count + by for count in counts[over:])]
             after.coming = [*times[:over], due, *times[over:]], counts[:over] + later
         return after

@@ -114,6 +114,7 @@ class Encoder(Part):
         lag: from a step to its count, more than 0.
     """
 
+    _for_users = ("counts", "block", "free", "slip", "push")
     wiring = COUNT_WIRING
     optional = frozenset({"a", "b", "index"})  # where the neighbour has no inputs for them
     verbs = ("block", "free", "slip", "push")
@@ -226,6 +227,7 @@ class Quadrature(Part):
         axis: of the chip.
     """
 
+    _for_users = ("counts", "run", "push")
     wiring = COUNT_WIRING
     verbs = ("run", "push")
     options = (AXIS,)

@@ -118,6 +118,7 @@ class Translator(Part):
         edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
     """
 
+    _for_users = ("position",)
     wiring = STEP_WIRING
     options = STEP_OPTIONS
     attached = attach_drive
@@ -155,6 +156,7 @@ class Motor(Part):
         loses: numbers of pulses that it misses besides, the first one being 1.
     """
 
+    _for_users = ("position", "lost", "pulses")
     wiring = STEP_WIRING
     options = (
         *STEP_OPTIONS,
@@ -183,7 +185,7 @@ class Motor(Part):
         if acceleration > pull_in**2 / 2:
             most = f"up to {pull_in**2 / 2:g} with pull_in {pull_in}" if pull_in else "0 without pull_in"
             raise UsageError(f"{name}: acceleration {acceleration}; allowed {most}")
-        self.limits = MotorLimits(picoseconds(lag), pull_in, acceleration, frozenset(loses))
+        self._limits = MotorLimits(picoseconds(lag), pull_in, acceleration, frozenset(loses))
         self.axis = axis
         self.drive = StepDrive(self, edge, "rise", advance=self._advance, step=self._step, follow=self._follow)
         self.rule, self.shaft = self.drive.rule, self.drive.shaft
@@ -228,7 +230,7 @@ class Motor(Part):
     def _step(self) -> None:
         """Take the step whose edge comes at this instant."""
         self._arrive()
-        self._pulsed = self.limits.after(self._pulsed, self.kernel.now, self.drive.sign)
+        self._pulsed = self._limits.after(self._pulsed, self.kernel.now, self.drive.sign)
         if self._pulsed.follows:
             self._under_way = self.drive.sign
             self._arrive()
@@ -243,14 +245,14 @@ class Motor(Part):
         """Follow another clock from now on."""
         now = self.kernel.now
         self._arrive()
-        self._made = FollowedSteps(clock, self.limits, self._pulsed, self.drive.sign)
+        self._made = FollowedSteps(clock, self._limits, self._pulsed, self.drive.sign)
         if self._under_way:
             self.shaft.turn(SingleEdge(self._pulsed.arrives_ps), self._under_way, now)
             self.kernel.call_at(self._pulsed.arrives_ps, self.rule.look)
-        elif self.limits.free:
+        elif self._limits.free:
             self.shaft.turn(clock, self.drive.sign, now)
         else:
-            self.shaft.turn(DelayedEdges(self._made, self.limits.lag_ps), self.drive.sign, now)
+            self.shaft.turn(DelayedEdges(self._made, self._limits.lag_ps), self.drive.sign, now)
 
     def _show(self) -> None:
         """Promise the detector's signals under the present motion of the shaft."""
@@ -273,6 +275,7 @@ class Rotor(Part):
     when the field jumps to the opposite side it stays too, with a finding: a real one would go either way.
     """
 
+    _for_users = ("position", "field")
     wiring = MappingProxyType({f"phase{n}": f"phase{n}" for n in (1, 2, 3, 4)})
     rewired = start_rule
 
@@ -281,7 +284,7 @@ class Rotor(Part):
         for n in (1, 2, 3, 4):
             self.add_pin(f"phase{n}", "in", f"phase {n}, low energises", pull=1, active=0)
         self._position = 0
-        self.followed: int | None = None
+        self._followed: int | None = None
         self._read_ps: int | None = None  # up to where the phases have been read; None: not yet
         self._levels: list[Level] = []  # of the phases, up to there
         self._strides = ScanWindow()
@@ -304,13 +307,13 @@ class Rotor(Part):
             if self.rule.laying:
                 self._look()
             else:
-                self._read(self.kernel.seen)
+                self._read(self._read_ps, self.kernel.seen)
 
     # ------------------------------------------------------------------------------------------------------- changes
     def _cut(self, ps: int) -> None:
         """Take notice of what the inputs have shown up to an instant (ps): they cannot be asked again."""
         if self._read_ps is not None:
-            self._read(ps)
+            self._read(self._read_ps, ps)
             self._levels = [lookahead.level(ps) for lookahead in self.rule.lookaheads.values()]
 
     def _promise(self) -> None:
@@ -324,48 +327,46 @@ class Rotor(Part):
         if [self.pins[name].net.level for name in self.pins] != self._levels:
             self._follow(self.field, self.kernel.now)
 
-    def _read(self, ps: int) -> None:
-        """Follow what the phases have shown up to an instant, a stretch at a time."""
-        assert self._read_ps is not None
-        while self._read_ps < ps:
-            stop = self._strides.stop(self._read_ps, ps)
-            edges = [lookahead.edges(self._read_ps, stop) for lookahead in self.rule.lookaheads.values()]
+    def _read(self, since: int, ps: int) -> None:
+        """Follow what the phases have shown from an instant up to another, a stretch at a time."""
+        while since < ps:
+            stop = self._strides.stop(since, ps)
+            edges = [lookahead.edges(since, stop) for lookahead in self.rule.lookaheads.values()]
             if count := sum(len(times) for times, _ in edges):
-                self._turn(edges)
+                self._turn(since, edges)
             self._strides.told(count)
-            self._read_ps = stop
+            self._read_ps = since = stop
             if not count:
                 ahead = [
                     time for lookahead in self.rule.lookaheads.values() if (time := lookahead.after(stop)) is not None
                 ]
-                self._read_ps = max(stop, min([ps, *(time - 1 for time in ahead)]))
-                self._strides.skipped(self._read_ps - stop)
+                self._read_ps = since = max(stop, min([ps, *(time - 1 for time in ahead)]))
+                self._strides.skipped(since - stop)
 
-    def _turn(self, edges: list[tuple[Any, Any]]) -> None:
-        """Follow some edges of the phases."""
+    def _turn(self, since: int, edges: list[tuple[Any, Any]]) -> None:
+        """Follow some edges of the phases from an instant on."""
         import numpy as np
 
-        assert self._read_ps is not None
         times = np.unique(np.concatenate([np.asarray(own, np.int64) for own, _ in edges]))
         number = np.zeros(len(times), np.int64)
         for n, ((own, shown), lookahead) in enumerate(zip(edges, self.rule.lookaheads.values(), strict=True)):
-            high = np.array([lookahead.level(self._read_ps) != 0, *(level != 0 for level in shown)])
+            high = np.array([lookahead.level(since) != 0, *(level != 0 for level in shown)])
             number |= high[np.searchsorted(np.asarray(own, np.int64), times, side="right")].astype(np.int64) << n
         fields = np.array([-1 if field is None else field for field in FIELDS], np.int64)[number]
         times, fields = times[fields >= 0], fields[fields >= 0]
-        if self.followed is not None and self.followed == self._position % 4:
-            turns = np.diff(fields, prepend=self.followed) % 4
+        if self._followed is not None and self._followed == self._position % 4:
+            turns = np.diff(fields, prepend=self._followed) % 4
             if not (turns == 2).any():
                 self._position += int(np.count_nonzero(turns == 1)) - int(np.count_nonzero(turns == 3))
-                self.followed = int(fields[-1]) if len(fields) else self.followed
+                self._followed = int(fields[-1]) if len(fields) else self._followed
                 return
         for time, field in zip(times.tolist(), fields.tolist(), strict=True):
             self._follow(field, time)
 
     def _follow(self, field: int | None, ps: int) -> None:
-        if field is None or field == self.followed:
+        if field is None or field == self._followed:
             return
-        self.followed = field
+        self._followed = field
         turn = (field - self._position) % 4
         if turn == 2:
             text = "the field jumped to the opposite side: a real rotor would go either way"

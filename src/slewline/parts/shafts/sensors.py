@@ -102,6 +102,7 @@ class Switch(Part):
         active: the level of `out` while it is closed; None: what the input is active with, else 0.
     """
 
+    _for_users = ("closed",)
     wiring = MappingProxyType({"out": "home"})
     sits: ClassVar[Literal["", "may", "must"]] = "must"
     options = (

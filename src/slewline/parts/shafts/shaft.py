@@ -19,7 +19,7 @@ from bisect import bisect_right
 from dataclasses import replace
 from fractions import Fraction
 from math import lcm
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, cast
 
 from ...core.motion.history import Staircase
 from ...core.time.hook import Hook
@@ -145,8 +145,7 @@ class Shaft:
         new = motion.lost(ps) - told
         self._held &= not motion.moved(motion.edges(ps)) or bool(told)
         if new > 0:
-            first = motion.when((motion.room or 0) + told + 1)
-            assert first is not None
+            first = cast("int", motion.when((motion.room or 0) + told + 1))
             anew, self._held = not self._held, True
             self._told += new
             self.lost += new

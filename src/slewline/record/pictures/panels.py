@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from ...core.motion.quantity import Outline
 from ..style import DASHES, Palette, TimeAxis, number
@@ -226,10 +226,9 @@ def time_grid(colours: Palette) -> LineCollection:
 
     class TimeGrid(LineCollection):
         def draw(self, renderer: Any) -> None:
-            assert self.axes is not None
-            at = self.axes.xaxis.get_majorticklocs()
-            self.set_segments([[(place, 0), (place, 1)] for place in at])
-            self.set_transform(self.axes.get_xaxis_transform())
+            panel = cast("Axes", self.axes)  # it is drawn in one
+            self.set_segments([[(place, 0), (place, 1)] for place in panel.xaxis.get_majorticklocs()])
+            self.set_transform(panel.get_xaxis_transform())
             super().draw(renderer)
 
     return TimeGrid([], colors=colours.grid, linewidths=0.8, zorder=0.5)

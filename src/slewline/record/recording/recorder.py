@@ -124,11 +124,15 @@ class Recorder:
         Raises:
             NotRecorded: the net is not recorded.
         """
-        net = net_of(probe)
-        if not isinstance(net.log, EdgeLog):
+        log = self._kept(probe)
+        return log[0][0] if log.keep_ps is None else max(log[0][0], net_of(probe).kernel.seen - log.keep_ps)
+
+    @staticmethod
+    def _kept(probe: Probe) -> EdgeLog:
+        log = net_of(probe).log
+        if not isinstance(log, EdgeLog):
             raise NotRecorded(f"{probe.name} is not recorded; call bench.record({probe.name!r}) before running")
-        keep = net.log.keep_ps
-        return net.log[0][0] if keep is None else max(net.log[0][0], net.kernel.seen - keep)
+        return log
 
     def level_at(self, probe: Probe, ps: int) -> int:
         """Return the level at an instant (ps), edges at that instant included; FLOATING where nothing drives.
@@ -195,8 +199,7 @@ class Recorder:
 
     def _log(self, probe: Probe, start: int) -> EdgeLog:
         since = self.since(probe)
-        log = net_of(probe).log
-        assert isinstance(log, EdgeLog)
+        log = self._kept(probe)
         if start < since:
             remedy = f"call bench.record({probe.name!r}) earlier"
             if log.keep_ps is not None:

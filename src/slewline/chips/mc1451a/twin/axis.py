@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ....core.chip import Chip
+from ....core.context import ChipContext
 from ....core.motion.train import Playing
 from ....core.wires.net import Wave
 from .. import sheet
@@ -51,7 +51,7 @@ class TwinAxis:
     """One axis, cycle by cycle."""
 
     def __init__(
-        self, chip: Chip, registers: Registers, state: AxisState, home: Filter, encoder: TwinEncoder | None
+        self, chip: ChipContext, registers: Registers, state: AxisState, home: Filter, encoder: TwinEncoder | None
     ) -> None:
         self.chip, self.state = chip, state
         self.home, self.encoder, self.switches = home, encoder, Switches(chip, registers, state)
@@ -176,7 +176,7 @@ class TwinAxis:
         """What an update has taken from the buffer takes effect."""
         state = self.state
         if taken.synch_prfl and self.encoder is not None:
-            self.read_encoder(tick)
+            self.read_encoder(self.encoder, tick)
             mark_deviation(self.chip, state, "command", "SYNCH_PRFL")
             self.relocate(state.actual)
         self.copy_registers(taken)
@@ -418,7 +418,7 @@ class TwinAxis:
         state = self.state
         if self.encoder is None:
             return
-        self.read_encoder(tick)
+        self.read_encoder(self.encoder, tick)
         self.error -= state.step_ratio * self.gone
         self.gone = 0
         state.error = self.error >> 8
@@ -433,10 +433,9 @@ class TwinAxis:
                 state.switch_off()
                 self.was_off = True
 
-    def read_encoder(self, tick: int) -> None:
+    def read_encoder(self, encoder: TwinEncoder, tick: int) -> None:
         """Count what has come in before a tick."""
-        assert self.encoder is not None
-        moved = self.encoder.counts(tick)
+        moved = encoder.counts(tick)
         self.count += moved
         self.state.actual = signed(self.state.actual + moved, 31)
         self.error += 256 * moved

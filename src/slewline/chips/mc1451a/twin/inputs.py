@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ....core.chip import Chip
+from ....core.context import ChipContext
 from ....core.wires.net import Net
 from .. import sheet
 from ..registers import NEGATIVE_LIMIT, POSITIVE_LIMIT, AxisState, Registers
@@ -22,7 +22,7 @@ FORWARD = ((0, 0), (1, 0), (1, 1), (0, 1))  # the encoder's A and B in positive 
 class Filter:
     """An input behind its filter: a level counts when it has lasted for three clocks of 160 ns."""
 
-    def __init__(self, chip: Chip, name: str) -> None:
+    def __init__(self, chip: ChipContext, name: str) -> None:
         self.chip, self.name = chip, name
         chip.pins[name].net.watch(self.change)
         self.begin()
@@ -59,7 +59,7 @@ class Filter:
 class TwinEncoder:
     """A quadrature encoder behind its filters: four counts a period, up when A is ahead of B."""
 
-    def __init__(self, chip: Chip, number: int) -> None:
+    def __init__(self, chip: ChipContext, number: int) -> None:
         self.chip, self.number = chip, number
         self.a, self.b = Filter(chip, f"quada{number}"), Filter(chip, f"quadb{number}")
         self.begin()
@@ -98,7 +98,7 @@ class TwinEncoder:
 class Switches:
     """The limit switches of an axis.  They are looked at once in a cycle; directions are 1 and -1."""
 
-    def __init__(self, chip: Chip, registers: Registers, state: AxisState) -> None:
+    def __init__(self, chip: ChipContext, registers: Registers, state: AxisState) -> None:
         self.chip, self.registers, self.state = chip, registers, state
         self.armed = {1: True, -1: True}  # the next active level trips
 

@@ -6,7 +6,7 @@ The fast path computes blocks of cycles ahead.  This twin works each cycle when 
 
 from __future__ import annotations
 
-from ....core.chip import Chip
+from ....core.context import ChipContext
 from ....core.wires.waits import until
 from .. import sheet
 from ..activity import Activity
@@ -19,7 +19,7 @@ from .inputs import Filter, TwinEncoder
 class Stepwise:
     """Works every cycle of all axes."""
 
-    def __init__(self, chip: Chip, registers: Registers, interrupt: HostInterrupt, activity: Activity) -> None:
+    def __init__(self, chip: ChipContext, registers: Registers, interrupt: HostInterrupt, activity: Activity) -> None:
         self.chip, self.kernel, self.registers = chip, chip.kernel, registers
         self.interrupt, self.activity = interrupt, activity
         self.running = False

@@ -1,0 +1,76 @@
+"""What a firmware and the objects inside it get of their chip.
+
+Users see of a chip what stands in [the reference](docs/reference/api.md); an object of the firmware is handed the same
+chip as a `ChipContext`, and a type checker proves that it uses no more.  At run time there is no difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from .datasheet.table import Sheet
+from .motion.axis import Axis
+from .time.hook import Hook
+from .time.kernel import Kernel, Task
+from .time.timebase import Clock
+from .wires.net import Bus, Driver, Net
+from .wires.pin import Terminal
+
+
+class ChipContext(Protocol):
+    """A chip, as its firmware and the objects inside it see it."""
+
+    # -------------------------------------------------------------------------------------------------- what it is
+    name: str
+    sheet: Sheet
+    options: Any  # every option of the sheet by its name, checked
+    crystal_hz: int
+
+    # ------------------------------------------------------------------------------------------------ virtual time
+    kernel: Kernel
+    clock: Clock
+    tick: int  # the chip's own count of clocks: every sleep adds to it, so nothing drifts
+
+    def sync(self) -> None:
+        """Move to the next clock tick at or after this instant of the kernel."""
+
+    def sync_forward(self) -> None:
+        """Do the same, unless the count is ahead of this instant already."""
+
+    async def ticks(self, number: int) -> None:
+        """Let clocks of the crystal pass."""
+
+    async def at_tick(self, tick: int) -> None:
+        """Wait for a tick of the crystal; return at once if it is over."""
+
+    async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
+        """Look at a net every so many clocks until it, or one of others, has a level; return the net that has."""
+        raise NotImplementedError
+
+    # ------------------------------------------------------------------------------------------------------- wires
+    drivers: dict[str, Driver]
+    bus: Bus
+    bus_driver: Driver
+
+    @property
+    def pins(self) -> Mapping[str, Terminal]:
+        """All pins by the manual's names; those of the data bus share its net."""
+
+    # ------------------------------------------------------------------------------------------------ what moves
+    axes: tuple[Axis, ...]
+
+    # ------------------------------------------------------------------------------------------------ what it tells
+    idle: bool
+    on_command: Hook[[str]]
+    on_instruction: Hook[[int]]
+    task: Task | None  # of the firmware; None: it is killed, or has not begun
+
+    def switched(self, on: bool) -> None:
+        """Report that the supply is being switched."""
+
+    def finding(self, code: str, text: str, at: int | None = None) -> None:
+        """Add a finding, now or at an instant of the past (ps): a mistake of a host, or where a manual is silent."""
+
+    def waits(self, text: str) -> None:
+        """Note what the firmware waits for, since when."""
