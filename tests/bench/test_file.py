@@ -13,7 +13,8 @@ import pytest
 
 import slewline
 from slewline.bench import file as file_module
-from slewline.bench.file import BenchFile, load_bench
+from slewline.bench import load
+from slewline.bench.file import BenchFile
 from slewline.bench.files.toml import read_toml
 
 X = '[[chip]]\npart = "cy525"\nname = "x"\n'
@@ -295,13 +296,13 @@ def test_files_that_cannot_be_read(tmp_path, name, data, says):
     if data is not None:
         (tmp_path / name).write_bytes(data)
     with pytest.raises(slewline.errors.BenchFileError, match=re.escape(says)) as raised:
-        load_bench(tmp_path / name)
+        load(tmp_path / name)
     assert str(raised.value).startswith(str(tmp_path / name))
 
 
 def test_a_name_that_the_system_refuses():
     with pytest.raises(slewline.errors.BenchFileError, match="cannot be read"):
-        load_bench(Path("a\0b"))
+        load(Path("a\0b"))
 
 
 def test_keys_written_in_another_way_have_no_line_but_a_name(bench_of):

@@ -7,7 +7,7 @@ import json
 import pytest
 
 import slewline
-from slewline.bench.file import load_bench
+from slewline.bench import load
 from slewline.bench.scripts.script import run_script
 
 MS = 10**9
@@ -198,7 +198,7 @@ script = ["V1", "@to b", "V1", "Po", "A1", "E", "@until uo1=1", "@to a", "V2", "
 def test_a_host_speaks_to_several_modules_of_a_line(tmp_path):
     path = tmp_path / "line.toml"
     path.write_text(LINE)
-    bench = load_bench(path)
+    bench = load(path)
     said = []
     bench["host"].on_event.add(said.append)
     bench.run_until_idle()
@@ -209,7 +209,7 @@ def test_a_host_speaks_to_several_modules_of_a_line(tmp_path):
 def test_a_host_of_another_rate_is_not_understood(tmp_path):
     path = tmp_path / "line.toml"
     path.write_text(LINE.replace('"b"]', '"b"]\nbaud = 300'))
-    bench = load_bench(path)
+    bench = load(path)
     said = []
     bench["host"].on_event.add(said.append)
     with pytest.raises(slewline.Timeout, match="@until uo1=1"):

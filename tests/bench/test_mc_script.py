@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import slewline
-from slewline.bench.file import load_bench
+from slewline.bench import load
 from slewline.bench.scripts.script import read_script, run_script
 
 NS, US, MS = 10**3, 10**6, 10**9  # picoseconds
@@ -342,7 +342,7 @@ def test_a_bench_file_gives_the_host_its_script(tmp_path):
     path = tmp_path / "two.toml"
     (tmp_path / "x.mc1451a").write_text(f"{MOVE}wait motion_complete\nGET_TRGT_POS\n")
     path.write_text('[[chip]]\npart = "mc1451a"\nname = "x"\n[[host]]\nfile = "x.mc1451a"\ndelay = "10 us"\n')
-    bench = load_bench(path)
+    bench = load(path)
     bench.run_until_idle()
     assert bench["x"].position == 50
     assert bench["host"].results[-1].value == 50

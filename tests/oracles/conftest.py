@@ -5,14 +5,14 @@ from __future__ import annotations
 import pytest
 
 import slewline
-from slewline.bench.file import load_bench
+from slewline.bench import load
 from slewline.cli.demo import HERE, MACHINE
 
 
 @pytest.fixture(scope="package")
 def demo():
     """The welding machine of `slewline demo`."""
-    bench = load_bench(HERE / MACHINE)
+    bench = load(HERE / MACHINE)
     bench.record()
     bench.run_until_idle()
     return bench

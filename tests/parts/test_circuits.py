@@ -8,7 +8,7 @@ from math import isclose, pi
 import pytest
 
 from slewline.chips import sheet_of
-from slewline.parts.logic.circuits import lc_frequency, reset_time
+from tests.parts.circuits import lc_frequency, reset_time
 
 MS = 10**9
 

@@ -8,8 +8,8 @@ import pytest
 from modules import C200, MS, US, Modules, S, both
 
 import slewline
-from slewline.chips.gs_c200.selection import start_stop, top_speed, turns_a_minute
 from slewline.parts.machines.drilling import CutPiece
+from tests.parts.gsc_selection import start_stop, top_speed, turns_a_minute
 
 # fmt: off
 BAR = ["S10", "T100", "R40", "W1", "+250", "L0", "A2", "D1", "C2", "W2", "+120", "L4", "A2", "C2", "W2",

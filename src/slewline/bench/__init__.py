@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..lazy import lazily
 from .bench import Bench
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["Bench", "load", "replay"]
 
 
-def load(path: str, *, anywhere: bool = False, allow_code: bool = False, **options: object) -> Bench:
+def load(path: str, *, anywhere: bool = False, allow_code: bool = False, **options: Any) -> Bench:
     """Return the bench that a bench file (TOML) describes, with chips, parts and wires, its scripts queued.
 
     Args:
@@ -26,9 +26,9 @@ def load(path: str, *, anywhere: bool = False, allow_code: bool = False, **optio
         BenchFileError: the file cannot be read or does not make a bench; file, line and key are in the message.
         ProgramError: a script has lines that cannot be played.
     """
-    from .file import load_bench
+    from .file import BenchFile
 
-    return load_bench(path, anywhere=anywhere, allow_code=allow_code, **options)
+    return BenchFile(path, anywhere, allow_code).load(**options)
 
 
 __getattr__, __dir__ = lazily(globals(), {"bench.replaying": ("replay",)})

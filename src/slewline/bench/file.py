@@ -107,21 +107,6 @@ class PortRequest(NamedTuple):
 
 
 # -------------------------------------------------------------------------------------------------------------- reading
-def load_bench(path: str | PathLike[str], *, anywhere: bool = False, allow_code: bool = False, **options: Any) -> Bench:
-    """Return the bench of a bench file, its scripts queued.
-
-    Args:
-        anywhere: the file may name files outside its own folder.
-        allow_code: it may name chips and parts as module:Class, whose import runs the code of the module.
-        options: of the bench, such as journal="run.jsonl".
-
-    Raises:
-        BenchFileError: the file cannot be read or does not make a bench; file, line and key are in the message.
-        ProgramError: a script has lines that cannot be played.
-    """
-    return BenchFile(path, anywhere, allow_code).load(**options)
-
-
 class BenchFile:
     """A bench file that was read: `tables`, and where they stand in the text."""
 

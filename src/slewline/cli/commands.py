@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import click
@@ -11,6 +12,7 @@ from .kinds import CommandGroup, CommandWithGuide
 from .options import DIRECTORY, FILE, Drive, Frequency, Names, PartName, SettingText, Strap, TimeWithUnit, look_here
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
+path = partial(click.option, metavar="F", type=FILE)
 CHIP = click.option(
     "--chip",
     type=PartName(),
@@ -24,6 +26,9 @@ ALLOW_CODE = click.option(
     callback=look_here,
     help="A bench file or journal may name a chip or part as module:Class, which runs the code of the module.",
 )
+CRYSTAL = click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
+MEMORY = path("--memory", help="Image of the memory beside the chip: a dump, or Intel HEX.")
+ANYWHERE = click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
 OPTIONS = click.option(
     "--options",
     metavar="F.toml",
@@ -51,7 +56,7 @@ def cli() -> None:
 )
 @click.argument("file", required=False, type=FILE, is_eager=True)  # other options speak of its chip
 @CHIP
-@click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
+@CRYSTAL
 @click.option("--over", metavar="CHANNEL", help="The side of a chip that has two, such as serial.")
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
 @click.option(
@@ -61,17 +66,12 @@ def cli() -> None:
 @click.option("--drive", type=Drive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated.")
 @click.option("--strict", is_flag=True, help="Exit status 1 if there are findings.")
 @click.option("-q", "--quiet", is_flag=True, help="No transcript.")
-@click.option("--journal", metavar="F", type=FILE, help="Write every input from outside, for --replay.")
-@click.option("--replay", metavar="F", type=FILE, help="Repeat the run of a journal; no FILE then.")
-@click.option("--memory", metavar="F", type=FILE, help="Image of the memory beside the chip: a dump, or Intel HEX.")
-@click.option(
-    "--save-memory",
-    metavar="F",
-    type=FILE,
-    help="Write what that memory holds at the end; .hex: as Intel HEX.",
-)
+@path("--journal", help="Write every input from outside, for --replay.")
+@path("--replay", help="Repeat the run of a journal; no FILE then.")
+@MEMORY
+@path("--save-memory", help="Write what that memory holds at the end; .hex: as Intel HEX.")
 @click.option("--other-laws", is_flag=True, help="Replay also what parts of another behaviour did, with a warning.")
-@click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
+@ANYWHERE
 @ALLOW_CODE
 @click.option(
     "--json",
@@ -81,13 +81,12 @@ def cli() -> None:
     flag_value="-",
     help="Write the result as JSON; - prints it.",
 )
-@click.option(
+@path(
     "--steps",
     metavar="F.csv",
-    type=FILE,
     help="Write every step: time_ps, chip, axis, direction, position; .npz: as arrays of NumPy.",
 )
-@click.option("--vcd", metavar="F", type=FILE, help="Write all pins as a VCD file, for waveform viewers.")
+@path("--vcd", help="Write all pins as a VCD file, for waveform viewers.")
 @click.option("--pins", type=Names(), help="With --vcd: only these pins, such as pulse,direction or x.slew,y.slew.")
 @click.option("--timescale", help="With --vcd: the unit of its times, such as '1 us'; 1 ns by default.")
 @click.option(
@@ -97,7 +96,7 @@ def cli() -> None:
 )
 @click.option("--vcd-values", is_flag=True, help="With --vcd: also velocity, position, commands and findings.")
 @click.option("--layout", is_flag=True, help="With --vcd: layouts for GTKWave and Surfer beside it (.gtkw, .sucl).")
-@click.option("--plot", metavar="F.svg", type=FILE, help="Draw velocity and position (SVG, PNG or PDF).")
+@path("--plot", metavar="F.svg", help="Draw velocity and position (SVG, PNG or PDF).")
 @click.option("--dark", is_flag=True, help="The plot is light on dark.")
 @OPTIONS
 def run_command(**options: Any) -> int:
@@ -114,13 +113,7 @@ def run_command(**options: Any) -> int:
 @cli.command("asm", short_help="Assemble a stored program.", epilog=EXIT)
 @click.argument("file", type=FILE)
 @CHIP
-@click.option(
-    "--output",
-    "-o",
-    metavar="F",
-    type=FILE,
-    help="Write to a file; an ending .hex, .bin, .ihx or .ihex (an image) chooses the format.",
-)
+@path("--output", "-o", help="Write to a file; an ending .hex, .bin, .ihx or .ihex (an image) chooses the format.")
 @click.option(
     "--format",
     "form",
@@ -151,7 +144,7 @@ def asm_command(**options: Any) -> int:
 )
 @click.option("--stream", is_flag=True, help="FILE is what a host sends in binary mode, not a program buffer.")
 @click.option("--labels", is_flag=True, help="Name branch targets.")
-@click.option("--output", "-o", metavar="F", type=FILE, help="Write to a file.")
+@path("--output", "-o", help="Write to a file.")
 @JSON
 def dis_command(**options: Any) -> int:
     """Disassemble a program buffer; the text assembles to the same bytes."""
@@ -180,7 +173,7 @@ def lint_command(**options: Any) -> int:
 @cli.command("ramp", short_help="What a ramp does, and which parameters give the ramp that is wanted.", epilog=EXIT)
 @click.argument("chip", type=PartName())
 @click.argument("parameters", metavar="[NAME=VALUE]...", nargs=-1, shell_complete=completion.parameter)
-@click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
+@CRYSTAL
 @click.option("--distance", type=int, metavar="STEPS", help="Tell of a move of so many steps, too.")
 @click.option("--time", type=TimeWithUnit(), help="Look for the ramp that takes nearest to this time, such as '0.5 s'.")
 @click.option(
@@ -190,12 +183,7 @@ def lint_command(**options: Any) -> int:
 @click.option("--best", type=int, metavar="N", default=5, show_default=True, help="How many of the nearest to list.")
 @click.option("--table", is_flag=True, help="Print the ramp rate by rate, step by step, or cycle by cycle.")
 @JSON
-@click.option(
-    "--plot",
-    metavar="F.svg",
-    type=FILE,
-    help="Draw velocity and position of the move (SVG, PNG or PDF).",
-)
+@path("--plot", metavar="F.svg", help="Draw velocity and position of the move (SVG, PNG or PDF).")
 @OPTIONS
 def ramp_command(**options: Any) -> int:
     """Calculate a ramp of a chip: its time, its steps, its acceleration, and which moves come to its rate.
@@ -273,21 +261,11 @@ def chips_command(**options: Any) -> int:
 
 @cli.command("serve", short_help="Chips on ports, for host software that knows nothing of this.", epilog=EXIT)
 @click.argument("chip", type=PartName(), required=False, is_eager=True)
-@click.option(
-    "--bench",
-    metavar="FILE",
-    type=FILE,
-    help="A bench file with [[serve]] tables, instead of CHIP.",
-)
-@click.option(
-    "--pty",
-    metavar="LINK",
-    type=FILE,
-    help="On a pseudo-terminal, found by a link of this name. Linux; macOS: 8N1 only.",
-)
+@path("--bench", metavar="FILE", help="A bench file with [[serve]] tables, instead of CHIP.")
+@path("--pty", metavar="LINK", help="On a pseudo-terminal, found by a link of this name. Linux; macOS: 8N1 only.")
 @click.option("--tcp", metavar="HOST:PORT", help="On a TCP socket, 4001 alone: of this machine; port 0: any free one.")
 @click.option("--rfc2217", metavar="HOST:PORT", help="On a TCP socket that takes rate, parity, DTR and RTS.")
-@click.option("--serial", metavar="DEV", type=FILE, help="On a serial port of this machine: /dev/ttyUSB0, COM3.")
+@path("--serial", metavar="DEV", help="On a serial port of this machine: /dev/ttyUSB0, COM3.")
 @click.option("--registers", metavar="HOST:PORT", help="The bus of a chip beside its serial line: on a TCP socket.")
 @click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, which can also read back.")
 @click.option("--baud", hidden=True)
@@ -301,20 +279,10 @@ def chips_command(**options: Any) -> int:
     help="What clients of the control port must know; also taken from the environment, SLEWLINE_TOKEN.",
 )
 @click.option("--state", metavar="DIR", type=DIRECTORY, help="Where the EEPROMs are kept.")
-@click.option(
-    "--log",
-    metavar="F",
-    type=FILE,
-    help="Write a transcript of all lines behind what is in F; -: on standard error.",
-)
-@click.option(
-    "--journal",
-    metavar="F",
-    type=FILE,
-    help="Write every input from outside, for slewline run --replay.",
-)
-@click.option("--memory", metavar="F", type=FILE, help="Image of the memory beside the chip: a dump, or Intel HEX.")
-@click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
+@path("--log", help="Write a transcript of all lines behind what is in F; -: on standard error.")
+@path("--journal", help="Write every input from outside, for slewline run --replay.")
+@MEMORY
+@ANYWHERE
 @ALLOW_CODE
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated.")
 @click.option(

@@ -41,7 +41,7 @@ PINS = ("x.wait", "x.dowhile", "x.run", "x.programmable_output", "x.slew")
 
 def demo(output: str) -> int:
     """Run the machine; returns the exit status."""
-    from ..bench.file import load_bench
+    from ..bench.file import BenchFile
 
     folder = made(output)
     outputs = Outputs([])
@@ -53,7 +53,7 @@ def demo(output: str) -> int:
     for copy in copies:
         outputs.write_bytes(str(copy), (HERE / copy.name).read_bytes())
 
-    bench = load_bench(folder / MACHINE)
+    bench = BenchFile(folder / MACHINE).load()
     bench.record()
     show = Show(bench)
     began = perf_counter()

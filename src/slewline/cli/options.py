@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
@@ -14,18 +14,26 @@ from ..core.time.timebase import hertz, picoseconds
 from ..errors import TimeError
 from . import completion
 
+T = TypeVar("T")
 
-class PathName(click.ParamType[str]):
+
+class Completed(click.ParamType[T]):
+    """A value with which a shell can go on: `complete` says how."""
+
+    complete: completion.Complete
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return what a shell may go on with."""
+        return self.complete(ctx, param, incomplete)
+
+
+class PathName(Completed[str]):
     """The name of a file or a directory, which the shell completes."""
 
     name = "text"
 
     def __init__(self, complete: completion.Complete) -> None:
         self.complete = complete
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Return what leaves it to the shell."""
-        return self.complete(ctx, param, incomplete)
 
 
 FILE, DIRECTORY = PathName(completion.file), PathName(completion.directory)
@@ -58,14 +66,11 @@ class Frequency(click.ParamType[str]):
         return str(value)
 
 
-class Drive(click.ParamType[tuple[str, int, int]]):
+class Drive(Completed[tuple[str, int, int]]):
     """pin=level@time."""
 
     name = "pin=level@time"
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Return what a shell may go on with."""
-        return completion.drive(ctx, param, incomplete)
+    complete = staticmethod(completion.drive)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int, int]:
         """Return (pin, level, picoseconds)."""
@@ -80,14 +85,11 @@ class Drive(click.ParamType[tuple[str, int, int]]):
             self.fail(str(error), param, ctx)
 
 
-class PartName(click.ParamType[str]):
+class PartName(Completed[str]):
     """The name of a chip: a part number, or module:Class."""
 
     name = "chip"
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Return what a shell may go on with."""
-        return completion.parts(ctx, param, incomplete)
+    complete = staticmethod(completion.parts)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the name as it was written; one with a colon may be found in the current directory."""
@@ -102,14 +104,11 @@ def look_here(ctx: click.Context | None, param: click.Parameter | None, wanted: 
     return wanted
 
 
-class Names(click.ParamType[tuple[str, ...]]):
+class Names(Completed[tuple[str, ...]]):
     """Names with commas between."""
 
     name = "a,b,c"
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Return what a shell may go on with."""
-        return completion.pins(ctx, param, incomplete)
+    complete = staticmethod(completion.pins)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
         """Return the names."""
@@ -123,14 +122,11 @@ class Names(click.ParamType[tuple[str, ...]]):
         return names
 
 
-class Strap(click.ParamType[tuple[str, int]]):
+class Strap(Completed[tuple[str, int]]):
     """pin=level."""
 
     name = "pin=level"
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Return what a shell may go on with."""
-        return completion.strap(ctx, param, incomplete)
+    complete = staticmethod(completion.strap)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int]:
         """Return (pin, level)."""
@@ -148,14 +144,11 @@ class Strap(click.ParamType[tuple[str, int]]):
         return match[1], int(match[2])
 
 
-class SettingText(click.ParamType[tuple[str, str]]):
+class SettingText(Completed[tuple[str, str]]):
     """name=value, or table.name=value; the part says what the text stands for."""
 
     name = "name=value"
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Return what a shell may go on with."""
-        return completion.setting(ctx, param, incomplete)
+    complete = staticmethod(completion.setting)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
         """Return (name, text)."""

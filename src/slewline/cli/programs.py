@@ -14,6 +14,7 @@ import click
 from ..bench.files.text import read_file, read_text
 from ..chips import CATALOGUE, PARTS, checks_of, sheet_of
 from ..core.memory.image import ERASED, from_file, is_hex, to_hex
+from ..core.messages.whole import counted
 from ..errors import BenchFileError, UsageError
 from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, sheet_for
 
@@ -271,8 +272,6 @@ def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:
 
 def tally(problems: list[Problem]) -> str:
     """Return a count of problems, such as "2 errors, 1 note"."""
-    from .transcript import counted
-
     counts = [(sum(p.severity == severity for p in problems), severity) for severity in COLOURS]
     return ", ".join(counted(number, severity) for number, severity in counts if number) or "nothing to complain about"
 

@@ -10,13 +10,14 @@ import click
 from ..bench.ramps import find_ramps
 from ..bench.ramps import ramp as ramp_of
 from ..chips import ramps_of
+from ..core.messages.whole import counted
 from ..core.time.timebase import readable
 from ..errors import UsageError
 from ..language.ramps import Calculator, Move, Ramp
 from ..record.pictures.pictures import SUFFIXES
+from ..record.style import aligned
 from .files import Outputs, read_options
 from .programs import print_json
-from .transcript import counted
 
 if TYPE_CHECKING:
     from ..record.pictures.tracks import Track
@@ -199,7 +200,7 @@ def list_of(calculator: Calculator, found: Sequence[Ramp], free: Sequence[str]) 
         ]
         for each in found
     )
-    yield from columns([*free, "steps", "steps/s²", "time"], rows)
+    yield from aligned([[*free, "steps", "steps/s²", "time"], *rows])
 
 
 def table_of(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
@@ -215,15 +216,7 @@ def table_of(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
         ]
         for each in ramp.table()
     )
-    yield from columns(["time", "position", *parameter, "steps/s", "steps"], rows)
-
-
-def columns(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """Yield the lines of a table, numbers to the right."""
-    lines = [heads, *rows]
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    for line in lines:
-        yield "  ".join(f"{cell:>{width}}" for cell, width in zip(line, widths, strict=True))
+    yield from aligned([["time", "position", *parameter, "steps/s", "steps"], *rows])
 
 
 def head(calculator: Calculator, ramp: Ramp) -> str:

@@ -10,11 +10,11 @@ from ..bench import Bench
 from ..core.chip import Chip
 from ..core.component import Finding
 from ..core.datasheet.channel import HostPort
+from ..core.messages.whole import counted
 from ..core.motion.one_axis import OneAxis
 from ..core.time.timebase import PS_PER_S, readable
 from ..parts.hosts.host import Host
 from ..parts.hosts.packet_host import PacketHost
-from .transcript import counted
 
 WINDOW_PS = 10**13  # steps are counted in windows of 10 s: an hour of them need not fit into memory
 

@@ -13,6 +13,7 @@ import click
 
 from ..bench.pictures.waveforms import STEPS, VCD
 from ..chips import sheet_of
+from ..core.messages.whole import counted
 from ..core.time.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout, TornJournal
 from ..record.pictures.pictures import SUFFIXES
@@ -287,7 +288,7 @@ class RunCommand:
             for found in wrong:
                 click.echo(f"slewline: {found}", err=True)
             if untold := len(bench.findings) - len(wrong):
-                what = f"{untold} finding{'s' * (untold > 1)}"
+                what = counted(untold, "finding")
                 click.echo(
                     f"slewline: {what}; without -q the transcript has them, --strict makes them a failure", err=True
                 )

@@ -14,6 +14,7 @@ from ..bench import Bench
 from ..core.chip import Chip
 from ..core.component import Finding
 from ..core.datasheet.table import Pin
+from ..core.messages.whole import counted
 from ..core.motion.motions import MotionEnd, MotionStart
 from ..core.motion.one_axis import OneAxis
 from ..core.time.kernel import Task
@@ -195,8 +196,3 @@ def spoken(row: Pin) -> str:
 def way(direction: int) -> str:
     """Return a direction as a word, with a blank before it; nothing for 0."""
     return "" if not direction else " cw" if direction > 0 else " ccw"
-
-
-def counted(number: int, noun: str) -> str:
-    """Return a number with its noun, "1 step" or "2 steps"."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"

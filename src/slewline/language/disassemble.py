@@ -9,6 +9,7 @@ Q
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from ..core.datasheet.table import Sheet
 from ..core.program import ProgramRow
@@ -18,6 +19,7 @@ from .statements import Instruction
 
 COMMENT = 16  # column of the comments
 SHOWN = 16  # equal bytes that are shown one by one
+NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
 
 def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
@@ -37,39 +39,29 @@ def instruction(stored: bytes, at: int, sheet: Sheet) -> Instruction:
 
 def text_at(stored: bytes, at: int, sheet: Sheet) -> str:
     """The instruction that begins at an address of the buffer, as it is written."""
-    return _text(instruction(stored, at, sheet), sheet, {}, {})
+    return _text(instruction(stored, at, sheet), sheet)
 
 
-def disassemble(
-    stored: bytes, sheet: Sheet, labels: bool = False, known: Mapping[str, int] | None = None, frame: bool = True
-) -> str:
-    """The buffer as program text, with a line end after every line.
+def disassemble(stored: bytes, sheet: Sheet, labels: bool = False) -> str:
+    """The buffer as program text, with a line end after every line, between the commands that begin and end its entry.
 
-    Args:
-        labels: name branch targets, as far as the letters go; the text then assembles with `resolve=True`.
-        known: labels that are already defined, with their addresses, as a chip remembers them.
-        frame: what begins and ends program entry stands before and behind the program.
+    `labels`: name branch targets, as far as the letters go; the text then assembles with `resolve=True`.
     """
     program = instructions(stored, sheet)
-    marks = dict(known or {})
-    names = _names(program, sheet, marks) if labels and sheet.labels else {}
-    marks |= {letter: address for address, letter in names.items()}
-    shown = [_line(instruction, sheet, marks, names) for instruction in program]
-    if frame:
-        framing = [row.form for row in entry_and_end(sheet)]
-        shown = [*framing[:1], *shown, *framing[1:]]
-    return "".join(line + "\n" for line in shown)
+    names = _names(program, sheet) if labels and sheet.labels else {}
+    framing = [row.form for row in entry_and_end(sheet)]
+    shown = [_line(instruction, sheet, names) for instruction in program]
+    return "".join(line + "\n" for line in [*framing[:1], *shown, *framing[1:]])
 
 
-def listing(stored: bytes, sheet: Sheet, known: Mapping[str, int] | None = None) -> str:
-    """The buffer to look at: address, bytes and instruction, a line each.  `known` as for `disassemble`."""
-    return "\n".join(listed(row.address, row.data, row.text, sheet) for row in program_rows(stored, sheet, known))
+def listing(stored: bytes, sheet: Sheet) -> str:
+    """The buffer to look at: address, bytes and instruction, a line each."""
+    return "\n".join(listed(row.address, row.data, row.text, sheet) for row in program_rows(stored, sheet))
 
 
-def program_rows(stored: bytes, sheet: Sheet, known: Mapping[str, int] | None = None) -> list[ProgramRow]:
-    """The buffer, an instruction a row.  `known` as for `disassemble`."""
-    program = instructions(stored, sheet)
-    return [ProgramRow(each.address, each.data, _text(each, sheet, known or {}, {})) for each in program]
+def program_rows(stored: bytes, sheet: Sheet) -> list[ProgramRow]:
+    """The buffer, an instruction a row."""
+    return [ProgramRow(each.address, each.data, _text(each, sheet)) for each in instructions(stored, sheet)]
 
 
 def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
@@ -104,14 +96,14 @@ def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
 
 
 def _entered(stored: bytes, sheet: Sheet) -> list[str]:
-    return [_text(instruction, sheet, {}, {}) for instruction in instructions(stored, sheet)]
+    return [_text(instruction, sheet) for instruction in instructions(stored, sheet)]
 
 
-def _names(program: Sequence[Instruction], sheet: Sheet, marks: Mapping[str, int]) -> dict[int, str]:
+def _names(program: Sequence[Instruction], sheet: Sheet) -> dict[int, str]:
     """Letters for the branch targets at which an instruction begins, in the order of their addresses."""
     targets = {value for instruction in program for value in _targets(instruction)}
     starts = [instruction.address for instruction in program if instruction.address in targets]
-    free = [letter for letter in sheet.labels if letter not in marks and ord(letter) not in targets]
+    free = [letter for letter in sheet.labels if ord(letter) not in targets]
     return dict(zip(starts, free, strict=False))
 
 
@@ -121,15 +113,15 @@ def _targets(instruction: Instruction) -> list[int]:
     return [value for arg, value in zip(instruction.row.args, instruction.values, strict=True) if arg.name == "target"]
 
 
-def _line(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], names: Mapping[int, str]) -> str:
-    text = _text(instruction, sheet, marks, names)
+def _line(instruction: Instruction, sheet: Sheet, names: Mapping[int, str]) -> str:
+    text = _text(instruction, sheet, names)
     return f"{text:<{COMMENT - 1}} ; {instruction.address:02}  {_hex(instruction.data)}"
 
 
-def _text(instruction: Instruction, sheet: Sheet, marks: Mapping[str, int], names: Mapping[int, str]) -> str:
+def _text(instruction: Instruction, sheet: Sheet, names: Mapping[int, str] = NO_NAMES) -> str:
     address, data, row, _ = instruction
     dialect = dialect_of(sheet)
-    before = "".join(dialect.label(letter) for letter, at in marks.items() if at == address)
+    before = dialect.label(names[address]) if address in names else ""
     if row is None:
         return f"{before}??? {_hex(data)}"
     return before + dialect.shown(row, instruction, sheet.labels, names)

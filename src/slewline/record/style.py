@@ -6,7 +6,7 @@ configuration neither changes our pictures nor is it changed by them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -190,3 +190,11 @@ class TimeAxis:
         import numpy as np
 
         return (np.asarray(times, np.int64) - self.origin) / self.unit
+
+
+def aligned(lines: Sequence[Sequence[str]], left: Container[int] = ()) -> list[str]:
+    """Return the lines of a table, its columns to the right, but for those with the numbers in `left`."""
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    sides = ["<" if n in left else ">" for n in range(len(widths))]
+    cells = ([f"{cell:{side}{width}}" for cell, side, width in zip(line, sides, widths, strict=True)] for line in lines)
+    return ["  ".join(line).rstrip() for line in cells]

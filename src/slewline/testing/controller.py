@@ -18,11 +18,12 @@ from typing import Any, ClassVar
 from ..bench import Bench
 from ..core.chip import Chip, step_nets
 from ..core.messages.instead import face, missing
+from ..core.messages.whole import counted
 from ..core.motion.axis import Steps
 from ..core.time.timebase import Time, moment, picoseconds, readable
 from ..core.wires.pin import Condition, Terminal
 from ..errors import SlewlineError, Timeout, UsageError
-from .differences import counted, difference
+from .differences import difference
 from .faults import Faults
 from .rig import Rig, never
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
+from ..core.messages.whole import counted
 from ..core.time.timebase import PS_PER_S, readable
 
 Event = tuple[int, int]
@@ -65,8 +66,3 @@ def amount(ps: int, hz: int) -> str:
     if hz < PS_PER_S and ticks and abs(ps - Fraction(ticks * PS_PER_S, hz)) < 1:  # both instants are rounded down
         return counted(ticks, "tick")
     return readable(ps)
-
-
-def counted(number: int, noun: str) -> str:
-    """Return a number with its noun, "1 step" or "2 steps"."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"

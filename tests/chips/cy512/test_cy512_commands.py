@@ -9,13 +9,13 @@ import pytest
 import slewline
 from slewline.chips import PARTS, sheet_of
 from slewline.chips.cy5xx.letters import MEANS, exchanged
+from slewline.chips.cy5xx.sheet import HALF_STEPS
 from slewline.chips.cy5xx.sloped import half_steps
-from slewline.chips.cy512 import sheet
 from tests.chips.conftest import Rig
 
 SET = "R 255\rS 0\rF 1\rN 1\rA\r"
 MS = 10**9
-PHASES = half_steps({"phases": sheet.PHASES})
+PHASES = half_steps({"phases": HALF_STEPS})
 
 
 def made(**options: object) -> Rig:

@@ -9,8 +9,9 @@ import pytest
 
 import slewline
 from slewline.chips.cy5xx import firmware as family
+from slewline.chips.cy5xx.sheet import POWER_UP_RC_PS
 from slewline.chips.cy525 import firmware
-from slewline.chips.cy525.sheet import POWER_UP_RC_PS, SHEET
+from slewline.chips.cy525.sheet import SHEET
 from slewline.core import chip as chip_base
 
 US, MS = 11, 11_000

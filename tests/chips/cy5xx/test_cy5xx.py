@@ -13,9 +13,10 @@ from slewline.chips.cy5xx import firmware as family
 from slewline.chips.cy5xx.firmware import Cy5xx
 from slewline.chips.cy5xx.instructions import Instructions
 from slewline.chips.cy5xx.motion import Motion
+from slewline.chips.cy5xx.sheet import PHASES
 from slewline.chips.cy5xx.supply import PowerUp
 from slewline.chips.cy525 import firmware
-from slewline.chips.cy525.sheet import PHASES, SHEET
+from slewline.chips.cy525.sheet import SHEET
 from slewline.core.chip import Chip
 from slewline.core.datasheet.table import Table
 from slewline.core.motion.motions import MotionParameters

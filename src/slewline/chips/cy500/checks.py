@@ -9,9 +9,8 @@ from ...core.datasheet.table import Sheet
 from ...core.motion.plan import steps
 from ...language.lint import Check
 from ...language.statements import Source, Statement
-from ..cy5xx.sisters import written_for
+from ..cy5xx.checks import Odd, judged, written_for
 from ..cy5xx.slope import Law
-from ..cy5xx.walk import Odd, judged
 from .sheet import PERIODS
 
 TURNS = ("CW", "CCW")

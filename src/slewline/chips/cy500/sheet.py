@@ -14,11 +14,10 @@ from types import MappingProxyType
 from typing import Any
 
 from ...core.datasheet.option import Option
-from ...core.datasheet.table import Arg, Pin, Row, Sheet, Table
+from ...core.datasheet.table import Arg, Pin, Row, Table
+from ..cy5xx import sheet
 from ..cy5xx.letters import exchanged
 from ..cy5xx.options import at_power_up, clocks, slopes
-from ..cy512 import sheet as cy512
-from ..cy525 import sheet as cy525
 
 PART = "cy500"
 REFERENCE_HZ = 6_000_000
@@ -46,7 +45,7 @@ _ITS: Mapping[str, dict[str, Any]] = {  # other than at the CY525
     **{f"phase{n}": {"where": "art. text; as the CY525"} for n in (1, 2, 3, 4)},
 }
 _NUMBERS = {pin.number for pin in _OWN}
-_BOTH = [replace(pin, **{"where": BUS, "trust": "inferred"} | _ITS.get(pin.name, {})) for pin in cy525.PINS if pin.number not in _NUMBERS]
+_BOTH = [replace(pin, **{"where": BUS, "trust": "inferred"} | _ITS.get(pin.name, {})) for pin in sheet.PINS if pin.number not in _NUMBERS]
 PINS = tuple(sorted((*_OWN, *_BOTH), key=lambda pin: pin.number))
 
 
@@ -57,7 +56,7 @@ def _us(at_11: int) -> int:
 
 def _row(letter: str, name: str, says: str, *args: Arg, like: str = "", **its: Any) -> Row:
     """A command, in what is not said of it as one of the CY525."""
-    row: Row = cy525.COMMANDS[like or letter]
+    row: Row = sheet.COMMANDS[like or letter]
     both: dict[str, Any] = {"time_us": _us(row.time_us), "where": T2, "code": -1} | its
     return replace(row, form=letter, head=letter, name=name, says=says, args=args, **both)
 
@@ -87,10 +86,9 @@ COMMANDS = Table(
     _row("0", "COMMAND", "stop the program, command mode", code=0x00, program_us=_us(36)),
 )
 
-REGISTERS = tuple(replace(row, where=f"art. T.2 {row.letter}") for row in cy512.REGISTERS)
-_LEFT_OUT = ("millisecond", "terminated")
+REGISTERS = tuple(replace(row, where=f"art. T.2 {row.letter}") for row in sheet.SLOPED_REGISTERS)
 _SAYS = {"strobe_width": "INSTROBE low", "effect_lead": "effect of a command to READY high", "wait_poll": "U looks at WAIT", "inhibit_poll": "a held step looks at TRIGGER", "step_lead": "READY low to the first step"}
-TIMES = MappingProxyType({name: replace(time, says=_SAYS.get(name, time.says), where=BUS, trust="inferred") for name, time in cy512.TIMES.items() if name not in _LEFT_OUT})
+TIMES = MappingProxyType({name: replace(time, says=_SAYS.get(name, time.says), where=BUS, trust="inferred") for name, time in sheet.SLOPED_TIMES.items() if name != "millisecond"})
 
 # The rate equation is not printed.  Inferred: the period falls by the same 78.18 us with each unit of the parameter, as
 # a preset timer would have it, from 50 steps/s at R 1 to 3350 at R 253, both exact (art. T.2 R); R 0 goes on below.
@@ -102,11 +100,11 @@ PERIODS = tuple(
 )
 
 OPTIONS = (
-    *(option for option in cy512.OPTIONS if option.name in ("stepwise", "cold")),
+    *sheet.OPTIONS,
     Option("early_part", "bool", False, "a part of the first batch: N a multiple of 256 makes 256 steps too few (quirk UND-N256)", where="art. T.2 N"),
     Option("p_starts", "bool", False, "P starts the motion by itself, without G (quirk CON-P)", where="CY525 s.1"),
     *at_power_up(REGISTERS),
-    Option("inferred", "table", MappingProxyType({}), "what no source states, and the model infers: replace it where you know better", table=(*slopes(PERIODS, 1001, cy512.PHASES, "art. T.2 R"), *clocks(TIMES))),
+    Option("inferred", "table", MappingProxyType({}), "what no source states, and the model infers: replace it where you know better", table=(*slopes(PERIODS, 1001, sheet.HALF_STEPS, "art. T.2 R"), *clocks(TIMES))),
 )
 # fmt: on
 
@@ -114,12 +112,11 @@ SLIPS = MappingProxyType(
     {"o": "the article prints o for the digit zero: write 0", **exchanged(PART)["cy512"], **exchanged(PART)["cy525"]}
 )
 
-SHEET = Sheet(
+SHEET = sheet.socket(
     part=PART,
     title="CY500 stored program stepper motor controller",
     manual="a magazine article with the command set (no date); CY525 manual, 1984, about its predecessors",
     crystal_hz=REFERENCE_HZ,
-    crystal_low_hz=1_000_000,
     crystal_high_hz=REFERENCE_HZ,
     pins=PINS,
     commands=COMMANDS,
@@ -127,12 +124,11 @@ SHEET = Sheet(
     options=OPTIONS,
     rates=tuple(REFERENCE_HZ // period for period in PERIODS),
     times=TIMES,
+    limits=(),
     buffer_bytes=18,
     buffer_where="CY525 selection guide",
     suffix=".cy500",
     slips=SLIPS,
-    dialect=cy525.SHEET.dialect,
-    channels=cy525.SHEET.channels,
     sections=MappingProxyType({"text": "art. text", "running": "art. text"}),
     key="art. is the article, T. a table of it; s. is a section of the CY525 manual",
     notes=MappingProxyType(

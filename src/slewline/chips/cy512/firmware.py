@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from ..cy5xx import interpreter, sloped
 from ..cy5xx.firmware import Cy5xx
+from ..cy5xx.sheet import POWER_UP_RC_PS, POWER_UP_RESET_PS
 from ..cy5xx.slope import Law
 from ..cy5xx.steps import Patterns
 from ..cy5xx.supply import PowerUp
-from ..cy525.sheet import POWER_UP_RC_PS, POWER_UP_RESET_PS
 from .instructions import Instructions
 from .motion import Motion
 from .sheet import PERIODS, SHEET

@@ -14,10 +14,10 @@ from types import MappingProxyType
 from typing import Any
 
 from ...core.datasheet.option import Option
-from ...core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing, Trust
+from ...core.datasheet.table import Arg, Limit, Pin, Row, Table, Timing, Trust
+from ..cy5xx import sheet
 from ..cy5xx.letters import exchanged
 from ..cy5xx.options import at_power_up, clocks, slopes
-from ..cy525 import sheet as cy525
 
 PART = "cy512"
 BUFFER_BYTES = 48  # guide; s.4 and s.6 of the CY525 manual still name it
@@ -31,7 +31,7 @@ DELAY = Arg("delay", 2, 1, 65535, unit="ms at 11 MHz")
 
 def _alike(letter: str, *args: Arg) -> Row:
     """A command of the CY525 that the comparison does not list; its arguments, where their range differs."""
-    row: Row = cy525.COMMANDS[letter]
+    row: Row = sheet.COMMANDS[letter]
     return replace(row, args=args or row.args)
 
 
@@ -46,7 +46,7 @@ def _own(
     role: str = "",
 ) -> Row:
     """A command that the comparison lists; its times are those of a command of the CY525."""
-    time_us, where = cy525.COMMANDS[like].time_us, f"{COMPARED}; {PAGE}"
+    time_us, where = sheet.COMMANDS[like].time_us, f"{COMPARED}; {PAGE}"
     return Row(letter, name, args, time_us, says, where, flow=flow, role=role, trust=trust)
 
 
@@ -89,18 +89,8 @@ _ITS: Mapping[str, dict[str, Any]] = {
     "io_select": {"says": "low: host writes, high: chip writes", "seen": "level; not in motion"},
 }
 PINS = (
-    *(replace(pin, **_ITS.get(pin.name, {})) for pin in cy525.PINS),
+    *(replace(pin, **_ITS.get(pin.name, {})) for pin in sheet.PINS),
     Pin(0, "terminate", "in", "low ends the running step; its number is not known", active=0, pull=1, tie=1, seen="all through a step, not in its first 125 us", where=PAGE, trust="inferred"),
-)
-
-# --------------------------------------------------------------------------------------------------------- registers
-_POWER_UP = "s.4; s.6"
-REGISTERS = (
-    Register("number", 16, 0, "steps of a relative move", "N", _POWER_UP, unit="steps"),
-    Register("slope", 8, 0, "rise of the rate parameter per step", "S", _POWER_UP, unit="rate index"),
-    Register("rate", 8, 1, "step rate", "R", _POWER_UP, unit="rate index"),
-    Register("factor", 8, 1, "divisor of the rate", "F", _POWER_UP, unit="times"),
-    Register("position", 16, 0xA55A, "absolute position", "A", _POWER_UP, unit="steps"),
 )
 
 # ------------------------------------------------------------------------------------------------- rates, at 11 MHz
@@ -109,58 +99,49 @@ FASTEST_TICKS, RATE_TICKS = 2200, 240  # clocks of a step at R 255; what a unit 
 MIN_TICKS = 92 * 15  # of a step that TERMINATE ends
 PERIODS = tuple(FASTEST_TICKS + (RATE.high - rate) * RATE_TICKS for rate in range(RATE.high + 1))  # R 0 ... 255
 
-_LEFT_OUT = ("readout_delay", "readout_spacing", "readout_stretch", "phase_pulse", "slew_blink")
 TIMES = MappingProxyType({
-    **{name: time for name, time in cy525.TIMES.items() if name not in _LEFT_OUT},
+    **sheet.SLOPED_TIMES,
     "millisecond": Timing(1000, 11, "unit of X", COMPARED, "inferred"),
-    "pulse_high": Timing(16, 6, "PULSE high between steps", "s.3 item 6; s.8", "inferred"),
     "terminated": Timing(MIN_TICKS / 11, 11, "shortest step that TERMINATE leaves", f"s.1; {PAGE}", "inferred"),
 })
 
 _EDGES = ("reset falls", "io_request falls", "ready falls", "run falls", "programmable_output rises", "programmable_output falls", "clk15 falls", "clk15 rises")
 LIMITS = (
-    *(limit for limit in cy525.LIMITS if limit.start in _EDGES),
+    *(limit for limit in sheet.LIMITS if limit.start in _EDGES),
     Limit("pulse falls", "pulse falls", "a step, at almost 8000 steps/s", f"s.1; {PAGE}", least=125_000_000, mhz=11, trust="derived"),
 )
 
 # ----------------------------------------------------------------------------------------------------------- options
 WAYS = ("ramp", "stop")
 
-# phi1 to phi4 in half steps, phi1 in the high bit (s.7; the half steps between them inferred); clockwise goes up
-_FULL = tuple(sum(level << 3 - n for n, level in enumerate(row)) for row in cy525.PHASES)
-PHASES = tuple(row for full, after in zip(_FULL, (*_FULL[1:], _FULL[0]), strict=True) for row in (full, full | after))
-
 INFERRED = (
-    *slopes(PERIODS, MIN_TICKS, PHASES, f"{COMPARED} R"),
+    *slopes(PERIODS, MIN_TICKS, sheet.HALF_STEPS, f"{COMPARED} R"),
     *clocks({name: time for name, time in TIMES.items() if time.trust == "inferred"}),
     Option("held_pulse", "int", 1, "inferred: PULSE while STEP INHIBIT holds a step", low=0, high=1, where=f"{COMPARED} item 6"),
     Option("abort", "choice", "ramp", "inferred: what ABORT low does", choices=WAYS, where="guide"),
     Option("request", "choice", "stop", "inferred: what I/O REQUEST low at the end of a step does", choices=WAYS, where=f"guide; {COMPARED} item 9"),
 )
 OPTIONS = (
-    *(option for option in cy525.OPTIONS if option.name in ("stepwise", "cold")),
+    *sheet.OPTIONS,
     Option("inferred", "table", {}, "what no source states: to be replaced where more is known", table=INFERRED),
-    *at_power_up(REGISTERS),
+    *at_power_up(sheet.SLOPED_REGISTERS),
 )
 
 VERIFY_BYTES = {0: 5, 1: BUFFER_BYTES, 2: 6, 3: 5}
 SLIPS = MappingProxyType({
-    **{letter: says for letter, says in cy525.SLIPS.items() if letter in "\u00d8}"},
+    **sheet.SLIPS,
     **exchanged(PART)["cy525"],
 })
 
-SHEET = Sheet(
+SHEET = sheet.socket(
     part=PART,
     title="CY512 intelligent positioning stepper motor controller",
     manual="CY525 manual, 1984: history, comparison, CY512 page, selection guide",
-    crystal_hz=cy525.REFERENCE_HZ,
-    crystal_low_hz=1_000_000,
-    crystal_high_hz=11_000_000,
     pins=PINS,
     commands=COMMANDS,
-    registers=REGISTERS,
+    registers=sheet.SLOPED_REGISTERS,
     options=OPTIONS,
-    rates=tuple(round(cy525.REFERENCE_HZ / ticks) for ticks in PERIODS),
+    rates=tuple(round(sheet.REFERENCE_HZ / ticks) for ticks in PERIODS),
     times=TIMES,
     limits=LIMITS,
     buffer_bytes=BUFFER_BYTES,
@@ -168,10 +149,6 @@ SHEET = Sheet(
     verify_bytes=VERIFY_BYTES,
     suffix=".cy512",
     slips=SLIPS,
-    notes=cy525.NOTES,
-    dialect=cy525.SHEET.dialect,
-    channels=cy525.SHEET.channels,
     sections=MappingProxyType({"text": "s.3", "reading": "s.6", "running": "s.7"}),
-    key=cy525.SHEET.key,
 )
 # fmt: on

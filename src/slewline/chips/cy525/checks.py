@@ -15,8 +15,7 @@ from ...core.datasheet.table import Sheet
 from ...language.lint import Check
 from ...language.problems import Severity
 from ...language.statements import Directive, Source, Statement
-from ..cy5xx.sisters import written_for
-from ..cy5xx.walk import walk
+from ..cy5xx.checks import walk, written_for
 from .profile import head, ramp, steps
 from .sheet import RATE_TOP, SHORT_SLEW_STEPS, SLIPS, STEP_TICKS, STEPS_PER_SECOND, VERIFY_BYTES
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..cy5xx.firmware import Cy5xx
+from ..cy5xx.sheet import PHASES, POWER_UP_RC_PS, POWER_UP_RESET_PS
 from ..cy5xx.steps import Patterns
 from ..cy5xx.supply import PowerUp
 from .instructions import Instructions, Registers
 from .motion import Motion
 from .profile import Law
-from .sheet import PHASES, POWER_UP_RC_PS, POWER_UP_RESET_PS, SHEET
+from .sheet import SHEET
 
 if TYPE_CHECKING:
     from .twin import Stepwise

@@ -18,9 +18,10 @@ from ...core.time.timebase import PS_PER_S
 from ...errors import UsageError
 from ...language.ramps import Calculator, Candidate, RampParameter, Search, Values
 from ...language.rates import steps_per_s
-from ..cy5xx.unit_ramps import UnitRamp
+from ..cy5xx.ramps import UnitRamp
+from ..cy5xx.sheet import COMMANDS
 from . import profile
-from .sheet import COMMANDS, RAMP_UNIT, STEP_TICKS
+from .sheet import RAMP_UNIT, STEP_TICKS
 
 NUMBER = COMMANDS["N"].args[0]
 SLOPE, DIVISOR = COMMANDS["S"].args[0], COMMANDS["Z"].args[0]
@@ -130,6 +131,4 @@ class Bounds:
         return (self.gain * PS_PER_S / high - slack, self.gain * PS_PER_S / low + slack) if low else (0.0, 0.0)
 
 
-def ramps(sheet: Sheet) -> Calculator:
-    """Return the calculator of this part."""
-    return Cy525Ramps(sheet)
+ramps = Cy525Ramps  # the calculator of a part, by its sheet

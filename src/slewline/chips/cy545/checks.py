@@ -9,7 +9,7 @@ from ...language.dialect import spoken_as
 from ...language.lint import Check, section
 from ...language.statements import Directive, Source, Statement
 from ...language.verbatim import Verbatim
-from ..cy5xx.sisters import written_for
+from ..cy5xx.checks import written_for
 from .interpreter import REFUSED
 from .ramp_checks import motions
 from .sheet import MB_3, MB_6, MB_ASCII

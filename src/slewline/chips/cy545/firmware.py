@@ -21,7 +21,6 @@ from ..cy5xx.supply import PowerUp, Supplied, Supply
 from . import sheet
 from .arbiter import InputArbiter
 from .display import Display
-from .fitted import fitted
 from .home import Home
 from .instructions import Instructions
 from .interpreter import Interpreter
@@ -50,7 +49,7 @@ class Cy545(Chip):
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
-        self.sheet = fitted(type(self).sheet, vars(self.options))
+        self.sheet = sheet.fitted(type(self).sheet, vars(self.options))
         ticks = clocks(self)
         defaults = {row.name: row.default for row in self.sheet.registers}
         self.state = Registers(defaults)

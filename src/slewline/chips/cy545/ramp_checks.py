@@ -13,7 +13,7 @@ from ...core.datasheet.table import Sheet
 from ...core.motion.plan import steps
 from ...language.lint import Check
 from ...language.statements import Source, Statement
-from ..cy5xx.walk import Odd, judged
+from ..cy5xx.checks import Odd, judged
 from . import profile
 from .profile import Law
 

@@ -9,7 +9,7 @@ from ...core.datasheet.table import Sheet
 from ...errors import UsageError
 from ...language.ramps import Calculator, Candidate, RampParameter, Search, Values
 from ...language.rates import steps_per_s
-from ..cy5xx.unit_ramps import UnitRamp
+from ..cy5xx.ramps import UnitRamp
 from . import profile
 
 
@@ -67,6 +67,4 @@ class Cy545Ramps(Calculator):
             yield Candidate({} if slope is None else {"S": slope})
 
 
-def ramps(sheet: Sheet) -> Calculator:
-    """Return the calculator of a part."""
-    return Cy545Ramps(sheet)
+ramps = Cy545Ramps  # the calculator of a part, by its sheet

@@ -1,4 +1,4 @@
-"""CY545 and CY545B data sheets as data.  No behaviour in this file.
+"""CY545 and CY545B data sheets as data.  No behaviour in this file, but for `fitted`.
 
 Of the manual (edition of 22 March 1999) chapter 16 is at hand ("ch.16"); of the other chapters and of the edition of 2002
 single facts are public ("ch.5", "2002 p.77").  "guide" is the selection guide in the CY525 manual of 1984.
@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal
 
 from ...core.datasheet.channel import AdaptiveLine, FlowBus
-from ...core.datasheet.option import Option
+from ...core.datasheet.option import Option, defaulted
 from ...core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing, Trust
 from ...language.verbatim import Verbatim
 from ..cy5xx.options import clocks
@@ -293,3 +293,13 @@ DIFFERENCES = MappingProxyType(
         "immediate commands": ("none while a program runs", "between two commands of a program, over either side"),
     }
 )
+
+
+def fitted(sheet: Sheet, options: Mapping[str, Any]) -> Sheet:
+    """Return a sheet whose options are the defaults, with the rates that they ask for.
+
+    Args:
+        options: all of them, checked; rates are `inferred.rates`, or a table by its name, `rate_table`.
+    """
+    rates = tuple(options["inferred"]["rates"]) or TABLES[options["rate_table"]]
+    return replace(sheet, rates=rates, options=defaulted(sheet.options, options))

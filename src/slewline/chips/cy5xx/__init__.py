@@ -17,8 +17,9 @@ that it names itself.  A part brings its sheet, its law of motion, and what it d
 Beside them:
 
     slope.py        the law of parts whose rate parameter grows by S with each step; sloped.py: what they do alike
-    units.py        the law of parts whose rate grows with time; unit_ramps.py: their calculator
+    units.py        the law of parts whose rate grows with time; ramps.py: the calculator of both
     twin.py         the same motions step by step
     crystal.py      times in clocks, and crystals that do not fit
-    options.py, letters.py: data for sheets; walk.py, sisters.py: for linters
+    sheet.py        what the sheets of the parts in the same socket begin with
+    options.py, letters.py: data for sheets; checks.py: for linters
 """

@@ -153,11 +153,15 @@ class Cy5xx(Chip):
 
     def program_rows(self) -> list[ProgramRow]:
         """Return the program buffer, an instruction a row: address, bytes and text."""
-        return self._stored.rows()
+        from ...language.disassemble import program_rows
+
+        return program_rows(self.program, self.sheet)
 
     def listing(self) -> str:
         """Return the stored program as text, with addresses."""
-        return self._stored.listing()
+        from ...language.disassemble import listing
+
+        return listing(self.program, self.sheet)
 
     @property
     def unfinished(self) -> str:

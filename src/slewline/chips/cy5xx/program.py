@@ -11,7 +11,7 @@ from .lines import line_in, line_out
 from .port import BusPort
 
 if TYPE_CHECKING:
-    from ...core.program import ProgramRow
+    pass
 
 
 class Moves(Protocol):
@@ -151,15 +151,3 @@ class Program:
             from ...language.disassemble import text_at
 
             self.chip.on_command(text_at(bytes(self.buffer), self.at, self.sheet))
-
-    def rows(self) -> list[ProgramRow]:
-        """Return the program, an instruction a row: address, bytes and text."""
-        from ...language.disassemble import program_rows
-
-        return program_rows(bytes(self.buffer), self.sheet)
-
-    def listing(self) -> str:
-        """Return the program as text, with addresses."""
-        from ...language.disassemble import listing
-
-        return listing(bytes(self.buffer), self.sheet)

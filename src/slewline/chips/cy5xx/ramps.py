@@ -1,15 +1,15 @@
-"""The ramp calculator of parts with slopes (slope.py)."""
+"""The ramp calculator of parts with slopes (slope.py), and the ramps of parts whose rate grows with time (units.py)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import pairwise
 
-from ...core.datasheet.table import Sheet
-from ...core.motion.plan import Plan, steps
+from ...core.datasheet.table import Arg, Sheet
+from ...core.motion.plan import Plan, Runs, steps
 from ...core.motion.train import StepTrain
-from ...core.time.timebase import Clock
+from ...core.time.timebase import PS_PER_S, Clock
 from ...errors import UsageError
 from ...language.ramps import (
     Accelerations,
@@ -29,15 +29,31 @@ from .slope import Law
 PlanMove = Callable[[int, int, int, int, Law], Plan]  # number, rate, slope (0: none), factor, law
 
 
+class PlannedMove(Move):
+    """A whole move, as the part plans it."""
+
+    def __init__(self, ramp: Ramp, plan: Plan, number: int) -> None:
+        clock = Clock(ramp.crystal_hz)
+        self.train, self.steps = StepTrain(clock, 0, plan.runs), number
+        self.time_ps = clock.ps(self.train.length)
+        self.top = ramp.crystal_hz / min(interval for interval, _ in plan.runs)
+        self.reached = self.top >= ramp.top
+        self.legs = [(leg.name, leg.count) for leg in plan.legs]
+
+    def trains(self) -> tuple[StepTrain]:
+        """Return the train of its steps."""
+        return (self.train,)
+
+
 class SlopeRamp(Ramp):
     """The way up from the first parameter to R."""
 
     def __init__(self, of: SlopeRamps, values: Values, crystal_hz: int) -> None:
         self.of, self.values, self.crystal_hz, self.clock = of, values, crystal_hz, Clock(crystal_hz)
         self.part = of.sheet.part
-        self.rate, self.slope, self.factor = int(values["R"]), int(values["S"]), int(values.get("F", 1))
-        self.runs = of.law.up(self.rate, self.slope, self.factor)
-        self.intervals = [interval for interval, _ in self.runs] + [of.law.period(self.rate, self.factor)]
+        self.rate, self.slope = int(values["R"]), int(values["S"])
+        self.runs = of.law.up(self.rate, self.slope)
+        self.intervals = [interval for interval, _ in self.runs] + [of.law.period(self.rate)]
         self.start, self.top = (crystal_hz / self.intervals[end] for end in (0, -1))
         self.time_ps, self.steps = self.clock.ps(sum(self.intervals[:-1])), steps(self.runs)
 
@@ -63,41 +79,25 @@ class SlopeRamp(Ramp):
     def distances(self) -> tuple[int, int, str]:
         return self.of.number.low, self.of.number.high, " (N)"
 
-    def made(self, distance: int) -> SlopeMove:
-        return SlopeMove(self, distance)
-
-
-class SlopeMove(Move):
-    """A whole move, as the part plans it."""
-
-    def __init__(self, ramp: SlopeRamp, number: int) -> None:
-        plan = ramp.of.plan_move(number, ramp.rate, ramp.slope, ramp.factor, ramp.of.law)
-        self.train, self.steps = StepTrain(ramp.clock, 0, plan.runs), number
-        self.time_ps = ramp.clock.ps(self.train.length)
-        self.top = ramp.crystal_hz / min(interval for interval, _ in plan.runs)
-        self.reached = self.top >= ramp.top
-        self.legs = [(leg.name, leg.count) for leg in plan.legs]
-
-    def trains(self) -> tuple[StepTrain]:
-        return (self.train,)
+    def made(self, distance: int) -> PlannedMove:
+        return PlannedMove(self, self.of.plan_move(distance, self.rate, self.slope, 1, self.of.law), distance)
 
 
 class SlopeRamps(Calculator):
-    """The calculator of a part with such slopes: R, S, and F where it `divides` a slope, too.
+    """The calculator of a part with such slopes: R and S.
 
     A move is as `plan_move` plans it.
     """
 
     parameter = "rate"
 
-    def __init__(self, sheet: Sheet, law: Law, plan_move: PlanMove, divides: bool = False) -> None:
+    def __init__(self, sheet: Sheet, law: Law, plan_move: PlanMove) -> None:
         self.sheet, self.law, self.plan_move = sheet, law, plan_move
-        self.number, rate, slope, factor = (sheet.commands[form].args[0] for form in "NRSF")
+        self.number, rate, slope = (sheet.commands[form].args[0] for form in "NRS")
         self.slopes = range(max(slope.low, 1), slope.high + 1)
         self.quantities = (
             RampParameter("R", sheet.commands["R"].says, rate, per_s=1),
             RampParameter("S", sheet.commands["S"].says, slope, free=True),
-            *[RampParameter("F", sheet.commands["F"].says, factor, default=1)] * divides,
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> SlopeRamp:
@@ -119,3 +119,60 @@ class SlopeRamps(Calculator):
         """Yield every S: there are few, and none is costly."""
         for slope in self.slopes if "S" in search.free else (None,):
             yield Candidate({} if slope is None else {"S": slope})
+
+
+class UnitRamp(Ramp):
+    """The way up from F to R.
+
+    Args:
+        part: its name, for messages.
+        periods: clocks of a step by rate parameter; none of two rates is the same.
+        runs: the way up.
+        number: what N may be.
+        plan: a move of so many steps.
+    """
+
+    def __init__(
+        self,
+        part: str,
+        values: Values,
+        crystal_hz: int,
+        periods: Sequence[int],
+        runs: Runs,
+        number: Arg,
+        plan: Callable[[int], Plan],
+    ) -> None:
+        self.part, self.values, self.crystal_hz, self.clock = part, values, crystal_hz, Clock(crystal_hz)
+        self.periods, self.runs, self.number, self.plan = periods, runs, number, plan
+        first, rate = int(values["F"]), int(values["R"])
+        self.start, self.top = (crystal_hz / periods[each] for each in (first, max(first, rate)))
+        self.time_ps = self.clock.ps(sum(interval * count for interval, count in runs))
+        self.steps = steps(runs)
+
+    @property
+    def accelerations(self) -> Accelerations:
+        """Every rise of the rate over the time for which the lower rate lasted."""
+        stretches = [*self.table(), RampSegment(self.time_ps, self.steps, 0, self.top)]
+        rises = [(b.rate - a.rate) * PS_PER_S / (b.begin_ps - a.begin_ps) for a, b in pairwise(stretches)]
+        return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
+
+    def table(self) -> Iterator[RampSegment]:
+        """Yield the ramp rate by rate."""
+        ticks = position = 0
+        rate = int(self.values["F"])
+        for interval, count in self.runs:
+            rate = self.periods.index(interval, rate)  # of rates with one period the first one above the last
+            yield RampSegment(self.clock.ps(ticks), position, count, self.crystal_hz / interval, rate)
+            ticks, position = ticks + interval * count, position + count
+
+    @property
+    def reached_from(self) -> int | None:
+        """The steps of the shortest move that reaches the rate."""
+        return least(lambda number: self.made(number).reached, 1, self.number.high)
+
+    @property
+    def distances(self) -> tuple[int, int, str]:
+        return max(self.number.low, 1), self.number.high, f" ({self.number.name}, N)"
+
+    def made(self, distance: int) -> PlannedMove:
+        return PlannedMove(self, self.plan(distance), distance)

@@ -15,9 +15,9 @@ from ...language.dialect import Command, Refusal, dialect_of, state_remedy
 from ...language.lines import parse, refusal
 from .eeprom import ProgramEeprom
 from .interpreter import Interpreter
+from .lines import UserLines
 from .program import set_first
 from .registers import Registers
-from .user_lines import UserLines
 
 QUESTIONS = ("V", "Q")  # to which B is an answer
 

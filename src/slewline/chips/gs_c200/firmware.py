@@ -28,15 +28,14 @@ from .counter import PositionCounter
 from .eeprom import ProgramEeprom
 from .instructions import Instructions, Moves
 from .interpreter import Interpreter
+from .lines import StepLines, UserLines
 from .motion import Motion
 from .profile import LAWS
 from .program import Program
 from .reception import fault
 from .registers import Registers
 from .sheet import GS_C200, GS_C200S, LOADS_MA, POSITIONS, SUPPLY_VOLTS
-from .steps import StepLines
 from .supply import Supplied, Supply
-from .user_lines import UserLines
 
 if TYPE_CHECKING:
     from ...core.program import ProgramRow
@@ -328,7 +327,7 @@ class GsC(InLines, Chip):
 
     def listing(self) -> str:
         """Return the stored program as text, with addresses."""
-        return self._stored.listing()
+        return "\n".join(f"{row.address:3}  {row.text}" for row in self.program_rows())
 
     @property
     def registers(self) -> dict[str, int]:

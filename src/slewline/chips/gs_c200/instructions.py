@@ -9,10 +9,9 @@ from ...core.context import ChipContext
 from ...core.wires.net import Net
 from ...core.wires.waits import polled, until
 from .counter import PositionCounter
+from .lines import StepLines, UserLines
 from .program import Program
 from .registers import Registers
-from .steps import StepLines
-from .user_lines import UserLines
 
 
 class Moves(Protocol):

@@ -20,7 +20,7 @@ from ...core.wires.net import Driver, Net
 from ...core.wires.waits import first_of, level, polled, until
 from . import profile
 from .counter import PositionCounter
-from .steps import StepLines
+from .lines import StepLines
 
 RAMPS = ("up", "down")
 

@@ -101,10 +101,6 @@ class Program:
 
         return program_rows(bytes(self.memory), self.sheet)
 
-    def listing(self) -> str:
-        """Return the program as text, with locations."""
-        return "\n".join(f"{row.address:3}  {row.text}" for row in self.rows())
-
     def text_at(self, at: int) -> str:
         """Return the instruction at a location as text."""
         from ...language.disassemble import text_at

@@ -129,6 +129,4 @@ class GscRamps(Calculator):
         return (Candidate({"R": length}) for length in found)
 
 
-def ramps(sheet: Sheet) -> Calculator:
-    """Return the calculator of a GS-C module."""
-    return GscRamps(sheet)
+ramps = GscRamps  # the calculator of a part, by its sheet

@@ -26,7 +26,7 @@ from ...core.motion.train import Playing, StepTrain
 from ...core.wires.net import Driver, Net
 from ...core.wires.waits import first_of, level, until
 from .counter import PositionCounter
-from .steps import StepLines
+from .lines import StepLines
 
 SECOND = 10**12
 

@@ -16,7 +16,7 @@ from ...language.problems import Severity
 from ...language.statements import Source, Statement
 from .omissions import forgotten, missing
 from .registers import PROFILE_COMMANDS, S_CURVE, TRAPEZOIDAL
-from .sheet import HIGH_RANGE, STANDARD_RANGE
+from .sheet import HIGH_RANGE, ROWS, STANDARD_RANGE
 
 USES = {  # profile mode: its name, and what an update brings to it
     "SET_PRFL_TRAP": ("trapezoidal", ("SET_POS", "SET_VEL", "SET_ACC", "SMOOTH_STOP")),
@@ -26,7 +26,7 @@ USES = {  # profile mode: its name, and what an update brings to it
 }
 ALWAYS = ("STOP", "SYNCH_PRFL")
 COMPARING = ("SET_TIME_BRK", "SET_POS_BRK", "SET_NEG_BRK", "SET_ACTL_POS_BRK", "SET_ACTL_NEG_BRK")
-ARMING = (*COMPARING, "SET_MTN_CMPLT_BRK", "SET_EXT_BRK")
+ARMING = {row.name for row in ROWS if row.sets and row.sets[0] == "breakpoint" and row.sets[1]}
 SCALE = 1 << 16
 
 

@@ -1,34 +1,28 @@
-"""The commands of the chipset, in the order of the manual: what each does to the registers, or reads there.
+"""The commands of the chipset, in the order of the manual, that do more than to set, load or show a register.
 
-A handler is named after its row.  It gets the number that the host has written (words put together, unsigned) if its
-row has one, and returns the number to be read, if its row has one.  `self.state` is the current axis.
+What the others do stands in their rows.  A handler is named after its row.  It gets the number that the host has
+written (words put together, unsigned) if its row has one, and returns the number to be read, if its row has one.
+`self.state` is the current axis.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from operator import attrgetter
 from typing import Protocol
 
 from ...core.context import ChipContext
 from ...core.datasheet.table import Arg, Row
+from ...errors import SheetError
 from ...language.dialect import spoken_as
 from ...language.packets import Packets
 from . import sheet
 from .activity import Activity
 from .ideal import mark_deviation
 from .interrupt import HostInterrupt
-from .registers import (
-    CAPTURED,
-    GEAR,
-    MOTION_ERROR,
-    ONE,
-    S_CURVE,
-    TRAPEZOIDAL,
-    VELOCITY,
-    AxisState,
-    Registers,
-    saturated,
-    signed,
-)
+from .registers import CAPTURED, MOTION_ERROR, TRAPEZOIDAL, AxisState, Registers, signed
+from .sheet import RegisterRow
 from .supply import Supply
 
 
@@ -72,13 +66,15 @@ class Instructions:
         self.limits = [chip.pins[f"{sign}limit{state.number}"] for state in registers.states for sign in ("pos", "neg")]
         self.homes = [chip.pins[f"home{state.number}"] for state in registers.states]
         rows = chip.sheet.commands
-        self.handlers = {row.code: getattr(self, row.handler) for row in rows}
+        self.handlers: dict[int, Callable[..., int | None]] = {
+            row.code: getattr(self, row.handler, None) or self.from_row(row) for row in rows
+        }
         self.writes = {row.code for row in rows if not row.reads and row.name != "RESET"}  # what a cycle looks at
 
     def perform(self, row: Row, value: int) -> int | None:
         """Do what a complete packet says; the registers show the present cycle.  Returns what is to be read."""
         handler = self.handlers[row.code]
-        found: int | None = handler(value) if row.args else handler()
+        found = handler(value) if row.args else handler()
         if row.code in self.writes:
             self.activity.unprocessed = True
             self.motion.attend()
@@ -89,167 +85,63 @@ class Instructions:
         """The registers of the current axis."""
         return self.registers.axis
 
-    def within(self, what: Arg, value: int, kept: int) -> int:
-        """Return the part of a value that a register keeps, with a finding if the value is out of range."""
+    def from_row(self, row: Row) -> Callable[..., int | None]:
+        """Return what does a command whose row says what it does to a register."""
+        if not isinstance(row, RegisterRow):
+            raise SheetError(
+                f"{row.name}: no method do_{row.name.lower()}, and the row says of no register what it does"
+            )
+        of = "registers.axis" if row.acts == "current" else "registers"
+        if row.loads:
+            whose, put = attrgetter(of), AxisState.load if row.buffered else setattr
+            arg, bits, name = row.args[0], row.bits, row.loads
+            return lambda value: put(whose(self), name, self.kept(arg, value, bits))
+        if row.buffered:
+            of += ".buffer"
+        whose, show = attrgetter(of), attrgetter(f"{of}.{row.shows}")
+        if not row.sets:
+            return partial(show, self)
+        (register, becomes), shows = row.sets, row.shows
+
+        def act() -> int | None:
+            setattr(whose(self), register, becomes)
+            return show(self) if shows else None
+
+        return act
+
+    def kept(self, what: Arg, value: int, bits: int) -> int:
+        """Return what a register of so many bits keeps (below 0: with their sign); out of range is a finding."""
+        kept = signed(value, -bits) if bits < 0 else value & (1 << bits) - 1
         written = what.unpack(what.pack(value, "big"), "big")
         if not what.allows(written):
             text = f"{what.name} {written}; allowed {what.low}..{what.high}: {kept} is kept"
             self.chip.finding("out-of-range", f"axis {self.registers.current}: {text}")
         return kept
 
-    def unsigned(self, what: Arg, value: int) -> int:
-        """Return what a register without a sign keeps: the top bit is dropped."""
-        return self.within(what, value, value & (1 << (8 * what.size - 1)) - 1)
-
-    def to_position(self, what: Arg, value: int) -> int:
-        """Return what a position register keeps: 31 bits with their sign."""
-        return self.within(what, value, signed(value, 31))
-
     # ---------------------------------------------------------------------------------------------------- axis control
-    def select(self, number: int) -> int:
-        """Make an axis the current one; its status is read."""
-        self.registers.current = number
+    def do_set_i(self) -> int:
+        self.registers.current = self.interrupt.axis or self.registers.current
         return self.state.status
 
-    def do_set_1(self) -> int:
-        return self.select(1)
-
-    def do_set_2(self) -> int:
-        return self.select(2)
-
-    def do_set_3(self) -> int:
-        return self.select(3)
-
-    def do_set_4(self) -> int:
-        return self.select(4)
-
-    def do_set_i(self) -> int:
-        return self.select(self.interrupt.axis or self.registers.current)
-
     # ----------------------------------------------------------------------------------------------- profile generation
-    def do_set_prfl_trap(self) -> None:
-        self.state.mode = TRAPEZOIDAL
-
-    def do_set_prfl_vel(self) -> None:
-        self.state.mode = VELOCITY
-
-    def do_set_prfl_s_crv(self) -> None:
-        self.state.mode = S_CURVE
-
-    def do_set_prfl_gear(self) -> None:
-        self.state.mode = GEAR
-
-    def do_set_pos(self, value: int) -> None:
-        self.state.load("position", self.to_position(sheet.POSITION, value))
-
-    def do_set_vel(self, value: int) -> None:
-        self.state.load("velocity", self.unsigned(sheet.VELOCITY, value))
-
     def do_set_acc(self, value: int) -> None:
-        number = self.within(sheet.ACCELERATION, value, signed(value, 32))
+        number = self.kept(sheet.ACCELERATION, value, -32)
         self.state.load("acceleration", number)
         if sheet.ACCELERATION.low <= number < 0 and self.state.mode == TRAPEZOIDAL:
             text = f"axis {self.registers.current}: acceleration {number} in trapezoidal mode: {-number}"
             self.chip.finding("out-of-range", text)
 
-    def do_set_jerk(self, value: int) -> None:
-        self.state.load("jerk", self.unsigned(sheet.JERK, value))
-
-    def do_set_ratio(self, value: int) -> None:
-        self.state.load("ratio", self.within(sheet.RATIO, value, signed(value, 32)))
-
-    def do_set_max_acc(self, value: int) -> None:
-        self.state.load("max_acceleration", self.unsigned(sheet.MAX_ACCELERATION, value))
-
-    def do_set_start_vel(self, value: int) -> None:
-        self.state.start_velocity = self.unsigned(sheet.START_VELOCITY, value)
-
-    def do_stop(self) -> None:
-        self.state.buffer.stop = True
-
-    def do_smooth_stop(self) -> None:
-        self.state.buffer.smooth_stop = True
-
-    def do_synch_prfl(self) -> None:
-        self.state.buffer.synch_prfl = True
-
-    def do_get_pos(self) -> int:
-        return self.state.buffer.position
-
-    def do_get_vel(self) -> int:
-        return self.state.buffer.velocity
-
-    def do_get_acc(self) -> int:
-        return self.state.buffer.acceleration
-
-    def do_get_max_acc(self) -> int:
-        return self.state.buffer.max_acceleration
-
-    def do_get_jerk(self) -> int:
-        return self.state.buffer.jerk
-
-    def do_get_ratio(self) -> int:
-        return self.state.buffer.ratio
-
-    def do_get_start_vel(self) -> int:
-        return self.state.start_velocity
-
-    def do_get_trgt_pos(self) -> int:
-        return self.state.target // ONE
-
-    def do_get_trgt_vel(self) -> int:
-        return self.state.velocity
-
     # ------------------------------------------------------------------------------------------------- parameter update
-    def do_set_time_brk(self) -> None:
-        self.state.breakpoint = "time"
-
-    def do_set_pos_brk(self) -> None:
-        self.state.breakpoint = "pos"
-
-    def do_set_neg_brk(self) -> None:
-        self.state.breakpoint = "neg"
-
-    def do_set_actl_pos_brk(self) -> None:
-        self.state.breakpoint = "actl_pos"
-
-    def do_set_actl_neg_brk(self) -> None:
-        self.state.breakpoint = "actl_neg"
-
-    def do_set_mtn_cmplt_brk(self) -> None:
-        self.state.breakpoint = "mtn_cmplt"
-
-    def do_set_ext_brk(self) -> None:
-        self.state.breakpoint = "ext"
-
-    def do_set_brk_off(self) -> None:
-        self.state.breakpoint = ""
-
-    def do_set_brk_pnt(self, value: int) -> None:
-        self.state.comparison = value
-
     def do_update(self) -> None:
         self.state.take("UPDATE")
 
     def do_multi_update(self, mask: int) -> None:
-        kept = self.within(sheet.AXES, mask, mask & 0xF)
+        kept = self.kept(sheet.AXES, mask, 4)
         for state in self.registers.states:
             if kept >> (state.number - 1) & 1:
                 state.take("MULTI_UPDATE")
 
-    def do_set_auto_update_on(self) -> None:
-        self.state.auto_update = True
-
-    def do_set_auto_update_off(self) -> None:
-        self.state.auto_update = False
-
-    def do_get_brk_pnt(self) -> int:
-        return self.state.comparison
-
     # --------------------------------------------------------------------------------------------- interrupt processing
-    def do_set_intrpt_mask(self, mask: int) -> None:
-        self.state.mask = self.within(sheet.MASK, mask, mask & 0xFF)
-
     def do_get_intrpt(self) -> int:
         return self.registers.states[(self.interrupt.axis or self.registers.current) - 1].status
 
@@ -260,9 +152,6 @@ class Instructions:
             state.clear(mask)
             self.interrupt.end()
 
-    def do_get_intrpt_mask(self) -> int:
-        return self.state.mask
-
     # ------------------------------------------------------------------------------------------------- status and mode
     def do_clr_status(self) -> None:
         self.state.clear(0)
@@ -270,77 +159,23 @@ class Instructions:
     def do_rst_status(self, mask: int) -> None:
         self.state.clear(mask)
 
-    def do_get_status(self) -> int:
-        return self.state.status
-
-    def do_get_mode(self) -> int:
-        return self.state.mode_word
-
     # ------------------------------------------------------------------------------------------------ pulse generation
-    def do_set_output_stndrd(self) -> None:
-        self.state.high_speed = False
-
-    def do_set_output_high(self) -> None:
-        self.state.high_speed = True
-
-    def do_mtr_on(self) -> None:
-        self.state.motor_on = True
-
     def do_mtr_off(self) -> None:
         self.state.switch_off()
 
     # ---------------------------------------------------------------------------------------------------------- encoder
-    def do_get_actl_pos(self) -> int:
-        return self.state.actual
-
-    def do_set_capt_index(self) -> None:
-        self.state.capture_home = False
-
-    def do_set_capt_home(self) -> None:
-        self.state.capture_home = True
-
     def do_get_capt(self) -> int:
         self.state.events &= ~CAPTURED
         return 0
 
-    def do_set_step_ratio(self, value: int) -> None:
-        self.state.step_ratio = self.unsigned(sheet.STEP_RATIO, value)
-
-    def do_get_step_ratio(self) -> int:
-        return self.state.step_ratio
-
-    def do_set_auto_stop_on(self) -> None:
-        self.state.auto_stop = True
-
-    def do_set_auto_stop_off(self) -> None:
-        self.state.auto_stop = False
-
-    def do_set_pos_err(self, value: int) -> None:
-        self.state.pos_err = self.unsigned(sheet.LIMIT, value)
-
-    def do_get_pos_err(self) -> int:
-        return self.state.pos_err
-
-    def do_get_actl_pos_err(self) -> int:
-        return saturated(self.state.error)
-
     # ---------------------------------------------------------------------------------------------------- miscellaneous
     def do_set_actl_pos(self, value: int) -> None:
-        position = self.to_position(sheet.POSITION, value)
+        position = self.kept(sheet.POSITION, value, -31)
         mark_deviation(self.chip, self.state, "command", f"SET_ACTL_POS {position}")
         self.motion.declare(self.state, position)
 
-    def do_set_lmt_sense(self, bits: int) -> None:
-        self.registers.limit_sense = self.within(sheet.SWITCHES, bits, bits & 0xFF)
-
     def do_get_lmt_swtch(self) -> int:
         return sum((pin.level == 1) << bit for bit, pin in enumerate(self.limits))
-
-    def do_lmts_on(self) -> None:
-        self.registers.limits_on = True
-
-    def do_lmts_off(self) -> None:
-        self.registers.limits_on = False
 
     def do_get_home(self) -> int:
         return sum((pin.level == 1) << bit for bit, pin in enumerate(self.homes))

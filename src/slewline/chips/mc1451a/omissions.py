@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable
+from dataclasses import fields
 
 from .registers import GEAR, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState, Profile
+from .sheet import ROWS
 
-REGISTERS = {  # double-buffered, by the command that writes it
-    "SET_POS": "position",
-    "SET_VEL": "velocity",
-    "SET_ACC": "acceleration",
-    "SET_MAX_ACC": "max_acceleration",
-    "SET_JERK": "jerk",
-    "SET_RATIO": "ratio",
-}
-ACTIONS = {"STOP": "stop", "SMOOTH_STOP": "smooth_stop", "SYNCH_PRFL": "synch_prfl"}
+_LOADING = {row.loads: row.name for row in ROWS if row.buffered}
+# double-buffered, by the command that writes it, and by the command that asks for it
+REGISTERS = {_LOADING[row.name]: row.name for row in fields(Profile) if row.name in _LOADING}
+ACTIONS = {row.name: row.sets[0] for row in ROWS if row.buffered and row.sets}
 NEEDED = {  # by profile mode, to leave rest: how fast, which may be 0 on purpose; then what must not be 0
     TRAPEZOIDAL: ("SET_VEL", "SET_ACC"),
     VELOCITY: ("SET_VEL", "SET_ACC"),

@@ -276,6 +276,4 @@ def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search
         yield from within(low, high)
 
 
-def ramps(sheet: Sheet) -> Calculator:
-    """Return the calculator of a part of the family."""
-    return ChipsetRamps(sheet)
+ramps = ChipsetRamps  # the calculator of a part, by its sheet

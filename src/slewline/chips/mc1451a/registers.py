@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import MISSING, dataclass, field, fields
 from operator import attrgetter
 
+from .sheet import REGISTERS, ROWS
+
 ONE = 1 << 16  # a step, and a step per cycle, in the 16.16 numbers of the chipset
 
 TRAPEZOIDAL, VELOCITY, S_CURVE, GEAR = range(4)  # profile modes, as in the mode word
@@ -17,7 +19,7 @@ MOTION_COMPLETE, WRAPPED, BREAKPOINT, CAPTURED = 1, 2, 4, 8  # event bits of the
 MOTION_ERROR, POSITIVE_LIMIT, NEGATIVE_LIMIT, COMMAND_ERROR = 16, 32, 64, 128
 
 LIMIT_NAMES = {POSITIVE_LIMIT: "PosLimit", NEGATIVE_LIMIT: "NegLimit"}
-PROFILE_COMMANDS = ("SET_PRFL_TRAP", "SET_PRFL_VEL", "SET_PRFL_S_CRV", "SET_PRFL_GEAR")  # by profile mode
+PROFILE_COMMANDS = tuple(row.name for row in ROWS if row.sets and row.sets[0] == "mode")  # by profile mode
 
 
 @dataclass(slots=True)
@@ -41,6 +43,9 @@ class Profile:
         return Profile(*VALUES(self))
 
 
+SHOWS = {row.name: row.shows for row in ROWS}
+# how each register is read, by its name; None: `by_name` knows
+SHOWN = {row.name: (shows := SHOWS.get(f"GET_{row.name.upper()}")) and attrgetter(shows) for row in REGISTERS}
 VALUES = attrgetter(*(row.name for row in fields(Profile)))
 
 
@@ -91,6 +96,16 @@ class AxisState:
         return (
             self.events | self.motor_on << 8 | 1 << 9 | self.in_motion << 10 | (self.number - 1) << 12
         )  # bit 9: the axis is always on
+
+    @property
+    def steps(self) -> int:
+        """The target position in whole steps."""
+        return self.target // ONE
+
+    @property
+    def position_error(self) -> int:
+        """The position error as it is reported, in 16 bits."""
+        return max(-32768, min(self.error, 32767))
 
     @property
     def breakpoint_command(self) -> str:
@@ -171,37 +186,12 @@ class Registers:
 
     def by_name(self, number: int, cycle: int) -> dict[str, int]:
         """Return the registers of an axis in a cycle, named after the commands that write and read them."""
+        apart = {"capt": 0, "time": cycle % (1 << 32)}
         state = self.states[number - 1]
-        buffer = state.buffer
-        return {
-            "pos": buffer.position,
-            "vel": buffer.velocity,
-            "acc": buffer.acceleration,
-            "max_acc": buffer.max_acceleration,
-            "jerk": buffer.jerk,
-            "ratio": buffer.ratio,
-            "start_vel": state.start_velocity,
-            "brk_pnt": state.comparison,
-            "intrpt_mask": state.mask,
-            "step_ratio": state.step_ratio,
-            "pos_err": state.pos_err,
-            "trgt_pos": state.target >> 16,
-            "trgt_vel": state.velocity,
-            "actl_pos": state.actual,
-            "actl_pos_err": saturated(state.error),
-            "capt": 0,
-            "status": state.status,
-            "mode": state.mode_word,
-            "time": cycle % (1 << 32),
-        }
+        return {name: show(state) if show else apart[name] for name, show in SHOWN.items()}
 
 
 def signed(value: int, bits: int) -> int:
     """Return a number of `bits` bits in two's complement."""
     half = 1 << (bits - 1)
     return (value + half) % (2 * half) - half
-
-
-def saturated(error: int) -> int:
-    """Return a position error as it is reported, in 16 bits."""
-    return max(-32768, min(error, 32767))

@@ -10,8 +10,9 @@ The chipset counts clocks: 8192 of them are a cycle, 2048 a time slice.  Speeds 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Any
 
 from ...core.datasheet.channel import HostPort
 from ...core.datasheet.option import Option
@@ -175,91 +176,104 @@ TIME = Arg("time", 4, 0, (1 << 32) - 1, unit="cycles")
 VERSION = Arg("version", 2, 0, 0xFFFF)
 
 
-def _do(name: str, code: int, says: str, *args: Arg, reads: Arg | None = None, acts: str = "current", buffered: bool = False, encoder: bool = False) -> Row:  # fmt: skip
+@dataclass(frozen=True, slots=True)
+class RegisterRow(Row):
+    """A command, with what it does to a register; one that does more has a method in instructions.py.
+
+    It `sets` a register to what stands there, `loads` one with the number of the host, of which `bits` are kept (below
+    0: with their sign), or `shows` one.  Registers are those of the current axis, of its buffer where the command is
+    buffered; behind other words than "current" in `acts`, those of the chipset.
+    """
+
+    sets: tuple[str, object] | None = None
+    loads: str = ""
+    bits: int = 0
+    shows: str = ""
+
+
+def _do(name: str, code: int, says: str, *args: Arg, reads: Arg | None = None, acts: str = "current", **more: Any) -> RegisterRow:  # fmt: skip
     """A command: what it takes (`args`), what it `reads`, whom it `acts` on."""
-    return Row(
-        name, name, args, BUSY_US, says, "command reference", code=code, stored=False, acts=acts,
-        reads=() if reads is None else (reads,), buffered=buffered, encoder=encoder,
-    )  # fmt: skip
+    found = () if reads is None else (reads,)
+    return RegisterRow(name, name, args, BUSY_US, says, "command reference", code=code, stored=False, acts=acts, reads=found, **more)  # fmt: skip
 
 
 # fmt: off
 ROWS = (
     # axis control
-    *(_do(f"SET_{n}", n, f"axis {n} becomes the current axis", reads=STATUS_WORD, acts="set") for n in range(1, 5)),
+    *(_do(f"SET_{n}", n, f"axis {n} becomes the current axis", reads=STATUS_WORD, acts="set", sets=("current", n), shows="axis.status") for n in range(1, 5)),
     _do("SET_I", 0x08, "the interrupting axis becomes the current axis", reads=STATUS_WORD, acts="interrupting"),
     # profile generation
-    _do("SET_PRFL_TRAP", 0x09, "profile mode: trapezoidal point to point"),
-    _do("SET_PRFL_VEL", 0x0A, "profile mode: velocity contouring"),
-    _do("SET_PRFL_S_CRV", 0x0B, "profile mode: S-curve point to point"),
-    _do("SET_PRFL_GEAR", 0x0C, "profile mode: electronic gear", encoder=True),
-    _do("SET_POS", 0x10, "destination position", POSITION, buffered=True),
-    _do("SET_VEL", 0x11, "maximum velocity", VELOCITY, buffered=True),
-    _do("SET_ACC", 0x12, "acceleration; signed in velocity contouring", ACCELERATION, buffered=True),
-    _do("SET_JERK", 0x13, "jerk of the S-curve", JERK, buffered=True),
-    _do("SET_RATIO", 0x14, "gear ratio", RATIO, buffered=True, encoder=True),
-    _do("SET_MAX_ACC", 0x15, "greatest acceleration of the S-curve", MAX_ACCELERATION, buffered=True),
-    _do("SET_START_VEL", 0x6A, "lowest velocity of the trapezoidal and velocity profiles", START_VELOCITY),
-    _do("STOP", 0x46, "stop at once", buffered=True),
-    _do("SMOOTH_STOP", 0x4E, "slow down and stop", buffered=True),
-    _do("SYNCH_PRFL", 0x47, "the target becomes the actual position", buffered=True, encoder=True),
-    _do("GET_POS", 0x4A, "destination position, as written", reads=POSITION),
-    _do("GET_VEL", 0x4B, "maximum velocity, as written", reads=VELOCITY),
-    _do("GET_ACC", 0x4C, "acceleration, as written", reads=ACCELERATION),
-    _do("GET_MAX_ACC", 0x4F, "greatest acceleration of the S-curve, as written", reads=MAX_ACCELERATION),
-    _do("GET_JERK", 0x58, "jerk, as written", reads=JERK),
-    _do("GET_RATIO", 0x59, "gear ratio, as written", reads=RATIO, encoder=True),
-    _do("GET_START_VEL", 0x6B, "start velocity", reads=START_VELOCITY),
-    _do("GET_TRGT_POS", 0x1D, "target position of this cycle", reads=POSITION),
-    _do("GET_TRGT_VEL", 0x1E, "target velocity of this cycle", reads=TARGET_VELOCITY),
+    _do("SET_PRFL_TRAP", 0x09, "profile mode: trapezoidal point to point", sets=("mode", 0)),
+    _do("SET_PRFL_VEL", 0x0A, "profile mode: velocity contouring", sets=("mode", 1)),
+    _do("SET_PRFL_S_CRV", 0x0B, "profile mode: S-curve point to point", sets=("mode", 2)),
+    _do("SET_PRFL_GEAR", 0x0C, "profile mode: electronic gear", encoder=True, sets=("mode", 3)),
+    _do("SET_POS", 0x10, "destination position", POSITION, buffered=True, loads="position", bits=-31),
+    _do("SET_VEL", 0x11, "maximum velocity", VELOCITY, buffered=True, loads="velocity", bits=31),
+    _do("SET_ACC", 0x12, "acceleration; signed in velocity contouring", ACCELERATION, buffered=True, loads="acceleration", bits=-32),
+    _do("SET_JERK", 0x13, "jerk of the S-curve", JERK, buffered=True, loads="jerk", bits=31),
+    _do("SET_RATIO", 0x14, "gear ratio", RATIO, buffered=True, encoder=True, loads="ratio", bits=-32),
+    _do("SET_MAX_ACC", 0x15, "greatest acceleration of the S-curve", MAX_ACCELERATION, buffered=True, loads="max_acceleration", bits=15),
+    _do("SET_START_VEL", 0x6A, "lowest velocity of the trapezoidal and velocity profiles", START_VELOCITY, loads="start_velocity", bits=31),
+    _do("STOP", 0x46, "stop at once", buffered=True, sets=("stop", True)),
+    _do("SMOOTH_STOP", 0x4E, "slow down and stop", buffered=True, sets=("smooth_stop", True)),
+    _do("SYNCH_PRFL", 0x47, "the target becomes the actual position", buffered=True, encoder=True, sets=("synch_prfl", True)),
+    _do("GET_POS", 0x4A, "destination position, as written", reads=POSITION, shows="buffer.position"),
+    _do("GET_VEL", 0x4B, "maximum velocity, as written", reads=VELOCITY, shows="buffer.velocity"),
+    _do("GET_ACC", 0x4C, "acceleration, as written", reads=ACCELERATION, shows="buffer.acceleration"),
+    _do("GET_MAX_ACC", 0x4F, "greatest acceleration of the S-curve, as written", reads=MAX_ACCELERATION, shows="buffer.max_acceleration"),
+    _do("GET_JERK", 0x58, "jerk, as written", reads=JERK, shows="buffer.jerk"),
+    _do("GET_RATIO", 0x59, "gear ratio, as written", reads=RATIO, encoder=True, shows="buffer.ratio"),
+    _do("GET_START_VEL", 0x6B, "start velocity", reads=START_VELOCITY, shows="start_velocity"),
+    _do("GET_TRGT_POS", 0x1D, "target position of this cycle", reads=POSITION, shows="steps"),
+    _do("GET_TRGT_VEL", 0x1E, "target velocity of this cycle", reads=TARGET_VELOCITY, shows="velocity"),
     # parameter update
-    _do("SET_TIME_BRK", 0x17, "breakpoint: the time equals the comparison value"),
-    _do("SET_POS_BRK", 0x18, "breakpoint: the target is at the comparison value or above"),
-    _do("SET_NEG_BRK", 0x19, "breakpoint: the target is at the comparison value or below"),
-    _do("SET_ACTL_POS_BRK", 0x1B, "breakpoint: the actual position is at the comparison value or above", encoder=True),
-    _do("SET_ACTL_NEG_BRK", 0x1C, "breakpoint: the actual position is at the comparison value or below", encoder=True),
-    _do("SET_MTN_CMPLT_BRK", 0x35, "breakpoint: motion complete"),
-    _do("SET_EXT_BRK", 0x5E, "breakpoint: HOME is low"),
-    _do("SET_BRK_OFF", 0x6D, "no breakpoint"),
-    _do("SET_BRK_PNT", 0x16, "comparison value of breakpoints", COMPARISON),
+    _do("SET_TIME_BRK", 0x17, "breakpoint: the time equals the comparison value", sets=("breakpoint", "time")),
+    _do("SET_POS_BRK", 0x18, "breakpoint: the target is at the comparison value or above", sets=("breakpoint", "pos")),
+    _do("SET_NEG_BRK", 0x19, "breakpoint: the target is at the comparison value or below", sets=("breakpoint", "neg")),
+    _do("SET_ACTL_POS_BRK", 0x1B, "breakpoint: the actual position is at the comparison value or above", encoder=True, sets=("breakpoint", "actl_pos")),
+    _do("SET_ACTL_NEG_BRK", 0x1C, "breakpoint: the actual position is at the comparison value or below", encoder=True, sets=("breakpoint", "actl_neg")),
+    _do("SET_MTN_CMPLT_BRK", 0x35, "breakpoint: motion complete", sets=("breakpoint", "mtn_cmplt")),
+    _do("SET_EXT_BRK", 0x5E, "breakpoint: HOME is low", sets=("breakpoint", "ext")),
+    _do("SET_BRK_OFF", 0x6D, "no breakpoint", sets=("breakpoint", "")),
+    _do("SET_BRK_PNT", 0x16, "comparison value of breakpoints", COMPARISON, loads="comparison", bits=32),
     _do("UPDATE", 0x1A, "what is buffered takes effect with the next cycle"),
     _do("MULTI_UPDATE", 0x5B, "an update of several axes, in the same cycle", AXES, acts="mask"),
-    _do("SET_AUTO_UPDATE_ON", 0x5C, "a breakpoint is an update"),
-    _do("SET_AUTO_UPDATE_OFF", 0x5D, "a breakpoint only sets its flag"),
-    _do("GET_BRK_PNT", 0x57, "comparison value of breakpoints", reads=COMPARISON),
+    _do("SET_AUTO_UPDATE_ON", 0x5C, "a breakpoint is an update", sets=("auto_update", True)),
+    _do("SET_AUTO_UPDATE_OFF", 0x5D, "a breakpoint only sets its flag", sets=("auto_update", False)),
+    _do("GET_BRK_PNT", 0x57, "comparison value of breakpoints", reads=COMPARISON, shows="comparison"),
     # interrupt processing
-    _do("SET_INTRPT_MASK", 0x2F, "events that interrupt the host", MASK),
+    _do("SET_INTRPT_MASK", 0x2F, "events that interrupt the host", MASK, loads="mask", bits=8),
     _do("GET_INTRPT", 0x30, "status word of the interrupting axis", reads=STATUS_WORD, acts="interrupting"),
     _do("RST_INTRPT", 0x32, "clear events of the interrupting axis and end the interrupt", CLEARING, acts="interrupting"),
-    _do("GET_INTRPT_MASK", 0x56, "events that interrupt the host", reads=MASK),
+    _do("GET_INTRPT_MASK", 0x56, "events that interrupt the host", reads=MASK, shows="mask"),
     # status and mode
     _do("CLR_STATUS", 0x33, "clear all events"),
     _do("RST_STATUS", 0x34, "clear events", CLEARING),
-    _do("GET_STATUS", 0x31, "status word", reads=STATUS_WORD),
-    _do("GET_MODE", 0x48, "mode word", reads=MODE_WORD),
+    _do("GET_STATUS", 0x31, "status word", reads=STATUS_WORD, shows="status"),
+    _do("GET_MODE", 0x48, "mode word", reads=MODE_WORD, shows="mode_word"),
     # pulse generation
-    _do("SET_OUTPUT_STNDRD", 0x3C, "pulse range: up to 48.828 kpulses/s"),
-    _do("SET_OUTPUT_HIGH", 0x3B, "pulse range: up to 1.5625 Mpulses/s"),
-    _do("MTR_ON", 0x43, "enable pulses"),
+    _do("SET_OUTPUT_STNDRD", 0x3C, "pulse range: up to 48.828 kpulses/s", sets=("high_speed", False)),
+    _do("SET_OUTPUT_HIGH", 0x3B, "pulse range: up to 1.5625 Mpulses/s", sets=("high_speed", True)),
+    _do("MTR_ON", 0x43, "enable pulses", sets=("motor_on", True)),
     _do("MTR_OFF", 0x42, "stop and disable pulses"),
     # encoder
-    _do("GET_ACTL_POS", 0x37, "actual position", reads=ACTUAL, encoder=True),
-    _do("SET_CAPT_INDEX", 0x64, "capture by the index signal", encoder=True),
-    _do("SET_CAPT_HOME", 0x65, "capture by the home signal", encoder=True),
+    _do("GET_ACTL_POS", 0x37, "actual position", reads=ACTUAL, encoder=True, shows="actual"),
+    _do("SET_CAPT_INDEX", 0x64, "capture by the index signal", encoder=True, sets=("capture_home", False)),
+    _do("SET_CAPT_HOME", 0x65, "capture by the home signal", encoder=True, sets=("capture_home", True)),
     _do("GET_CAPT", 0x36, "captured position; arms the next capture", reads=replace(ACTUAL, name="captured"), encoder=True),
-    _do("SET_STEP_RATIO", 0x68, "encoder counts per step", STEP_RATIO, encoder=True),
-    _do("GET_STEP_RATIO", 0x6F, "encoder counts per step", reads=STEP_RATIO, encoder=True),
-    _do("SET_AUTO_STOP_ON", 0x45, "a motion error switches the motor off", encoder=True),
-    _do("SET_AUTO_STOP_OFF", 0x44, "a motion error only sets its flag", encoder=True),
-    _do("SET_POS_ERR", 0x29, "limit of the position error", LIMIT, encoder=True),
-    _do("GET_POS_ERR", 0x55, "limit of the position error", reads=LIMIT, encoder=True),
-    _do("GET_ACTL_POS_ERR", 0x60, "position error: actual minus target, in counts", reads=POSITION_ERROR, encoder=True),
+    _do("SET_STEP_RATIO", 0x68, "encoder counts per step", STEP_RATIO, encoder=True, loads="step_ratio", bits=15),
+    _do("GET_STEP_RATIO", 0x6F, "encoder counts per step", reads=STEP_RATIO, encoder=True, shows="step_ratio"),
+    _do("SET_AUTO_STOP_ON", 0x45, "a motion error switches the motor off", encoder=True, sets=("auto_stop", True)),
+    _do("SET_AUTO_STOP_OFF", 0x44, "a motion error only sets its flag", encoder=True, sets=("auto_stop", False)),
+    _do("SET_POS_ERR", 0x29, "limit of the position error", LIMIT, encoder=True, loads="pos_err", bits=15),
+    _do("GET_POS_ERR", 0x55, "limit of the position error", reads=LIMIT, encoder=True, shows="pos_err"),
+    _do("GET_ACTL_POS_ERR", 0x60, "position error: actual minus target, in counts", reads=POSITION_ERROR, encoder=True, shows="position_error"),
     # miscellaneous
     _do("SET_ACTL_POS", 0x4D, "actual and target position become this; the position error 0", POSITION),
-    _do("SET_LMT_SENSE", 0x66, "limit inputs that are active low", SWITCHES, acts="global"),
+    _do("SET_LMT_SENSE", 0x66, "limit inputs that are active low", SWITCHES, acts="global", loads="limit_sense", bits=8),
     _do("GET_LMT_SWTCH", 0x67, "levels of the limit inputs", reads=SWITCHES, acts="global"),
-    _do("LMTS_ON", 0x70, "limit switches are sensed", acts="global"),
-    _do("LMTS_OFF", 0x71, "limit switches are not sensed", acts="global"),
+    _do("LMTS_ON", 0x70, "limit switches are sensed", acts="global", sets=("limits_on", True)),
+    _do("LMTS_OFF", 0x71, "limit switches are not sensed", acts="global", sets=("limits_on", False)),
     _do("GET_HOME", 0x05, "levels of the home inputs", reads=HOMES, acts="global"),
     _do("RESET", 0x39, "reset the chipset; no checksum follows", acts="global"),
     _do("GET_VRSN", 0x6C, "version word", reads=VERSION, acts="global"),

@@ -41,7 +41,6 @@ from .registers import (
     ONE,
     AxisState,
     Registers,
-    saturated,
     signed,
 )
 from .switches import LimitSwitches
@@ -134,7 +133,7 @@ class Trajectory:
         if feedback.encoder is None:
             return
         feedback.read(n)
-        error = bool(state.step_ratio) and abs(saturated(state.error)) > state.pos_err
+        error = bool(state.step_ratio) and abs(state.position_error) > state.pos_err
         if error:
             state.events |= MOTION_ERROR
             if not state.motion_error:

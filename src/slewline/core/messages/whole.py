@@ -1,4 +1,4 @@
-"""Whole numbers as users give them: those of Python and of NumPy, and no others."""
+"""Whole numbers as users give them: those of Python and of NumPy, and no others; and as they are told."""
 
 from __future__ import annotations
 
@@ -10,3 +10,8 @@ def whole(value: object) -> int | None:
     if type(value) is int:
         return value
     return int(value) if isinstance(value, Integral) and not isinstance(value, bool) else None
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun, "1 step" or "2 steps"."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"

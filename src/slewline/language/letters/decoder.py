@@ -19,7 +19,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import cast
+from typing import Any, cast
 
 from ...core.datasheet.table import Arg, Row, Sheet
 from ..dialect import Command, Note, dialect_of, slip_remedy, unknown_remedy
@@ -40,8 +40,18 @@ class Label:
 Decoded = Command | Label | None
 
 
-class Decoder:
-    """Incremental decoder of one chip's command port.
+def text_of(data: bytes | bytearray) -> str:
+    """Return bytes as characters."""
+    return data.decode("latin-1")
+
+
+def shown(byte: int) -> str:
+    """Return a character if it prints, else its code."""
+    return chr(byte) if 0x20 < byte < 0x7F else f"0x{byte:02X}"
+
+
+class Incremental:
+    """Takes the bytes of commands one by one.
 
     `at_letter` is true between commands.  `notes` collects what the host did wrong until `take_notes` drains it.
     """
@@ -49,19 +59,52 @@ class Decoder:
     def __init__(self, sheet: Sheet) -> None:
         self.sheet = sheet
         self.notes: list[Note] = []
-        mark = dialect_of(sheet).mark
-        self._label_mark = ord(mark) if mark else -1
-        self._rows = {ord(row.form): row for row in sheet.commands}
-        self._line_feeds = False  # one has come within a line, and been told of
         self.reset()
 
     def reset(self) -> None:
         """Forget a half-received command.  Notes that were not drained are kept."""
         self.at_letter = True
-        self._state: Callable[[int], Decoded] = self._in_line
+        self._state: Callable[[int], Any]  # takes a byte behind the letter
         self._row: Row | None = None  # of the command in progress; None: a letter without a command
         self._line = bytearray()  # what follows the letter: text in ASCII, data bytes in binary
         self._left = 0  # data bytes still to come
+
+    def take_notes(self) -> list[Note]:
+        """The notes so far, which are then forgotten."""
+        notes, self.notes = self.notes, []
+        return notes
+
+    def _count(self, byte: int) -> Any:
+        self._left = byte
+        self._state = self._data
+        return None if byte else self._block_end()
+
+    def _data(self, byte: int) -> Any:
+        self._line.append(byte)
+        self._left -= 1
+        return None if self._left else self._block_end()
+
+    def _block_end(self) -> Any:
+        """The last byte of a binary command has come."""
+        raise NotImplementedError
+
+    def _note(self, code: str, text: str, remedy: str = "") -> None:
+        self.notes.append(Note(code, f"{text}; {remedy}" if remedy else text))
+
+
+class Decoder(Incremental):
+    """Incremental decoder of one chip's command port."""
+
+    def __init__(self, sheet: Sheet) -> None:
+        mark = dialect_of(sheet).mark
+        self._label_mark = ord(mark) if mark else -1
+        self._rows = {ord(row.form): row for row in sheet.commands}
+        self._line_feeds = False  # one has come within a line, and been told of
+        super().__init__(sheet)
+
+    def reset(self) -> None:
+        super().reset()
+        self._state = self._in_line
         self._alone: Row | None = None  # the command before, if it has no terminator
         self._entering = False  # program entry as it was with the letter; no command changes it half-way
         self._entry_empty = True  # no command since program entry began
@@ -71,12 +114,7 @@ class Decoder:
         """The line that has come so far; nothing between commands, and in binary, where a count says the end."""
         if self.at_letter or self._state not in (self._in_line, self._skip_line):
             return ""
-        return (self._row.form if self._row is not None else "") + _text(self._line)
-
-    def take_notes(self) -> list[Note]:
-        """The notes so far, which are then forgotten."""
-        notes, self.notes = self.notes, []
-        return notes
+        return (self._row.form if self._row is not None else "") + text_of(self._line)
 
     def feed(self, byte: int, ascii: bool, entering: bool) -> Decoded:
         """Take one byte.  `ascii` (pin 36 high) counts with the letter only; `entering`: program entry is on."""
@@ -114,7 +152,7 @@ class Decoder:
             return
         self.at_letter = False
         if not ascii:
-            self._note("unknown-command", f"{_shown(byte)} is no command; its count and data are ignored")
+            self._note("unknown-command", f"{shown(byte)} is no command; its count and data are ignored")
             self._state = self._count
             return
         if byte == LF:
@@ -125,7 +163,7 @@ class Decoder:
         else:
             self._note(
                 "unknown-command",
-                f"{_shown(byte)} is no command; the line is ignored",
+                f"{shown(byte)} is no command; the line is ignored",
                 unknown_remedy(self.sheet, chr(byte)),
             )
         self._state = self._skip_line
@@ -167,7 +205,7 @@ class Decoder:
             self.at_letter = True
             return Label(letter)
         self._note(
-            "unknown-command", f"{letter}{_text(self._line)}{chr(self._label_mark)} is no label; the line is ignored"
+            "unknown-command", f"{letter}{text_of(self._line)}{chr(self._label_mark)} is no label; the line is ignored"
         )
         self._state = self._skip_line
         return None
@@ -178,8 +216,8 @@ class Decoder:
         if row.args:
             return self._with_arguments(row, body, argument)
         if argument:
-            remedy = slip_remedy(self.sheet, _text(argument), row)
-            self._note("extra-argument", f"{row.name} takes no argument; {_text(argument)} is ignored", remedy)
+            remedy = slip_remedy(self.sheet, text_of(argument), row)
+            self._note("extra-argument", f"{row.name} takes no argument; {text_of(argument)} is ignored", remedy)
         elif body:
             self._note("spacing", f"spaces after {row.form}")
         return Command(row, (), 0, row.pack(()), spell(row, ()))
@@ -191,11 +229,11 @@ class Decoder:
             self._note(
                 "missing-argument",
                 f"{row.name} needs {row.takes}; ignored",
-                slip_remedy(self.sheet, _text(argument), row),
+                slip_remedy(self.sheet, text_of(argument), row),
             )
             return None
         if not body.startswith(b" ") or len(body) != 1 + last + sum(map(len, fields)):
-            self._note("spacing", f"{row.form}{_text(body)}: one space belongs between letter and argument")
+            self._note("spacing", f"{row.form}{text_of(body)}: one space belongs between letter and argument")
         values, digits = [], 0
         for arg, field in zip(row.args, fields, strict=True):
             if field.isdigit():
@@ -204,10 +242,10 @@ class Decoder:
             elif self._is_label(arg, field):
                 values.append(field[0])
             else:
-                remedy = slip_remedy(self.sheet, _text(field))
-                self._note("bad-number", f"{row.name} {_text(field)}: not a decimal number; ignored", remedy)
+                remedy = slip_remedy(self.sheet, text_of(field))
+                self._note("bad-number", f"{row.name} {text_of(field)}: not a decimal number; ignored", remedy)
                 return None
-        shown = [str(value) if field.isdigit() else _text(field) for value, field in zip(values, fields, strict=True)]
+        shown = [str(value) if field.isdigit() else text_of(field) for value, field in zip(values, fields, strict=True)]
         return Command(row, tuple(values), digits, row.pack(values), spell(row, shown))
 
     def _is_label(self, arg: Arg, field: bytes) -> bool:
@@ -219,16 +257,6 @@ class Decoder:
         return arg.fit(number)
 
     # --------------------------------------------------------------------------------------------------- binary
-
-    def _count(self, byte: int) -> Decoded:
-        self._left = byte
-        self._state = self._data
-        return None if byte else self._block_end()
-
-    def _data(self, byte: int) -> Decoded:
-        self._line.append(byte)
-        self._left -= 1
-        return None if self._left else self._block_end()
 
     def _block_end(self) -> Decoded:
         self.at_letter = True
@@ -255,9 +283,6 @@ class Decoder:
     def _check(self, row: Row, arg: Arg, number: int) -> None:
         if not arg.low <= number <= arg.high:
             self._note("range", f"{row.name} {arg.name} {number}: allowed {arg.low}..{arg.high}")
-
-    def _note(self, code: str, text: str, remedy: str = "") -> None:
-        self.notes.append(Note(code, f"{text}; {remedy}" if remedy else text))
 
 
 # ------------------------------------------------------------------------------------------------------------ encoders
@@ -286,12 +311,3 @@ def encode_binary(row: Row, values: Sequence[int] = ()) -> bytes:
     """A command as a binary host sends it: letter, count, data; low bytes first."""
     data = b"".join(arg.pack(value) for arg, value in zip(row.args, values, strict=True))
     return row.form.encode() + (bytes([len(data)]) + data if row.terminated else b"")
-
-
-def _text(data: bytes | bytearray) -> str:
-    return data.decode("latin-1")
-
-
-def _shown(byte: int) -> str:
-    """A character if it prints, else its code."""
-    return chr(byte) if 0x20 < byte < 0x7F else f"0x{byte:02X}"

@@ -16,9 +16,10 @@ from dataclasses import dataclass
 from typing import cast
 
 from ...core.datasheet.table import Arg, Row, Sheet
-from ..dialect import Command, Note, spoken_as, unknown_remedy
+from ..dialect import Command, spoken_as, unknown_remedy
+from ..letters.decoder import Incremental, shown, text_of
 from .forms import Forms
-from .grammar import BETWEEN, CR, LF, LINE_LIMIT, OPEN_BUS, hint, number, shown, text_of
+from .grammar import BETWEEN, CR, LF, LINE_LIMIT, OPEN_BUS, hint, number
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,24 +34,19 @@ class CommandText(Command):
     flips: int = 0
 
 
-class Decoder:
-    """Incremental decoder of one chip.  `at_letter` is true between commands."""
+class Decoder(Incremental):
+    """Incremental decoder of one chip."""
 
     def __init__(self, sheet: Sheet) -> None:
-        self.sheet, self.dialect = sheet, spoken_as(sheet, Forms)
-        self.notes: list[Note] = []
+        self.dialect = spoken_as(sheet, Forms)
         self._ascii = {ord(row.form): row for row in sheet.commands}
         self._binary = {row.code: row for row in sheet.commands}
-        self.reset()
+        super().__init__(sheet)
 
     def reset(self) -> None:
-        """Forget a half-received command.  Notes that were not drained are kept."""
-        self.at_letter = True
+        super().reset()
         self._state: Callable[[int], CommandText | None] = self._skip_line
-        self._row: Row | None = None
         self._slash = False
-        self._line = bytearray()
-        self._left = 0
 
     @property
     def unfinished(self) -> str:
@@ -67,11 +63,6 @@ class Decoder:
     @property
     def _head(self) -> str:
         return self.dialect.negate * self._slash + (self._row.form if self._row is not None else "")
-
-    def take_notes(self) -> list[Note]:
-        """Return the notes so far, which are then forgotten."""
-        notes, self.notes = self.notes, []
-        return notes
 
     def feed(self, byte: int, ascii: bool, entering: bool = False) -> CommandText | None:
         """Take one byte.  `ascii` counts with the letter only; program entry changes nothing: its bytes are kept."""
@@ -245,16 +236,6 @@ class Decoder:
         return data[:count]
 
     # --------------------------------------------------------------------------------------------------- binary
-    def _count(self, byte: int) -> CommandText | None:
-        self._left = byte
-        self._state = self._data
-        return None if byte else self._block_end()
-
-    def _data(self, byte: int) -> CommandText | None:
-        self._line.append(byte)
-        self._left -= 1
-        return None if self._left else self._block_end()
-
     def _block_end(self) -> CommandText | None:
         self.at_letter = True
         row, data = self._row, bytes(self._line)
@@ -300,9 +281,6 @@ class Decoder:
             self._note(
                 "range", f"{row.name} {arg.name} {found}: allowed {arg.low}..{arg.high}{_cut(found, arg.fit(found))}"
             )
-
-    def _note(self, code: str, text: str, remedy: str = "") -> None:
-        self.notes.append(Note(code, f"{text}; {remedy}" if remedy else text))
 
 
 def _cut(found: int, taken: int) -> str:

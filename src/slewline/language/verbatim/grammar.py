@@ -23,13 +23,3 @@ def hint(word: str) -> str:
     if not bare or not re.fullmatch(r"[0-9A-F]+", bare):
         return ""
     return f"a hexadecimal number begins with a digit and ends with H: {'' if bare[0].isdigit() else '0'}{bare}H"
-
-
-def shown(byte: int) -> str:
-    """Return a character if it prints, else its code."""
-    return chr(byte) if 0x20 < byte < 0x7F else f"0x{byte:02X}"
-
-
-def text_of(data: bytes | bytearray) -> str:
-    """Return bytes as characters."""
-    return data.decode("latin-1")

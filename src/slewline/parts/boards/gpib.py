@@ -158,16 +158,10 @@ class SourceHandshake:
         pull(part, "dav", False)
 
 
-class GpibTalker(Part):
-    """A talker and controller that knows nothing of addresses."""
+class Talks:
+    """What a part with such a handshake lets its user tell it."""
 
-    _for_users = ("send", "command", "clear", "requests")
-    wiring = MappingProxyType({name: name for name in ("dio", *HANDSHAKE, *MANAGEMENT)})
-
-    def __init__(self, kernel: Kernel, name: str) -> None:
-        super().__init__(kernel, name)
-        self.queue: RequestQueue = RequestQueue(kernel, name)
-        self._source = SourceHandshake(self, self.queue)
+    _source: SourceHandshake
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
@@ -192,3 +186,15 @@ class GpibTalker(Part):
     def clear(self) -> None:
         """Queue an interface clear: IFC low for 100 us."""
         self._source.clear()
+
+
+class GpibTalker(Talks, Part):
+    """A talker and controller that knows nothing of addresses."""
+
+    _for_users = ("send", "command", "clear", "requests")
+    wiring = MappingProxyType({name: name for name in ("dio", *HANDSHAKE, *MANAGEMENT)})
+
+    def __init__(self, kernel: Kernel, name: str) -> None:
+        super().__init__(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name)
+        self._source = SourceHandshake(self, self.queue)

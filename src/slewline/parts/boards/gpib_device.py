@@ -19,7 +19,7 @@ from ...core.wires.waits import first_of, level, until
 from ..base.data import Data
 from ..base.part import Part
 from ..base.request_queue import RequestQueue
-from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, SourceHandshake, add_bus_lines, pull
+from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, SourceHandshake, Talks, add_bus_lines, pull
 
 SELECTED_CLEAR, TRIGGER, DEVICE_CLEAR, POLL_ENABLE, POLL_DISABLE = 0x04, 0x08, 0x14, 0x18, 0x19
 LISTEN, UNLISTEN, TALK, UNTALK = 0x20, 0x3F, 0x40, 0x5F
@@ -200,7 +200,7 @@ class ControllerSource(SourceHandshake):
         return bytes(data)
 
 
-class GpibController(Part):
+class GpibController(Talks, Part):
     """A controller that addresses devices.
 
     `received` keeps what devices said, `polled` the status bytes.
@@ -220,6 +220,7 @@ class GpibController(Part):
         "write",
     )
     wiring = GpibTalker.wiring
+    _source: ControllerSource
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
@@ -227,30 +228,6 @@ class GpibController(Part):
         self._source = ControllerSource(self, self.queue)
         self.received = bytearray()
         self.polled: list[int] = []
-
-    def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
-        self._source.rewired()
-
-    @property
-    def requests(self) -> int:
-        """How often SRQ has fallen."""
-        return self._source.requests
-
-    @from_outside
-    def send(self, data: Data) -> None:
-        """Queue bytes for whoever listens."""
-        self._source.send(data)
-
-    @from_outside
-    def command(self, data: Data) -> None:
-        """Queue bytes that go out with ATN low: addresses and interface messages."""
-        self._source.command(data)
-
-    @from_outside
-    def clear(self) -> None:
-        """Queue an interface clear: IFC low for 100 us."""
-        self._source.clear()
 
     def write(self, address: int, data: Data) -> None:
         """Queue data for one device."""

@@ -39,7 +39,33 @@ def framed(rows: list[str]) -> str:
     return "\n".join((f"+{edge}+", *(f"|{row}|" for row in rows), f"+{edge}+"))
 
 
-class HpDisplay(Part):
+class Shows:
+    """What a part with lines of text shows."""
+
+    name: str
+
+    @property
+    def rows(self) -> list[str]:
+        """Its lines."""
+        raise NotImplementedError
+
+    @property
+    def picture(self) -> str:
+        """What it shows, with a frame, as text."""
+        return framed(self.rows)
+
+    @property
+    def waiting(self) -> str:
+        """What the part shows, in words."""
+        return f"{self.name}: {self.said}"
+
+    @property
+    def said(self) -> str:
+        """What it shows, in a line."""
+        return "shows " + " | ".join(row.rstrip() for row in self.rows).rstrip(" |")
+
+
+class HpDisplay(Shows, Part):
     """An eight-character LED display, HDSP-211x, with the latch and the gates that enable it."""
 
     _for_users = ("text", "brightness", "flashing", "rows", "picture", "said", "on_change")
@@ -104,21 +130,6 @@ class HpDisplay(Part):
         """Its only line."""
         return [self.text]
 
-    @property
-    def picture(self) -> str:
-        """What it shows, with a frame, as text."""
-        return framed(self.rows)
-
-    @property
-    def waiting(self) -> str:
-        """What the part shows, in words."""
-        return f"{self.name}: {self.said}"
-
-    @property
-    def said(self) -> str:
-        """What it shows, in a line."""
-        return "shows " + " | ".join(row.rstrip() for row in self.rows).rstrip(" |")
-
 
 def _glyph(byte: int) -> str:
     if byte & 0x80:
@@ -141,7 +152,7 @@ class Text:
             self.lines[self.row] += _glyph(byte)
 
 
-class Lcd(Part):
+class Lcd(Shows, Part):
     """A serial LCD of several lines: parameters on the left, text on the right.
 
     A text goes on where the last one ended; CR begins the next line, from the last one on the first.
@@ -217,21 +228,6 @@ class Lcd(Part):
         """Its lines, left and right."""
         halves = zip(self.left, self.right, strict=True)
         return [f"{left:<{self._LEFT}}{right:<{self.text.width}}" for left, right in halves]
-
-    @property
-    def picture(self) -> str:
-        """What it shows, with a frame, as text."""
-        return framed(self.rows)
-
-    @property
-    def waiting(self) -> str:
-        """What the part shows, in words."""
-        return f"{self.name}: {self.said}"
-
-    @property
-    def said(self) -> str:
-        """What it shows, in a line."""
-        return "shows " + " | ".join(row.rstrip() for row in self.rows).rstrip(" |")
 
 
 def _begins_parameter(text: bytes) -> bool:

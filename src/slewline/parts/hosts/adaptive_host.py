@@ -7,10 +7,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar
 
 from ...core.time.inputs import from_outside
-from ...core.wires.pin import Condition
-from ...core.wires.serial import CharacterFormat
 from ...errors import Timeout
-from ..base.data import Data
+from ..lines.host_uart import OverUart
 from .adaptive_uart import AdaptiveUart
 from .host import Host
 
@@ -20,7 +18,7 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 
-class AdaptiveHost(Host):
+class AdaptiveHost(OverUart, Host):
     """A host computer on the serial line of one chip that finds the rate.
 
     `send` and `ask` begin with two carriage returns as long as the chip does not know the rate; `write` sends
@@ -31,6 +29,7 @@ class AdaptiveHost(Host):
         strapped: the rate that the chip has without looking for one; None: it looks.
     """
 
+    uart: AdaptiveUart
     _for_users: ClassVar[tuple[str, ...]] = ("write", "change_line", "faulty", "baud", "word", "heed")
     wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out", "cts": "flow"})
 
@@ -48,25 +47,6 @@ class AdaptiveHost(Host):
         self.received: bytearray = self.uart.received
         self.on_character = self.uart.on_character
 
-    def rewired(self) -> None:
-        """Start to listen."""
-        self.uart.listen()
-
-    @property
-    def baud(self) -> int | str:
-        """The rate."""
-        return self.uart.baud
-
-    @property
-    def word(self) -> CharacterFormat:
-        """The format of a character."""
-        return self.uart.word
-
-    @property
-    def faulty(self) -> int:
-        """How many characters came in with a parity or framing fault."""
-        return self.uart.faulty
-
     @from_outside
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         """Take another rate or format."""
@@ -76,11 +56,6 @@ class AdaptiveHost(Host):
     def opened_at(self, baud: int) -> None:
         """Take notice of a rate that changes nothing: the chip would have found it."""
         self.uart.opened_at(baud)
-
-    @from_outside
-    def space(self, on: bool) -> None:
-        """Begin or end a break: space on the line for longer than a character; nothing is to be sent meanwhile."""
-        self.uart.space(on)
 
     @from_outside
     def heed(self, on: bool | None) -> None:
@@ -129,10 +104,6 @@ class AdaptiveHost(Host):
                 raise
             raise Timeout(f"{error}\n  {why}") from None
         return query.answered(self.received, since) or ""
-
-    def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these bytes have been received, one behind the other."""
-        return self.uart.got(data)
 
     # ---------------------------------------------------------------------------------------------------------- queue
     def drop(self) -> None:

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
-from ...core.wires.pin import Condition
-from ...core.wires.serial import CharacterFormat, Straps
+from ...core.wires.serial import Straps
 from ...errors import ChecksumError, Timeout
-from ..base.data import Data
+from ..lines.host_uart import OverUart
 from .host import Host
 from .strapped_uart import StrappedUart
 
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 
-class SerialHost(Host):
+class SerialHost(OverUart, Host):
     """A host computer on the serial line of one module, or of several that share it.
 
     It follows the straps of the module: rate, checksum, address.  `ask` sends a command and returns the answer.
@@ -28,6 +27,7 @@ class SerialHost(Host):
         baud: another rate than the module's.
     """
 
+    uart: StrappedUart
     _for_users: ClassVar[tuple[str, ...]] = (
         *("write", "change_line", "faulty", "baud", "word", "answers", "straps", "space"),
     )
@@ -38,30 +38,11 @@ class SerialHost(Host):
         self.received: bytearray = self.uart.received
         self.answers, self.on_character = self.uart.answers, self.uart.on_character
 
-    def rewired(self) -> None:
-        """Start to listen."""
-        self.uart.listen()
-
     # --------------------------------------------------------------------------------------------------- the line
     @property
     def straps(self) -> Straps:
         """The straps of the module that it speaks to."""
         return self.uart.straps
-
-    @property
-    def baud(self) -> int | str:
-        """The rate."""
-        return self.uart.baud
-
-    @property
-    def word(self) -> CharacterFormat:
-        """The format of a character."""
-        return self.uart.word
-
-    @property
-    def faulty(self) -> int:
-        """How many characters came in with a parity or framing fault."""
-        return self.uart.faulty
 
     @from_outside
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
@@ -72,11 +53,6 @@ class SerialHost(Host):
     def opened_at(self, baud: int) -> None:
         """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
         self.uart.opened_at(baud)
-
-    @from_outside
-    def space(self, on: bool) -> None:
-        """Begin or end a break: space on the line for longer than a character; nothing is to be sent meanwhile."""
-        self.uart.space(on)
 
     # -------------------------------------------------------------------------------------------------- out and back
     def send(self, data: str | bytes) -> None:
@@ -118,10 +94,6 @@ class SerialHost(Host):
         if uart.faulty != before:
             raise ChecksumError(f"{self.name}: parity or framing fault in the answer to {command!r}: {self.answers!r}")
         return "\r".join(uart.stripped(line) for line in self.answers)
-
-    def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these bytes have been received, one behind the other."""
-        return self.uart.got(data)
 
     # ---------------------------------------------------------------------------------------------------------- queue
     def drop(self) -> None:

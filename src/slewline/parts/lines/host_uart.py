@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...core.time.hook import Hook
+from ...core.time.inputs import from_outside
 from ...core.wires.pin import Condition, GotCondition
 from ...core.wires.serial import Character, CharacterFormat, LineSetting, Receiver, bit_clock, transmit
 from ...core.wires.waits import until
@@ -171,3 +172,37 @@ class HostUart:
         """Return a condition: these bytes have been received, one behind the other."""
         mute = "" if self.rxd.net.drivers else " (whose rxd nobody drives: what listens there only receives)"
         return GotCondition(f"{self.name}{mute}", self.received, as_bytes(self.name, data))
+
+
+class OverUart:
+    """What a part with such a UART says of it, and lets its user tell it."""
+
+    uart: HostUart
+
+    def rewired(self) -> None:
+        """Start to listen."""
+        self.uart.listen()
+
+    @property
+    def baud(self) -> int | str:
+        """The rate."""
+        return self.uart.baud
+
+    @property
+    def word(self) -> CharacterFormat:
+        """The format of a character."""
+        return self.uart.word
+
+    @property
+    def faulty(self) -> int:
+        """How many characters came in with a parity or framing fault."""
+        return self.uart.faulty
+
+    def got(self, data: Data) -> Condition:
+        """Return a condition for `bench.run_until`: these bytes have been received, one behind the other."""
+        return self.uart.got(data)
+
+    @from_outside
+    def space(self, on: bool) -> None:
+        """Begin or end a break: space on the line for longer than a character; nothing is to be sent meanwhile."""
+        self.uart.space(on)

@@ -11,14 +11,12 @@ from types import MappingProxyType
 from ...core.datasheet.option import Option
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
-from ...core.wires.pin import Condition
 from ...core.wires.serial import BAUD, RS232, TTL, CharacterFormat, LineSetting, word_options
-from ..base.data import Data
 from ..base.part import Part
-from .host_uart import HostUart
+from .host_uart import HostUart, OverUart
 
 
-class SerialPort(Part):
+class SerialPort(OverUart, Part):
     """A serial connector: characters out on txd, characters in on rxd, at the speed of the line."""
 
     _for_users = ("write", "received", "got", "drop", "change_line", "baud", "word", "faulty", "on_character")
@@ -37,25 +35,6 @@ class SerialPort(Part):
         self.uart = HostUart(self, LineSetting(baud, CharacterFormat(bits, parity, stop)), TTL if ttl else RS232)
         self.received, self.on_character = self.uart.received, self.uart.on_character
 
-    def rewired(self) -> None:
-        """Start to listen."""
-        self.uart.listen()
-
-    @property
-    def baud(self) -> int | str:
-        """The rate."""
-        return self.uart.baud
-
-    @property
-    def word(self) -> CharacterFormat:
-        """The format of a character."""
-        return self.uart.word
-
-    @property
-    def faulty(self) -> int:
-        """How many characters came in with a parity or framing fault."""
-        return self.uart.faulty
-
     @property
     def idle(self) -> bool:
         """Is nothing to be sent?"""
@@ -65,10 +44,6 @@ class SerialPort(Part):
     def waiting(self) -> str:
         """What the port waits for, in words."""
         return super().waiting if self.idle else self.uart.waiting
-
-    def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these bytes have been received, one behind the other."""
-        return self.uart.got(data)
 
     @from_outside
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
@@ -93,8 +68,3 @@ class SerialPort(Part):
     def drop(self) -> None:
         """Forget what is to be sent, except what is on the line already."""
         self.uart.drop("drop")
-
-    @from_outside
-    def space(self, on: bool) -> None:
-        """Begin or end a break: space on the line for longer than a character; nothing is to be sent meanwhile."""
-        self.uart.space(on)

@@ -1,1 +1,1 @@
-"""Gates, delay lines and latches, and the circuits around an oscillator."""
+"""Gates, delay lines and latches: what stands between a chip and its neighbours."""

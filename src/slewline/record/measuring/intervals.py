@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from ...core.datasheet.table import Limit
 from ...errors import UsageError
 from ..recording.recorder import FLOATING, Recorder, width_of
-from ..style import duration
+from ..style import aligned, duration
 
 if TYPE_CHECKING:
     import numpy as np
@@ -274,15 +274,7 @@ class TimingTable(Sequence[Checked]):
     def __str__(self) -> str:
         heads = ("", "time", "printed", "seen", "shortest", "longest", "")
         lines = [heads, *(_cells(row) for row in self.rows if row.count)]
-        widths = [max(len(line[column]) for line in lines) for column in range(len(heads))]
-        rights = (False, False, False, True, True, True, False)
-        shown = [
-            "  ".join(
-                cell.rjust(width) if right else cell.ljust(width)
-                for cell, width, right in zip(line, widths, rights, strict=True)
-            ).rstrip()
-            for line in lines
-        ]
+        shown = aligned(lines, left=(0, 1, 2, 6))
         others: dict[str, list[str]] = {}
         for row in self.rows:
             if not row.count:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ...core.motion.quantity import Quantity
 from ..recording.recorder import FLOATING, Probe, Recorder, width_of
 from ..recording.traces import Trace
-from ..style import duration, number
+from ..style import aligned, duration, number
 
 Value = float | int | None
 
@@ -37,12 +37,7 @@ class Readings:
     rows: tuple[TraceReading, ...]
 
     def __str__(self) -> str:
-        lines = [*self._lines()]
-        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        text = (
-            "  ".join([f"{line[0]:<{widths[0]}}", *map(str.rjust, line[1:], widths[1:])]).rstrip() for line in lines
-        )
-        return "\n".join(text)
+        return "\n".join(aligned([*self._lines()], left=(0,)))
 
     def _lines(self) -> Iterator[list[str]]:
         count = len(self.instants_ps)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import log, pi, sqrt
 
-from ...core.time.timebase import PS_PER_S
+from slewline.core.time.timebase import PS_PER_S
 
 PULL_UP_OHM = 50e3
 RESET_FARAD = 1e-6

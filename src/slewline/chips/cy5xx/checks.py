@@ -1,15 +1,20 @@
-"""How the linters of the family read a text: as a chip would run it, through every branch both ways."""
+"""What the linters of the family share: a text is read as a chip would run it, through every branch both ways; and is
+it written for a sister part?
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
+from ...core.datasheet.table import Sheet
 from ...language.lint import explored
-from ...language.problems import Severity
+from ...language.problems import Problem, Severity
 from ...language.statements import Block, Directive, Source, Statement
+from .letters import ALIKE, NUMBERS, exchanged
 
 S = TypeVar("S")
+FORMS = ("missing-argument", "extra-argument", "unknown-command", "bad-label")  # of problems that tell of a sister part
 
 
 class Odd(NamedTuple):
@@ -78,3 +83,32 @@ def judged(
         return after(statement, before)
 
     walk(source, [state], step)
+
+
+def written_for(source: Source) -> None:
+    """Where commands have the form that a sister part wants, list once all letters that mean something else there.
+
+    Of several sisters it is the one whose forms are met most often, and of those the one that differs least.
+    """
+    sheet, problems = source.sheet, sorted(source.problems)
+    means = exchanged(sheet.part)
+    met = {sister: [p for p in problems if meant(p, sister, means[sister], sheet)] for sister in means}
+    sister = max(met, key=lambda each: (len(met[each]), -len(means[each])))
+    if met[sister]:
+        found = f"this may be written for the {sister.upper()}, where letters mean something else"
+        remedy = "\n".join(means[sister].values())
+        source.report(met[sister][0], "sister-part", "note", found, section=sheet.sections["text"], remedy=remedy)
+
+
+def meant(problem: Problem, sister: str, means: Mapping[str, str], sheet: Sheet) -> bool:
+    """Is what is wrong with a command right in a sister part?"""
+    if problem.code not in FORMS:
+        return False
+    letters = {row.name: row.form for row in sheet.commands}
+    command = problem.found.rpartition(" behind ")[2]  # an argument may be a letter as well
+    named = [letters.get(word, word) for word in command.replace(",", " ").split()]
+    letter = next((word for word in named if word in means), "$" if problem.code == "bad-label" else "")
+    if letter not in means or letter not in NUMBERS or problem.code == "unknown-command":
+        return letter in means and problem.code not in ("missing-argument", "extra-argument")
+    here, there = (NUMBERS[letter].get(part, 0) for part in (ALIKE.get(sheet.part, sheet.part), sister))
+    return here < there if problem.code == "extra-argument" else there < here

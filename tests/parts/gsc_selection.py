@@ -7,7 +7,7 @@ minute, so the 10 has lost its exponent: it is ten to the sixth.
 
 from __future__ import annotations
 
-from ...errors import UsageError
+from slewline.errors import UsageError
 
 LEFT, RIGHT = 6000, 10**6
 MARGIN = 0.5  # of the highest rate at which the motor starts
