@@ -117,7 +117,7 @@ def _put_times(rows: NDArray[np.uint8], units: NDArray[np.int64], digits: int) -
 
 @cache
 def _digits(count: int, sign: str = "") -> NDArray[np.uint32]:
-    """The numbers of `count` digits behind a sign, as words of four characters: (10**count,) uint32."""
+    """The numbers of `count` digits after a sign, as words of four characters: (10**count,) uint32."""
     import numpy as np
 
     numbers = [f"{number:0{count}d}" if count else "" for number in range(10**count)]
