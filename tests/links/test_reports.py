@@ -117,7 +117,7 @@ def test_falling_behind_is_told_when_it_begins_and_when_it_is_over():
     lateness.look()
     (first,) = told
     assert first.startswith("virtual time falls behind the wall clock (2.0 s lost so far): ")
-    assert first.endswith("is too much for --rate 1; a lower one keeps up, and --lockstep needs none")
+    assert first.endswith("is too slow for --rate 1; give a lower rate, or --lockstep")
     for lost in (1_500_000_000, 0, 1_000_000_000, 0, 0):  # a look without a loss is not the end
         lag.lost_ns += lost
         lateness.look()

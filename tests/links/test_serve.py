@@ -431,8 +431,8 @@ def test_a_bench_file_without_serve_is_told(capfd, folder):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ([], "give a chip, such as gs-c200s, or --bench FILE"),
-        (["gs-c200s"], "Give one of --tcp, --pty, --rfc2217, --serial"),
+        ([], "give one of a chip, such as gs-c200s, and --bench FILE"),
+        (["gs-c200s"], "give one of --tcp, --pty, --rfc2217, --serial"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--pty", "x"], "--tcp and --pty are 2; leave out all but one"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--lockstep", "--rate", "2"], "leave out --rate"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--rate", "0"], "expected virtual seconds per second"),
@@ -448,10 +448,10 @@ def test_a_bench_file_without_serve_is_told(capfd, folder):
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--option", "xyz"], "an option and its value"),
         (["gs-c200x", "--tcp", "127.0.0.1:0"], "no chip 'gs-c200x'"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--log", "a", "--journal", "./a"], "--log and --journal: the same file"),
-        (["gs-c200s", "--tcp", "127.0.0.1:0", "--anywhere"], "--anywhere goes with --bench"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--anywhere"], "--anywhere needs --bench"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--log", "no/where"], "give a file that can be written"),
-        (["gs-c200s", "--tcp", "127.0.0.1:0", "--state", "/dev/null/x"], "give a directory that can be written"),
-        (["--bench", "b.toml", "--strap", "chs=0"], "a bench file says all of this itself"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--state", "/dev/null/x"], "give a writable directory"),
+        (["--bench", "b.toml", "--strap", "chs=0"], "a bench file sets all of this itself"),
         (["cy525", "--rfc2217", "127.0.0.1:0", "--framing"], "has no serial line"),
     ],
 )
