@@ -129,7 +129,7 @@ def test_a_host_that_writes_without_end_is_refused(framed):
     framed.bench.run("5 ms")
     framed.got.clear()
     framed.line.feed(b"N 7\n")  # there would be room, but what came in front of it was refused
-    assert framed.got.startswith(b"! N 7: 40")
+    assert framed.got.startswith(b"! N 7: not sent, because 40")
     framed.line.feed(b"!\nN 8\n")
     framed.bench.run("5 ms")
     assert framed.x.registers["number"] == 8

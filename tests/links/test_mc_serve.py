@@ -373,7 +373,7 @@ def test_the_transcript_has_accesses_and_no_polls(make, tmp_path):
     assert lines.pop(8)[1].startswith(r"x_isa ! no-request: b'G\x11' is not a request, and reads FF")
     assert [text for _, text in lines] == [
         "x ! a host is connected", "x > 4 ff", "x < 2 6c", "x > 4 7f", "x > 4 ff", "x > 0 5c", "x > 0 11",
-        "x ! 47 11 is no request", "x > 4 7f",
+        "x ! 47 11 is not a request", "x > 4 7f",
     ]  # fmt: skip
     assert lines[1][0] == "0.003278"  # ten cycles, a clock, and a bus cycle
 

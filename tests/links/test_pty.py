@@ -121,7 +121,7 @@ def test_what_is_no_old_link_of_ours_stays(lockstep, link, kind):
 
 def test_a_link_needs_a_name(lockstep):
     server, line = lockstep()
-    with pytest.raises(UsageError, match="a pty needs a name"):
+    with pytest.raises(UsageError, match="a pty needs a link"):
         server.pty(line, "")
     server.close()
 

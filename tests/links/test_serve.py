@@ -169,20 +169,20 @@ def test_a_memory_that_would_hang_the_start_is_refused(capfd):
     os.mkdir("memories")
     os.mkfifo("memories/gs_c200s.eeprom")
     assert invoke([*ONE_MORE, "--state", "memories"]) == 2
-    assert "gs_c200s.eeprom: is no regular file" in capfd.readouterr().err
+    assert "gs_c200s.eeprom: is not a regular file" in capfd.readouterr().err
 
 
 @pytest.mark.posix
 def test_a_transcript_that_would_hang_the_start_is_refused(capfd):
     os.mkfifo("log")
     assert invoke([*ONE_MORE, "--log", "log"]) == 2
-    assert "log log: is no regular file" in capfd.readouterr().err
+    assert "log log: is not a regular file" in capfd.readouterr().err
 
 
 def test_two_servers_do_not_share_a_memory(serve, capfd):
     serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories")
     assert invoke([*ONE_MORE, "--state", "memories"]) == 2
-    assert "another server has it" in capfd.readouterr().err
+    assert "another server uses it" in capfd.readouterr().err
 
 
 ONE_MORE = ["serve", "gs-c200s", "--tcp", "127.0.0.1:0"]
@@ -433,13 +433,13 @@ def test_a_bench_file_without_serve_is_told(capfd, folder):
     [
         ([], "give one of a chip, such as gs-c200s, and --bench FILE"),
         (["gs-c200s"], "give one of --tcp, --pty, --rfc2217, --serial"),
-        (["gs-c200s", "--tcp", "127.0.0.1:0", "--pty", "x"], "--tcp and --pty are 2; leave out all but one"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--pty", "x"], "--tcp and --pty: a chip has one port; leave out all but one"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--lockstep", "--rate", "2"], "leave out --rate"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--rate", "0"], "expected virtual seconds per second"),
         (["gs-c200s", "--tcp", "0.0.0.0:0"], "--allow-remote"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--control", "0.0.0.0:0"], "--allow-remote"),
         (["gs-c200s", "--tcp", "nowhere"], "expected HOST:PORT"),
-        pytest.param(["gs-c200s", "--pty", ""], "a pty needs a name", marks=pytest.mark.posix),
+        pytest.param(["gs-c200s", "--pty", ""], "a pty needs a link", marks=pytest.mark.posix),
         (["gs-c200s", "--serial", "/dev/nowhere"], "/dev/nowhere"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--framing"], "leave out the framing"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs"], "such as 'chs=0'"),

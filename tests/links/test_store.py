@@ -523,7 +523,7 @@ def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "x.eeprom")
     store = FileStore(tmp_path / "x.eeprom")
     for call in (store.read, lambda: store.write(NEW)):
-        with pytest.raises(StoreError, match="is no regular file"):
+        with pytest.raises(StoreError, match="is not a regular file"):
             call()
 
 

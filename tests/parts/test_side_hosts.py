@@ -298,7 +298,7 @@ def test_one_host_a_side_and_one_side_a_host():
     for over in ("parallel", "serial"):
         with pytest.raises(WiringError, match="cy545b has a host on this channel already"):
             bench.host(x, over=over)
-        with pytest.raises(UsageError, match="has a host of its own"):
+        with pytest.raises(UsageError, match="give each chip a host of its own"):
             bench.host(x, y, over=over)
 
 

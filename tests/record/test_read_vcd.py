@@ -192,7 +192,7 @@ def test_a_file_without_timescale_is_asked_about(parse):
     with pytest.raises(UsageError, match=r"has no \$timescale; .*timescale='1 ns'"):
         parse(text)
     assert edges(parse(text, timescale="10 us"), "slew") == [(5 * 10**7, 0), (9 * 10**7, 1)]
-    with pytest.raises(UsageError, match="says 1000 ps, not 10000000 ps"):
+    with pytest.raises(UsageError, match="is 1000 ps, not 10000000 ps"):
         parse(SMALL, timescale="10 us")
     assert edges(parse(SMALL, timescale="1 ns"), "slew") == edges(parse(SMALL), "slew")
 

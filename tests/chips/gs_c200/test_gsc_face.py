@@ -134,7 +134,7 @@ def test_options_are_what_they_are_said_to_be():
         ({"lenient": "no"}, "lenient 'no'; allowed True, False"),
         ({"store": "file"}, r"store 'file'; expected an object with read\(\) and write\(data\)"),
         ({"straps": [1]}, r"straps \[1\]; expected pins with levels"),
-        ({"name": 5}, "name 5: letters"),
+        ({"name": 5}, "name 5: allowed letters"),
         ({"crystal": "4 MHz"}, "the gs-c200 takes none"),
         ({"supply": "24 V"}, r"supply '24 V'; allowed a number \(V\)"),
         ({"load": 80}, "load 80; allowed a table of v5_20, v5_21"),
