@@ -279,7 +279,7 @@ class Bench:
                 beginning with this one's; `start` and `stop` then count from there.  Measured steps as well, such as
                 `read_vcd(path).steps("pulse")`, their first one at the instant of this bench's first one.
             over: what was measured of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: it is drawn over
-                them, stretches in which the two differ are marked, and how late it comes at most is told.
+                them, stretches in which the two differ are marked, and its greatest lag is noted.
             ideal: lay the ideal of each motion over it, as far as the part defines one, and tell the difference.
             cursors: instants that are marked by numbered lines; `readings` has the values there.
             dark: light on dark.
@@ -316,7 +316,7 @@ class Bench:
         width: str | float = "page",
         marks: bool = True,
     ) -> None:
-        """Draw as `figure` does, into a file: SVG, PNG or PDF, as its suffix says.  The same run gives the same bytes.
+        """Draw as `figure` does, into a file: SVG, PNG or PDF, by its suffix.  The same run gives the same bytes.
 
         Raises:
             UsageError: an unknown suffix, a path that cannot be written, or as `figure`.

@@ -228,7 +228,7 @@ def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
         verb, chip, *more = args
         if not isinstance(host, BusHost) or verb not in CALLS:
             raise UsageError(f"{name}: call {verb!r}; allowed {', '.join(CALLS)}")
-        with bench.kernel.outside.queued():  # the journal itself says how time passed
+        with bench.kernel.outside.queued():  # the journal itself has how time passed
             getattr(host.to(chip), verb)(*more)
     elif do == "script":
         from .scripts.script import run_script  # a bench without scripts does not load their language

@@ -108,7 +108,7 @@ def run_command(**options: Any) -> int:
     """Run a program on a virtual chip, or a bench file (BENCH.toml) with several chips and parts.
 
     FILE holds what a host would send; - is the standard input.  The bytes of a .hex file go to a chip in binary mode.
-    A GS-C module is strapped for 9600 baud without checksums, unless --strap says otherwise.
+    A GS-C module is strapped for 9600 baud without checksums, unless --strap sets others.
     """
     from .run import RunCommand
 

@@ -43,7 +43,7 @@ def title(path: Path) -> str:
 
 
 def find(root: Path, name: str) -> list[Path]:
-    """Return the files that a name stands for: a folder, a file, or a file without its folder or its ending.
+    """Return the files that a name means: a folder, a file, or a file without its folder or its ending.
 
     Raises:
         UsageError: none; the message names the command that lists them.

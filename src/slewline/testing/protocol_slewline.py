@@ -80,7 +80,7 @@ class Serial(SerialBase):
         self.rig.do(lambda: self.rig.line.obey(bool(self.rtscts)))
 
     def _word(self) -> CharacterFormat:
-        """The format that the settings say, if all of them can be."""
+        """The format of the settings, if a line can have it."""
         return word_of(str(self.port), self.baudrate, self.bytesize, self.parity, self.stopbits, self.xonxoff)
 
     @property

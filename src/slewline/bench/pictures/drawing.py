@@ -161,7 +161,7 @@ class Pictures:
     ) -> tuple[int, int]:
         """Return the window of a picture, in ps of the picture: the motion, unless `start` or `stop` are given.
 
-        A window that begins after the motion, or ends before it, reaches to the end, or the begin, of the run.
+        A window that begins after the motion, or ends before it, reaches to the end, or the start, of the run.
         """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])

@@ -8,7 +8,7 @@ In lockstep, `until` lets time pass as `advance` does; paced, time passes by its
 request when it likes; it is read when the reply to the one before has gone out.  A client that sends no more still gets
 every reply; its last line may lack the line feed.  Empty lines are ignored.
 
-Who may ask: clients on this machine; on others only where the server has a token, which then every client sends
+Allowed are clients on this machine; on others only where the server has a token, which then every client sends
 with the first request.  A connection whose first line is no such request is closed, and nothing after it
 is read: a browser that was made to POST here begins with a request line of HTTP.  What `links/sockets/preamble.py`
 knows is hung up on before that line ends.

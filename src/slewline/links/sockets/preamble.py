@@ -105,7 +105,7 @@ class Preamble:
         return b""
 
     def release(self) -> bytes:
-        """Return what is held back, and hold back no more; a stranger that is known later is reported all the same."""
+        """Return what is held back, and hold back no more; a stranger that is known later is still reported."""
         self.holding = False
         return self._let_go()
 

@@ -324,7 +324,7 @@ def _draw(made: Sequence[Axes], layout: FigureLayout, colours: Palette, whole: b
 
 # ------------------------------------------------------------------------------------------------------ for the blind
 def description_of(picture: Figure) -> str:
-    """Return a sentence or two on what a picture shows, for those who cannot see it."""
+    """Return a sentence or two on what a picture shows, for readers who cannot see it."""
     return str(getattr(picture, "description", ""))
 
 

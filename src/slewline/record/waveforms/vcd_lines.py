@@ -2,7 +2,7 @@
 
 Every change is one number, time and code in one, so that one sort puts all in order; digits come out of a table four
 at a time; the lines of a chunk are one matrix of bytes, from which a mask cuts what is not needed (a time that was
-said already, the padding of short values).
+written already, the padding of short values).
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ LISTED = 12  # names in a message
 
 
 class Signal(NamedTuple):
-    """One signal: what it is, its level at the begin, and its edges: times (n,) int64 ps and levels (n,)."""
+    """One signal: what it is, its level at the start, and its edges: times (n,) int64 ps and levels (n,)."""
 
     variable: DeclaredVariable
     level: Any
@@ -41,7 +41,7 @@ class Waveforms:
     """The signals of a waveform file; made by `slewline.read_vcd`.
 
     Names are those of the file, scopes before them: "x.slew".  The last part is enough where only one name ends so.
-    "x.db" stands also for x.db0, x.db1 ..., or x.db[0], x.db[1] ..., taken together, bit 0 the lowest.
+    "x.db" also means x.db0, x.db1 ..., or x.db[0], x.db[1] ..., taken together, bit 0 the lowest.
 
     Levels are 0 and 1, of a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A wire of a bus that floats among
     others that do not reads 1.
