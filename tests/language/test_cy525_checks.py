@@ -173,9 +173,9 @@ def test_a_short_crawl_is_only_a_note(number, severity):
 def test_the_top_is_told():
     (problem,) = problems(SET + "N 1000\nG")
     top = max(rate(move(1000, 3, 127, 100, 1), step) for step in range(1000))
-    assert problem.remedy.startswith(f"the move reaches rate {top}, ")
+    assert problem.remedy.startswith(f"the move gets as far as rate {top}, ")
     (problem,) = problems(SET + "N 1\nG")
-    assert problem.remedy == "the move reaches rate 3, 300 steps/s"
+    assert problem.remedy == "the move gets as far as rate 3, 300 steps/s"
 
 
 @given(st.integers(0, 127), st.integers(0, 127), st.integers(1, 255), st.integers(1, 255), st.integers(1, 65535))

@@ -118,7 +118,7 @@ def test_severities_and_texts():
         "note",
         "T100 is not reached: the ramps take 10 steps each, the move has 15",
     )
-    assert short.remedy == "the move reaches 777 steps/s; from 22 steps on T is reached"
+    assert short.remedy == "the move gets as far as 777 steps/s; from 22 steps on T is reached"
     (sudden,) = problems(stored("S10\nT100\nR1\n+9"), C200S)
     assert (sudden.severity, sudden.remedy) == ("note", "a longer R")
     assert sudden.found == "R1 has no rate between S and T: 100 steps/s, then 1000, and down as suddenly"
