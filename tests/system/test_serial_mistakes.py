@@ -288,7 +288,7 @@ MISTAKES = (
     row("an answer that goes to the bus", url, b"\r\rO 129\r? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  answer-elsewhere: ? P came on RXD|the parallel port|O 128 sends answers to TXD"),
     row("a question to what only receives", deaf, words="port|whose rxd nobody drives: what listens there only receives"),
     row("what only receives", start, "cy525", words="the UART of cy525 only receives: no command is answered|--framing|?0 to ?3 read back"),
-    row("what only receives", log, "cy525", words="the module only receives: it never answers on this line"),
+    row("what only receives", log, "cy525", words="the chip only receives on this line: it never answers"),
     row("a rate as an option", python, "gs-c200s", baud=9600, words="gs_c200s: no option 'baud': straps set its rate|br0=0, br1=0, br2=0|--strap br0=0"),
     row("a rate that there is not", python, "gs-c200s", baud=19200, words="straps set its rate: allowed 110, 150, 300, 600, 1200, 2400, 4800, 9600|--strap br0=0"),
     row("checksums as an option", python, "gs-c200s", checksum=False, words="no option 'checksum': a strap sets it: chs=0 switches checksums off|--strap chs=0"),

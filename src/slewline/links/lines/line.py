@@ -175,7 +175,7 @@ class ConnectorLine(HostLine):
         """Connect a host."""
         super().attach(name, host, resume)
         if self.mute:
-            self.log.event(self.name, "the module only receives: it never answers on this line")
+            self.log.event(self.name, "the chip only receives on this line: it never answers")
 
     def opened_at(self, baud: int) -> None:
         """Take notice of the rate that a host has set where it does not count; on a cable it would."""
