@@ -105,7 +105,7 @@ class HostLine:
     def _rests(self, quiet: bool) -> None:
         self.wait = None
         if not quiet:
-            self.log.event(self.name, "no answer after 60 s of virtual time; time stops until the host sends again")
+            self.log.event(self.name, "no answer after 60 s of virtual time; time stops here")
 
     def give(self, data: bytes) -> None:
         """Bytes go to the host."""
