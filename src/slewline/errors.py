@@ -3,7 +3,7 @@
 What a *host* does wrong is chip behaviour and never an exception; it is answered as the chip answers and kept as
 a finding.  Each class also inherits the built-in that it resembles, so callers may catch either.
 
-Whatever comes from outside, a name, a line, a message, may stand in what is told, so its length has an end.
+Whatever comes from outside, a name, a line, a file, may be quoted in a message, so its length is limited.
 """
 
 import re
@@ -14,7 +14,7 @@ CUT = re.compile(r" \.\.\. \((\d+) characters in all\) \.\.\. ")
 
 
 def shortened(text: str, most: int) -> str:
-    """Return a text; of one with more than so many characters begin and end, and how many there are."""
+    """Return a text; of one with more than so many characters start and end, and how many there are."""
     if len(text) <= most:
         return text
     half = most // 2
@@ -46,14 +46,14 @@ class TimeError(UsageError):
 
 
 class UnknownName(SlewlineError, KeyError):
-    """A chip, pin, register or part that does not exist; the message says which do."""
+    """A chip, pin, register or part that does not exist; the message lists those that do."""
 
     def __str__(self) -> str:  # KeyError would print the repr of the message
         return str(self.args[0]) if self.args else ""
 
 
 class NoSuchAttribute(SlewlineError, AttributeError):
-    """A name that an object has not, or that cannot be set; the message says what there is instead."""
+    """A name that an object has not, or that cannot be set; the message names what there is instead."""
 
 
 class WiringError(SlewlineError, ValueError):
@@ -81,7 +81,7 @@ class JournalWarning(UserWarning):
 
 
 class OtherLaws(JournalWarning):
-    """The parts of a journal behaved by other laws than those of this version."""
+    """The parts of a journal behaved differently from those of this version."""
 
 
 class TornJournal(JournalWarning):
@@ -93,7 +93,7 @@ class WaveformError(SlewlineError, ValueError):
 
 
 class NotRecorded(SlewlineError, LookupError):
-    """A question about the past of a net that nobody recorded."""
+    """A question about the past of a net that was not recorded."""
 
 
 class NoSuchStep(SlewlineError, IndexError):
@@ -101,7 +101,7 @@ class NoSuchStep(SlewlineError, IndexError):
 
 
 class Timeout(SlewlineError, TimeoutError):
-    """Virtual time ran out before the bench was idle; the message says who waits for what, since when."""
+    """Virtual time ran out before the bench was idle; the message lists who waits for what, since when."""
 
 
 class Endless(SlewlineError, RuntimeError):

@@ -160,7 +160,7 @@ def test_prepare_is_called_before_the_scripts_are_queued(tmp_path):
 # ------------------------------------------------------------------------------------------------------------- mistakes
 BAD = [
     ("[[chip]\n", "bench.toml: not TOML: Expected ']]'"),
-    ("a = " + "[" * 5000, "bench.toml: not TOML that can be read: brackets in brackets, too deep"),
+    ("a = " + "[" * 5000, "bench.toml: not readable TOML: its brackets are nested too deeply"),
     ("a = 2024-02-30", "bench.toml: not TOML: "),
     ("\n" + "a." * 100_000 + "a = 1", "bench.toml, line 2: a key of more than 32 parts"),
     ("[" + "a . " * 100_000 + "a]", "bench.toml, line 1: a key of more than 32 parts"),
@@ -191,7 +191,7 @@ BAD = [
     (X + "options = { rates = 3 }", "line 1: [[chip]] 1: x: no option 'rates'; its options: stepwise, cold, "),
     (X + "options = { rate = 300 }", "line 1: [[chip]] 1: x: rate 300; allowed 0..255"),
     (X + 'options = { rate = "fast" }', "line 1: [[chip]] 1: x: rate 'fast'; allowed 0..255"),
-    (X + 'options = { crystal = "5 MHz" }', "line 4: [[chip]] 1, options: crystal stands beside the options, not"),
+    (X + 'options = { crystal = "5 MHz" }', "line 4: [[chip]] 1, options: crystal is a key of the [[chip]] table"),
     (X + "options = { self = 1 }", "line 1: [[chip]] 1: x: no option 'self'; its options: stepwise"),
     (X + '[[part]]\nkind = "inverter"\nself = 5', "line 4: [[part]] 1: inverter: no option 'self'; its options: none"),
     (X + X, "line 4: [[chip]] 2: the bench has a 'x' already; names are unique"),
@@ -217,9 +217,12 @@ BAD = [
     (X + '[[part]]\nkind = "nand"\ninputs = "two"', "line 4: [[part]] 1: "),
     (X + '[[host]]\nfile = "nix.cy525"', "line 5: [[host]] 1, file: "),
     (X + '[[host]]\nchips = ["y"]', "line 5: [[host]] 1, chips: no chip 'y' on the bench; there are: x"),
-    (X + Y + '[[host]]\nscript = "A 0"', 'line 7: [[host]] 1: which chip? chips = ["x"]'),
+    (X + Y + '[[host]]\nscript = "A 0"', 'line 7: [[host]] 1: no chip named; write chips = ["x"]'),
     (X + "[[host]]\nscript = 5", "line 5: [[host]] 1, script: found 5; allowed text, or a list of lines"),
-    (X + '[[host]]\nscript = "A 0"\nfile = "a"', "line 6: [[host]] 1, file: beside script; give one of the two"),
+    (
+        X + '[[host]]\nscript = "A 0"\nfile = "a"',
+        "line 6: [[host]] 1, file: given together with script; give one of the two",
+    ),
     (X + '[[host]]\ndelay = "long"', "line 4: [[host]] 1: time 'long'"),
     (X + '[[host]]\nscript = ["A 0", "@foo"]', "bench.toml, [[host]] 1, script, line 2, column 1: no directive @foo"),
     (
@@ -287,7 +290,7 @@ def test_no_script_is_queued_when_another_one_is_refused(bench_of):
         ("missing.toml", None, "cannot be read: No such file or directory"),
         (".", None, "is a directory; give a regular file"),
         ("garbage.toml", b"\xff\xfe\x00", "byte FF in line 1 is not UTF-8 text; is it the right file?"),
-        ("zero.toml", b"a = 1\n\0", "holds zero bytes, so it is no text"),
+        ("zero.toml", b"a = 1\n\0", "contains NUL bytes, so it is not text"),
         ("late.toml", b"a = 1\n\n b = \xe4", "byte E4 in line 3 is not UTF-8 text"),
         ("big.toml", b"#" * 10_000_001, "more than 10000000 bytes; is it the right file?"),
     ],

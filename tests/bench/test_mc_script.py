@@ -94,7 +94,7 @@ def test_wait_not_in_motion_behind_an_update_waits_for_the_motion():
     assert played.texts[-1] == "GET_TRGT_POS -> 50" and not played.codes
 
 
-NEVER = "and nothing is going to happen any more"
+NEVER = "and no event is pending, so the bit cannot change"
 
 
 @pytest.mark.parametrize(
@@ -102,10 +102,10 @@ NEVER = "and nothing is going to happen any more"
     [
         (
             "SET_POS 50\nSET_VEL 65536\nUPDATE\n",
-            f"wait motion_complete: axis 1 is at rest, {NEVER}; "
+            f"wait motion_complete: axis 1 is at rest {NEVER}; "
             "no-start at 4.26084 ms: axis 1: UPDATE while acceleration is 0: nothing starts; give SET_ACC before it",
         ),
-        ("SET_2\nSET_POS 50\nSET_VEL 65536\n", f"wait motion_complete: axis 2 is at rest, {NEVER}"),
+        ("SET_2\nSET_POS 50\nSET_VEL 65536\n", f"wait motion_complete: axis 2 is at rest {NEVER}"),
     ],
 )
 def test_wait_for_a_motion_that_cannot_complete_is_given_up_at_once(text, found):
@@ -120,7 +120,7 @@ def test_a_wait_that_is_given_up_names_no_finding_behind_which_the_axis_has_move
     late = "SET_POS 50\nSET_VEL 65536\nUPDATE\nwait 2 ms\nSET_ACC 8192\nUPDATE\nwait motion_complete\nCLR_STATUS\n"
     played = Played(f"{late}wait motion_complete", part)
     assert played.codes == ["no-start", "expect"]
-    assert played.bench.findings[-1].text == f"wait motion_complete: axis 1 is at rest, {NEVER}"
+    assert played.bench.findings[-1].text == f"wait motion_complete: axis 1 is at rest {NEVER}"
 
 
 @pytest.mark.parametrize(

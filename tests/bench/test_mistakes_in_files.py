@@ -11,7 +11,7 @@ MISTAKES = [  # the file, the end of the answer
     ("[[chip]]\npart = cy525\n", ': not TOML: Invalid value (at line 2, column 8); put text in quotes: part = "cy525"'),
     (
         '[[chip]]\npart = "cy525"\nbare = True\n',
-        "Invalid value (at line 3, column 8); true and false have small letters: bare = true",
+        "Invalid value (at line 3, column 8); write true and false in lower case: bare = true",
     ),
     ('[[chip]]\npart = "cy255"\n', "mc1151a, mc1251a, mc1451a, mc1151a-e, mc1251a-e, mc1451a-e; did you mean cy525?"),
     ("[[chip]]\npart = 525\n", ", line 2: [[chip]] 1, part: found 525; allowed text"),
@@ -74,11 +74,11 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\noptions = { crystal = "11 MHz" }\n',
-        ", line 3: [[chip]] 1, options: crystal stands beside the options, not among them",
+        ", line 3: [[chip]] 1, options: crystal is a key of the [[chip]] table, not an option",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "my chip"\n',
-        ", line 1: [[chip]] 1: name 'my chip': letters, digits and underscores, please",
+        ", line 1: [[chip]] 1: name 'my chip': allowed letters, digits and underscores",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[chip]]\npart = "cy525"\nname = "x"\n',
@@ -137,7 +137,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[wire]]\nfrom = "x.slew"\nto = "x.slew"\n',
-        ", line 4: [[wire]] 1: wire x.slew to x.slew: that is one and the same; give two pins",
+        ", line 4: [[wire]] 1: wire x.slew to x.slew: both are the same; give two pins",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[wire]]\nfrom = "x.slow"\nto = "x.wait"\n',
@@ -173,7 +173,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[host]]\nscript = "A 0"\nfile = "a.cy525"\n',
-        ", line 6: [[host]] 1, file: beside script; give one of the two",
+        ", line 6: [[host]] 1, file: given together with script; give one of the two",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[host]]\nfile = "none.cy525"\n',

@@ -181,7 +181,9 @@ def test_release_lets_go_of_a_pin():
 
 def test_an_instant_that_is_over_is_refused_with_its_line():
     played = Played("@wait 2 ms\n@drive abort=0@1 ms", run=False)
-    with pytest.raises(slewline.ProgramError, match=r"script, line 2, column 1: at 1 ms: that is over; it is 2 ms"):
+    with pytest.raises(
+        slewline.ProgramError, match=r"script, line 2, column 1: at: 1 ms is in the past; the time is 2 ms"
+    ):
         played.bench.run_until_idle()
 
 

@@ -377,7 +377,7 @@ def test_a_symbol_stands_for_the_time_that_is_nearest_to_its_limit():
     (found,) = bench.intervals(["t18"])
     assert (found.ps, found.kept, found.symbol) == (80 * NS, True, "t18")
     assert [each.start for each in bench.intervals(["t13"])] == ["x.hostwrite rises", "x.hostread rises"]
-    with pytest.raises(UsageError, match="no such time is printed; the symbols: t6, t7"):
+    with pytest.raises(UsageError, match="the data sheet prints no such time; its symbols: t6, t7"):
         bench.intervals(["t99"])
     with pytest.raises(UsageError, match="does not occur in the window"):
         bench.intervals(["t18"], stop="1 ms")
@@ -386,14 +386,14 @@ def test_a_symbol_stands_for_the_time_that_is_nearest_to_its_limit():
 @pytest.mark.parametrize(
     ("between", "says"),
     [
-        ([("pulse falls", "run falls 9")], "no run falls 9 behind pulse falls"),
+        ([("pulse falls", "run falls 9")], "no run falls 9 after pulse falls"),
         ([("run falls 9", "pulse falls")], "there is no run falls 9 in the window"),
         ([("pulse falls",)], "expected two edges"),
         ("t14", "expected a list"),
         (14, "expected a list"),
         ([14], "expected two edges"),
-        ([("pulse drops", "run falls")], "write a pin, how it changes"),
-        ([("db falls", "run falls")], "a bus changes"),
+        ([("pulse drops", "run falls")], "expected a pin, a change"),
+        ([("db falls", "run falls")], "a bus only changes"),
     ],
 )
 def test_what_cannot_be_measured_is_said(between, says):

@@ -105,7 +105,7 @@ def test_a_line_of_other_levels_is_refused(bench):
 def test_an_unknown_neighbour_is_refused(bench):
     with pytest.raises(UnknownName, match="the bench has no 'y'"):
         bench.part("motor", to="y")
-    with pytest.raises(UnknownName, match="7 is no chip and no part of this bench"):
+    with pytest.raises(UnknownName, match="7 is not a chip or part of this bench"):
         bench.part("motor", to=7)
     assert bench.parts == {}
 
@@ -212,9 +212,9 @@ def test_a_neighbour_of_another_bench_is_refused_even_with_a_name_that_this_one_
     for each in (bench, other):
         each.add("cy525", name="x")
         each.part("motor", to="x")
-    with pytest.raises(UnknownName, match="'x' is no chip and no part of this bench"):
+    with pytest.raises(UnknownName, match="'x' is not a chip or part of this bench"):
         bench.part("encoder", to=other["x"])
-    with pytest.raises(UnknownName, match="'motor' is no chip and no part of this bench"):
+    with pytest.raises(UnknownName, match="'motor' is not a chip or part of this bench"):
         bench.part("encoder", on=other["motor"])
     with pytest.raises(UsageError, match="host: 'x'; expected chips of this bench"):
         bench.host(other["x"])
@@ -226,7 +226,7 @@ def test_a_kind_and_a_name_are_text(bench, name):
     with pytest.raises(UnknownName, match=r"no part .*; there are: inverter"):
         bench.part(name)
     for put in (bench.part, bench.add):
-        with pytest.raises(UsageError, match=r"name .*: letters, digits and underscores"):
+        with pytest.raises(UsageError, match=r"name .*: allowed letters, digits and underscores"):
             put("motor" if put == bench.part else "cy525", name)
 
 

@@ -120,5 +120,5 @@ def test_the_program_is_the_one_of_the_manual_with_other_numbers(call):
     assert len(stored) == 20
     assert (stored[0:2] + stored[5:6] + stored[9:12] + stored[14:15]).decode() == "W+BCGLP"
     ran = call("lint", str(HERE / PROGRAM), "--strict")
-    assert ran.out.endswith("nothing to complain about\n")
+    assert ran.out.endswith("no problems found\n")
     assert f'file = "{PROGRAM}"' in (HERE / MACHINE).read_text()

@@ -65,7 +65,7 @@ def test_another_file_is_not_overwritten(call):
     Path("drill").mkdir()
     Path("drill/looped.toml").write_text("mine")
     ran = call("examples", "drill")
-    assert ran.status == 2 and "is there already, and differs; give another folder with --output" in ran.err
+    assert ran.status == 2 and "this file exists and differs; give another folder with --output" in ran.err
     assert os.listdir("drill") == ["looped.toml"] and Path("drill/looped.toml").read_text() == "mine"
 
 
@@ -76,7 +76,7 @@ def test_a_link_in_the_place_of_an_example_is_not_followed(call, same):
     Path("drill/looped.toml").symlink_to("../victim")
     before = Path("victim").stat()
     ran = call("examples", "drill")
-    assert ran.status == 2 and "is there already, and differs" in ran.err
+    assert ran.status == 2 and "this file exists and differs" in ran.err
     assert os.listdir("drill") == ["looped.toml"] and Path("victim").stat() == before
 
 

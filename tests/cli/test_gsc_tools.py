@@ -77,7 +77,7 @@ def test_what_the_parts_do_not_have_is_refused(call, program, write):
     ran = call("asm", write("p.cy525", "G"), "--checksum")
     assert (ran.status, ran.err) == (
         2,
-        "slewline: --checksum: no line for the CY525 ends in a checksum; leave it out\n",
+        "slewline: --checksum: lines for the CY525 have no checksum; leave it out\n",
     )
     ran = call("dis", write("p.hex", "41 01"), "--chip", "gs-c200", "--stream")
     assert ran.status == 2 and "has no binary mode" in ran.err
@@ -226,12 +226,12 @@ def test_pins_and_ramps_are_drawn(call, program):
 @pytest.mark.parametrize(
     ("options", "found"),
     [
-        (("p.gs-c200s", "--crystal", "1 MHz"), "the gs-c200s has none to choose"),
+        (("p.gs-c200s", "--crystal", "1 MHz"), "the gs-c200s takes none"),
         (("p.gs-c200s", "--strap", "clock=1"), "straps put an input to 0 or 1"),
         (("p.gs-c200s", "--strap", "chs=2"), "give a pin and its level"),
         (
             ("p.txt",),
-            "for which chip? Give --chip cy525, or a file name ending in .cy525, .cy500, .cy512, .cy545, .cy545b",
+            "the chip is not given; give --chip cy525, or a file name ending in .cy525, .cy500, .cy512, .cy545",
         ),
         (
             ("p.txt", "--chip", "gs-c201"),

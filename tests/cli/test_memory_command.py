@@ -37,7 +37,10 @@ def test_a_program_that_is_assembled_as_an_image_runs_at_its_address(
 @pytest.mark.parametrize(("name", "origin", "told"), [("p.bin", 10, True), ("p.hex", 10, True), ("p.bin", 0, False)])
 def test_bytes_without_their_address_are_told(call, write, name: str, origin: int, told: bool) -> None:
     ran = call("asm", write("a.cy545b", f"Y {origin}", *ENTER[1:7]), "-o", name)
-    assert ran.status == 0 and ("the bytes from address 10 on, without it; --format image" in ran.err) is told
+    assert (
+        ran.status == 0
+        and ("the bytes belong at address 10, which is not in the file; --format image" in ran.err) is told
+    )
 
 
 @pytest.mark.parametrize("name", ["p.bin", "p.hex"])
@@ -78,24 +81,24 @@ def test_a_replay_has_the_memory(call, write) -> None:
 
 def test_a_memory_that_is_not_there_is_missed_before_the_run(call, five) -> None:
     ran = call("run", five, "--save-memory", "q.hex")
-    assert ran.status == 2 and not ran.out and "and there are none; leave it out" in ran.err
+    assert ran.status == 2 and not ran.out and "which has none; leave it out" in ran.err
 
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("run", "five.cy525", "--memory", "p.hex"), "memory p.hex: a cy525 has none outside itself; leave it out"),
-        (("run", "five.cy525", "--save-memory", "q.hex"), "--save-memory wants one memory on the bench, and there are"),
+        (("run", "five.cy525", "--memory", "p.hex"), "memory p.hex: a cy525 has no external memory; leave it out"),
+        (("run", "five.cy525", "--save-memory", "q.hex"), "--save-memory needs one memory on the bench, which has"),
         (("run", "p.cy545b", "--memory", "none.hex"), "none.hex: cannot be read: No such file"),
         (("run", "p.cy545b", "--memory", "bad.hex"), "bad.hex, line 1: checksum 00, calculated BE"),
         (("run", "p.cy545b", "--memory", "bytes.hex"), "bytes without addresses go into a file .bin"),
         (("dis", "bad.hex", "--chip", "cy545b"), "bad.hex, line 1: checksum 00, calculated BE"),
-        (("dis", "end.hex", "--chip", "cy545b"), "end.hex: empty, no bytes in it"),
+        (("dis", "end.hex", "--chip", "cy545b"), "end.hex: is empty, so it has no bytes"),
         (("run", "p.cy545b", "--memory", "p.hex", "--save-memory", "p.hex"), "p.hex: this command uses that file"),
-        (("run", "b.toml", "--memory", "p.hex"), "a bench file says which chips there are; leave out"),
+        (("run", "b.toml", "--memory", "p.hex"), "a bench file names its chips; leave out"),
         (("run", "--replay", "j", "--memory", "p.hex"), "--replay repeats a run as it was; leave out --memory"),
-        (("serve", "cy525", "--tcp", "127.0.0.1:0", "--memory", "p.hex"), "a cy525 has none outside itself"),
-        (("serve", "--bench", "b.toml", "--memory", "p.hex"), "a bench file says all of this itself; leave out"),
+        (("serve", "cy525", "--tcp", "127.0.0.1:0", "--memory", "p.hex"), "a cy525 has no external memory"),
+        (("serve", "--bench", "b.toml", "--memory", "p.hex"), "a bench file sets all of this itself; leave out"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_refused(call, five, write, arguments: tuple[str, ...], says: str) -> None:

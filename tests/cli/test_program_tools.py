@@ -104,7 +104,7 @@ def test_bytes_are_kept_from_a_terminal(call, program, monkeypatch, form):
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     ran = call("asm", program, "--format", form)
     assert (ran.status, ran.out) == (2, "")
-    assert ran.err == "slewline: these bytes are not for a terminal; give --output FILE, or lead them into a pipe\n"
+    assert ran.err == "slewline: these bytes are not for a terminal; give --output FILE, or write to a pipe\n"
 
 
 # ------------------------------------------------------------------------------------------------------------------ dis
@@ -175,7 +175,7 @@ def test_dis_says_where_a_stream_breaks_off(call, write, cut):
 def test_dis_knows_a_program_text_when_it_sees_one(call, write, lines, options):
     ran = call("dis", write("p.cy525", *lines), *options)
     assert (ran.status, ran.out) == (2, "")
-    assert ran.err == "slewline: p.cy525: a program text, not the bytes of a program; slewline asm makes bytes of it\n"
+    assert ran.err == "slewline: p.cy525: this is a program text, not program bytes; slewline asm makes bytes of it\n"
 
 
 @pytest.mark.parametrize("data", [b"BGC", b"G", b"N\n0GC", b"R\nG\0", b"\xc3\x28\nB\nC\n", b"xyz\nB\nq\n"])
@@ -188,7 +188,7 @@ def test_dis_takes_bytes_that_happen_to_be_letters(call, data):
 # ----------------------------------------------------------------------------------------------------------------- lint
 def test_lint_is_content_with_a_good_program(call, write):
     ran = call("lint", write("p.cy525", "F 5", "R 5", "N 10", "G", "@until motion_complete=0"))
-    assert (ran.status, ran.out) == (0, "p.cy525: nothing to complain about\n")
+    assert (ran.status, ran.out) == (0, "p.cy525: no problems found\n")
 
 
 def test_lint_shows_the_line_and_fails_on_errors(call, write):
@@ -291,7 +291,7 @@ def test_lint_reads_the_scripts_of_a_bench_file_on_its_bench(call, write):
     assert "y.cy525, line 3, column 1: error: tell gate 'open'; allowed nothing" in ran.out
     assert "y.cy525: 2 errors" in ran.out.replace(str(Path.cwd()) + "/", "")
     assert call("lint", bench, "--chip", "cy525").status == 2
-    assert call("lint", write("e.toml", chips[0])).out == "e.toml: nothing to complain about\n"
+    assert call("lint", write("e.toml", chips[0])).out == "e.toml: no problems found\n"
 
 
 def test_lint_of_a_bench_file_tells_of_each_host_that_plays_a_file(call, write):
@@ -367,9 +367,9 @@ def test_run_tells_what_to_write_instead(call, write, line, told):
 
 def test_run_refuses_the_zero_of_the_manual_and_says_what_to_write(call, write):
     ran = call("run", write("p.cy525", "E", "\u00d8", "Q"))
-    assert ran.status == 2 and "write 0 where a manual prints a zero with a stroke" in ran.err
+    assert ran.status == 2 and "write 0 for a slashed zero" in ran.err
     ran = call("run", write("p.gs-c200", "S10\u2193"))
-    assert ran.status == 2 and "leave out the sign of the return key" in ran.err
+    assert ran.status == 2 and "leave out the symbol of the return key" in ran.err
     ran = call("run", write("p.cy525", "R \u00b2"))
     assert ran.status == 2 and "@bytes sends other bytes" in ran.err
 

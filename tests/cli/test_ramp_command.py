@@ -55,7 +55,7 @@ def test_a_distance_adds_the_move_and_what_it_comes_to(call: Any) -> None:
     assert (
         long == f"20000 steps   {readable(ramp.move(20_000).time_ps)}: up {ramp.steps}, slew {slew}, down {ramp.steps}"
     )
-    assert short.startswith("500 steps     ") and ": up 250, down 250; gets as far as " in short
+    assert short.startswith("500 steps     ") and ": up 250, down 250; reaches " in short
 
 
 def test_the_table_has_a_line_for_every_rate(call: Any) -> None:
@@ -153,9 +153,9 @@ def test_a_plot_shows_the_move_that_is_asked_for_or_the_shortest_that_reaches_it
     ((*GSC, "--distance", "0"), "a move of 0 steps; allowed 1..9999999"),
     ((*MC, "--distance", "2147483648"), "a move of 2147483648 steps; allowed 1..1073741823"),
     ((*CY, "--crystal", "40 MHz"), "CY525 takes 1 to 11 MHz"),
-    ((*GSC, "--crystal", "4 MHz"), "the gs-c200 has none to choose"),
+    ((*GSC, "--crystal", "4 MHz"), "the gs-c200 takes none"),
     ((*CY, "--plot", "x.txt"), "x.txt: give a name that ends in .svg, .png or .pdf"),
-    (("cy525", "F=3", "R=127", "S=1", "Z=200", "--plot", "x.svg"), "no move comes to 9675 steps/s; give --distance"),
+    (("cy525", "F=3", "R=127", "S=1", "Z=200", "--plot", "x.svg"), "no move reaches 9675 steps/s; give --distance"),
     ((*MC, "--distance", "5000001", "--plot", "x.svg"), "x.svg: 5000001 steps; allowed up to 5000000"),
     (("mc1451a", "profile=s-curve", "SET_VEL=9", "--time", "1 s"), "SET_MAX_ACC and SET_JERK cannot both be looked"),
 ])  # fmt: skip
@@ -169,4 +169,4 @@ def test_wrong_use_is_refused_with_the_remedy(call: Any, folder: Any, arguments:
 def test_one_step_is_a_step(call: Any):
     told = call("ramp", "cy525", "F=0", "R=1", "S=255", "--distance", "1").out.split("\n")
     assert told[2] == "ramp          3.636363 ms, 1 step"
-    assert told[5] == "1 step        3.636363 ms: crawl 1; gets as far as 275 steps/s"
+    assert told[5] == "1 step        3.636363 ms: crawl 1; reaches 275 steps/s"

@@ -163,7 +163,7 @@ def test_strict_and_quiet_tells_the_findings_all_the_same(call, write):
 def test_quiet_counts_the_findings(call, write, lines, said):
     ran = call("run", write("p.cy525", *lines), "-q")
     assert (ran.status, ran.out) == (0, "")
-    assert ran.err.startswith(f"slewline: {said} without -q the transcript has them") if said else ran.err == ""
+    assert ran.err.startswith(f"slewline: {said} the transcript without -q shows them") if said else ran.err == ""
 
 
 def test_strict_is_content_without_findings(call, five):
@@ -210,7 +210,7 @@ def test_the_crystal_sets_every_time(call, five):
 def test_a_bench_file_has_its_own_chips_and_crystals(call, bench):
     for option in (["--chip", "cy525"], ["--crystal", "5 MHz"]):
         ran = call("run", bench, *option)
-        assert (ran.status, "a bench file says which chips there are" in ran.err) == (2, True)
+        assert (ran.status, "a bench file names its chips" in ran.err) == (2, True)
 
 
 def test_the_chip_may_be_named_in_either_way(call, write):
@@ -355,15 +355,15 @@ def test_a_waveform_with_values_buses_and_layouts(call, five):
 def test_what_a_timescale_hides_is_told(call, five):
     ran = call("run", five, "--vcd", "x.vcd", "--pins", "pulse", "--timescale", "100 ms", "-q")
     assert (ran.status, ran.out) == (0, "")
-    says = "10 changes of level are over within 100 ms and are not in the file; a finer --timescale shows them"
+    says = "10 changes of level last less than 100 ms and are not in the file; a finer --timescale shows them"
     assert ran.err == f"slewline: x.vcd: {says}\n"
 
 
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ("--pins pulse", "--pins: goes with --vcd FILE"),
-        ("--vcd-values --layout", "--vcd-values, --layout: goes with --vcd FILE"),
+        ("--pins pulse", "--pins: needs --vcd FILE"),
+        ("--vcd-values --layout", "--vcd-values, --layout: needs --vcd FILE"),
         ("--vcd x.vcd --timescale 5ns", "timescale '5ns': allowed 1 ps, 10 ps"),
         ("--vcd x.vcd --pins a,,b", "give names of pins with commas between"),
         ("--vcd x.vcd --pins puls", "has no pin 'puls'; its pins: "),
@@ -437,7 +437,7 @@ def test_a_journal_of_other_laws_is_replayed_only_on_demand(call, five):
     Path("j").write_text(Path("j").read_text().replace('"behaviour":2', '"behaviour":1'))
     refused = call("run", "--replay", "j")
     assert (refused.status, refused.out) == (2, "")
-    assert "cy525 had behaviour 1 and has 2; the run would be another one" in refused.err
+    assert "cy525 had behaviour 1 and has 2; the run would differ" in refused.err
     played = call("run", "--replay", "j", "--other-laws")
     assert played.status == 0 and "MOTION COMPLETE at 5" in played.out
     assert played.err.startswith("slewline: journal j: made by slewline")
@@ -447,10 +447,10 @@ def test_a_journal_of_other_laws_is_replayed_only_on_demand(call, five):
 def test_a_journal_replaces_only_a_journal_and_says_so(call, five):
     call("run", five, "--journal", "j", "-q")
     again = call("run", five, "--journal", "j", "-q")
-    assert (again.status, again.err) == (0, "slewline: j: replaces the journal that stands there\n")
+    assert (again.status, again.err) == (0, "slewline: j: the existing journal is replaced\n")
     Path("j").write_text("my notes\n")
     refused = call("run", five, "--journal", "j")
-    assert refused.status == 2 and "is no journal" in refused.err
+    assert refused.status == 2 and "is not a journal" in refused.err
     assert Path("j").read_text() == "my notes\n"
 
 

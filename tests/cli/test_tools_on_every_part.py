@@ -25,7 +25,7 @@ every_part = pytest.mark.parametrize("part", PARTS)
 @every_part
 def test_a_program_is_linted_assembled_listed_and_run(part, call, write):
     program = write(f"p.{part}", *PROGRAMS.get(part, PACKETS))
-    assert call("lint", program, "--strict").out == f"{program}: nothing to complain about\n"
+    assert call("lint", program, "--strict").out == f"{program}: no problems found\n"
     write("p.hex", call("asm", program, "--format", "hex").out)
     listed = call("dis", "p.hex", "--chip", part).out
     again = write(f"again.{part}", *(line for line in listed.splitlines() if line))

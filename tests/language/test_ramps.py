@@ -66,7 +66,7 @@ def test_exactly_one_thing_can_be_wanted_and_it_is_positive(wanted: Any, says: s
 
 
 def test_a_part_without_a_crystal_takes_none() -> None:
-    with pytest.raises(UsageError, match="the gs-c200 has none to choose"):
+    with pytest.raises(UsageError, match="the gs-c200 takes none"):
         slewline.ramp("gs-c200", S=1, T=2, R=3, crystal="1 MHz")
 
 

@@ -174,9 +174,9 @@ def test_the_status_says_what_has_passed(stand):
 @pytest.mark.parametrize(
     ("request_", "says"),
     [
-        ("nonsense", "is no JSON object"),
-        ("[" * 60_000, "is no JSON object"),  # deeper than Python goes
-        ("[1]", "is no JSON object"),
+        ("nonsense", "is not a JSON object"),
+        ("[" * 60_000, "is not a JSON object"),  # deeper than Python goes
+        ("[1]", "is not a JSON object"),
         ('{"do": "dance"}', "do 'dance'; allowed drive, release"),
         ('{"do": []}', "allowed drive, release"),
         ('{"do": "drive", "pin": "x.ui1"}', "level is missing"),
@@ -198,8 +198,8 @@ def test_the_status_says_what_has_passed(stand):
         ('{"do": "fault", "line": "x", "to": "chip", "kind": "lost", "count": 0}', "allowed 1 and more"),
         ('{"do": "fault", "line": "x", "kind": "lost"}', "needs line, to and kind, or chip and the kind eeprom"),
         ('{"do": "fault", "line": "x", "to": "chip", "kind": "eeprom"}', "allowed lost, garbled"),
-        ('{"do": "fault", "chip": "x", "kind": "lost"}', "a chip has the kind eeprom alone"),
-        ('{"do": "fault", "chip": "x", "kind": "eeprom", "count": 2}', "a chip has the kind eeprom alone"),
+        ('{"do": "fault", "chip": "x", "kind": "lost"}', "a chip takes the kind eeprom only"),
+        ('{"do": "fault", "chip": "x", "kind": "eeprom", "count": 2}', "a chip takes the kind eeprom only"),
         ('{"do": "fault", "chip": "y", "kind": "eeprom"}', "no chip 'y'; there are: x"),
         ('{"do": "clear"}', "clear: needs line or chip"),
         ('{"do": "fault", "line": "x", "to": "chip", "kind": "lost", "seed": {}}', "seed"),

@@ -75,7 +75,7 @@ def test_the_device_goes_and_comes_back(lockstep, cable):
     told = []
     server.tell = told.append
     server.serial(line, str(cable.path))
-    assert "7 data bits, odd parity, 2 stop bits; a host that sets others" in told.pop()
+    assert "7 data bits, odd parity, 2 stop bits; a host that sets another format" in told.pop()
     with Threaded(server) as running:
         assert cable.ask(b"F\r") == b"R\r"
         cable.unplug()

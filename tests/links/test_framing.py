@@ -111,7 +111,7 @@ def test_busy_ready_and_forget(framed):
         (b"?7", b"! ?7: allowed ?, ?0, ?1, ?2, ?3\r\n"),
         (b"?x", b"! ?x: allowed"),
         (b"N \xb5", b"! byte 0xb5 at character 3 is not ASCII; not sent"),
-        (b"x" * (LONGEST + 1), b"! a line of more than 256"),
+        (b"x" * (LONGEST + 1), b"! the line has more than 256"),
     ],
 )
 def test_what_cannot_be_sent_is_told(framed, line, says):
@@ -123,13 +123,13 @@ def test_a_host_that_writes_without_end_is_refused(framed):
     framed.line.feed(b"N 5\n" * BACKLOG)
     assert not framed.got
     framed.line.feed(b"N 6\n?3\n")
-    refused = f"%s: {BACKLOG} lines are to be sent; not sent, wait until the answer to ? is ready\r\n"
+    refused = f"%s: not sent, because {BACKLOG} lines wait already; wait until the answer to ? is ready\r\n"
     assert framed.got.decode() == f"! {refused}! {refused}" % ("N 6", "?3")
     assert len(framed.line.computer.queue) == 2 * BACKLOG
     framed.bench.run("5 ms")
     framed.got.clear()
     framed.line.feed(b"N 7\n")  # there would be room, but what came in front of it was refused
-    assert framed.got.startswith(b"! N 7: 40")
+    assert framed.got.startswith(b"! N 7: not sent, because 40")
     framed.line.feed(b"!\nN 8\n")
     framed.bench.run("5 ms")
     assert framed.x.registers["number"] == 8

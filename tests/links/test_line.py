@@ -234,7 +234,7 @@ def test_a_transcript_that_cannot_be_written_is_told(lockstep):
 def test_a_transcript_goes_to_a_regular_file_only(lockstep, path):
     """To open a FIFO is to wait for its other end."""
     os.mkfifo("fifo")
-    with pytest.raises(UsageError, match="is no regular file; give a file, or - for standard error"):
+    with pytest.raises(UsageError, match="is not a regular file; give a file, or - for standard error"):
         lockstep(log=path)
 
 

@@ -246,7 +246,7 @@ def test_what_goes_wrong_in_a_packet_is_raised(stand):
             host.command("UPDATE", axis=5)
         with pytest.raises(UnknownName, match="no status bit 'moving'"):
             host.wait("moving")
-        with pytest.raises(slewline.Timeout, match=r"waited 0 s for motion_complete; the status is 0300"):
+        with pytest.raises(slewline.Timeout, match=r"waited 0 s for motion_complete; the status word is 0300"):
             host.wait("motion_complete", timeout=0)
         assert host.query("GET_VRSN") == 0x5C11
 

@@ -184,7 +184,7 @@ def test_what_is_no_request_is_answered_and_does_nothing(still):
     assert still.ask("0400")[0] == b"\xff"
     (found,) = still.bench.findings  # once for each host
     assert (found.source, found.code) == ("x_isa", "no-request")
-    assert "b' \\x00' is no request, and reads FF: this is a port of registers" in found.text
+    assert "b' \\x00' is not a request, and reads FF: this is a port of registers" in found.text
 
 
 def test_requests_may_come_in_any_pieces(still):
@@ -370,10 +370,10 @@ def test_the_transcript_has_accesses_and_no_polls(make, tmp_path):
     still.ask("0400 126c 0400 0400 0000 0000 4711 0400")
     still.server.close()
     lines = [line.split(maxsplit=1) for line in (tmp_path / "log").read_text().splitlines()]
-    assert lines.pop(8)[1].startswith(r"x_isa ! no-request: b'G\x11' is no request, and reads FF")
+    assert lines.pop(8)[1].startswith(r"x_isa ! no-request: b'G\x11' is not a request, and reads FF")
     assert [text for _, text in lines] == [
         "x ! a host is connected", "x > 4 ff", "x < 2 6c", "x > 4 7f", "x > 4 ff", "x > 0 5c", "x > 0 11",
-        "x ! 47 11 is no request", "x > 4 7f",
+        "x ! 47 11 is not a request", "x > 4 7f",
     ]  # fmt: skip
     assert lines[1][0] == "0.003278"  # ten cycles, a clock, and a bus cycle
 

@@ -212,7 +212,7 @@ def test_the_settings_that_the_line_wants_are_told_at_the_start(lockstep):
     where = server.rfc2217(line, "127.0.0.1:0").where
     assert told == [
         f"{where}: the line has 9600 baud, 7 data bits, odd parity, 2 stop bits; "
-        "a host that sets others, such as 8N1, gets E1 or silence"
+        "a host that sets another format, such as 8N1, gets E1 or no answer"
     ]
     server.close()
 

@@ -169,20 +169,20 @@ def test_a_memory_that_would_hang_the_start_is_refused(capfd):
     os.mkdir("memories")
     os.mkfifo("memories/gs_c200s.eeprom")
     assert invoke([*ONE_MORE, "--state", "memories"]) == 2
-    assert "gs_c200s.eeprom: is no regular file" in capfd.readouterr().err
+    assert "gs_c200s.eeprom: is not a regular file" in capfd.readouterr().err
 
 
 @pytest.mark.posix
 def test_a_transcript_that_would_hang_the_start_is_refused(capfd):
     os.mkfifo("log")
     assert invoke([*ONE_MORE, "--log", "log"]) == 2
-    assert "log log: is no regular file" in capfd.readouterr().err
+    assert "log log: is not a regular file" in capfd.readouterr().err
 
 
 def test_two_servers_do_not_share_a_memory(serve, capfd):
     serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories")
     assert invoke([*ONE_MORE, "--state", "memories"]) == 2
-    assert "another server has it" in capfd.readouterr().err
+    assert "another server uses it" in capfd.readouterr().err
 
 
 ONE_MORE = ["serve", "gs-c200s", "--tcp", "127.0.0.1:0"]
@@ -431,15 +431,15 @@ def test_a_bench_file_without_serve_is_told(capfd, folder):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ([], "give a chip, such as gs-c200s, or --bench FILE"),
-        (["gs-c200s"], "Give one of --tcp, --pty, --rfc2217, --serial"),
-        (["gs-c200s", "--tcp", "127.0.0.1:0", "--pty", "x"], "--tcp and --pty are 2; leave out all but one"),
+        ([], "give one of a chip, such as gs-c200s, and --bench FILE"),
+        (["gs-c200s"], "give one of --tcp, --pty, --rfc2217, --serial"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--pty", "x"], "--pty: a chip has one port; leave out all but one"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--lockstep", "--rate", "2"], "leave out --rate"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--rate", "0"], "expected virtual seconds per second"),
         (["gs-c200s", "--tcp", "0.0.0.0:0"], "--allow-remote"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--control", "0.0.0.0:0"], "--allow-remote"),
         (["gs-c200s", "--tcp", "nowhere"], "expected HOST:PORT"),
-        pytest.param(["gs-c200s", "--pty", ""], "a pty needs a name", marks=pytest.mark.posix),
+        pytest.param(["gs-c200s", "--pty", ""], "a pty needs a link", marks=pytest.mark.posix),
         (["gs-c200s", "--serial", "/dev/nowhere"], "/dev/nowhere"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--framing"], "leave out the framing"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs"], "such as 'chs=0'"),
@@ -448,10 +448,10 @@ def test_a_bench_file_without_serve_is_told(capfd, folder):
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--option", "xyz"], "an option and its value"),
         (["gs-c200x", "--tcp", "127.0.0.1:0"], "no chip 'gs-c200x'"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--log", "a", "--journal", "./a"], "--log and --journal: the same file"),
-        (["gs-c200s", "--tcp", "127.0.0.1:0", "--anywhere"], "--anywhere goes with --bench"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--anywhere"], "--anywhere needs --bench"),
         (["gs-c200s", "--tcp", "127.0.0.1:0", "--log", "no/where"], "give a file that can be written"),
-        (["gs-c200s", "--tcp", "127.0.0.1:0", "--state", "/dev/null/x"], "give a directory that can be written"),
-        (["--bench", "b.toml", "--strap", "chs=0"], "a bench file says all of this itself"),
+        (["gs-c200s", "--tcp", "127.0.0.1:0", "--state", "/dev/null/x"], "give a writable directory"),
+        (["--bench", "b.toml", "--strap", "chs=0"], "a bench file sets all of this itself"),
         (["cy525", "--rfc2217", "127.0.0.1:0", "--framing"], "has no serial line"),
     ],
 )

@@ -81,8 +81,8 @@ def test_a_flood_of_settings_has_its_share_of_a_turn(turns):
     turns.client(port, RATE * 100)
     while port.session is None:
         turns.turn()
-    heard, pieces = port.session.heard, []
-    port.session.heard = lambda data: (pieces.append(len(data)), heard(data))
+    receive, pieces = port.session.receive, []
+    port.session.receive = lambda data: (pieces.append(len(data)), receive(data))
     while sum(pieces) < 100 * len(RATE):
         before = len(pieces)
         turns.turn()

@@ -500,7 +500,7 @@ def test_any_damage_is_noticed_and_a_write_mends_it(store):
 def test_a_file_of_somebody_else_is_not_touched(store):
     store.path.write_text("Dear Sir or Madam")
     for action in (store.read, lambda: store.write(NEW)):
-        with pytest.raises(StoreError, match="no memory of slewline; name another file"):
+        with pytest.raises(StoreError, match="not a memory of slewline; name another file"):
             action()
     assert store.path.read_text() == "Dear Sir or Madam"
 
@@ -523,7 +523,7 @@ def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "x.eeprom")
     store = FileStore(tmp_path / "x.eeprom")
     for call in (store.read, lambda: store.write(NEW)):
-        with pytest.raises(StoreError, match="is no regular file"):
+        with pytest.raises(StoreError, match="is not a regular file"):
             call()
 
 
@@ -685,7 +685,7 @@ def test_a_file_that_is_taken_away_or_written_by_somebody_else_is_written_anew_o
     store.append(b"six", 6)
     assert store.read() == b"onetwosix" + LARGE[9:]
     store.path.write_text("Dear Sir or Madam")
-    with pytest.raises(StoreError, match="no memory of slewline"):
+    with pytest.raises(StoreError, match="not a memory of slewline"):
         store.append(b"x")
     assert store.path.read_text() == "Dear Sir or Madam"
 

@@ -349,6 +349,6 @@ def test_a_client_whose_first_line_is_no_object_is_hung_up_on(ports, client, fir
     running, _, _, control = ports()
     stranger = client(control.where)
     stranger.send(first + b'\n{"do": "quit"}\n')
-    assert "is no JSON object" in json.loads(stranger.read(b"\n"))["error"]
+    assert "is not a JSON object" in json.loads(stranger.read(b"\n"))["error"]
     assert running.thread.is_alive()
     assert "chips" in Asks(client(control.where))("status")

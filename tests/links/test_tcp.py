@@ -255,7 +255,7 @@ def test_a_port_that_other_machines_reach_is_told(kind):
     (text,) = [text for text in told if "open to" in text]
     assert text == (
         f"{open_to_all.where}: open to every network of this machine; "
-        "whoever connects can work the module, without a password"
+        "any client that connects can command the module; no password is asked"
     )
     told.clear()
     getattr(server, kind)(line, "127.0.0.1:0")
@@ -263,7 +263,7 @@ def test_a_port_that_other_machines_reach_is_told(kind):
     control = server.control("0.0.0.0:0", "12345678")
     assert (
         told[-1]
-        == f"{control.where}: open to every network of this machine; whoever knows the token can work every pin"
+        == f"{control.where}: open to every network of this machine; any client with the token can drive every pin"
     )
     server.close()
 

@@ -275,10 +275,10 @@ def test_cts_holds_the_characters_of_a_host_that_asks_for_it(serve, tmp_path, ki
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (("gs-c200", "--registers", NOWHERE), "--registers is for a chip with a bus beside its serial line"),
+        (("gs-c200", "--registers", NOWHERE), "--registers is for a chip with a bus and a serial line"),
         (("mc1451a", "--registers", NOWHERE), "a mc1451a is served with --tcp, --pty"),
         (("cy545b", "--tcp", NOWHERE, "--pty", "x"), "a chip has one port"),
-        (("cy545b",), "where? Give one of --tcp, --pty, --rfc2217, --serial, or --registers for its bus"),
+        (("cy545b",), "no port given; give one of --tcp, --pty, --rfc2217, --serial, or --registers for its bus"),
         (("cy545b", "--tcp", NOWHERE, "--framing"), "leave out the framing"),
         (("cy545b", "--registers", NOWHERE, "--framing"), "leave out the framing"),
     ],

@@ -185,9 +185,9 @@ def test_what_does_not_sit_there_is_refused_with_the_reason():
     motor = bench.part("translator", "motor", to=x)
     gate = bench.part("and", "gate")
     for kind, given, says in (
-        ("switch", {"low": 1}, "sits on a shaft; say on which"),
-        ("uart", {"on": motor}, "sits on no shaft"),
-        ("switch", {"on": gate, "low": 1}, r"gate has no shaft; parts that do: motor"),
+        ("switch", {"low": 1}, "needs a shaft; name its part"),
+        ("uart", {"on": motor}, "takes no shaft"),
+        ("switch", {"on": gate, "low": 1}, r"gate has no shaft; parts with a shaft: motor"),
         ("switch", {"on": motor}, "allowed low below high, one of them None"),
         ("switch", {"on": motor, "low": 2, "high": 2}, "allowed low below high"),
         ("switch", {"on": motor, "low": "2"}, "low '2'; allowed a number"),

@@ -296,9 +296,9 @@ def test_one_host_a_side_and_one_side_a_host():
     x, y = bench.add("cy545b"), bench.add("cy545")
     assert type(bench.host(x)) is FlowHost and type(bench.host(x, over="serial")) is AdaptiveHost
     for over in ("parallel", "serial"):
-        with pytest.raises(WiringError, match="on this side of cy545b already"):
+        with pytest.raises(WiringError, match="cy545b has a host on this channel already"):
             bench.host(x, over=over)
-        with pytest.raises(UsageError, match="has a host of its own"):
+        with pytest.raises(UsageError, match="give each chip a host of its own"):
             bench.host(x, y, over=over)
 
 

@@ -75,12 +75,12 @@ def test_the_edge_that_is_asked_for():
 
 @pytest.mark.parametrize("text", ["", "x.a falling", "x.a falls 0", "x.a falls two", "x.a falls 1 2", 7])
 def test_what_is_no_edge_is_refused(text):
-    with pytest.raises(UsageError, match="write a pin, how it changes"):
+    with pytest.raises(UsageError, match="expected a pin, a change"):
         Edge.read(text)
 
 
 def test_a_bus_does_not_fall():
-    with pytest.raises(UsageError, match="a bus changes, appears or vanishes"):
+    with pytest.raises(UsageError, match="a bus only changes, appears or vanishes"):
         Edge.read("x.db falls").find(signal((1, 0), bus=True), 0, include=True)
 
 

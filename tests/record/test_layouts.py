@@ -138,7 +138,7 @@ def test_they_stand_beside_the_file_and_name_it_without_its_folder(tmp_path):
     assert sorted(path.name for path in folder.iterdir()) == ["my.weld.gtkw", "my.weld.sucl"]
     assert '[dumpfile] "my.weld.vcd"\n[savefile] "my.weld.gtkw"\n' in (folder / "my.weld.gtkw").read_text()
     assert not any(str(tmp_path) in path.read_text() for path in folder.iterdir())
-    with pytest.raises(UsageError, match=r"the layout beside it would have the same name; end the name in \.vcd"):
+    with pytest.raises(UsageError, match=r"its layout file would have the same name; end the name in \.vcd"):
         layout_paths(folder / "my.gtkw")
 
 

@@ -28,7 +28,7 @@ def test_intervals_and_rates():
 
 
 def test_instants_must_ascend():
-    with pytest.raises(UsageError, match="number 2 does not come after"):
+    with pytest.raises(UsageError, match="number 2 is not after"):
         rates(at(1, 5, 5, 9))
 
 

@@ -84,7 +84,7 @@ def test_a_shift_moves_all_of_a_trace():
         (trace(20 * US, 60 * US, levels=[0, 0]), "agrees, 1 edge missing"),
         (trace(20 * US, 21 * US, 22 * US, 40 * US, 60 * US), "agrees, 2 edges extra"),
         (trace(), "3 edges missing"),
-        (trace(20, since=2 * MS), "has no part of this window"),
+        (trace(20, since=2 * MS), "covers none of this window"),
         (trace(20 * US, 40 * US, until=50 * US), "agrees"),  # an edge behind what is known is not missing
     ],
 )

@@ -106,7 +106,7 @@ def test_names(parse):
     several = parse(text)
     assert several.names == ("a.d", "b.d", "b.e") and several.level_at("e", 0) == 1 == several.level_at("a.d", 0)
     assert several.level_at("b.d", 0) == -2
-    with pytest.raises(UnknownName, match=r"'d' is the end of several names: a\.d, b\.d"):
+    with pytest.raises(UnknownName, match=r"'d' matches the end of several names: a\.d, b\.d"):
         several.edges("d")
     assert "d" not in several
 
@@ -189,10 +189,10 @@ def test_femtoseconds_are_rounded_down(parse):
 
 def test_a_file_without_timescale_is_asked_about(parse):
     text = SMALL.replace("$timescale 1 ns $end\n", "")
-    with pytest.raises(UsageError, match=r"states no \$timescale; .*timescale='1 ns'"):
+    with pytest.raises(UsageError, match=r"has no \$timescale; .*timescale='1 ns'"):
         parse(text)
     assert edges(parse(text, timescale="10 us"), "slew") == [(5 * 10**7, 0), (9 * 10**7, 1)]
-    with pytest.raises(UsageError, match="says 1000 ps, not 10000000 ps"):
+    with pytest.raises(UsageError, match="is 1000 ps, not 10000000 ps"):
         parse(SMALL, timescale="10 us")
     assert edges(parse(SMALL, timescale="1 ns"), "slew") == edges(parse(SMALL), "slew")
 
@@ -503,8 +503,8 @@ def test_edges_of_sigrok(lively, tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "line", "message"),
     [
-        ("#9\n1!", "#9\n1(", 22, "'1(': identifier '(' is not declared; it stands behind BITS"),
-        ("#9\n1!", "#9\n1", 22, "'1': a level without its identifier"),
+        ("#9\n1!", "#9\n1(", 22, "'1(': identifier '(' is not declared; a $var has it after BITS"),
+        ("#9\n1!", "#9\n1", 22, "'1': a level has no identifier"),
         ("#9\n", "#4\n", 21, "'#4': time runs backwards, from #5 to #4"),
         ("#9\n", "#9x\n", 21, "'#9x': '#9x'; a time is # and 1 to 18 digits"),
         ("#9\n", "#\n", 21, "a time is # and"),
@@ -521,15 +521,15 @@ def test_edges_of_sigrok(lively, tmp_path):
         ("0!\n", "0!\n$var wire 1 % a $end\n", 18, "'$var' among the changes; allowed $dumpall, $dumpoff"),
         ("0!\n", "0!\n\0\0\0\n", 18, "byte 0x00; a VCD file is text"),
         ("0!\n", "0!\n\xff\xfe\n", 18, "is neither a time"),
-        ("0!\n", "0!\n$comment no end\n", 18, "the file ends before this does: it was cut off"),
+        ("0!\n", "0!\n$comment no end\n", 18, "the file ends within this: it was cut off"),
         ("$var wire 8", "$var wire eight", 4, "expected $var TYPE BITS IDENTIFIER NAME $end"),
         ("$var wire 8", "$var wire 0", 4, "0 bits; allowed 1 to"),
         ("$var wire 8", "$var wire 9999999", 4, "9999999 bits; allowed"),
-        ('$var wire 8 "', "$var wire 8 !", 4, "identifier '!' is declared a second time, as something else"),
+        ('$var wire 8 "', "$var wire 8 !", 4, "identifier '!' is declared again, with another type or width"),
         ("1 ns", "1 ly", 1, "timescale '1 ly'; expected a number and one of fs, ps, ns, us, ms, s"),
         ("1 ns", "0 ns", 1, "timescale '0 ns'"),
         ("$scope module x", "$timescale 1 us $end $scope module x", 2, "a second $timescale that differs"),
-        ("$scope module x $end\n", "", 6, "$upscope without a $scope"),
+        ("$scope module x $end\n", "", 6, "$upscope without an open $scope"),
         ("$enddefinitions $end", "$enddefinitions", 8, "expected $enddefinitions $end"),
         ("$upscope $end", "$upscope x $end", 7, "expected $upscope $end"),
     ],
@@ -550,7 +550,7 @@ def test_damage_is_told_with_line_and_reason(parse, old, new, line, message, tmp
     [
         (b"", "is empty"),
         (b" \n\n", "is empty"),
-        (b"\x1f\x8b\x08\x00", "no VCD file: compressed (gzip); unpack it with gunzip"),
+        (b"\x1f\x8b\x08\x00", "not a VCD file: compressed (gzip); unpack it with gunzip"),
         (b"PK\x03\x04", "sigrok-cli -i FILE.sr -O vcd -o FILE.vcd"),
         (b"\0\0\0\0\0\0\0\x01\x49\0\0", "fst2vcd FILE.fst > FILE.vcd"),
         (b"\x13\x80\0", "lxt2vcd"),
@@ -586,7 +586,7 @@ def test_a_file_that_was_cut_off(parse):
         if text.endswith("\n"):
             continue
         with pytest.raises(
-            WaveformError, match=r"line \d+: .*cut off; read_vcd\(\.\.\., torn=True\) reads what stands"
+            WaveformError, match=r"line \d+: .*cut off; read_vcd\(\.\.\., torn=True\) reads what is before the cut"
         ):
             parse(text)
 
@@ -665,7 +665,7 @@ def test_steps_begin_with_known_levels(parse):
         found.steps("p", "d", "rising")
     with pytest.raises(UsageError, match="edge='up', forward=1: allowed falling or rising"):
         found.steps("p", edge="up")
-    with pytest.raises(UsageError, match="db has 8 bits; one of them"):
+    with pytest.raises(UsageError, match="db has 8 bits; name one of them"):
         parse(SMALL).steps("db")
     assert len(parse(SMALL).steps("slew", edge="rising")) == 1
 

@@ -228,7 +228,7 @@ def test_the_command_line_takes_a_guest_wherever_it_takes_a_chip(lab, call):
     written("feed.txt", FEED)
     status, out, _ = call("run", "feed.txt", "--chip", NAME)
     assert status == 0 and "P -> 40" in out and "mx10 (mx10): position 40, 40 steps" in out
-    assert call("lint", "feed.txt", "--chip", NAME)[:2] == (0, "feed.txt: nothing to complain about\n")
+    assert call("lint", "feed.txt", "--chip", NAME)[:2] == (0, "feed.txt: no problems found\n")
     assert call("describe", NAME, "V")[1].startswith("# SPEED: steps/s\n")
     written("far.txt", "V500\nN0\n")
     status, out, _ = call("lint", "far.txt", "--chip", NAME)
@@ -241,7 +241,7 @@ def test_what_a_class_names_beside_its_sheet_is_used(lab, call):
     careful = "my_lab.careful:Careful"
     written("fast.txt", "V9001\n")
     assert "warning: faster than the motor" in call("lint", "fast.txt", "--chip", careful)[1]
-    assert "nothing to complain about" in call("lint", "fast.txt", "--chip", NAME)[1]
+    assert "no problems found" in call("lint", "fast.txt", "--chip", NAME)[1]
     assert call("ramp", careful, "F=3", "R=127", "S=200")[1] == call("ramp", "cy525", "F=3", "R=127", "S=200")[1]
     assert slewline.ramp(careful, F=3, R=127, S=200).steps == slewline.ramp("cy525", F=3, R=127, S=200).steps
     assert [quirk.id for quirk in quirks_of(careful)] == ["MX-1"] and quirks_of(NAME) == ()
@@ -491,4 +491,4 @@ def test_place_and_line_of_a_module_that_is_refused_are_told(files):
 def test_leave_for_a_file_that_there_is_not_is_wrong_use(lab, call, words):
     written("f.cy525", "N 5\n")
     status, _, err = call(*words, "--allow-code")
-    assert status == 2 and "--allow-code goes with " in err
+    assert status == 2 and "--allow-code needs " in err

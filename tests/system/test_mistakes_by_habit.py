@@ -40,10 +40,10 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "b.seed = 1",
         "NoSuchAttribute",
-        "seed cannot be set; it is given where the bench is made: slewline.Bench(seed=...)",
+        "seed cannot be set; give it when the bench is made: slewline.Bench(seed=...)",
     ),
-    ("b.sedd = 1", "NoSuchAttribute", "bench has no 'sedd' that could be set; did you mean seed?"),
-    ("b.baud = 9600", "NoSuchAttribute", "bench has no 'baud' that could be set; keep what is yours in a variable"),
+    ("b.sedd = 1", "NoSuchAttribute", "bench has no 'sedd' to set; did you mean seed?"),
+    ("b.baud = 9600", "NoSuchAttribute", "bench has no 'baud' to set; keep your own data in a variable"),
     ("b.on_finding = print", "NoSuchAttribute", "on_finding cannot be set; add a listener: .add(function)"),
     # -------------------------------------------------------------------------------------- what there is, by name
     ('x.registers["R"]', "UnknownName", "number, slope, rate, firstrate, divisor, position; did you mean rate?"),
@@ -99,15 +99,15 @@ MISTAKES = [  # the line, the error, the end of its message
         "Bench(): too many positional arguments; its arguments",
     ),
     ("slewline.Bench(journal=5)", "UsageError", "Bench(journal=5): allowed the name of a file, None"),
-    ('slewline.Bench(shuffle="yes")', "UsageError", "allowed a whole number, the seed of the order, None"),
+    ('slewline.Bench(shuffle="yes")', "UsageError", "allowed a whole number, the seed of the task order, None"),
     (
         'slewline.Bench(stores="dir")',
         "UsageError",
-        "allowed a function that is given a name and returns a memory, None",
+        "allowed a function that takes a name and returns a memory, None",
     ),
     ('b.add("cy525", bare="no")', "UsageError", "add('cy525'): bare 'no'; allowed True, False"),
     ('b.wire("x.abort", "x.slew", invert="no")', "UsageError", "invert 'no'; allowed True, False"),
-    ("b.close()", "NoSuchAttribute", "there is nothing to close; a journal: bench.journal.close()"),
+    ("b.close()", "NoSuchAttribute", "a bench needs no closing; a journal: bench.journal.close()"),
     (
         "b.run_until(lambda b: b.now > 1)",
         "UsageError",
@@ -137,18 +137,22 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "mb.run_until(x.reaches(3))",
         "UsageError",
-        "run_until(x at position 3): that is on another bench, whose time does not pass here",
+        "run_until(x at position 3): the condition is on another bench, whose time does not pass here",
     ),
     (
         'mb.run_until(x.pin("slew").is_(0) | m.reaches(3))',
         "UsageError",
-        "that is on another bench, whose time does not pass here",
+        "the condition is on another bench, whose time does not pass here",
     ),
-    ("mb.run_until(x.at_instruction(3))", "UsageError", "that is on another bench, whose time does not pass here"),
+    (
+        "mb.run_until(x.at_instruction(3))",
+        "UsageError",
+        "the condition is on another bench, whose time does not pass here",
+    ),
     (
         'b.run_until(x.at_instruction(99), timeout="1 s")',
         "Timeout",
-        "x at instruction 99, where there is none: no program is stored; it is",
+        "x at instruction 99, where there is none: no program is stored; the time is",
     ),
     # -------------------------------------------------------------------------------------------------------- hooks
     ("x.on_step", "NoSuchAttribute", "x.on_motion_begin.add(...) hears of motions, x.steps() has every step"),
@@ -182,7 +186,11 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ("h.close()", "NoSuchAttribute", "there is nothing to open or close; host.clear() forgets what is queued"),
     # --------------------------------------------------------------------------- habits of other libraries, once more
-    ("b.process(lambda: 0)", "NoSuchAttribute", 'bench.at("1 ms", function) calls it at an instant; tasks are those'),
+    (
+        "b.process(lambda: 0)",
+        "NoSuchAttribute",
+        'bench.at("1 ms", function) calls it at an instant; slewline.testing.aio',
+    ),
     ('b.timeout("5 ms")', "NoSuchAttribute", 'bench.run("10 ms"), in asyncio await bench.wait("10 ms")'),
     (
         "b.run(until=1000)",
@@ -190,7 +198,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "its arguments: duration; run_to(time) goes to an instant, run_until(condition)",
     ),
     ('b.wire("x.run")', "UsageError", "its arguments: a, b, invert; two pins, such as bench.wire('x.run', 'y.wait')"),
-    ('b.record(["x.slew"])', "UnknownName", "names stand one behind the other: bench.record(*names)"),
+    ('b.record(["x.slew"])', "UnknownName", "pass the names as separate arguments: bench.record(*names)"),
     ('b.add("encoder")', "UnknownName", "encoder is a part: bench.part('encoder')"),
     ('b.part("cy525")', "UnknownName", "cy525 is a chip: bench.add('cy525')"),
     ('b.part("ram", to=x)', "WiringError", "x (cy525) has none, as cy545, cy545b have"),
@@ -209,9 +217,9 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.stream_vcd("s.vcd").close()',
         "NoSuchAttribute",
-        'it goes in a with statement: with bench.stream_vcd("run.vcd"):',
+        'use it in a with statement: with bench.stream_vcd("run.vcd"):',
     ),
-    ('s = b.stream_vcd("s.vcd"); b.run("1 ms")', "UsageError", "stream_vcd: it goes in a with statement"),
+    ('s = b.stream_vcd("s.vcd"); b.run("1 ms")', "UsageError", "stream_vcd: use it in a with statement"),
     ('b.stream_vcd("s.txt")', "UsageError", "s.txt: give a name that ends in .vcd"),
     ("h.readline()", "NoSuchAttribute", "host.received has what came in, host.ask(...) waits"),
     ("h.baudrate = 19200", "NoSuchAttribute", "bench.host(x, baud=9600) gives it, host.change_line(...) changes it"),
@@ -240,9 +248,13 @@ MISTAKES = [  # the line, the error, the end of its message
         "finding has no 'message'; write finding.text",
     ),
     ('slewline.compare_edges("x.pulse", "x.pulse")', "UsageError", "model 'x.pulse': expected times and levels, as"),
-    ('slewline.compare_edges(([], []), ([], []), shift="auto")', "TimeError", '; or "first", "best"'),
-    ('slewline.load("[[chip]]\\npart = 5\\n")', "BenchFileError", "the text of a bench file; expected the name of one"),
-    ('b.part("ram", to=slewline.Bench().add("cy545b")).content', "UnknownName", "is no chip and no part of this bench"),
+    ('slewline.compare_edges(([], []), ([], []), shift="auto")', "TimeError", '; allowed also "first", "best"'),
+    (
+        'slewline.load("[[chip]]\\npart = 5\\n")',
+        "BenchFileError",
+        "this is the text of a bench file; give the name of a file",
+    ),
+    ('b.part("ram", to=slewline.Bench().add("cy545b")).content', "UnknownName", "is not a chip or part of this bench"),
     ('mb.part("encoder", to=m, counts="400")', "UsageError", "; allowed 1 and more; write 400, without quotes"),
     ('mb.part("encoder", to=m).position', "NoSuchAttribute", "encoder has no 'position'; write encoder.counts"),
     ('b.part("ram").content = b""', "NoSuchAttribute", "ram: content cannot be set; write ram.load(image)"),
@@ -297,7 +309,9 @@ def test_a_wait_for_an_instruction_names_those_that_there_are():
     world["h"].send("E\rP 3\r0\r")
     world["b"].run_until_idle()
     rows = ", ".join(str(row.address) for row in world["x"].program_rows())
-    with pytest.raises(errors.Timeout, match=f"instruction 99, where there is none: there are {rows}; it is") as raised:
+    with pytest.raises(
+        errors.Timeout, match=f"instruction 99, where there is none: there are {rows}; the time is"
+    ) as raised:
         world["b"].run_until(world["x"].reaches(3) | world["x"].at_instruction(99), timeout="1 s")
     assert "x at position 3 or x at instruction 99" in str(raised.value)
 
@@ -333,7 +347,7 @@ def test_a_function_is_no_coroutine():
     async def main():
         pass
 
-    with pytest.raises(errors.UsageError, match=r"aio.run\(main\): a function; call it: aio.run\(main\(\)\)"):
+    with pytest.raises(errors.UsageError, match=r"aio.run\(main\): this is a function; call it: aio.run\(main\(\)\)"):
         aio.run(main)
 
 

@@ -37,7 +37,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.Bench("cy525")',
         "UsageError",
-        "allowed a whole number, the seed of chance; add() puts a chip on a bench",
+        "allowed a whole number, the random seed; add() puts a chip on a bench",
     ),
     ('b.on_finding.add("print")', "UsageError", "expected a function, which is called when it happens"),
     ('x.write("A 0\\r")', "NoSuchAttribute", "x has no 'write'; bench.host(x).send(...)"),
@@ -187,8 +187,8 @@ MISTAKES = [  # the line, the error, the end of its message
         "cy525: strap wait='high'; straps put an input to 0 or 1",
     ),
     ('b.add("cy525", name="x")', "UsageError", "the bench has a 'x' already; names are unique"),
-    ('b.add("cy525", name="my chip")', "UsageError", "name 'my chip': letters, digits and underscores, please"),
-    ("b.host()", "UsageError", "host: which chip? bench.host(x)"),
+    ('b.add("cy525", name="my chip")', "UsageError", "name 'my chip': allowed letters, digits and underscores"),
+    ("b.host()", "UsageError", "host: no chip given; name one: bench.host(x)"),
     ('b.host("x")', "UsageError", "host: 'x'; expected chips of this bench"),
     ("b.host(x, baud=9600)", "UsageError", "host: baud 9600; x has no serial line"),
     ('b.host(x, over="serial")', "UsageError", "host: over='serial'; x (cy525) has these channels: bus"),
@@ -201,9 +201,9 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.part("switch")',
         "UsageError",
-        "switch: a switch sits on a shaft; say on which: on=motor, or on='the name of a part'",
+        "switch: a switch needs a shaft; name its part: on=motor, or on='the name of a part'",
     ),
-    ('b.part("inverter", on=x)', "UsageError", "inverter: a inverter sits on no shaft; leave out on="),
+    ('b.part("inverter", on=x)', "UsageError", "inverter: a inverter takes no shaft; leave out on="),
     ('b.part("uart", speed=9600)', "UsageError", "uart: no option 'speed'; its options: baud, bits, parity, stop"),
     (
         'b.part("uart", baud="fast")',
@@ -230,7 +230,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "WiringError",
         "a part of kind inverter has no standard wiring; connect in1, out with bench.wire",
     ),
-    ('b.wire("x.slew", "x.slew")', "WiringError", "wire x.slew to x.slew: that is one and the same; give two pins"),
+    ('b.wire("x.slew", "x.slew")', "WiringError", "wire x.slew to x.slew: both are the same; give two pins"),
     ('b.wire("x.slew", "slew")', "UnknownName", "pin 'slew': give owner and pin, such as 'x.slew'"),
     ('b.wire("x.slew", "y.wait")', "UnknownName", "the bench has no 'y'; there are: x, host"),
     (
@@ -250,8 +250,8 @@ MISTAKES = [  # the line, the error, the end of its message
     ("b[0]", "UnknownName", "the bench has no 0; there are: x, host"),
     ("b.x", "NoSuchAttribute", "bench has no 'x'; chips and parts are found by their names: bench[\"x\"]"),
     ("b.cy525", "NoSuchAttribute", "bench has no 'cy525'; a chip is put on it: x = bench.add(\"cy525\")"),
-    ('b.send("A 0\\r")', "NoSuchAttribute", "bench has no 'send'; bench.host(x).send(...), of x = bench.add(...)"),
-    ('b.query("V 0")', "NoSuchAttribute", "bench has no 'query'; bench.host(x).ask(...), of x = bench.add(...)"),
+    ('b.send("A 0\\r")', "NoSuchAttribute", "bench has no 'send'; bench.host(x).send(...), with x = bench.add(...)"),
+    ('b.query("V 0")', "NoSuchAttribute", "bench has no 'query'; bench.host(x).ask(...), with x = bench.add(...)"),
     ("b.sleep(1)", "NoSuchAttribute", "bench has no 'sleep'; write bench.run(\"10 ms\")"),
     ("b.time", "NoSuchAttribute", "bench has no 'time'; bench.now, or bench.now_ps"),
     (
@@ -260,7 +260,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "bench has no 'save'; bench.save_vcd(\"run.vcd\"), save_csv or save_steps",
     ),
     ('b.draw("a.svg")', "NoSuchAttribute", "bench has no 'draw'; write bench.plot(\"run.svg\")"),
-    ("b.steps", "NoSuchAttribute", "bench has no 'steps'; it is a chip's: x.steps, of x = bench.add(...)"),
+    ("b.steps", "NoSuchAttribute", "bench has no 'steps'; it belongs to a chip: x.steps, with x = bench.add(...)"),
     ("b.run(1)", "TimeError", "time 1: a bare number is picoseconds; write its unit, such as '1 ms' or '1 ps'"),
     ("b.run(0.5)", "TimeError", "text such as '0.5 s', bench.now, or an int of picoseconds; a float would be rounded"),
     (
@@ -274,7 +274,11 @@ MISTAKES = [  # the line, the error, the end of its message
         "sec': expected a number and a unit (ps, ns, us, µs, ms, s, min, h), for example '25 us'",
     ),
     ('b.run("-1 ms")', "TimeError", "time '-1 ms': virtual time does not run backwards; give 0 or more"),
-    ('b.run_to("1 ms")', "UsageError", "run_to 1 ms: that is over; it is 136.046909 ms, and run() takes a duration"),
+    (
+        'b.run_to("1 ms")',
+        "UsageError",
+        "run_to: 1 ms is in the past; the time is 136.046909 ms; run() takes a duration",
+    ),
     (
         'b.run_until("slew")',
         "UsageError",
@@ -295,7 +299,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "TimeError",
         "expected a number and a unit (ps, ns, us, µs, ms, s, min, h), for example '25 us'",
     ),
-    ('b.at("1 ms", print)', "UsageError", "at 1 ms: that is over; it is 136.046909 ms"),
+    ('b.at("1 ms", print)', "UsageError", "at: 1 ms is in the past; the time is 136.046909 ms"),
     ('b.at("1 s", "print")', "UsageError", "at 1 s: 'print'; expected a function"),
     ('b.record("slew")', "UnknownName", "pin 'slew': give owner and pin, such as 'x.slew'"),
     ('b.record("x.slow")', "UnknownName", "pulse, ascii_binary, motion_complete, wait, io_select; did you mean slew?"),
@@ -315,7 +319,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.figure(cursors=["99 s"])',
         "UsageError",
-        "cursors: 99 s lies outside the picture, 985 us to 136.046909 ms; give start or stop, too",
+        "cursors: 99 s is outside the picture, 985 us to 136.046909 ms; give start or stop too",
     ),
     (
         'b.figure(pins=["x.wait"])',
@@ -338,7 +342,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.figure(start="1 s", stop="2 s")',
         "UsageError",
-        "ms; let time pass with bench.run() before, or give start and stop that lie in the past",
+        "ms; call bench.run() first, or give start and stop in the past",
     ),
     ('b.figure(width="wide")', "UsageError", 'width=\'wide\'; allowed "page", "phone", or inches from 3 to 40'),
     ('b.plot("a.gif")', "UsageError", "a.gif: give a name that ends in .svg, .png or .pdf"),
@@ -357,8 +361,12 @@ MISTAKES = [  # the line, the error, the end of its message
     ('b.save_csv("out.xlsx")', "UsageError", "out.xlsx: give a name that ends in .csv"),
     ('b.save_steps("out.xlsx")', "UsageError", "out.xlsx: give a name that ends in .csv or .npz"),
     ('b.save_npz("out.csv")', "UsageError", "out.csv: give a name that ends in .npz"),
-    ("b.readings([])", "UsageError", 'readings: no instant; give some, such as bench.readings(["10 ms", "20 ms"])'),
-    ('b.readings("99 s")', "UsageError", "99 s is still to come; it is 136.046909 ms"),
+    (
+        "b.readings([])",
+        "UsageError",
+        'readings: no instant given; give some, such as bench.readings(["10 ms", "20 ms"])',
+    ),
+    ('b.readings("99 s")', "UsageError", "99 s is in the future; the time is 136.046909 ms"),
     (
         'b.timing("a.svg", between="t14")',
         "UsageError",
@@ -411,10 +419,10 @@ MISTAKES = [  # the line, the error, the end of its message
         "host: SET_POS returns nothing, so there is no query; send it with command()",
     ),
     ('mh.wait("ready")', "UnknownName", "positive_limit, negative_limit, command_error, motor_on, axis_on, in_motion"),
-    ("mb.host(m)", "WiringError", "host: host is on this side of mc1451a already; one host a side: use bench['host']"),
+    ("mb.host(m)", "WiringError", "host: mc1451a has a host on this channel already; use bench['host']"),
     ('gh.ask("V1\\r\\n")', "UsageError", "host: command 'V1\\r\\n'; one at a time, the carriage return is added"),
     ('gh.query("V1")', "NoSuchAttribute", "host has no 'query'; write host.ask(...)"),
-    ("gb.host(g)", "WiringError", "host: host is on the line of gs_c200 already; one host a line"),
+    ("gb.host(g)", "WiringError", "host: host is on the line of gs_c200 already; a line takes one host"),
     (
         "slewline.CY525",
         "AttributeError",
@@ -455,7 +463,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.find_ramps("cy525", F=3, R=100)',
         "UsageError",
-        "what shall the ramp have? give one of time, acceleration and steps",
+        "no single goal for the ramp; give one of time, acceleration and steps",
     ),
     (
         'slewline.find_ramps("cy525", F=3, R=100, time=1)',
@@ -467,7 +475,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.write_image("a.bin", "text")',
         "UsageError",
-        "a.bin: an image 'text'; expected bytes, such as those of read_image",
+        "a.bin: image 'text'; expected bytes, such as those of read_image",
     ),
     (
         'slewline.Bench(journal="no/such/j.jsonl")',

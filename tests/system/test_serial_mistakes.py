@@ -221,7 +221,7 @@ MISTAKES = (
     row("even parity", url, b"V1\r", parity="E", words=f"has 9600 7E2|{RATE}"),
     row("no parity", url, b"V1\r", parity="N", words=f"has 9600 7N2|{RATE}"),
     row("one stop bit", url, b"V1\r", stopbits=1, words=f"has 9600 7O1|{RATE}"),
-    row("another rate, read without timeout", endless, b"V1\r", baudrate=19200, words=f"nothing more is coming|has 19200 7O2|{RATE}|give the port a timeout"),
+    row("another rate, read without timeout", endless, b"V1\r", baudrate=19200, words=f"no more can come|has 19200 7O2|{RATE}|set a timeout on the port"),
     row("another rate", fixture, b"V1\r", baudrate=19200, words=f"line has 19200 7O2|{RATE}"),
     row("another rate", rfc2217, b"V1\r", baudrate=4800, words=f"gs_c200s has 4800 7O2|{RATE}".replace("gs_c200s has", "has")),
     row("8N1", rfc2217, b"V1\r", bytesize=8, parity="N", stopbits=1, words=f"has 9600 8N1|{RATE}"),
@@ -235,7 +235,7 @@ MISTAKES = (
     # ends of lines
     row("no carriage return", bench, "V1", words=f"gs_c200s  unfinished: 'V1' {ENDS}"),
     row("no carriage return", url, b"V1", words=f"'V1' {ENDS}"),
-    row("no carriage return", endless, b"V1", words="'V1' has come without its carriage return|give the port a timeout"
+    row("no carriage return", endless, b"V1", words="'V1' has come without its carriage return|set a timeout on the port"
     ),
     row("no carriage return", tcp, b"V1", words=f"'V1' {ENDS}"),
     row("no carriage return", pty, b"V1", words=f"'V1' {ENDS}"),
@@ -288,16 +288,16 @@ MISTAKES = (
     row("an answer that goes to the bus", url, b"\r\rO 129\r? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  answer-elsewhere: ? P came on RXD|the parallel port|O 128 sends answers to TXD"),
     row("a question to what only receives", deaf, words="port|whose rxd nobody drives: what listens there only receives"),
     row("what only receives", start, "cy525", words="the UART of cy525 only receives: no command is answered|--framing|?0 to ?3 read back"),
-    row("what only receives", log, "cy525", words="nothing is ever answered: what listens here only receives"),
+    row("what only receives", log, "cy525", words="the chip only receives on this line: it never answers"),
     row("a rate as an option", python, "gs-c200s", baud=9600, words="gs_c200s: no option 'baud': straps set its rate|br0=0, br1=0, br2=0|--strap br0=0"),
     row("a rate that there is not", python, "gs-c200s", baud=19200, words="straps set its rate: allowed 110, 150, 300, 600, 1200, 2400, 4800, 9600|--strap br0=0"),
     row("checksums as an option", python, "gs-c200s", checksum=False, words="no option 'checksum': a strap sets it: chs=0 switches checksums off|--strap chs=0"),
     row("a rate in a URL", opened, "gs-c200s?baud=9600", words="no option 'baud': straps set its rate: br0=0, br1=0, br2=0"),
     row("a rate for the server", command, "gs-c200s", "--tcp", "127.0.0.1:0", "--baud", "9600", words="--baud 9600: straps set its rate|br0=0, br1=0, br2=0|--strap br0=0"),
-    row("a port of Windows as a link", command, "gs-c200s", "--pty", "COM3", words="COM3 looks like a port of Windows: there it is --serial COM3|name a link: /tmp/COM3"),
-    row("a port of Windows", command, "gs-c200s", "--serial", "COM3", words="COM3: is the name of a port of Windows; here a serial port is /dev/ttyUSB0"),
-    row("a serial port that is not there", command, "gs-c200s", "--serial", "/dev/ttyUSB77", words="/dev/ttyUSB77: No such file or directory; name a serial port that is there"),
-    row("text to a port of registers", registers, b"GET_VRSN\r\n", words="mc1151a_isa  no-request: |b'GE' (text, it seems) is no request|port of registers, with two bytes a request|docs/howto/serve_registers.md"),
+    row("a port of Windows as a link", command, "gs-c200s", "--pty", "COM3", words="COM3 is the name of a port on Windows (--serial COM3)|name a link, such as /tmp/COM3"),
+    row("a port of Windows", command, "gs-c200s", "--serial", "COM3", words="COM3: is the name of a port on Windows; on this system a serial port is /dev/ttyUSB0"),
+    row("a serial port that is not there", command, "gs-c200s", "--serial", "/dev/ttyUSB77", words="/dev/ttyUSB77: No such file or directory; name a serial port that exists"),
+    row("text to a port of registers", registers, b"GET_VRSN\r\n", words="mc1151a_isa  no-request: |b'GE' (text, it seems) is not a request|port of registers, with two bytes a request|docs/howto/serve_registers.md"),
 )
 # fmt: on
 ON_POSIX = ("pty", "command")

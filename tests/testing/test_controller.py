@@ -103,7 +103,7 @@ def test_straps_decide_on_address_and_checksum(gs_c200s):
 
 def test_no_answer(gs_c200s):
     gs_c200s.chip.power(False)
-    with pytest.raises(Timeout, match=r"'F': no answer in 5 s, but b''; gs_c200s: its supply"):
+    with pytest.raises(Timeout, match=r"'F': no whole answer in 5 s, received b''; gs_c200s: its supply"):
         gs_c200s.ask("F")
 
 
@@ -197,7 +197,7 @@ def test_a_lost_byte_to_the_module(gs_c200s):
 
 def test_a_lost_byte_to_the_host(gs_c200s):
     gs_c200s.faults.lost_byte(to="host", count=3)
-    with pytest.raises(Timeout, match="'F': no answer in 5 s, but b''; gs_c200s: a command"):
+    with pytest.raises(Timeout, match="'F': no whole answer in 5 s, received b''; gs_c200s: a command"):
         gs_c200s.ask("F")
     gs_c200s.assert_reply("F", "R")
 
@@ -314,7 +314,7 @@ def test_an_eeprom_that_takes_no_program(moving):
         moving.assert_reply("M", "E6")
     moving.assert_reply("X", "E6")
     moving.assert_reply("M", "Y")
-    assert told(moving) == ["EEPROM fault: the EEPROM takes no program (seed 0)", "EEPROM fault: over (seed 0)"]
+    assert told(moving) == ["EEPROM fault: programming the EEPROM fails (seed 0)", "EEPROM fault: over (seed 0)"]
 
 
 def test_a_fault_that_is_over_before_it_begins_never_comes(gs_c200s):
@@ -326,7 +326,7 @@ def test_a_fault_that_is_over_before_it_begins_never_comes(gs_c200s):
 
 def test_faults_that_cannot_be(gs_c200s):
     gs_c200s.advance("1 s")
-    with pytest.raises(UsageError, match=r"power cut at 500 ms: that is over; it is 1.001 s"):
+    with pytest.raises(UsageError, match=r"power cut: 500 ms is in the past; the time is 1.001 s"):
         gs_c200s.faults.power_cut(at="500 ms")
     with pytest.raises(UsageError, match="lost byte: to 'chip'; allowed module, host"):
         gs_c200s.faults.lost_byte(to="chip")

@@ -36,7 +36,7 @@ def test_each_part_has_a_fixture_that_runs(module, request):
     if serial_line:
         assert module.url.startswith(f"slewline://{part}?")
     else:
-        with pytest.raises(UsageError, match=rf"has no url: .* speaks to it by {module.chip.name}\.host$"):
+        with pytest.raises(UsageError, match=rf"has no url, .* command it through {module.chip.name}\.host$"):
             _ = module.url
     module.advance("250 ms")
     module.until_idle()
@@ -100,7 +100,7 @@ def test_on_tcp_a_bus_is_reached_through_a_uart_and_a_chipset_by_its_registers(c
     cy525.assert_steps(30)
     with ChipsetHost(*mc1451a.url.rpartition("//")[2].split(":")) as host:
         assert host.query("GET_VRSN") == 0x5C11
-    with pytest.raises(UsageError, match=r'cy525 on tcp: only the program behind the port speaks to it; on="host"'):
+    with pytest.raises(UsageError, match=r'cy525 on tcp: only the program on the port can command it; on="host"'):
         cy525.ask("?")
 
 

@@ -70,7 +70,7 @@ def test_a_read_returns_what_is_there_and_waits_for_the_first():
 
 
 def test_a_read_without_timeout_says_that_nothing_is_coming():
-    with opened(read_timeout=None) as port, pytest.raises(Timeout, match="nothing more is coming"):
+    with opened(read_timeout=None) as port, pytest.raises(Timeout, match="no more can come"):
         port.read(1)
 
 
@@ -113,7 +113,7 @@ def test_a_module_of_a_name_is_the_same_for_both_libraries():
         assert ask(first, "F") == "R"
     with serial.serial_for_url("slewline://gs-c200s?name=left", 9600, 7, "O", 2, timeout=1) as second:
         assert second.chip is first.chip
-        with pytest.raises(serialx.SerialException, match="somebody else has it open; one host at a time"):
+        with pytest.raises(serialx.SerialException, match="another program has it open; one host at a time"):
             opened("slewline://gs-c200s?name=left").open()
 
 
@@ -307,7 +307,7 @@ def test_a_hundred_openings_in_a_row(run):
 def test_a_mistake_in_async_is_told_and_nothing_is_open():
     async def main():
         host = await Host.open(f"{URL}&name=left")
-        with pytest.raises(serialx.SerialException, match="somebody else has it open"):
+        with pytest.raises(serialx.SerialException, match="another program has it open"):
             await Host.open("slewline://gs-c200s?name=left")
         with pytest.raises(UsageError, match="no chip 'gs-c900'"):
             await Host.open("slewline://gs-c900")

@@ -133,7 +133,7 @@ def test_an_answer_that_goes_elsewhere_is_not_waited_for():
 def test_directives_for_other_channels_are_refused_with_their_line(over, line):
     bench = slewline.Bench()
     host = bench.host(bench.add("cy545b", name="x"), over=over)
-    with pytest.raises(slewline.ProgramError, match=r"x \(cy545b\) (is asked by its own commands|takes none)"):
+    with pytest.raises(slewline.ProgramError, match=r"x \(cy545b\) (is queried by its own commands|takes none)"):
         run_script(bench, host, f"R 5\n{line}\n")
 
 

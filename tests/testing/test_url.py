@@ -114,7 +114,7 @@ def test_the_url_that_is_advised_is_one_that_opens(opened):
     opened("slewline://gs-c200s?name=left&chs=0").close()
     with pytest.raises(UsageError) as refused:
         opened("slewline://gs-c200?name=left")
-    assert opened(str(refused.value).rpartition(" by ")[2]).chip.sheet.part == "gs-c200s"
+    assert opened(str(refused.value).rpartition(", or ")[2]).chip.sheet.part == "gs-c200s"
 
 
 def test_straps_and_options_of_the_query(opened):
@@ -157,7 +157,7 @@ def test_the_eeprom_of_a_file_outlives_the_port(opened, tmp_path):
     assert (ask(port, "X"), port.chip.listing().split()[1::2]) == (b"YY\r", ["S10", "T100", "R50", "+200"])
     (tmp_path / "x.eeprom").write_text("something else")
     assert ask(port, "M") == framed("E6")
-    assert "no memory of slewline" in port.bench.findings[-1].text
+    assert "not a memory of slewline" in port.bench.findings[-1].text
     assert issubclass(StoreError, OSError)
 
 
@@ -304,7 +304,7 @@ def test_a_read_without_timeout_waits_as_long_as_something_is_coming(opened):
 def test_a_read_without_timeout_says_that_nothing_is_coming(opened):
     port = opened(timeout=None)
     port.write(framed("F"))
-    with pytest.raises(Timeout, match=r"read\(4\) without timeout got 3, .* coming \(gs_c200s: a command"):
+    with pytest.raises(Timeout, match=r"read\(4\) without timeout got 3, .* can come \(gs_c200s: a command"):
         port.read(4)
     assert port.read(3) == b"RR\r"
 
@@ -488,14 +488,14 @@ def test_with_a_rate_a_time_counts_from_the_present_and_is_virtual(late, wait):
             {},
             "no chip 'gs-c300'; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s",
         ),
-        ("slewline://gs-c200s/extra?chs=0", {}, "'extra' belongs to nothing; expected slewline://gs-c200s"),
-        ("slewline://gs-c200s#x", {}, "'x' belongs to nothing; expected slewline://gs-c200s"),
+        ("slewline://gs-c200s/extra?chs=0", {}, "unexpected 'extra'; expected slewline://gs-c200s"),
+        ("slewline://gs-c200s#x", {}, "unexpected 'x'; expected slewline://gs-c200s"),
         ("slewline://", {}, "no chip ''; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s"),
         ("slewline://cy525", {}, r"cy525: has no serial line; use bench\.host"),
         ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; its options: store, cold, firmware"),
         ("slewline://gs-c200s?chs=2", {}, "strap chs=2; straps put an input to 0 or 1"),
         ("slewline://gs-c200s?rate=fast", {}, "rate 'fast'; expected virtual seconds per second"),
-        ("slewline://gs-c200s?chs=0&chs=1", {}, r"\?chs=0&chs=1: chs is there twice; say it once"),
+        ("slewline://gs-c200s?chs=0&chs=1", {}, r"\?chs=0&chs=1: chs is given twice; give it once"),
         ("slewline://gs-c200s?seed=x", {}, "seed 'x'; allowed a whole number"),
         ("slewline://gs-c200s?store=/nowhere/x", {}, "store /nowhere/x: expected a file in a directory that exists"),
         ("slewline://gs-c200s?store=/", {}, "store /: expected a file in a directory that exists"),

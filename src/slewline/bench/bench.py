@@ -48,8 +48,8 @@ if TYPE_CHECKING:
 SHOWN = 8  # chips and parts in the text of a bench
 
 FIXED = {  # what a bench is made with, or has of itself, and what to do instead of setting it
-    "seed": "it is given where the bench is made: slewline.Bench(seed=...)",
-    "journal": "it is given where the bench is made: slewline.Bench(journal=...)",
+    "seed": "give it when the bench is made: slewline.Bench(seed=...)",
+    "journal": "give it when the bench is made: slewline.Bench(journal=...)",
     **dict.fromkeys(("on_finding", "on_input", "on_commit"), "add a listener: .add(function)"),
     "chips": 'bench.add("PART") puts a chip on it',
     "parts": "bench.part(KIND) puts a part on it",
@@ -57,11 +57,11 @@ FIXED = {  # what a bench is made with, or has of itself, and what to do instead
 
 
 def _check_made_with(journal: object, shuffle: object, stores: object) -> None:
-    """Check what a bench is made with, beside its seed."""
+    """Check what a bench is made with, besides its seed."""
     for name, given, fits, allowed in (
         ("journal", journal, isinstance(journal, (str, PathLike)), "the name of a file"),
-        ("shuffle", shuffle, whole(shuffle) is not None, "a whole number, the seed of the order"),
-        ("stores", stores, callable(stores), "a function that is given a name and returns a memory"),
+        ("shuffle", shuffle, whole(shuffle) is not None, "a whole number, the seed of the task order"),
+        ("stores", stores, callable(stores), "a function that takes a name and returns a memory"),
     ):
         if given is not None and not fits:
             raise UsageError(f"Bench({name}={given!r}): allowed {allowed}, None")
@@ -94,15 +94,15 @@ class Bench:
     """Chips and the parts around them, in virtual time from 0 on.
 
     Args:
-        seed: of every random element that is given a source of chance; a whole number.
+        seed: of every random element; a whole number.
         journal: a file that takes every input from outside, to be replayed with `slewline.replay`.
         shuffle: run the tasks of a round in random order (from this seed): results must not change.
         stores: called with the name of a chip, returns its non-volatile memory; by default it is lost with the bench.
         keep: forget where the axes have been before that, for endless runs; None keeps everything.  Of pins,
-            `record(keep=)` says it.
+            see `record(keep=)`.
 
     Raises:
-        BenchFileError: the journal cannot be written, or something else than a journal stands there.
+        BenchFileError: the journal cannot be written, or its path is a file that is not a journal.
         TimeError: `keep` is no duration.
     """
 
@@ -143,9 +143,7 @@ class Bench:
         self._circuit = Circuit(kernel, stores, None if keep is None else picoseconds(keep))
         number = whole(seed)
         if number is None:
-            raise UsageError(
-                f"Bench({seed!r}): allowed a whole number, the seed of chance; add() puts a chip on a bench"
-            )
+            raise UsageError(f"Bench({seed!r}): allowed a whole number, the random seed; add() puts a chip on a bench")
         self.seed, self.chips, self.parts = number, self._circuit.chips, self._circuit.parts
         self._runner = Runner(self._circuit)
         self._signals = Signals(self._circuit)
@@ -169,8 +167,8 @@ class Bench:
             if name in FIXED and vars(self)[name] is not value:
                 raise NoSuchAttribute(f"bench: {name} cannot be set; {FIXED[name]}")
             if type(self) is Bench and name not in vars(self) and not hasattr(Bench, name):
-                meant = hint(name, [*self._for_users, *FIXED]) or "; keep what is yours in a variable"
-                raise NoSuchAttribute(f"bench has no {name!r} that could be set{meant}")
+                meant = hint(name, [*self._for_users, *FIXED]) or "; keep your own data in a variable"
+                raise NoSuchAttribute(f"bench has no {name!r} to set{meant}")
         super().__setattr__(name, value)
 
     # ------------------------------------------------------------------------------------------------------ the circuit
@@ -277,11 +275,11 @@ class Bench:
             axes: which axes: numbers from 1 on, names of chips, or names such as "x axis 2"; by default all.
             parts: whose quantities are drawn, too: names of parts, or of single quantities such as "driver.current"; by
                 default those of all parts around the chips, as far as they change; [] for none.
-            runs: further benches by the name that the picture gives them, each laid over this one, its motion
+            runs: further benches by the name that the picture gives them, each drawn over this one, its motion
                 beginning with this one's; `start` and `stop` then count from there.  Measured steps as well, such as
                 `read_vcd(path).steps("pulse")`, their first one at the instant of this bench's first one.
             over: what was measured of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: it is drawn over
-                them, stretches in which the two differ are marked, and how late it comes at most is told.
+                them, stretches in which the two differ are marked, and its greatest lag is noted.
             ideal: lay the ideal of each motion over it, as far as the part defines one, and tell the difference.
             cursors: instants that are marked by numbered lines; `readings` has the values there.
             dark: light on dark.
@@ -318,7 +316,7 @@ class Bench:
         width: str | float = "page",
         marks: bool = True,
     ) -> None:
-        """Draw as `figure` does, into a file: SVG, PNG or PDF, as its suffix says.  The same run gives the same bytes.
+        """Draw as `figure` does, into a file: SVG, PNG or PDF, by its suffix.  The same run gives the same bytes.
 
         Raises:
             UsageError: an unknown suffix, a path that cannot be written, or as `figure`.
@@ -354,15 +352,15 @@ missing(
         for name in ("x", "y", "z", "motor", "driver")
     },
     **{name.replace("-", "_"): f'a chip is put on it: x = bench.add("{name}")' for name in CHIPS.ours},
-    **dict.fromkeys(("send", "command", "write"), "bench.host(x).send(...), of x = bench.add(...)"),
-    **dict.fromkeys(("ask", "query"), "bench.host(x).ask(...), of x = bench.add(...)"),
+    **dict.fromkeys(("send", "command", "write"), "bench.host(x).send(...), with x = bench.add(...)"),
+    **dict.fromkeys(("ask", "query"), "bench.host(x).ask(...), with x = bench.add(...)"),
     **dict.fromkeys(("add_chip", "chip"), 'bench.add("PART")'),
     **dict.fromkeys(("add_part", "add_host"), "bench.part(KIND), or bench.host(x)"),
     **dict.fromkeys(("sleep", "advance", "step", "run_for"), 'bench.run("10 ms")'),
     timeout='bench.run("10 ms"), in asyncio await bench.wait("10 ms")',
     **dict.fromkeys(
         ("process", "spawn", "schedule", "start_soon", "call_later"),
-        'bench.at("1 ms", function) calls it at an instant; tasks are those of slewline.testing.aio',
+        'bench.at("1 ms", function) calls it at an instant; slewline.testing.aio has tasks',
     ),
     **dict.fromkeys(
         ("wait_until", "run_idle", "until_is_idle"), "bench.run_until(x.reaches(40)) or bench.run_until_idle()"
@@ -371,11 +369,11 @@ missing(
     **dict.fromkeys(("time", "time_ps", "clock"), "bench.now, or bench.now_ps"),
     **dict.fromkeys(("save", "export", "write_vcd", "vcd"), 'bench.save_vcd("run.vcd"), save_csv or save_steps'),
     **dict.fromkeys(
-        ("close", "stop", "quit", "shutdown", "exit"), "there is nothing to close; a journal: bench.journal.close()"
+        ("close", "stop", "quit", "shutdown", "exit"), "a bench needs no closing; a journal: bench.journal.close()"
     ),
     save_edges='bench.save_csv("edges.csv"), or save_npz("edges.npz")',
     **dict.fromkeys(("picture", "draw", "savefig", "save_plot"), 'bench.plot("run.svg")'),
     **dict.fromkeys(("connect_pins", "join", "net"), 'bench.wire("x.run", "y.wait")'),
-    **{name: f"it is a chip's: x.{name}, of x = bench.add(...)" for name in ("position", "steps", "pins")},
+    **{name: f"it belongs to a chip: x.{name}, with x = bench.add(...)" for name in ("position", "steps", "pins")},
     **dict.fromkeys(("errors", "warnings", "log"), "bench.findings"),
 )

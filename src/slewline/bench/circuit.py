@@ -58,7 +58,7 @@ class Circuit:
     ) -> Chip:
         """Put a chip on the bench, at any time; it powers up at once.
 
-        Open strap pins read as the sheet says: a GS-C module listens at 110 baud, with checksums.  `slewline run`,
+        Open strap pins read as the sheet has it: a GS-C module listens at 110 baud, with checksums.  `slewline run`,
         `serve`, slewline:// and the pytest plugin strap it for 9600 baud (a table in docs/reference/api.md).
 
         Args:
@@ -178,7 +178,7 @@ class Circuit:
         return part
 
     def _witnessed(self, name: str, options: dict[str, Any]) -> Callable[[], dict[str, Any]]:
-        """What returns the content of a store among options, for those who hear of inputs; a journal hears its faults.
+        """Return what reads the content of a store among options, for listeners to inputs; a journal gets its faults.
 
         It is asked when the owner of the store is ready.
         """
@@ -194,12 +194,10 @@ class Circuit:
         """The shaft that a new part sits on, as an argument of its constructor; none, if it sits on none."""
         if on is None:
             if sits == "must":
-                raise UsageError(
-                    f"{name}: a {kind} sits on a shaft; say on which: on=motor, or on='the name of a part'"
-                )
+                raise UsageError(f"{name}: a {kind} needs a shaft; name its part: on=motor, or on='the name of a part'")
             return {}
         if not sits:
-            raise UsageError(f"{name}: a {kind} sits on no shaft; leave out on=")
+            raise UsageError(f"{name}: a {kind} takes no shaft; leave out on=")
         from ..parts.shafts.shaft import Shaft
 
         carrier = self._there(on)
@@ -207,7 +205,7 @@ class Circuit:
         if not isinstance(shaft, Shaft):
             having = [other.name for other in self.parts.values() if isinstance(getattr(other, "shaft", None), Shaft)]
             there = ", ".join(having) or "none yet; a motor or a translator has one"
-            raise UsageError(f"{name}: {carrier.name} has no shaft; parts that do: {there}")
+            raise UsageError(f"{name}: {carrier.name} has no shaft; parts with a shaft: {there}")
         return {"on": shaft}
 
     def _there(self, neighbour: Chip | Part | str) -> Chip | Part:
@@ -215,7 +213,7 @@ class Circuit:
         if isinstance(neighbour, str):
             return self[neighbour]
         if not any(neighbour is owner for owner in self.owners()):
-            raise UnknownName(f"{getattr(neighbour, 'name', neighbour)!r} is no chip and no part of this bench")
+            raise UnknownName(f"{getattr(neighbour, 'name', neighbour)!r} is not a chip or part of this bench")
         return neighbour
 
     def place(self, part: Part) -> Part:
@@ -249,7 +247,7 @@ class Circuit:
         if name is None:
             name = next(n for n in chain((stem,), (f"{stem}_{i}" for i in count(2))) if n not in taken)
         if not isinstance(name, str) or not name.replace("_", "a").isalnum():
-            raise UsageError(f"name {name!r}: letters, digits and underscores, please")
+            raise UsageError(f"name {name!r}: allowed letters, digits and underscores")
         if name in taken:
             raise UsageError(f"the bench has a {name!r} already; names are unique")
         return name
@@ -290,19 +288,19 @@ class Circuit:
         """
         if not isinstance(invert, bool):
             raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
-        one, two = self.net(a), self.net(b)
-        if one is two:
-            raise WiringError(f"wire {a} to {b}: that is one and the same; give two pins")
-        if isinstance(one, Bus) != isinstance(two, Bus):
+        first, second = self.net(a), self.net(b)
+        if first is second:
+            raise WiringError(f"wire {a} to {b}: both are the same; give two pins")
+        if isinstance(first, Bus) != isinstance(second, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
         self.outside.tell("wire", a=a, b=b, invert=invert)
         if invert:
             from ..parts.logic.gates import WireInverter
 
-            two.tie = None
-            WireInverter(self.kernel, f"inverter of {a}", one, two).rewired()
+            second.tie = None
+            WireInverter(self.kernel, f"inverter of {a}", first, second).rewired()
         else:
-            one.join(two)
+            first.join(second)
         self.kernel.settle()
 
     def net(self, name: str) -> Net:
@@ -339,7 +337,7 @@ class Circuit:
                 yield chip, number, chip.axis(number)
 
     def catch_up(self) -> None:
-        """Let parts that compute only on demand do so, up to now: listeners hear of the findings made on the way.
+        """Let parts that compute only on demand do so, up to now: listeners get the findings made on the way.
 
         `findings`, pictures, files and the end of a replay do so by themselves.
         """
@@ -354,7 +352,7 @@ def crystal_for(sheet: Sheet, crystal: str | int) -> int:
         UsageError: the part has none to choose, or it is far outside the sheet's range.
     """
     if not sheet.crystal_high_hz:
-        raise UsageError(f"crystal {crystal!r}: the {sheet.part} has none to choose; {sheet.manual}")
+        raise UsageError(f"crystal {crystal!r}: the {sheet.part} takes none; {sheet.manual}")
     hz = hertz(crystal)
     low, high = sheet.crystal_low_hz // 2, sheet.crystal_high_hz * 12 // 11
     if not low <= hz <= high:

@@ -1,4 +1,4 @@
-"""Bench files: chips and what stands around them, as TOML.
+"""Bench files: chips and what is around them, as TOML.
 
     [bench]                         # all of it may be left out
     seed = 0
@@ -15,7 +15,7 @@
 
     [[part]]                        # anything else with pins; further keys are its own options
     kind = "inverter"               # or a guest, as above
-    name = "not"                    # file = "dump.hex": the image of a memory, beside or below this file
+    name = "not"                    # file = "dump.hex": the image of a memory, in this folder or below
 
 
     [[wire]]
@@ -26,7 +26,7 @@
     [[host]]                        # a host computer; script: a run script (slewline run --help), text or list of lines
     chips = ["x"]                   # the only chip, if left out; several share a bus or a serial line
     delay = "100 us"                # before each byte on a bus; on a serial line give baud = 300, or nothing
-    file = "weld.cy525"             # the script from a file beside or below this one; or: script = "A 0"
+    file = "weld.cy525"             # the script from a file in this folder or below; or: script = "A 0"
 
     [[serve]]                       # for slewline serve: chips on a port; several modules share a line
     chips = ["x"]                   # the only chip, if left out
@@ -108,12 +108,12 @@ class PortRequest(NamedTuple):
 
 # -------------------------------------------------------------------------------------------------------------- reading
 class BenchFile:
-    """A bench file that was read: `tables`, and where they stand in the text."""
+    """A bench file that was read: `tables`, and where they are in the text."""
 
     def __init__(self, path: str | PathLike[str], anywhere: bool = False, allow_code: bool = False) -> None:
         self.path, self.anywhere, self.allow_code = Path(path), anywhere, allow_code
         if "\n" in str(path):
-            raise BenchFileError("load: the text of a bench file; expected the name of one")
+            raise BenchFileError("load: this is the text of a bench file; give the name of a file")
         self.text = read_text(path)
         self.data = read_toml(path, self.text)
         try:
@@ -190,7 +190,7 @@ class BenchFile:
         return list(dict.fromkeys([*sheet.plain, *sheet.fastest, *inputs]))
 
     def value(self, place: Place) -> Any:
-        """Return what stands at a place."""
+        """Return the value at a place."""
         value: Any = self.data
         for part in place:
             value = value[part]
@@ -198,7 +198,7 @@ class BenchFile:
 
     @contextmanager
     def at(self, *place: str | int) -> Iterator[None]:
-        """Whatever goes wrong inside is told with file, line and key."""
+        """Report whatever goes wrong inside with file, line and key."""
         try:
             yield
         except ProgramError:
@@ -208,7 +208,7 @@ class BenchFile:
 
     # ------------------------------------------------------------------------------------------------------- the bench
     def load(self, prepare: Callable[[Bench], object] | None = None, **options: Any) -> Bench:
-        """Return a bench as the file says, its scripts queued.
+        """Return a bench as the file describes it, its scripts queued.
 
         Args:
             prepare: called with the bench, before the scripts are queued.
@@ -223,7 +223,7 @@ class BenchFile:
         return bench
 
     def staged(self, **options: Any) -> tuple[Bench, list[tuple[Host, Script]]]:
-        """Return a bench as the file says, and its hosts with the scripts that they are to play."""
+        """Return a bench as the file describes it, and its hosts with the scripts that they are to play."""
         self.check_times()
         scripts = self.scripts()
         bench = Bench(seed=self.tables.bench.seed, **options)
@@ -244,7 +244,7 @@ class BenchFile:
         found = []
         for number, host in enumerate(self.tables.host):
             if host.file is not None and host.script is not None:
-                raise self.error(("host", number, "file"), "beside script; give one of the two")
+                raise self.error(("host", number, "file"), "given together with script; give one of the two")
             if host.file is not None:
                 with self.at("host", number, "file"):
                     path = self.beside(host.file)
@@ -269,7 +269,7 @@ class BenchFile:
         """Put chips and parts on the bench."""
         for number, chip in enumerate(self.tables.chip):
             for key in sorted(chip.options.keys() & {*keys_of(["chip"])}):
-                raise self.error(("chip", number, "options"), f"{key} stands beside the options, not among them")
+                raise self.error(("chip", number, "options"), f"{key} is a key of the [[chip]] table, not an option")
             with self.at("chip", number):
                 cls = chip_class(chip.part, allow_code=self.allow_code)
                 bench.add(cls, chip.name, chip.crystal, chip.straps, chip.bare, **chip.options)
@@ -288,7 +288,7 @@ class BenchFile:
         options = {key: value for key, value in part.items() if key != "kind"}
         if "file" in options and any(row.name == "image" for row in cls.options):
             if "image" in options:
-                raise SlewlineError("file: beside image; give one of the two")
+                raise SlewlineError("file: given together with image; give one of the two")
             file = options.pop("file")
             if not isinstance(file, str):
                 raise SlewlineError(f"file: found {file!r}; allowed text")
@@ -309,7 +309,7 @@ class BenchFile:
         """Return the chips that a table names; the only one, if it names none."""
         names = names or (list(bench.chips) if len(bench.chips) == 1 else [])
         if not names:
-            raise self.error((key, number), f'which chip? chips = ["{next(iter(bench.chips), "x")}"]')
+            raise self.error((key, number), f'no chip named; write chips = ["{next(iter(bench.chips), "x")}"]')
         for name in names:
             if name not in bench.chips:
                 known = ", ".join(bench.chips) or "none"

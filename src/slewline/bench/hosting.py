@@ -59,13 +59,13 @@ class HostRequest(NamedTuple):
         """Refuse a second host where there is one."""
         if found := self.of(kind):
             name, taken = found[0].name, ", ".join(found[1])
-            raise WiringError(f"host: {name} is on this side of {taken} already; one host a side: use bench[{name!r}]")
+            raise WiringError(f"host: {taken} has a host on this channel already; use bench[{name!r}]")
 
     def refuse_several(self, kind: type[Host]) -> None:
         """Refuse a host of several chips, or a second one, where one host belongs to one chip."""
         if len(self.chips) > 1:
             names = ", ".join(chip.name for chip in self.chips)
-            raise UsageError(f"host: {names} over one {kind.__name__}; such a chip has a host of its own")
+            raise UsageError(f"host: {names} over one {kind.__name__}; give each chip a host of its own")
         self.refuse_second(kind)
 
     def tell(self, name: str, **what: Any) -> None:
@@ -80,7 +80,7 @@ class HostRequest(NamedTuple):
             theirs.net.join(own.net)
 
     def follow_power(self, switched_on: Callable[[], object]) -> None:
-        """Let a host hear when a chip is switched on."""
+        """Notify a host when a chip is switched on."""
         for chip in self.chips:
             chip.on_power.add(lambda _chip, on: switched_on() if on else None)
 
@@ -109,7 +109,7 @@ def host(
         WiringError: a chip's serial line has a host already, or a chip of one's own has no pins for one.
     """
     if not chips:
-        raise UsageError("host: which chip? bench.host(x)")
+        raise UsageError("host: no chip given; name one: bench.host(x)")
     for chip in chips:
         if not any(chip is own for own in circuit.chips.values()):
             meant = f": bench.host(bench[{chip!r}])" if isinstance(chip, str) else ""
@@ -117,11 +117,11 @@ def host(
     channels = [channel_over(chip, over) for chip in chips]
     kinds = sorted({channel.says for channel in channels})
     if len(kinds) > 1:
-        raise UsageError(f"host: some of these chips have {', some '.join(kinds)}; one host speaks to one kind")
+        raise UsageError(f"host: some of these chips have {', some '.join(kinds)}; one host takes one kind")
     channel = channels[0]
     if isinstance(channel, SerialLine | AdaptiveLine):
         if picoseconds(delay):
-            raise UsageError(f"host: delay {delay!r}; on a serial line let the host's program pause")
+            raise UsageError(f"host: delay {delay!r} does not apply to a serial line; let the host's program pause")
     elif baud is not None or line is not None:
         wrong = f"baud {baud!r}" if baud is not None else "line"
         raise UsageError(f"host: {wrong}; {chips[0].name} has no serial line{_else_over(chips[0])}")
@@ -175,7 +175,7 @@ def _adaptive_host(request: HostRequest) -> AdaptiveHost:
         )
     request.refuse_several(AdaptiveHost)
     name = request.new_name()
-    strapped = getattr(chip.options, "fixed_baud", None)  # by somebody
+    strapped = getattr(chip.options, "fixed_baud", None)  # by the user
     baud = strapped if request.baud is None else request.baud
     host = AdaptiveHost(request.circuit.kernel, name, request.connections(), baud=baud, strapped=strapped)
     request.follow_power(host.uart.switched_on)
@@ -192,7 +192,9 @@ def _serial_host(request: HostRequest) -> SerialHost:
 
     line = request.line
     if found := request.of(SerialHost):
-        raise WiringError(f"host: {found[0].name} is on the line of {', '.join(found[1])} already; one host a line")
+        raise WiringError(
+            f"host: {found[0].name} is on the line of {', '.join(found[1])} already; a line takes one host"
+        )
     for chip in request.chips:
         for role in ("serial_in", "serial_out"):
             in_role(chip, role)
@@ -243,11 +245,11 @@ def _connect(circuit: Circuit, connector: Part, chips: Sequence[Any]) -> None:
         }
     addresses = [chip.strapped_address() for chip in chips]
     for address in sorted({own for own in addresses if addresses.count(own) > 1 or (own == 0 and len(chips) > 1)}):
-        who = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
-        what = "have the same address on one line" if address else "without an address on a line that modules share"
+        names = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
+        what = "have the same address on one line" if address else "have no address on a shared line"
         pins = chips[0].sheet.channel(SerialLine).address_pins
         apart = f"; strap {', '.join(pins)} apart" if pins else ""
-        connector.finding("same-address", f"{who} {what}: all of them answer{apart}")
+        connector.finding("same-address", f"{names} {what}: all of them answer{apart}")
     downs = [chip.pins[down.name].net for chip in chips if (down := chip.sheet.role("serial_pull_down"))]
     if downs and not any(down.root is rxd.root for down in downs):
         rxd.join(downs[-1])

@@ -1,4 +1,4 @@
-"""The memory beside a chip that keeps its programs outside itself, where nobody has said which one."""
+"""The external memory of a chip that keeps its programs there, where the user has not given one."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def is_outside(sheet: Sheet) -> bool:
 def put_memory(
     bench: Bench, chip: Chip, image: str | PathLike[str] | None = None, *, store: Store | None = None
 ) -> Any:
-    """Put the memory beside a chip that has it outside, 64K bytes of RAM or, where it is kept, of EEPROM.
+    """Put the external memory of a chip on the bench, 64K bytes of RAM or, where it is kept, of EEPROM.
 
     Args:
         image: a file that is loaded into it, a binary dump or Intel HEX, whatever the store holds.
@@ -40,7 +40,7 @@ def put_memory(
     """
     if not is_outside(chip.sheet):
         if image is not None:
-            raise UsageError(f"memory {image}: a {chip.sheet.part} has none outside itself; leave it out")
+            raise UsageError(f"memory {image}: a {chip.sheet.part} has no external memory; leave it out")
         return None
     data = b"" if image is None else read_image(image)
     kept = store is not None or bench.stores is not None

@@ -78,7 +78,7 @@ def find_ramps(
     fixed, free = read(calculator, values, hz, search=True)
     if not free:
         names = " or ".join(quantity.name for quantity in calculator.quantities if quantity.free)
-        raise UsageError(f"{calculator.sheet.part}: every parameter is given; leave out {names} to have it looked for")
+        raise UsageError(f"{calculator.sheet.part}: every parameter is given; leave out {names} to search for it")
     return nearest(calculator, Search(wanted, fixed, free, hz, best))
 
 
@@ -86,7 +86,7 @@ def _wanted(goals: dict[Goal, float | None]) -> Wanted:
     """The one goal that is given."""
     given = [(goal, value) for goal, value in goals.items() if value is not None]
     if len(given) != 1:
-        raise UsageError("what shall the ramp have? give one of time, acceleration and steps")
+        raise UsageError("no single goal for the ramp; give one of time, acceleration and steps")
     goal, value = given[0]
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < float("inf"):
         raise UsageError(f"{goal} {value!r}; allowed more than 0")

@@ -1,6 +1,6 @@
 """Playing a journal again: its entries are read, checked against the laws of today, and done at their instants.
 
-`journal.py` says what stands in it.  A journal may come from anybody: it calls methods that are declared as inputs, and
+`journal.py` describes its lines.  A journal may come from anybody: it calls methods that are declared as inputs, and
 names no module, whose import would run its code, unless that is allowed (`allow_code`).
 """
 
@@ -87,11 +87,11 @@ def replay(
 
     Args:
         until: the instant at which to stop: everything that the run did at it is done, and all inputs at it are put in,
-            those of its first round and those behind it.  To leave them out, stop a picosecond earlier.  Behind the end
+            those of its first round and those after it.  To leave them out, stop a picosecond earlier.  After the end
             of the journal time passes without inputs.  The bench runs on by hand from there.
         prepare: called with the bench, before time passes: to record pins, for example.
-        other_laws: replay it also if its parts have another behaviour now; the run may then be another one, which the
-            warning OtherLaws says.
+        other_laws: replay it also if its parts have another behaviour now; the run may then differ,
+            as the warning OtherLaws reports.
         allow_code: it may name chips and parts as module:Class, whose import runs the code of the module.
 
     Raises:
@@ -107,7 +107,7 @@ def replay(
 
 
 def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Callable[[Bench], object] | None) -> Bench:
-    """Let a bench do what a journal says, up to an instant."""
+    """Let a bench repeat a journal, up to an instant."""
     early: dict[int, list[tuple[int, dict[str, Any]]]] = {}  # what is done in the first round of an instant, in order
 
     def do(number: int, entry: dict[str, Any]) -> None:
@@ -138,8 +138,8 @@ def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Cal
             do(number, entry)
     if prepare is not None:
         prepare(bench)
-    with _located(found, number, "the run behind it"):
-        bench.run_to(f"{stop} ps")  # an input that stands last takes effect
+    with _located(found, number, "the run after it"):
+        bench.run_to(f"{stop} ps")  # the last input takes effect
         bench.catch_up()
     return bench
 
@@ -150,7 +150,7 @@ def _located(found: Entries, number: int, what: str) -> Iterator[None]:
     try:
         yield
     except BenchFileError:
-        raise  # it has been told
+        raise  # with its line
     except STRANGE as error:
         says = str(error) if isinstance(error, SlewlineError) else f"{what}: cannot be done: {error!r}"
         raise found.error(number, says) from error
@@ -164,14 +164,13 @@ def _check_laws(path: str | PathLike[str], known: Survey, allowed: bool) -> None
     made = f"journal {path}: made by slewline {known.maker}, this is {__version__}: {different}"
     if not allowed:
         raise BenchFileError(
-            f"{made}; the run would be another one: replay it with that version, "
-            "or all the same (other_laws=True, --other-laws)"
+            f"{made}; the run would differ: replay it with that version, or pass other_laws=True (--other-laws)"
         )
-    warnings.warn(f"{made}; the run may be another one", OtherLaws, stacklevel=3)
+    warnings.warn(f"{made}; the run may differ", OtherLaws, stacklevel=3)
 
 
 def apply(bench: Bench, entry: dict[str, Any], known: Survey) -> None:
-    """Do again what an entry says."""
+    """Repeat an entry."""
     do = entry["do"]
     named: Callable[[str], Any] = bench.__getitem__
     if do in ("add", "part"):
@@ -216,10 +215,10 @@ def apply(bench: Bench, entry: dict[str, Any], known: Survey) -> None:
 
 
 def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
-    """Tell a host again what it was told: a script, or, as up to 0.1.0, everything else."""
+    """Repeat a call of a host: a script, or, as up to 0.1.0, everything else."""
     host: Any = bench[name]
     if not isinstance(host, Host):
-        raise UsageError(f"{name} is no host")
+        raise UsageError(f"{name} is not a host")
     if do == "send":
         chip, data = args
         host.to(chip).send(bytes.fromhex(data))
@@ -228,8 +227,8 @@ def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
     elif do == "call":
         verb, chip, *more = args
         if not isinstance(host, BusHost) or verb not in CALLS:
-            raise UsageError(f"{name}: {verb!r} is no call; allowed {', '.join(CALLS)}")
-        with bench.kernel.outside.queued():  # the journal itself says how time passed
+            raise UsageError(f"{name}: call {verb!r}; allowed {', '.join(CALLS)}")
+        with bench.kernel.outside.queued():  # the journal itself has how time passed
             getattr(host.to(chip), verb)(*more)
     elif do == "script":
         from .scripts.script import run_script  # a bench without scripts does not load their language

@@ -37,12 +37,12 @@ def _seen(_net: Net) -> None:
 
 @dataclass
 class Wait:
-    """Somebody waits for a condition, up to an instant; `done` is told whether it came about."""
+    """A wait for a condition, up to an instant; `done` is called with whether it was met."""
 
     met: Callable[[], bool]
     limit_ps: int
     done: Callable[[bool], object] = bool
-    when: Callable[[], int | None] | None = None  # the instant that the present promises say
+    when: Callable[[], int | None] | None = None  # the instant that follows from the present promises
     nets: Iterable[Net] = ()
 
     def begin(self) -> None:
@@ -77,14 +77,14 @@ def virtual_loop(verb: str) -> HasVirtualLoop:
     """Return the loop that runs here.
 
     Raises:
-        UsageError: it goes by the wall clock.
+        UsageError: it follows the wall clock.
     """
     import asyncio
 
     loop = asyncio.get_running_loop()
     if not hasattr(loop, "passed"):
         raise UsageError(
-            f"await bench.{verb}(): this loop of asyncio goes by the wall clock; start the program with "
+            f"await bench.{verb}(): this asyncio loop follows the wall clock; start the program with "
             'slewline.testing.aio.run(main()), or anyio.run(main, backend_options={"loop_factory": HasVirtualLoop})'
         )
     return cast(HasVirtualLoop, loop)
@@ -98,7 +98,7 @@ class Runner:
         self.chips, self.parts = circuit.chips, circuit.parts
         self.streams: list[TimedStream] = []  # written as time passes
         self._idle = FunctionCondition(self._all_idle, "every queue empty and every chip idle")
-        self._busy: Chip | Part | None = None  # who was busy when all were asked last
+        self._busy: Chip | Part | None = None  # the first busy one at the last check
 
     def at(self, time: Time, function: Callable[[], object]) -> None:
         """Call a function at an instant, in its first round: everything still reads as it was before.
@@ -109,7 +109,7 @@ class Runner:
 
         Raises:
             TimeError: not a time.
-            UsageError: the instant is over, or `function` is none.
+            UsageError: the instant is in the past, or `function` is none.
         """
         ps = picoseconds(time)
         if not callable(function):
@@ -117,7 +117,7 @@ class Runner:
         if wrong := misfit(function):
             raise UsageError(f"at {readable(ps)}: {wrong}; the function takes nothing: lambda: x.pin('abort').drive(0)")
         if ps < self.kernel.now:
-            raise UsageError(f"at {readable(ps)}: that is over; it is {readable(self.kernel.now)}")
+            raise UsageError(f"at: {readable(ps)} is in the past; the time is {readable(self.kernel.now)}")
         self.kernel.call_at(ps, function)
 
     # ------------------------------------------------------------------------------------------------------- durations
@@ -142,12 +142,13 @@ class Runner:
 
         Raises:
             TimeError: not a time.
-            UsageError: the instant is over, or the call comes from within a run.
+            UsageError: the instant is in the past, or the call comes from within a run.
         """
         ps = picoseconds(time)
         if ps < self.kernel.now:
             raise UsageError(
-                f"run_to {readable(ps)}: that is over; it is {readable(self.kernel.now)}, and run() takes a duration"
+                f"run_to: {readable(ps)} is in the past; the time is {readable(self.kernel.now)}; "
+                "run() takes a duration"
             )
         self._run_to(ps)
 
@@ -181,7 +182,7 @@ class Runner:
             timeout: of virtual time, from now on.
 
         Raises:
-            Timeout: something still waits; the message says what for.
+            Timeout: something still waits; the message lists what for.
             TimeError: `timeout` is no duration.
             UsageError: the call comes from within a run.
         """
@@ -197,7 +198,7 @@ class Runner:
             timeout: of virtual time, from now on.
 
         Raises:
-            Timeout: it is not met in time; the message says what everybody waits for.
+            Timeout: it is not met in time; the message lists who waits for what.
             TimeError: `timeout` is no duration.
             UsageError: neither a condition nor a function, or the call comes from within a run.
         """
@@ -208,10 +209,10 @@ class Runner:
         self._until(FunctionCondition(met, what), timeout)
 
     def conclude(self) -> None:
-        """Let chips tell, as findings, what their hosts have begun and not gone on with: a setting without its update.
+        """Let chips report, as findings, what their hosts have begun and not finished: a setting without its update.
 
         `run_until_idle`, the fixtures of tests, `slewline run` and a server that a host leaves do so by themselves.  Of
-        a host that has more to say nothing is told yet.
+        a host that has more to send nothing is reported yet.
         """
         from ..parts.boards.board import Board  # an empty bench has no host, and does not load any
         from ..parts.hosts.host import Host
@@ -222,7 +223,7 @@ class Runner:
             self.outside.tell("conclude")
 
     def _all_idle(self) -> bool:
-        if self._busy is not None and not self._busy.idle:  # ask first who was busy last time
+        if self._busy is not None and not self._busy.idle:  # check it first
             return False
         for owner in self.circuit.owners():
             if not owner.idle:
@@ -231,10 +232,12 @@ class Runner:
         return True
 
     def _condition(self, verb: str, condition: Condition | Callable[[], bool]) -> Condition:
-        """A condition that somebody begins to wait for; a function is asked after every step of every motor."""
+        """A condition whose wait begins; a function is called after every step of every motor."""
         if isinstance(condition, Condition):
             if not condition.belongs(self.kernel):
-                raise UsageError(f"{verb}({condition}): that is on another bench, whose time does not pass here")
+                raise UsageError(
+                    f"{verb}({condition}): the condition is on another bench, whose time does not pass here"
+                )
             condition.begin()
             return condition
         if callable(condition):
@@ -263,7 +266,7 @@ class Runner:
             raise self._timeout(condition, timeout, dead)
 
     def _foreseen(self, wait: Wait, when: Callable[[], int | None]) -> bool:
-        """Run until a condition is met that may come about between two events: `when` says so."""
+        """Run until a condition is met, perhaps between two events at the instant that `when` returns."""
         kernel = self.kernel
         while not wait.met():
             following, early = kernel.next_time(), when()
@@ -276,9 +279,9 @@ class Runner:
         return True
 
     def _timeout(self, condition: Condition, timeout: Time, dead: bool) -> Timeout:
-        lines = [f"waited {readable(picoseconds(timeout))} for {condition}; it is {readable(self.kernel.now)}"]
+        lines = [f"waited {readable(picoseconds(timeout))} for {condition}; the time is {readable(self.kernel.now)}"]
         if dead and not any(chip.moving for chip in self.chips.values()):
-            lines.append("nothing is going to happen any more")
+            lines.append("deadlock: no event is pending, so the condition cannot become true")
         lines += [f"  {chip.waiting}" for chip in self.chips.values() if not chip.idle or chip.unfinished]
         lines += [f"  {part.waiting}" for part in self.parts.values() if not part.idle]
         return Timeout("\n".join(lines))
@@ -294,9 +297,9 @@ class Runner:
             timeout: of virtual time, from now on.
 
         Raises:
-            Timeout: it is not met in time; the message says what everybody waits for.
+            Timeout: it is not met in time; the message lists who waits for what.
             TimeError: `timeout` is no duration.
-            UsageError: neither a condition nor a function, or the loop goes by the wall clock.
+            UsageError: neither a condition nor a function, or the loop follows the wall clock.
         """
         loop = virtual_loop("until")
         await self._awaited(loop, self._condition("until", condition), timeout)
@@ -314,7 +317,7 @@ class Runner:
 
         Raises:
             TimeError: not a duration.
-            UsageError: the loop goes by the wall clock.
+            UsageError: the loop follows the wall clock.
         """
         loop = virtual_loop("wait")
         self._start()

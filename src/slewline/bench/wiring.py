@@ -86,7 +86,7 @@ def _check(part: Part, own: Terminal, theirs: Terminal) -> None:
 
 
 def _wanted(role: str, axis: int) -> str:
-    """A pin that somebody needs, in words."""
+    """A pin that is needed, in words."""
     return f"a pin that {ROLES[role]}{f' (axis {axis})' if role in AXIS_ROLES and axis != 1 else ''}"
 
 

@@ -18,7 +18,7 @@ CHIP = click.option(
     type=PartName(),
     is_eager=True,
     metavar="CHIP",
-    help="The part; else the ending of FILE says it, as .cy525 does.",
+    help="The part; by default that of the ending of FILE, as in .cy525.",
 )
 ALLOW_CODE = click.option(
     "--allow-code",
@@ -57,20 +57,22 @@ def cli() -> None:
 @click.argument("file", required=False, type=FILE, is_eager=True)  # other options speak of its chip
 @CHIP
 @CRYSTAL
-@click.option("--over", metavar="CHANNEL", help="The side of a chip that has two, such as serial.")
+@click.option("--over", metavar="CHANNEL", help="The channel of a chip that has several, such as serial.")
 @click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
 @click.option(
     "--until", type=TimeWithUnit(), help="Run or replay to this instant, such as '2 s'; else until all is idle."
 )
-@click.option("--timeout", type=TimeWithUnit(), help="When to give up waiting for that; 60 s by default.")
+@click.option("--timeout", type=TimeWithUnit(), help="How long to wait for that; 60 s by default.")
 @click.option("--drive", type=Drive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated.")
 @click.option("--strict", is_flag=True, help="Exit status 1 if there are findings.")
 @click.option("-q", "--quiet", is_flag=True, help="No transcript.")
 @path("--journal", help="Write every input from outside, for --replay.")
-@path("--replay", help="Repeat the run of a journal; no FILE then.")
+@path("--replay", help="Repeat the run of a journal, instead of FILE.")
 @MEMORY
 @path("--save-memory", help="Write what that memory holds at the end; .hex: as Intel HEX.")
-@click.option("--other-laws", is_flag=True, help="Replay also what parts of another behaviour did, with a warning.")
+@click.option(
+    "--other-laws", is_flag=True, help="Replay also a journal of parts with another behaviour, with a warning."
+)
 @ANYWHERE
 @ALLOW_CODE
 @click.option(
@@ -95,15 +97,15 @@ def cli() -> None:
     help="With --vcd: a bus as its wires, which every viewer reads (the default), as a whole, or both.",
 )
 @click.option("--vcd-values", is_flag=True, help="With --vcd: also velocity, position, commands and findings.")
-@click.option("--layout", is_flag=True, help="With --vcd: layouts for GTKWave and Surfer beside it (.gtkw, .sucl).")
+@click.option("--layout", is_flag=True, help="With --vcd: layouts for GTKWave and Surfer next to it (.gtkw, .sucl).")
 @path("--plot", metavar="F.svg", help="Draw velocity and position (SVG, PNG or PDF).")
-@click.option("--dark", is_flag=True, help="The plot is light on dark.")
+@click.option("--dark", is_flag=True, help="Draw the plot light on dark.")
 @OPTIONS
 def run_command(**options: Any) -> int:
     """Run a program on a virtual chip, or a bench file (BENCH.toml) with several chips and parts.
 
     FILE holds what a host would send; - is the standard input.  The bytes of a .hex file go to a chip in binary mode.
-    A GS-C module is strapped for 9600 baud without checksums, unless --strap says otherwise.
+    A GS-C module is strapped for 9600 baud without checksums, unless --strap sets others.
     """
     from .run import RunCommand
 
@@ -126,7 +128,7 @@ def run_command(**options: Any) -> int:
 def asm_command(**options: Any) -> int:
     """Assemble a stored program: address, bytes and source of every instruction, or the bytes alone.
 
-    The program is what lies between the commands that begin and end its entry, such as E and Q.
+    The program is what is between the commands that begin and end its entry, such as E and Q.
     """
     from .programs import asm
 
@@ -140,7 +142,7 @@ def asm_command(**options: Any) -> int:
     "--format",
     "form",
     type=click.Choice(["hex", "bin"]),
-    help="What FILE holds; else its look decides. hex: pairs of digits, or Intel HEX.",
+    help="What FILE holds; by default as its content shows. hex: pairs of digits, or Intel HEX.",
 )
 @click.option("--stream", is_flag=True, help="FILE is what a host sends in binary mode, not a program buffer.")
 @click.option("--labels", is_flag=True, help="Name branch targets.")
@@ -174,19 +176,19 @@ def lint_command(**options: Any) -> int:
 @click.argument("chip", type=PartName())
 @click.argument("parameters", metavar="[NAME=VALUE]...", nargs=-1, shell_complete=completion.parameter)
 @CRYSTAL
-@click.option("--distance", type=int, metavar="STEPS", help="Tell of a move of so many steps, too.")
-@click.option("--time", type=TimeWithUnit(), help="Look for the ramp that takes nearest to this time, such as '0.5 s'.")
+@click.option("--distance", type=int, metavar="STEPS", help="Report a move of so many steps, too.")
+@click.option("--time", type=TimeWithUnit(), help="Find the ramp whose time is nearest to this, such as '0.5 s'.")
 @click.option(
-    "--accel", type=float, metavar="A", help="Look for the ramp whose mean acceleration is nearest to A, in steps/s^2."
+    "--accel", type=float, metavar="A", help="Find the ramp whose mean acceleration is nearest to A, in steps/s^2."
 )
-@click.option("--steps", type=float, metavar="N", help="Look for the ramp that takes nearest to N steps.")
+@click.option("--steps", type=float, metavar="N", help="Find the ramp whose steps are nearest to N.")
 @click.option("--best", type=int, metavar="N", default=5, show_default=True, help="How many of the nearest to list.")
 @click.option("--table", is_flag=True, help="Print the ramp rate by rate, step by step, or cycle by cycle.")
 @JSON
 @path("--plot", metavar="F.svg", help="Draw velocity and position of the move (SVG, PNG or PDF).")
 @OPTIONS
 def ramp_command(**options: Any) -> int:
-    """Calculate a ramp of a chip: its time, its steps, its acceleration, and which moves come to its rate.
+    """Calculate a ramp of a chip: its time, its steps, its acceleration, and which moves reach its rate.
 
     Parameters have the names of the commands that set them: F, R, S, Z (CY525); F, R, S (CY545); S, T, R and law
     (GS-C); SET_VEL, SET_ACC, SET_START_VEL and output, or profile=s-curve with SET_VEL, SET_MAX_ACC, SET_JERK and
@@ -222,16 +224,18 @@ def ramp_command(**options: Any) -> int:
     show_default=True,
     help="What is added to the measured times, such as '-1.2 ms'; first: the first edges meet; best: the most edges.",
 )
-@click.option("--tolerance", type=TimeWithUnit(), help="Edges so far apart agree; the coarser unit of the two files.")
+@click.option(
+    "--tolerance", type=TimeWithUnit(), help="Edges so far apart agree; by default the coarser unit of the two files."
+)
 @click.option("--timescale", type=TimeWithUnit(), help="The unit of MEASURED.vcd, if it states none.")
 @click.option("--torn", is_flag=True, help="MEASURED.vcd may have been cut off; read what is there.")
 @JSON
 def compare_command(**options: Any) -> int:
     """Compare the signals of a measured waveform file, such as a logic analyser's, with those of a run.
 
-    Tells of each signal which edges are missing, extra, late or early, and how fast or slow the measured clock is; exit
-    status 1 if there are such edges.  Without --map signals of the same name are compared, whatever their scopes.  The
-    first signal of the list says what --shift first and best are.
+    Reports of each signal which edges are missing, extra, late or early, and the drift of the measured clock; exit
+    status 1 if there are such edges.  Without --map signals of the same name are compared, whatever their scopes.
+    --shift first and best go by the first signal of the list.
     """
     from .compare import compare
 
@@ -259,27 +263,29 @@ def chips_command(**options: Any) -> int:
     return chips(**options)
 
 
-@cli.command("serve", short_help="Chips on ports, for host software that knows nothing of this.", epilog=EXIT)
+@cli.command("serve", short_help="Serve chips on ports, to unmodified host software.", epilog=EXIT)
 @click.argument("chip", type=PartName(), required=False, is_eager=True)
 @path("--bench", metavar="FILE", help="A bench file with [[serve]] tables, instead of CHIP.")
 @path("--pty", metavar="LINK", help="On a pseudo-terminal, found by a link of this name. Linux; macOS: 8N1 only.")
 @click.option("--tcp", metavar="HOST:PORT", help="On a TCP socket, 4001 alone: of this machine; port 0: any free one.")
 @click.option("--rfc2217", metavar="HOST:PORT", help="On a TCP socket that takes rate, parity, DTR and RTS.")
 @path("--serial", metavar="DEV", help="On a serial port of this machine: /dev/ttyUSB0, COM3.")
-@click.option("--registers", metavar="HOST:PORT", help="The bus of a chip beside its serial line: on a TCP socket.")
+@click.option(
+    "--registers", metavar="HOST:PORT", help="The bus of a chip that also has a serial line: on a TCP socket."
+)
 @click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, which can also read back.")
 @click.option("--baud", hidden=True)
 @click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
-@click.option("--lockstep", is_flag=True, help="Time passes only by the bytes of the line, and by `advance`.")
+@click.option("--lockstep", is_flag=True, help="Time passes only for the bytes of the line, and by `advance`.")
 @click.option("--control", metavar="HOST:PORT", help="JSON lines: pins, time, faults, status; from any language.")
 @click.option(
     "--token",
     metavar="TEXT",
     envvar="SLEWLINE_TOKEN",
-    help="What clients of the control port must know; also taken from the environment, SLEWLINE_TOKEN.",
+    help="What clients of the control port must send; also taken from the environment, SLEWLINE_TOKEN.",
 )
 @click.option("--state", metavar="DIR", type=DIRECTORY, help="Where the EEPROMs are kept.")
-@path("--log", help="Write a transcript of all lines behind what is in F; -: on standard error.")
+@path("--log", help="Append a transcript of all lines to F; -: on standard error.")
 @path("--journal", help="Write every input from outside, for slewline run --replay.")
 @MEMORY
 @ANYWHERE
@@ -297,21 +303,21 @@ def chips_command(**options: Any) -> int:
 def serve_command(**options: Any) -> int:
     """Put a chip on a port, where host software finds it as if it were real, until SIGINT, SIGTERM or SIGHUP.
 
-    Each port is told on the standard output as soon as it is open: its name, and the URL or the device under which
-    pySerial finds it.  A module that nothing else is said about has 9600 baud and checksums (--strap chs=0: none).
+    Each port is printed on the standard output as soon as it is open: its name, and the URL or the device under which
+    pySerial finds it.  By default a module has 9600 baud and checksums (--strap chs=0: none).
 
     A pseudo-terminal has 8 bits and no parity, whatever the host asks for.  A host may open it as 7O2 again and again;
     one that sets 7O2 twice at once gets EINVAL (invalid argument): a timeout set right after the open, one setting
-    after the other, an open right after a close, stty.  Let such a host ask for 8N1, or open socket://HOST:PORT (--tcp)
+    after the other, an open right after a close, stty.  Set such a host to 8N1, or open socket://HOST:PORT (--tcp)
     or rfc2217://HOST:PORT (--rfc2217); a program in Python can also open slewline://gs-c200s, without any server.
 
     The MC1451A family has registers instead of a line, and is served with --tcp only.  registers://HOST:PORT takes the
     messages of slewline.links.ports.registers; their other end is slewline.links.clients.chipset_port for a program in
     Python, and examples/mc1451a/slewline_port.h for one in C that reads and writes I/O ports.
 
-    A chip with a bus beside its serial line has the line on one of these ports and the bus on --registers: the
+    A chip with a bus and a serial line has the line on one of these ports and the bus on --registers: the
     registers of a parallel card, at registers://HOST:PORT, whose other end is slewline.links.clients.card_port.
-    The line has 9600 baud, unless a host on --rfc2217 says otherwise.
+    The line has 9600 baud, unless a host on --rfc2217 sets another.
     """
     from .serve import ServeCommand
 
@@ -358,10 +364,10 @@ def demo_command(output: str) -> int:
     type=DIRECTORY,
 )
 def examples_command(**options: Any) -> int:
-    """List the examples, which the package brings along, or copy one out.
+    """List the examples that come with the package, or copy one out.
 
     NAME is a file, whose folder and ending may be left out, or a folder such as drill: all that is in it is copied.  A
-    bench file brings its folder along.
+    bench file comes with its folder.
     """
     from .examples import examples
 

@@ -35,7 +35,7 @@ def compare(
         edges = ours.edges(name), theirs.edges(other)
         found.append(compare_edges(*edges, shift=by, tolerance=tolerance, name=name))
         if len(found[-1].pairs):
-            by = found[-1].shift_ps  # the first signal that moves says it for all
+            by = found[-1].shift_ps  # the first signal that moves decides for all
     if as_json:
         print_json([_plain(one) for one in found])
     else:
@@ -50,7 +50,7 @@ def _pairs(ours: Waveforms, theirs: Waveforms, given: Iterable[str]) -> list[tup
         if not (name and equals and other):
             raise UsageError(f"--map {name}{equals}{other}: give a signal of each file, such as x.pulse=D0")
         if ours.kind(name) != "bits" or theirs.kind(other) != "bits":
-            raise UsageError(f"--map {name}={other}: allowed are signals with levels, no real and no string variables")
+            raise UsageError(f"--map {name}={other}: allowed signals with levels, not real or string variables")
     if pairs:
         return [(name, other) for name, _, other in pairs]
     alike = [

@@ -1,7 +1,7 @@
-"""What a shell completes beside options: parts, pins, options of a part, commands, parameters, examples.
+"""What a shell completes besides options: parts, pins, options of a part, commands, parameters, examples.
 
 Nothing is imported for it that only runs with leave: a part that is given as module:Class has no completion.  Whatever
-goes wrong, a shell must not be told.
+goes wrong, a shell must not see.
 """
 
 from __future__ import annotations

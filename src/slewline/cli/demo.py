@@ -76,7 +76,7 @@ def made(output: str) -> Path:
     try:
         Path(output).mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        says = f"{output}: no folder can be made there ({error.strerror})"
+        says = f"{output}: cannot create this folder ({error.strerror})"
         raise UsageError(f"{says}; give another one with --output") from None
     return Path(output)
 
@@ -84,7 +84,7 @@ def made(output: str) -> Path:
 def called_as() -> str:
     """Return what calls this very slewline from a shell in this folder: its name, or else the path of its script."""
     own = shutil.which("slewline", path=sysconfig.get_path("scripts"))
-    if own is None:  # the package lies beside the caller, and was never installed
+    if own is None:  # the package is next to the caller, and was never installed
         return f"{word(sys.executable)} -m slewline"
     # What `uv run` puts on the PATH is gone when it ends.
     found = None if "UV_RUN_RECURSION_DEPTH" in os.environ else shutil.which("slewline")

@@ -17,9 +17,9 @@ from .demo import made
 PACKAGE = Path(__file__).parents[1]
 SOUGHT = (PACKAGE / "examples", PACKAGE.parents[1] / "examples")  # of an installed package, of a checkout
 HEADS = {".py": r'"""(.*?)(?:"""|\n)', ".c": r"/\*\s*(.*)", ".h": r"/\*\s*(.*)"}
-LEAN = (".toml", ".c")  # on files beside them, which come along
+LEAN = (".toml", ".c")  # on files next to them, which come along
 COMMENT = r"[;#]\s*(.*)"
-LEAVE_OUT = (".out", ".pyc")  # what a script prints stands beside it, for the tests
+LEAVE_OUT = (".out", ".pyc")  # what a script prints is kept next to it, for the tests
 
 
 def folder() -> Path:
@@ -27,7 +27,7 @@ def folder() -> Path:
     for place in SOUGHT:
         if place.is_dir():
             return place
-    raise UsageError(f"no examples are installed in {PACKAGE}; install the package again")
+    raise UsageError(f"no examples are installed in {PACKAGE}; reinstall the package")
 
 
 def files(root: Path) -> list[Path]:
@@ -37,16 +37,16 @@ def files(root: Path) -> list[Path]:
 
 
 def title(path: Path) -> str:
-    """Return what a file says of itself in its first lines."""
+    """Return the title of a file, from its first lines."""
     match = re.match(HEADS.get(path.suffix, COMMENT), path.read_text("utf-8"))
     return match[1].strip() if match else ""
 
 
 def find(root: Path, name: str) -> list[Path]:
-    """Return the files that a name stands for: a folder, a file, or a file without its folder or its ending.
+    """Return the files that a name means: a folder, a file, or a file without its folder or its ending.
 
     Raises:
-        UsageError: none; the message says where they are listed.
+        UsageError: none; the message names the command that lists them.
     """
     name = name.replace("\\", "/").rstrip("/")
     everything = {path.relative_to(root).as_posix(): path for path in files(root)}
@@ -70,7 +70,7 @@ def copied(root: Path, found: Iterable[Path], output: str) -> Iterator[Path]:
     for path, place in places.items():
         known = not place.is_symlink() and place.is_file() and place.read_bytes() == path.read_bytes()
         if os.path.lexists(place) and not known:
-            raise UsageError(f"{place}: is there already, and differs; give another folder with --output")
+            raise UsageError(f"{place}: this file exists and differs; give another folder with --output")
     for path, place in places.items():
         made(str(place.parent))
         with WholeFile(place, own=True) as file:

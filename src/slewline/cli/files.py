@@ -31,7 +31,7 @@ def read_program(path: str) -> str:
             found = f"{path}, line {number}: {len(line)} characters"
             raise BenchFileError(f"{found}; allowed {LONGEST}; is it the right file?")
     if not any(line.split(";", 1)[0].strip() for line in text.splitlines()):
-        raise BenchFileError(f"{path}: empty, no command in it; a program has a command a line, such as R 100")
+        raise BenchFileError(f"{path}: has no commands; write a command a line, such as R 100")
     return text
 
 
@@ -50,14 +50,14 @@ def chip_of(path: str, chip: str | None) -> str:
     if part in names:
         return part
     if Path(path).is_dir():
-        raise UsageError(f"{path}: a directory; name the files in it")
+        raise UsageError(f"{path}: is a directory; name the files in it")
     endings = ", ".join(f".{name}" for name in names)
     near = hint(part, names) if part else ""
-    raise UsageError(f"{path}: for which chip? Give --chip {names[0]}, or a file name ending in {endings}{near}")
+    raise UsageError(f"{path}: the chip is not given; give --chip {names[0]}, or a file name ending in {endings}{near}")
 
 
 def is_bench(path: str) -> bool:
-    """Return whether a file is a bench file; its name says so."""
+    """Return whether a file is a bench file, by its name."""
     return path.lower().endswith(".toml")
 
 
@@ -72,7 +72,7 @@ def read_options(path: str | None, part: str) -> dict[str, Any]:
         return {}
     found = read_toml(path, read_text(path))
     if "chip" in found:
-        raise BenchFileError(f"{path}: a bench file; allowed options of a chip, such as rate = 80, a line each")
+        raise BenchFileError(f"{path}: is a bench file; allowed options of a chip, such as rate = 80, a line each")
     sheet = sheet_of(part)
     checked(f"{path}: {sheet.part}", sheet.options, found)
     return found
@@ -84,15 +84,15 @@ def sheet_for(path: str, chip: str | None) -> Sheet:
 
 
 def say_replaced(journal: str | None) -> None:
-    """Say on the standard error that a journal will be replaced.
+    """Warn on the standard error that a journal will be replaced.
 
     Raises:
-        BenchFileError: a file that is no journal would be.
+        BenchFileError: a file that is not a journal would be.
     """
     from ..bench.files.journal import replaced
 
     if journal is not None and replaced(journal):
-        click.echo(f"slewline: {journal}: replaces the journal that stands there", err=True)
+        click.echo(f"slewline: {journal}: the existing journal is replaced", err=True)
 
 
 class Outputs:

@@ -19,24 +19,24 @@ MEANT = {  # what is meant by a command, or an option of one, that there is not
     "replay": "slewline run --replay JOURNAL",
     "version": "slewline --version",
     "run --bench": "a bench file is the FILE itself, slewline run BENCH.toml",
-    "run --part": "--chip says which part it is",
-    "run --output": "--vcd, --steps, --plot and --json say what is written, and where",
-    "run -o": "--vcd, --steps, --plot and --json say what is written, and where",
+    "run --part": "--chip names the part",
+    "run --output": "--vcd, --steps, --plot and --json name what is written, and where",
+    "run -o": "--vcd, --steps, --plot and --json name what is written, and where",
     "run --npz": "--steps F.npz",
     "run --csv": "--steps F.csv",
-    "run --time": "--until says how long, such as '2 s'",
+    "run --time": "--until sets the end, such as '2 s'",
     "serve --port": "--tcp 4001, --serial DEV or --pty LINK",
-    "serve --chip": "CHIP stands alone, without an option: slewline serve PART --tcp 4001",
-    "describe --chip": "CHIP stands alone, without an option: slewline describe PART",
-    "ramp --chip": "CHIP stands alone, without an option: slewline ramp PART NAME=VALUE ...",
+    "serve --chip": "CHIP is an argument, not an option: slewline serve PART --tcp 4001",
+    "describe --chip": "CHIP is an argument, not an option: slewline describe PART",
+    "ramp --chip": "CHIP is an argument, not an option: slewline ramp PART NAME=VALUE ...",
 }
 
 
 class HintingCommand(click.Command):
-    """A command that knows what is meant by options which it has not."""
+    """A command that knows what is meant by options that it does not have."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the arguments; say what is there instead of an option that is not."""
+        """Read the arguments; name the option that replaces an unknown one."""
         try:
             return super().parse_args(ctx, args)
         except click.MissingParameter as error:
@@ -77,7 +77,7 @@ class CommandWithGuide(HintingCommand):
     """A command whose help ends with the guide to run scripts."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the docstring of the script module, as it stands, and the exit status."""
+        """Write the docstring of the script module, as it is, and the exit status."""
         from ..bench.scripts import script
 
         formatter.write_paragraph()

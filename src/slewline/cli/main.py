@@ -34,7 +34,7 @@ def main() -> None:
         if default:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         status = invoke(sys.argv[1:])
-    except KeyboardInterrupt:  # before the command began, or behind it
+    except KeyboardInterrupt:  # before the command began, or after it
         _interrupted()
     if default:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Python takes its time to end

@@ -98,7 +98,7 @@ class PartName(Completed[str]):
 
 
 def look_here(ctx: click.Context | None, param: click.Parameter | None, wanted: bool) -> bool:
-    """Let modules be found in the current directory, as `python -m` does, behind all other places."""
+    """Let modules be found in the current directory, as `python -m` does, after all other places."""
     if wanted and os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
     return wanted
@@ -145,7 +145,7 @@ class Strap(Completed[tuple[str, int]]):
 
 
 class SettingText(Completed[tuple[str, str]]):
-    """name=value, or table.name=value; the part says what the text stands for."""
+    """name=value, or table.name=value; the part knows what the text means."""
 
     name = "name=value"
     complete = staticmethod(completion.setting)

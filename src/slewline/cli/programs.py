@@ -1,4 +1,4 @@
-"""asm, dis, lint, describe, chips: what can be said about programs and parts without running anything."""
+"""asm, dis, lint, describe, chips: what can be reported of programs and parts without running anything."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ..language.statements import Instruction
     from ..parts.hosts.host import Host
 
-SOURCE = "a program text, not the bytes of a program; slewline asm makes bytes of it"
+SOURCE = "this is a program text, not program bytes; slewline asm makes bytes of it"
 FORMS = {".hex": "hex", ".bin": "bin", ".ihx": "image", ".ihex": "image"}  # by the ending of a name
 COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
 
@@ -47,7 +47,7 @@ def asm(
 
     sheet, text = sheet_for(file, chip), read_program(file)
     if checksum and not sheet.plain:
-        raise UsageError(f"--checksum: no line for the {sheet.part.upper()} ends in a checksum; leave it out")
+        raise UsageError(f"--checksum: lines for the {sheet.part.upper()} have no checksum; leave it out")
     outputs = Outputs([file])
     outputs.claim(output)
     assembly = assemble(text, sheet, file, resolve)
@@ -65,7 +65,10 @@ def asm(
         data = formatted(assembly, form, checksum)
         if assembly.base and form in ("hex", "bin"):
             remedy = "--format image, or a name that ends in .ihx, keeps the address, for --memory"
-            click.echo(f"slewline: {file}: the bytes from address {assembly.base} on, without it; {remedy}", err=True)
+            click.echo(
+                f"slewline: {file}: the bytes belong at address {assembly.base}, which is not in the file; {remedy}",
+                err=True,
+            )
     put(data, output, outputs)
     return 0
 
@@ -91,7 +94,7 @@ def put(data: bytes, output: str | None, outputs: Outputs) -> None:
     """Write bytes to a claimed file, or to the standard output."""
     if output is None or output == STDIN:
         if sys.stdout.isatty() and not data.decode("latin-1").replace("\n", "").isprintable():
-            raise UsageError("these bytes are not for a terminal; give --output FILE, or lead them into a pipe")
+            raise UsageError("these bytes are not for a terminal; give --output FILE, or write to a pipe")
         click.echo(data, nl=False)
     else:
         outputs.write_bytes(output, data)
@@ -148,16 +151,16 @@ def line_object(line: Instruction) -> dict[str, Any]:
 
 
 def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
-    """Return the bytes of a hex or binary file, or of an image; without `form`, a file that looks like hex is hex.
+    """Return the bytes of a hex or binary file, or of an image; without `form`, by its content.
 
     Raises:
-        BenchFileError: the file cannot be read, is empty, is no hex though it looks like it, or is a program text.
+        BenchFileError: the file cannot be read, is empty, is not whole hex, or is a program text.
     """
     raw = sys.stdin.buffer.read() if file == STDIN else read_file(file)
     if form != "bin" and is_hex(raw):
         raw, form = from_file(raw, file), "bin"
     if not raw:
-        raise BenchFileError(f"{file}: empty, no bytes in it")
+        raise BenchFileError(f"{file}: is empty, so it has no bytes")
     code = re.sub(rb";[^\n]*", b"", raw).split()
     digits = b"".join(code)
     if form == "bin" or (form is None and re.fullmatch(rb"[0-9A-Fa-f]+", digits) is None):
@@ -200,15 +203,15 @@ def lint(
     from ..language.problems import picture
 
     if allow_code and not any(is_bench(file) for file in files):
-        raise click.UsageError("--allow-code goes with a bench file; --chip is allowed to name a module anyway")
+        raise click.UsageError("--allow-code needs a bench file; --chip may name a module without it")
     if options is not None and any(is_bench(file) for file in files):
-        raise click.UsageError("a bench file says which options its chips have; leave out --options")
+        raise click.UsageError("a bench file has the options of its chips; leave out --options")
     found = [linted for file in files for linted in texts_of(file, chip, allow_code, options)]
     if as_json:
-        told: dict[str, list[dict[str, Any]]] = {}
+        listed: dict[str, list[dict[str, Any]]] = {}
         for where, _, problems in found:  # two hosts of a bench may play the same file
-            told.setdefault(where, []).extend(dataclasses.asdict(each) for each in problems)
-        print_json(told)
+            listed.setdefault(where, []).extend(dataclasses.asdict(each) for each in problems)
+        print_json(listed)
     else:
         for where, text, problems in found:
             for problem in problems:
@@ -220,7 +223,7 @@ def lint(
 
 
 class LintResult(NamedTuple):
-    """A text, where it stands, and what is odd about it."""
+    """A text, its place, and what is odd about it."""
 
     where: str
     text: str
@@ -242,7 +245,7 @@ def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str
 
     if is_bench(file):
         if chip is not None:
-            raise UsageError("a bench file says which chips there are; leave out --chip")
+            raise UsageError("a bench file names its chips; leave out --chip")
         bench, scripts = BenchFile(file, allow_code=allow_code).staged()
         found = [LintResult(script.where, script.text, problems_of(bench, host, script)) for host, script in scripts]
         return found or [LintResult(file, "", [])]
@@ -256,7 +259,7 @@ def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str
 def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:
     """Return what is odd about a script, and whatever `run` would refuse; a line that is an error is listed once.
 
-    What is said to several chips is not followed: of such a script only the lines that cannot be played are listed.
+    Commands to several chips are not followed: of such a script only the lines that cannot be played are listed.
     """
     from ..bench.scripts.script import refused
     from ..language.lint import lint as check
@@ -273,7 +276,7 @@ def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:
 def tally(problems: list[Problem]) -> str:
     """Return a count of problems, such as "2 errors, 1 note"."""
     counts = [(sum(p.severity == severity for p in problems), severity) for severity in COLOURS]
-    return ", ".join(counted(number, severity) for number, severity in counts if number) or "nothing to complain about"
+    return ", ".join(counted(number, severity) for number, severity in counts if number) or "no problems found"
 
 
 # ------------------------------------------------------------------------------------------------------ describe, chips

@@ -50,7 +50,7 @@ def ramp(
     wanted = {"time_ps": time, "acceleration_sps2": accel, "steps": steps}
     goal = {name: value for name, value in wanted.items() if value is not None}
     if goal and others:
-        raise UsageError("a list of values is compared as it is; leave out --time, --accel and --steps, or the list")
+        raise UsageError("a list of values is not searched; leave out --time, --accel and --steps, or the list")
     if goal:
         found = nearest(chip, crystal, best, wanted, values, fitting)
     else:
@@ -87,7 +87,7 @@ def bound(
     options: Mapping[str, Any] | None,
     found: Sequence[Ramp],
 ) -> Iterator[str]:
-    """Yield a line that says so, where no ramp has as little, or as much, as is wanted."""
+    """Yield the limit, where no ramp has as little, or as much, as is wanted."""
     name, goal = next((name, value) for name, value in wanted.items() if value is not None)
     has = [getattr(each, {"acceleration_sps2": "acceleration"}.get(name, name)) for each in found]
     if min(has) <= goal <= max(has):
@@ -128,7 +128,7 @@ def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str,
     values = named(calculator, parameters)
     lists = {name: text.split(",") for name, text in values.items() if "," in text}
     if len(lists) > 1:
-        raise UsageError(f"{' and '.join(lists)}: lists of values; give one of them, and the others a value each")
+        raise UsageError(f"{' and '.join(lists)}: lists of values; give one list, and a single value for the others")
     for name, texts in lists.items():
         if len(texts) > MAX_COMPARED:
             raise UsageError(f"{name}: {len(texts)} values; allowed {MAX_COMPARED}")
@@ -184,7 +184,7 @@ def move_line(move: Move | None) -> Iterator[str]:
     """Yield the line that describes a move, if there is one."""
     if move is not None:
         legs = ", ".join(f"{name} {number(steps)}" for name, steps in move.legs)
-        reached = "" if move.reached else f"; gets as far as {number(move.top)} steps/s"
+        reached = "" if move.reached else f"; reaches {number(move.top)} steps/s"
         yield f"{counted(move.steps, 'step'):<13} {readable(move.time_ps)}: {legs}{reached}"
 
 
@@ -260,7 +260,7 @@ def move_object(move: Move) -> dict[str, Any]:
 
 
 def exact(value: float) -> float:
-    """Round to nine significant digits: what is behind them is rounding error."""
+    """Round to nine significant digits: the rest is rounding error."""
     return float(f"{value:.9g}")
 
 
@@ -304,7 +304,7 @@ def drawable(path: str, ramp: Ramp, move: Move | None) -> Move:
     if move is None:
         reached = ramp.reached_from
         if reached is None:
-            raise UsageError(f"{path}: no move comes to {number(ramp.top)} steps/s; give --distance")
+            raise UsageError(f"{path}: no move reaches {number(ramp.top)} steps/s; give --distance")
         move = ramp.move(reached)
     if move.steps > MAX_DRAWN:
         raise UsageError(f"{path}: {move.steps} steps; allowed up to {MAX_DRAWN}; give --distance")

@@ -1,4 +1,4 @@
-"""slewline run: play a program or a bench file, and say what happened."""
+"""slewline run: play a program or a bench file, and report what happened."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from ..record.waveforms.vcd_sources import Buses
 
 TIMEOUT = "60 s"
-PLOTTED = (  # pins in these roles, beside the curves
+PLOTTED = (  # pins in these roles, below the curves
     *("running", "slewing", "motion_complete", "moving", "ramping", "output1", "output2", "output3", "interrupt"),
 )
 DEFAULT_BUSES: Buses = "bits"
@@ -111,11 +111,11 @@ class RunCommand:
         """Refuse options that exclude each other."""
         self.quiet = self.quiet or self.json == STDIN
         if (self.file is None) == (self.replay is None):
-            raise click.UsageError("give a program, a bench file, or --replay JOURNAL; and only one of them")
+            raise click.UsageError("give one of a program, a bench file and --replay JOURNAL")
         if self.vcd is None:
             given = [f"--{name.replace('_', '-')}" for name in OF_VCD if getattr(self, name) not in (None, False)]
             if given:
-                raise click.UsageError(f"{', '.join(given)}: goes with --vcd FILE")
+                raise click.UsageError(f"{', '.join(given)}: needs --vcd FILE")
         elif self.timescale is not None:
             unit_of(self.timescale)
         names = ("chip", "crystal", "over", "strap", "options", "memory", "timeout", "drive", "journal")
@@ -123,17 +123,14 @@ class RunCommand:
         if self.replay is not None and given:
             raise click.UsageError(f"--replay repeats a run as it was; leave out --{' --'.join(given)}")
         if self.other_laws and self.replay is None:
-            raise click.UsageError("--other-laws goes with --replay")
+            raise click.UsageError("--other-laws needs --replay")
         if self.anywhere and not self.is_bench:
-            raise click.UsageError("--anywhere goes with a bench file")
+            raise click.UsageError("--anywhere needs a bench file")
         if self.allow_code and not (self.is_bench or self.replay):
-            raise click.UsageError(
-                "--allow-code goes with a bench file or --replay; --chip is allowed to name a module anyway"
-            )
+            raise click.UsageError("--allow-code needs a bench file or --replay; --chip may name a module without it")
         if self.is_bench and {"chip", "crystal", "over", "strap", "options", "memory"} & set(given):
             raise click.UsageError(
-                "a bench file says which chips there are; leave out --chip, --crystal, --over, --strap, --options, "
-                "--memory"
+                "a bench file names its chips; leave out --chip, --crystal, --over, --strap, --options, --memory"
             )
 
     @property
@@ -143,7 +140,7 @@ class RunCommand:
 
     @property
     def layouts(self) -> list[str]:
-        """The files beside the waveform."""
+        """The layout files of the waveform."""
         return [str(path) for path in layout_paths(self.vcd)] if self.vcd is not None and self.layout else []
 
     # ------------------------------------------------------------------------------------------------------ the bench
@@ -216,7 +213,7 @@ class RunCommand:
         """Replay a journal and return its bench; print warnings to the standard error."""
         from ..bench import replay
 
-        with warnings.catch_warnings(record=True) as told:
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             bench = replay(
                 journal,
@@ -225,9 +222,9 @@ class RunCommand:
                 other_laws=self.other_laws,
                 allow_code=self.allow_code,
             )
-        for warning in told:
+        for warning in caught:
             click.echo(f"slewline: {warning.message}", err=True)
-        self.torn = any(issubclass(warning.category, TornJournal) for warning in told)
+        self.torn = any(issubclass(warning.category, TornJournal) for warning in caught)
         return bench
 
     def ended(self, bench: Bench) -> str:
@@ -266,16 +263,16 @@ class RunCommand:
         outputs.save(self.plot, lambda path: bench.plot(path, pins=self.plotted(bench), dark=self.dark))
 
     def write_vcd(self, bench: Bench, path: str) -> None:
-        """Write the waveform; what its unit hides is told on the standard error."""
+        """Write the waveform; what its unit hides is reported on the standard error."""
         pins = None if self.pins is None else [self.full_name(bench, pin) for pin in self.pins]
         timescale, buses = self.timescale or "1 ns", self.vcd_buses or DEFAULT_BUSES
         lost = bench.save_vcd(path, pins, timescale=timescale, buses=buses, values=self.vcd_values, layout=self.layout)
         if lost:
-            what = f"{path}: {lost} changes of level are over within {timescale} and are not in the file"
+            what = f"{path}: {lost} changes of level last less than {timescale} and are not in the file"
             click.echo(f"slewline: {what}; a finer --timescale shows them", err=True)
 
     def conclude(self, bench: Bench, ended: str, outputs: Outputs) -> None:
-        """Say how it ended."""
+        """Report how it ended."""
         from .report import summary
 
         if not self.quiet:
@@ -287,10 +284,10 @@ class RunCommand:
             wrong = self.wrong(bench)
             for found in wrong:
                 click.echo(f"slewline: {found}", err=True)
-            if untold := len(bench.findings) - len(wrong):
-                what = counted(untold, "finding")
+            if hidden := len(bench.findings) - len(wrong):
+                what = counted(hidden, "finding")
                 click.echo(
-                    f"slewline: {what}; without -q the transcript has them, --strict makes them a failure", err=True
+                    f"slewline: {what}; the transcript without -q shows them, --strict makes them a failure", err=True
                 )
 
     def wrong(self, bench: Bench) -> list[Finding]:
@@ -305,7 +302,7 @@ def memory_of(bench: Bench, path: str) -> Eeprom | Ram:
     found = [part for part in bench.parts.values() if isinstance(part, Eeprom | Ram)]
     if len(found) != 1:
         what = f"{len(found)} of them" if found else "none"
-        raise Refused(f"{path}: --save-memory wants one memory on the bench, and there are {what}; leave it out")
+        raise Refused(f"{path}: --save-memory needs one memory on the bench, which has {what}; leave it out")
     return found[0]
 
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     Call = Callable[..., object]
 
 PORTS = ("tcp", "pty", "rfc2217", "serial")
-REGISTERS = "registers"  # of the bus of a chip, beside its serial line
+REGISTERS = "registers"  # of the bus of a chip that has a serial line too
 STATUS_S = 1.0
 
 
@@ -96,35 +96,35 @@ class ServeCommand:
         """Refuse options that exclude each other; return the ports that are asked for."""
         ports = [(kind, where) for kind in PORTS if (where := getattr(self, kind)) is not None]
         if (self.chip is None) == (self.bench is None):
-            raise click.UsageError("give a chip, such as gs-c200s, or --bench FILE; and only one of them")
+            raise click.UsageError("give one of a chip, such as gs-c200s, and --bench FILE")
         if self.baud is not None:
             says = sheet_of(self.chip).elsewhere("baud", self.baud) if self.chip is not None else ""
             raise click.UsageError(f"--baud {self.baud}: {says or 'this part has no rate of its own; leave it out'}")
         own = (*ports, self.registers, self.strap, self.option, self.options, self.framing, self.memory)
         if self.bench is not None and any(own):
             raise click.UsageError(
-                "a bench file says all of this itself; leave out ports, --strap, --option, --options, --memory, "
+                "a bench file sets all of this itself; leave out ports, --strap, --option, --options, --memory, "
                 "--framing"
             )
         if self.registers is not None and (self.chip is None or bus_of(self.chip) is None):
             raise click.UsageError(
-                f"--registers is for a chip with a bus beside its serial line; a {self.chip} is served with "
+                f"--registers is for a chip with a bus and a serial line; a {self.chip} is served with "
                 f"--{', --'.join(PORTS)}"
             )
         if self.chip is not None and not ports and self.registers is None:
             bus = f", or --{REGISTERS} for its bus" if bus_of(self.chip) else ""
-            raise click.UsageError(f"where? Give one of --{', --'.join(PORTS)}{bus}")
+            raise click.UsageError(f"no port given; give one of --{', --'.join(PORTS)}{bus}")
         if len(ports) > 1:
             given = " and ".join(f"--{kind}" for kind, _ in ports)
-            raise click.UsageError(f"a chip has one port, and {given} are {len(ports)}; leave out all but one")
+            raise click.UsageError(f"{given}: a chip has one port; leave out all but one")
         if self.registers is not None:
             ports.append((REGISTERS, self.registers))
         if self.lockstep and self.rate is not None:
-            raise click.UsageError("--lockstep has no clock; leave out --rate")
+            raise click.UsageError("--lockstep follows no clock; leave out --rate")
         if self.anywhere and self.bench is None:
-            raise click.UsageError("--anywhere goes with --bench")
+            raise click.UsageError("--anywhere needs --bench")
         if self.allow_code and self.bench is None:
-            raise click.UsageError("--allow-code goes with --bench; CHIP is allowed to name a module anyway")
+            raise click.UsageError("--allow-code needs --bench; CHIP may name a module without it")
         if self.log and self.journal and os.path.realpath(self.log) == os.path.realpath(self.journal):
             raise click.UsageError("--log and --journal: the same file; give each a file of its own")
         if self.state is not None and self.chip is not None and not keeps(self.chip):
@@ -232,10 +232,10 @@ def state_directory(path: str | None) -> Iterator[Stores | None]:
         directory.mkdir(parents=True, exist_ok=True)
         lock = os.open(directory / ".lock", os.O_RDWR | os.O_CREAT | system.NO_LINK, 0o666)
     except OSError as error:
-        raise UsageError(f"--state {path}: {error.strerror}; give a directory that can be written") from None
+        raise UsageError(f"--state {path}: {error.strerror}; give a writable directory") from None
     if not system.lock(lock):
         os.close(lock)
-        raise UsageError(f"--state {path}: another server has it; end that one, or give another directory")
+        raise UsageError(f"--state {path}: another server uses it; stop that one, or give another directory")
     try:
         yield lambda name: stored(directory / f"{name}.eeprom")
     finally:
@@ -252,7 +252,7 @@ def stored(path: Path) -> FileStore:
 
 
 def say(text: str, end: str = "\n") -> None:
-    """Tell something on the standard error, which may have nobody who reads."""
+    """Print on the standard error, which may be closed."""
     with suppress(OSError):
         click.echo(f"{text}{end}", err=True, nl=False)
 

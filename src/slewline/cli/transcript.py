@@ -1,7 +1,7 @@
 """The transcript: what happened when, a line an event, while it happens.
 
-It listens, and changes nothing: to findings, to hosts, to pins of which their sheet says what they tell, and to the
-axes, which say when a motion begins and ends.  Steps in between cost nothing.
+It listens, and changes nothing: to findings, to hosts, to pins whose meaning is in the sheet, and to the
+axes, which report when a motion begins and ends.  Steps in between cost nothing.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from ..core.wires.waits import level
 from ..parts.front_panel.displays import HpDisplay, Lcd
 from ..parts.hosts.host import Host
 
-STAYS_PS = 20 * 10**9  # that a display stays as it is before it is told
+STAYS_PS = 20 * 10**9  # that a display stays as it is before it is reported
 MOST = 100  # lines about the same pin; an endless program would never come to an end
 
 Say = Callable[[int, str, str, str], object]  # picoseconds, who, what kind of event, text
@@ -36,7 +36,7 @@ def seconds(ps: int) -> str:
 
 
 class Transcript:
-    """Tells `say` what happens on a bench; attach it when everything is on the bench, before time passes."""
+    """Reports to `say` what happens on a bench; attach it when everything is on the bench, before time passes."""
 
     def __init__(self, bench: Bench, say: Say) -> None:
         self.bench, self.say = bench, say
@@ -90,7 +90,7 @@ class Transcript:
         chip.pins[pin].net.watch(changed)
 
     def seldom(self, who: str, kind: str, text: str, about: str) -> None:
-        """Tell an event, but not for ever."""
+        """Report an event, but not for ever."""
         self.lines[about] += 1
         if self.lines[about] <= MOST:
             self.tell(who, kind, text)
@@ -99,7 +99,7 @@ class Transcript:
 
 
 class DisplayReports:
-    """What a display shows: told when it has stayed so for a while, for it is written character by character."""
+    """What a display shows: reported when it has stayed so for a while, for it is written character by character."""
 
     def __init__(self, transcript: Transcript, display: HpDisplay | Lcd) -> None:
         self.transcript, self.display, self.kernel = transcript, display, display.kernel
@@ -107,7 +107,7 @@ class DisplayReports:
         self.waits = False
 
     def changed(self) -> None:
-        """Tell it later, unless it changes again by then."""
+        """Report it later, unless it changes again by then."""
         self.since = self.kernel.now
         if not self.waits:
             self.waits = True
@@ -120,14 +120,14 @@ class DisplayReports:
             return
         self.waits = False
         name = self.display.name
-        self.transcript.seldom(name, "display", self.display.said, f"{name}, what it shows")
+        self.transcript.seldom(name, "display", self.display.said, f"{name}, the display,")
 
 
 class MotionReports:
-    """The motions of an axis: each is told when it begins, and when it is over.
+    """The motions of an axis: each is reported when it begins, and when it ends.
 
-    A part that has a pin for it moves from then on; of another one the first step is told.  A motion that another one
-    replaces without a rest goes on as that.
+    A part that has a pin for it moves from then on; of another one the first step is reported.  A motion that another
+    one replaces without a rest goes on as that.
     """
 
     def __init__(self, transcript: Transcript, chip: Chip, number: int) -> None:

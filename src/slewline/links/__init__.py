@@ -1,1 +1,1 @@
-"""Where virtual time meets the world: sockets, serial ports, the wall clock, files that stand for memories."""
+"""Where virtual time meets the world: sockets, serial ports, the wall clock, files that keep memories."""

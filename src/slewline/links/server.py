@@ -48,7 +48,7 @@ BOARDS: Mapping[type[Channel], tuple[str, str]] = {  # the kind of board on a ch
     FlowBus: ("parallel_card", "card"),
 }
 DEAF = (
-    "the UART of {chip} only receives: no command is answered; with --framing, in a bench file framing = true, ?0 "
+    "the UART of {chip} only receives: no command is answered; with --framing (in a bench file framing = true) ?0 "
     "to ?3 read back"
 )
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
@@ -75,8 +75,8 @@ class Server:
         pace: Paced(bench) or Lockstep(bench).
         log: a file for the transcript; "-": standard error.
         allow_remote: other machines may connect.
-        tell: is told what the user should know: findings, limits of a port, a cable that is pulled, a disk that is
-            full; only what the transcript on the terminal does not say.
+        tell: called with what the user should know: findings, limits of a port, a cable that is pulled, a disk that is
+            full; only what the transcript on the terminal does not show.
     """
 
     def __init__(
@@ -153,7 +153,7 @@ class Server:
         return ConnectorLine(name, chips, self.pace, self.log, cast("AdaptiveHost", host))
 
     def _bus_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-        """Lines of text to a host on a bus; without framing, characters to the UART beside it."""
+        """Lines of text to a host on a bus; without framing, characters to its UART."""
         if framing:
             host = self.bench.host(chips[0], name=f"{name}_host", over=over)
             return FramedLine(name, chips[0], self.pace, self.log, cast("BusHost", host))
@@ -168,7 +168,7 @@ class Server:
         name = f"{chips[0].name if len(chips) > 1 else line}_line"
         port: SerialPort = self.bench.part("serial_port", name=name, baud=baud, bits=bits, parity=parity, stop=stop)
         self.bench.connect(port, chips)
-        self.troubles += [found.text for found in port.findings]  # they are told as findings
+        self.troubles += [found.text for found in port.findings]  # they are reported as findings
         return port
 
     def _uart(self, chip: Chip) -> SerialPort:
@@ -230,16 +230,18 @@ class Server:
         from .control.control import Control
 
         port = self._opened(Control(self, address, token))
-        self._say_who("control", port.where, "whoever knows the token can work every pin")
+        self._warn_remote("control", port.where, "any client with the token can drive every pin")
         return port
 
     def _on_tcp(self, kind: type[TcpPort], line: HostLine, address: str) -> OpenPort:
         """A line on a socket."""
         port = self._opened(kind(self.loop, line, address, self.allow_remote, partial(self._say, line.name)))
-        self._say_who(line.name, port.where, "whoever connects can work the module, without a password")
+        self._warn_remote(
+            line.name, port.where, "any client that connects can command the module; no password is asked"
+        )
         return port
 
-    def _say_who(self, name: str, where: str, may: str) -> None:
+    def _warn_remote(self, name: str, where: str, may: str) -> None:
         """Of a port that other machines can reach."""
         host, _ = parse_address(where.rpartition("//")[2], True)
         if not is_loopback(host):
@@ -253,7 +255,8 @@ class Server:
         if word.bits < 8:
             form = f"{port.baud} baud, {word.bits} data bits, {word.parity} parity, {word.stop} stop bits"
             self._say(
-                line.name, f"{where}: the line has {form}; a host that sets others, such as 8N1, gets E1 or silence"
+                line.name,
+                f"{where}: the line has {form}; a host that sets another format, such as 8N1, gets E1 or no answer",
             )
 
     def _opened(self, port: OpenPort) -> OpenPort:
@@ -321,7 +324,7 @@ class Server:
         self.tell(text)
 
     def _trouble(self, text: str) -> None:
-        if text not in self.troubles:  # what a host tries again is not told again
+        if text not in self.troubles:  # what a host tries again is not reported again
             self.troubles.append(text)
             self._say("server", text)
 
@@ -339,8 +342,8 @@ class Server:
         return sum(axis.made for axis in chip.axes)
 
     def _look_around(self) -> None:
-        """Look whether the bench falls behind, and for lines whose end does not come."""
-        self.lateness.look()
+        """Check whether the bench lags, and for lines whose end does not come."""
+        self.lateness.check()
         for line in self.lines.values():
             line.look_for_ends()
         self.loop.after(LOOK_S, self._look_around)

@@ -24,24 +24,24 @@ WIDTHS = {"page": 9.6, "phone": 4.2}  # inches
 
 @dataclass(frozen=True, slots=True)
 class Palette:
-    """Colours of a picture.  Those of `series` differ in grey as well, and for people who see fewer colours."""
+    """Colours of a picture.  Those of `series` differ in grey as well, and for people with colour blindness."""
 
-    ground: str  # behind everything
+    ground: str  # under everything
     ink: str  # titles, names
     soft: str  # numbers, units, notes
-    dashed: str  # what is laid over for comparison: rates, ideals
+    dashed: str  # what is drawn over for comparison: rates, ideals
     edge: str  # spines, the line at zero
     grid: str
     band: str  # every second phase
     series: tuple[str, ...]  # lines of axes and runs
     trace: str  # a pin
     bus: str  # outline and text of the values of a bus
-    byte: str  # behind these values
+    byte: str  # under these values
     command: str
     alarm: str  # findings, limits that are hit, times that are out of range
     home: str
     cursor: str
-    measured: str  # a pin that is laid over the model's
+    measured: str  # a pin that is drawn over the model's
 
 
 LIGHT = Palette(
@@ -102,7 +102,7 @@ def inches(width: str | float) -> float:
 
 @contextmanager
 def styled(dark: bool = False) -> Iterator[Palette]:
-    """Let our look hold, and nothing of what the user's configuration says; yields the colours.
+    """Let our look hold, and nothing of the user's configuration; yields the colours.
 
     Raises:
         UsageError: matplotlib is not installed.
@@ -153,7 +153,7 @@ def number(value: float, digits: int = 10) -> str:
 
 
 def few(value: float) -> str:
-    """Return a number that is measured with three digits, or all that stand before its point."""
+    """Return a number that is measured with three digits, or all digits before its point."""
     return number(round(value) if abs(value) >= 100 else value, 10 if abs(value) >= 100 else 3)
 
 
@@ -163,7 +163,7 @@ def grouped(value: object) -> str:
 
 
 def duration(ps: int) -> str:
-    """Return a time as a picture says it: "3.2 ms", "25 µs"."""
+    """Return a time as a picture has it: "3.2 ms", "25 µs"."""
     return readable(ps).replace("us", "µs").replace("-", MINUS)
 
 
@@ -171,7 +171,7 @@ class TimeAxis:
     """The time axis that all panels share: a unit that suits the window; far from time 0 it counts from its begin.
 
     Args:
-        zero: the instant that counts as 0, such as the begin of a motion; by default that of the window if it is far
+        zero: the instant that counts as 0, such as the start of a motion; by default that of the window if it is far
             from time 0.
     """
 

@@ -3,8 +3,8 @@
 Bytes go to a hidden neighbour of the file, which takes its name when all is written.  What is no regular file (a
 pipe, /dev/stdout) cannot be replaced and is written as it is.
 
-A symbolic link that the user named stays, and the file behind it is written.  Where the name is slewline's own, a link
-is what somebody else has laid there: the neighbour is a new file or none, and any other is refused (`own`).
+A symbolic link that the user named stays, and its target is written.  Where the name is slewline's own, a link
+was put there by another program: the neighbour is a new file or none, and any other is refused (`own`).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _NUMBERS = count()
 
 
 def check_suffix(path: str | Path, allowed: Sequence[str], *, bare: bool = False) -> None:
-    """Check that the name of a file says what will be in it.
+    """Check that the name of a file fits what will be in it.
 
     Args:
         bare: a name without a suffix will do, as those of pipes.
@@ -64,7 +64,7 @@ class WholeFile:
         with self.refusals():
             if own and self.path.is_symlink():
                 raise UsageError(f"{path}: is a symbolic link, which is not followed here; remove it")
-            self._target = Path(os.path.realpath(path))  # behind a symbolic link, which stays
+            self._target = Path(os.path.realpath(path))  # of a symbolic link, which stays
             if self._target.is_dir():
                 raise UsageError(f"{path}: is a directory; give the name of a file in it")
             if not self._target.parent.is_dir():
@@ -97,7 +97,7 @@ class WholeFile:
 
     @contextmanager
     def refusals(self) -> Iterator[None]:
-        """Say what the system refuses as an error of ours."""
+        """Raise what the system refuses as an error of ours."""
         try:
             yield
         except OSError as error:
@@ -117,10 +117,10 @@ class WholeFile:
 
 
 def neighbour(target: Path) -> tuple[Path, BufferedWriter]:
-    """Return a new hidden file beside another one, and its name; nothing that is there already is opened."""
+    """Return a new hidden file next to another one, and its name; nothing that is there already is opened."""
     while True:
         part = target.with_name(f".slewline-{os.getpid()}-{next(_NUMBERS)}.part")
-        with suppress(FileExistsError):  # of a process that was killed, or a link that somebody laid there
+        with suppress(FileExistsError):  # of a process that was killed, or a link that another program put there
             return part, open(part, "xb")
 
 

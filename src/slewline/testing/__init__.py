@@ -1,4 +1,4 @@
-r"""For people who test host software: a pySerial URL handler, a pytest plugin, faults, assertions that tell.
+r"""For people who test host software: a pySerial URL handler, a pytest plugin, faults, assertions that explain.
 
 import serial
 import slewline.testing                                    # from now on, pySerial knows slewline://
@@ -23,7 +23,7 @@ with suppress(ImportError):  # without pySerial there are no URLs; all the rest 
 
 
 def open_url(url: str, baudrate: int = 9600, **settings: Any) -> Serial:
-    """Open a slewline:// URL, as `serial.serial_for_url` does, and return a port whose type says what it has.
+    """Open a slewline:// URL, as `serial.serial_for_url` does, and return a port whose type knows what it has.
 
     Args:
         url: such as "slewline://gs-c200s?chs=0".

@@ -1,4 +1,4 @@
-"""asyncio in virtual time: a loop whose clock is that of the benches, and stands still while any task has work to do.
+"""asyncio in virtual time: a loop whose clock is that of the benches, and stops while any task has work to do.
 
     async def main():
         bench = slewline.Bench()
@@ -15,7 +15,7 @@ When all tasks wait, time passes on every bench of the loop, up to the next thin
 character, a condition.  So what a run does depends on the program alone.  A bench belongs to the loop from its first
 `await` on; it, and a port that is opened, are carried along from there.
 
-While work is done in threads (`asyncio.to_thread`), time stands still.  Sockets and pipes of the real world are heard
+While work is done in threads (`asyncio.to_thread`), time stops.  Sockets and pipes of the real world are served
 at every turn, and waited for only when nothing is due in virtual time.
 """
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 Given = TypeVarTuple("Given")
-GRACE_S = 1.0  # of the wall clock: a loop in which nothing is due, and that nobody calls from a thread, is stuck
+GRACE_S = 1.0  # of the wall clock: a loop in which nothing is due, and that no thread calls, is stuck
 
 
 def run(main: Coroutine[Any, Any, Result]) -> Result:
@@ -51,11 +51,11 @@ def run(main: Coroutine[Any, Any, Result]) -> Result:
 
     Raises:
         UsageError: a function that is not called.
-        Timeout: every task waits, and nothing is going to happen any more.
+        Timeout: deadlock: every task waits, and no event is pending.
     """
     if callable(main):
         name = getattr(main, "__name__", "main")
-        raise UsageError(f"aio.run({name}): a function; call it: aio.run({name}())")
+        raise UsageError(f"aio.run({name}): this is a function; call it: aio.run({name}())")
     with asyncio.Runner(loop_factory=VirtualLoop) as runner:
         return runner.run(main)
 
@@ -64,13 +64,13 @@ class TimeDriver(Protocol):
     """What lets time pass for a port in a loop."""
 
     def join(self, user: object) -> None:
-        """Let time pass from now on, as long as somebody uses it."""
+        """Let time pass from now on, as long as it has a user."""
 
     def leave(self, user: object) -> None:
-        """Let it stand still again."""
+        """Let it stop again."""
 
     def wait(self, wait: Wait) -> None:
-        """Add somebody who waits."""
+        """Add a wait."""
 
     def answer(self, quiet: Callable[[], bool]) -> None:
         """See to it that what was written is answered."""
@@ -102,7 +102,7 @@ class JoinedBench(Pace):
         self.users.append(user)
 
     def leave(self, user: object) -> None:
-        """Let its time stand still, unless somebody else uses it."""
+        """Let its time stop, unless it has another user."""
         self.users.remove(user)
         if not self.users:
             del self.loop.paces[self.kernel]
@@ -150,7 +150,7 @@ class IdleSelector(selectors.DefaultSelector):
             return super().select(None)
         if self.loop.pass_time(timeout):
             return []
-        if len(self.get_map()) > 1:  # beside the loop's own, there are sockets or pipes
+        if len(self.get_map()) > 1:  # besides the loop's own, there are sockets or pipes
             return super().select(None)
         ready = super().select(GRACE_S)
         if not ready:
@@ -202,7 +202,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     # ---------------------------------------------------------------------------------------------------------- time
     def pass_time(self, timeout: float | None) -> bool:
-        """Let time pass until somebody has something to do, at most so many seconds; false: nothing is due."""
+        """Let time pass until a task has something to do, at most so many seconds; false: nothing is due."""
         paces = [pace for pace in self.paces.values() if pace.users]
         self.alone, self.stirred = len(paces) == 1, False
         goal = None if timeout is None else self.now_ps + max(round(timeout * PS_PER_S), 1)
@@ -225,13 +225,13 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         waiting = [
             f"\n  {owner.waiting}" for pace in self.paces.values() if pace.users for owner in pace.bench.chips.values()
         ]
-        return f"it is {readable(self.now_ps)}; every task waits, and nothing is going to happen{''.join(waiting)}"
+        return f"deadlock at {readable(self.now_ps)}: every task waits, and no event is pending{''.join(waiting)}"
 
-    # --------------------------------------------------------------------------------- what makes somebody do something
+    # --------------------------------------------------------------------------------------------- what wakes a task
     def call_soon(
         self, callback: Callable[[*Given], object], *args: *Given, context: Context | None = None
     ) -> asyncio.Handle:
-        """Call a function in the next turn; time stands still until then."""
+        """Call a function in the next turn; time stops until then."""
         self.stirred = True
         return super().call_soon(callback, *args, context=context)
 
@@ -245,7 +245,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     def run_in_executor(
         self, executor: Executor | None, func: Callable[[*Given], Result], *args: *Given
     ) -> asyncio.Future[Result]:
-        """Call a function in a thread; time stands still until it has returned."""
+        """Call a function in a thread; time stops until it has returned."""
         future = super().run_in_executor(executor, func, *args)
         self.elsewhere += 1
         future.add_done_callback(self._back)
@@ -255,7 +255,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self.elsewhere -= 1
 
     async def shutdown_default_executor(self, *arguments: Any) -> None:
-        """Wait for the threads of the loop; time stands still."""
+        """Wait for the threads of the loop; time stops."""
         self.elsewhere += 1
         try:
             await super().shutdown_default_executor(*arguments)
@@ -281,14 +281,14 @@ class PacedRig:
         self._soon()
 
     def leave(self, user: object) -> None:
-        """Let it stand still again."""
+        """Let it stop again."""
         self.used -= 1
         if not self.used and self.handle is not None:
             self.handle.cancel()
             self.handle = None
 
     def wait(self, wait: Wait) -> None:
-        """Add somebody who waits."""
+        """Add a wait."""
         self.rig.pace.wait(wait)
         self._soon()
 

@@ -63,12 +63,12 @@ class Controller:
         """Where a program finds the module: what serial.serial_for_url takes.
 
         Raises:
-            UsageError: nobody finds it: it is on a bus, or the test has it alone.
+            UsageError: no program can reach it: it is on a bus, or belongs to the test alone.
         """
         if not self.rig.url:
             name, part = self.chip.name, self.chip.sheet.part
             raise UsageError(
-                f"{name} ({part}) has no url: a program does not reach it; the test itself speaks to it by {name}.host"
+                f"{name} ({part}) has no url, because no program can reach it; command it through {name}.host"
             )
         return self.rig.url
 
@@ -104,7 +104,7 @@ class Controller:
         """Let virtual time pass until a condition is met: pin("mov").is_(0), or "mov=0" for short, or any function.
 
         Raises:
-            Timeout: it has not come about.
+            Timeout: it has not been met.
         """
         if isinstance(condition, str):
             condition = self._level(condition)
@@ -141,13 +141,13 @@ class Controller:
         Raises:
             ChecksumError: the answer has a wrong checksum.
             Timeout: no answer.
-            UsageError: a module without a serial line is behind a port, and nobody but the program speaks to it.
+            UsageError: a module without a serial line is behind a port, where only the program can command it.
         """
         rig, answer = self.rig, bytearray()
         if not hasattr(rig, "line"):
             return rig.do(lambda: rig.host.ask(command, timeout))
         if not hasattr(rig, "host"):
-            raise UsageError(f'{self.label}: only the program behind the port speaks to it; on="host" has a host')
+            raise UsageError(f'{self.label}: only the program on the port can command it; on="host" has a host')
 
         def take(data: bytes) -> int:
             answer.extend(data)
@@ -162,7 +162,8 @@ class Controller:
             rig.do(lambda: self._give_back(*before))
         if not came:
             raise Timeout(
-                f"{self.label}: {command!r}: no answer in {timeout}, but {bytes(answer)!r}; {self.chip.waiting}"
+                f"{self.label}: {command!r}: no whole answer in {timeout}, received {bytes(answer)!r}; "
+                f"{self.chip.waiting}"
             )
         return rig.host.uart.answer_in(command, bytes(answer)) or ""
 
@@ -253,14 +254,14 @@ class Controller:
     def report(self) -> str:
         """Return what a failed test should show: the state of the module, its faults and findings, and the dialogue."""
         try:
-            return self.rig.do(lambda: "\n".join(self._told()))
+            return self.rig.do(lambda: "\n".join(self._lines()))
         except (
             SlewlineError,
             TimeoutError,
         ) as error:  # its server has ended or hangs, which may be why the test failed
             return str(error) or f"{self.rig.url}: the server does not answer"
 
-    def _told(self) -> Iterable[str]:
+    def _lines(self) -> Iterable[str]:
         self.bench.conclude()
         at = self.rig.url or f"a host over {self.rig.channel.says}"
         yield f"{self.chip.sheet.part} at {at}, seed {self.seed}, {readable(self.now)}, position {self.position}"
@@ -271,9 +272,9 @@ class Controller:
         yield from ["", "faults and findings:", *findings] if findings else []
         if hasattr(self.rig, "line"):
             self.rig.log.end(self.rig.line.name)
-        said = self._transcript.getvalue().splitlines()
-        yield f"\ntranscript (< to the module, > to the host), {min(len(said), SHOWN)} of {len(said)} lines:"
-        yield from said[-SHOWN:]
+        lines = self._transcript.getvalue().splitlines()
+        yield f"\ntranscript (< to the module, > to the host), {min(len(lines), SHOWN)} of {len(lines)} lines:"
+        yield from lines[-SHOWN:]
 
     def close(self) -> None:
         """End it."""
@@ -286,7 +287,7 @@ missing(
     **dict.fromkeys(("run_until", "wait_until"), '{it}.until("mov=0")'),
     **dict.fromkeys(("run_until_idle", "wait_idle", "wait_until_idle"), "{it}.until_idle()"),
     **dict.fromkeys(
-        ("send", "write"), "{it}.ask(...) says something as a host, {it}.host.send(...) where there is one"
+        ("send", "write"), "{it}.ask(...) sends a command as a host, {it}.host.send(...) where there is one"
     ),
     **dict.fromkeys(("query", "command"), "{it}.ask(...), or the calls of {it}.host, where there is one"),
     **{name: f"{{it}}.chip.{name}" for name in ("findings", "steps", "registers", "velocity_at", "reaches", "idle")},

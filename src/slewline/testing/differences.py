@@ -21,7 +21,7 @@ def difference(
 
     Args:
         noun: "step", "edge".
-        words: how to say what happened: {1: "cw", -1: "ccw"}.
+        words: names of the events: {1: "cw", -1: "ccw"}.
         hz: the clock in whose ticks a time is given, if it is a whole number of them.
     """
     wrong = [n for n, (one, other) in enumerate(zip(found, expected, strict=False)) if one != other]
@@ -29,34 +29,34 @@ def difference(
         return _rest(found, expected, noun, words)
     n = wrong[0]
     if found[n:] == expected[n + 1 :]:
-        return f"{noun} {n + 1} is missing: expected {_told(expected[n], words)}"
+        return f"{noun} {n + 1} is missing: expected {_event(expected[n], words)}"
     if found[n + 1 :] == expected[n:]:
-        return f"{noun} {n + 1} is one too many: {_told(found[n], words)}"
+        return f"{noun} {n + 1} is one too many: {_event(found[n], words)}"
     more = f"; {len(wrong) - 1} more are wrong" if len(wrong) > 1 else ""
     many = f"; {counted(len(found), noun)} came, expected {len(expected)}" if len(found) != len(expected) else ""
     return _wrong(found[n], expected[n], f"{noun} {n + 1}", words, hz) + more + many
 
 
 def _rest(found: Sequence[Event], expected: Sequence[Event], noun: str, words: Mapping[int, str]) -> str:
-    """What one has behind the end of the other."""
+    """What one has after the end of the other."""
     missing = expected[len(found) :]
     extra = found[len(expected) :]
     if not missing and not extra:
         return ""
     first, what = (missing[0], "missing at the end") if missing else (extra[0], "too many at the end")
     number = counted(len(missing or extra), noun)
-    return f"{number} {what}: {len(found)} came, expected {len(expected)}; the first is {_told(first, words)}"
+    return f"{number} {what}: {len(found)} came, expected {len(expected)}; the first is {_event(first, words)}"
 
 
 def _wrong(found: Event, expected: Event, name: str, words: Mapping[int, str], hz: int) -> str:
     late = found[0] - expected[0]
     if not late:
-        return f"{name} is {_told(found, words)}, expected {words[expected[1]]}"
+        return f"{name} is {_event(found, words)}, expected {words[expected[1]]}"
     how = f"{name} is {amount(abs(late), hz)} {'late' if late > 0 else 'early'}"
-    return f"{how}: {_told(found, words)}, expected {_told(expected, words)}"
+    return f"{how}: {_event(found, words)}, expected {_event(expected, words)}"
 
 
-def _told(event: Event, words: Mapping[int, str]) -> str:
+def _event(event: Event, words: Mapping[int, str]) -> str:
     return f"{words[event[1]]} at {readable(event[0])}"
 
 

@@ -18,7 +18,7 @@ SILENCE_PS = PS_PER_S  # a line that has been quiet for so long is going to stay
 
 
 def word_of(where: str, baud: int, bits: int, parity: str, stop: float, xonxoff: bool) -> CharacterFormat:
-    """Return the format that the settings of a port say.
+    """Return the format of the settings of a port.
 
     Raises:
         UsageError: a setting that no line of ours has.
@@ -43,12 +43,12 @@ class SerialEndpoint:
         self.rig, self.where = rig, where
         self.buffer = bytearray()
         self.connected, self.cancelled = True, False
-        self.tell: Callable[[], object] | None = None  # is told when something has come
+        self.tell: Callable[[], object] | None = None  # called when something has come
         rig.resume()
         rig.do(lambda: rig.line.attach(program, self._arrived, lambda: None))
 
     def hang_up(self) -> None:
-        """Let go of the line; the module stays as it is, its time stands still."""
+        """Let go of the line; the module stays as it is, its time stops."""
         self.rig.do(self._hang_up)
         if self.rig not in NAMED.values():
             self.rig.close()
@@ -72,7 +72,7 @@ class SerialEndpoint:
         return 0
 
     def read(self, size: int, timeout: float | None, gap: float | None = None, least: int | None = None) -> bytes:
-        """Return up to `size` characters, fewer when the timeout (s) is over or somebody cancels it.
+        """Return up to `size` characters, fewer when the timeout (s) is over or the read is cancelled.
 
         Args:
             gap: the time between two characters (s) that ends it, too.
@@ -103,11 +103,11 @@ class SerialEndpoint:
             if self.rig.wait(partial(self._has_more, had), limit if pause is None else min(limit, pause)):
                 continue
             if end is not None or pause is not None:
-                self.rig.do(self._look)
+                self.rig.do(self._check_ends)
                 return
             self._complain(size)
 
-    def _look(self) -> None:
+    def _check_ends(self) -> None:
         """Nothing has come in time: perhaps a line has no end."""
         if self.rig.line.quiet():
             self.rig.bench.conclude()
@@ -123,12 +123,12 @@ class SerialEndpoint:
         self.cancelled = True
 
     def _complain(self, size: int) -> None:
-        """Nothing has come for long: say so, unless somebody may still send something meanwhile."""
+        """Nothing has come for long: raise, unless something may still be sent."""
         if not isinstance(self.rig.pace, WallClockTime) and self.rig.line.quiet():
             why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
             raise Timeout(
-                f"{self.where}: read({size}) without timeout got {len(self.buffer)}, and nothing more is coming "
-                f"({why}); give the port a timeout, or, if another thread writes, its URL a rate"
+                f"{self.where}: read({size}) without timeout got {len(self.buffer)}, and no more can come "
+                f"({why}); set a timeout on the port, or, if another thread writes, a rate in its URL"
             )
 
     # -------------------------------------------------------------------------------------------------------- writing
@@ -151,7 +151,7 @@ class SerialEndpoint:
         return self.rig.host.idle
 
     def space(self, on: bool) -> None:
-        """Put the line to space, behind what was written, or back to mark."""
+        """Put the line to space, after what was written, or back to mark."""
         self.flush()
         self.rig.do(lambda: self.rig.host.space(on))
 

@@ -1,7 +1,7 @@
 """Where a program finds a module of a test: in its own process by a URL or a host, or behind a port of the machine.
 
 A module behind a port is served by a thread of the test process, in lockstep: virtual time passes as far as the bytes
-of the line need it, and when the test says so.
+of the line need it, and when the test lets it.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class BusEndpoint(Rig):
         self.log.event(name, f"{verb} {motion.position}")
 
     def quiet(self) -> bool:
-        """Return whether the host has nothing more to say."""
+        """Return whether the host has nothing more to send."""
         return self.host.idle
 
 
@@ -82,7 +82,7 @@ class PortEndpoint(Rig):
 
     Args:
         on: "tcp", "pty" or "rfc2217".
-        framing: of a chip on a bus, lines of text with read-back; without it, characters to a UART beside the chip.
+        framing: of a chip on a bus, lines of text with read-back; without it, characters to a UART next to the chip.
     """
 
     def __init__(self, part: str | type[Chip], on: str, framing: bool = False, **settings: Any) -> None:
@@ -112,7 +112,7 @@ class PortEndpoint(Rig):
         self.thread.start()
 
     def pace_of(self, rate: str | float | None) -> Pace:
-        """Return how virtual time passes: only while somebody waits (None), or by the wall clock at a rate."""
+        """Return how virtual time passes: only while a wait needs it (None), or by the wall clock at a rate."""
         return Lockstep(self.bench) if rate is None else Paced(self.bench, rate)
 
     def do(self, action: Callable[[], Result]) -> Result:
@@ -137,7 +137,7 @@ class PortEndpoint(Rig):
 
         self.do(lambda: self.pace.wait(Wait(met, self.bench.now_ps + ps, done, when, nets)))
         while not over.wait(PATIENCE_S):
-            self.do(lambda: None)  # raises if nobody is there
+            self.do(lambda: None)  # raises if the server has ended
         return found[0]
 
     def close(self) -> None:

@@ -5,7 +5,7 @@
     gs_c200s.faults.garbled_byte(to="host")                  from now on; here: the next character, and no other
 
 Everything that a fault does is kept as a finding of the part "faults", so that the report of a failed test tells it.
-A fault drives pins from outside, as a test does; who drives a pin later has the last word.
+A fault drives pins from outside, as a test does; the last to drive a pin wins.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FAULTS = {"parity": "its parity is wrong", "framing": "its stop bit is wrong", "
 
 
 class Fault:
-    """A fault that begins now or at an instant, and ends when it is told to, after a time, or with a `with` block."""
+    """A fault that begins now or at an instant, and ends when `end` is called, after a time, or with a `with` block."""
 
     def __init__(self, owner: Faults, name: str, begin: Callable[[], str], end: Callable[[], object]) -> None:
         self.owner, self.name, self._begin, self._end = owner, name, begin, end
@@ -86,7 +86,7 @@ class Faults(Part):
         """Keep what a fault does."""
         self.finding("fault", f"{what} (seed {self.seed})")
 
-    def _made(
+    def _scheduled(
         self, name: str, begin: Callable[[], str], end: Callable[[], object], at: Time | None, lasting: Time | None
     ) -> Fault:
         fault = Fault(self, name, begin, end)
@@ -97,7 +97,7 @@ class Faults(Part):
         now = self.kernel.now
         start = now if at is None else picoseconds(at)
         if start < now:
-            raise UsageError(f"{fault.name} at {readable(start)}: that is over; it is {readable(now)}")
+            raise UsageError(f"{fault.name}: {readable(start)} is in the past; the time is {readable(now)}")
         if at is None:
             fault.begin()
         else:
@@ -149,7 +149,7 @@ class Faults(Part):
         def end() -> None:
             noise.plans = [plan for plan in noise.plans if plan not in planned]
 
-        return self._made(name, begin, end, at, lasting)
+        return self._scheduled(name, begin, end, at, lasting)
 
     # ----------------------------------------------------------------------------------------------------------- pins
     def stuck_switch(self, pin: str, level: int, at: Time | None = None, lasting: Time | None = None) -> Fault:
@@ -177,7 +177,7 @@ class Faults(Part):
             terminal.drive(level)
             return f"{pin}={level}"
 
-        return self._made(name, begin, terminal.release, at, lasting)
+        return self._scheduled(name, begin, terminal.release, at, lasting)
 
     def bouncing_limit(
         self,
@@ -188,7 +188,7 @@ class Faults(Part):
         at: Time | None = None,
         lasting: Time | None = None,
     ) -> Fault:
-        """Close a contact, open it again some times at instants that the seed says, and leave it closed.
+        """Close a contact, open it again some times at instants from the seed, and leave it closed.
 
         Args:
             pin: by default the input for an end of the travel.
@@ -209,7 +209,7 @@ class Faults(Part):
                 terminal.drive(closed if n % 2 else 1 - closed, at=now + time)
             return f"{row.name}={closed}, bounces at {', '.join(readable(now + time) for time in times[::2])}"
 
-        return self._made("bouncing limit", begin, terminal.release, at, lasting)
+        return self._scheduled("bouncing limit", begin, terminal.release, at, lasting)
 
     def eeprom_fault(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
         """Let programming of the EEPROM fail: M is answered E6, and so is X until a write succeeds."""
@@ -219,9 +219,9 @@ class Faults(Part):
 
         def begin() -> str:
             fail(True)
-            return "the EEPROM takes no program"
+            return "programming the EEPROM fails"
 
-        return self._made("EEPROM fault", begin, lambda: fail(False), at, lasting)
+        return self._scheduled("EEPROM fault", begin, lambda: fail(False), at, lasting)
 
     def power_cut(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
         """Cut the supply of the module."""
@@ -230,7 +230,7 @@ class Faults(Part):
             self.chip.power(False)
             return "the supply is off"
 
-        return self._made("power cut", begin, lambda: self.chip.power(True), at, lasting)
+        return self._scheduled("power cut", begin, lambda: self.chip.power(True), at, lasting)
 
 
 missing(

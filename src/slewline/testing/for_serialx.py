@@ -56,7 +56,7 @@ class Serial(BaseSerial):
         if self._found_at != where:
             self.rig, self._found_at = self._found(), where
         if self.rig.line.host is not None:
-            raise SerialException(f"{where}: somebody else has it open; one host at a time")
+            raise SerialException(f"{where}: another program has it open; one host at a time")
         self.end = SerialEndpoint(self.rig, where, "serialx")
         self.set_modem_pins(self._modem_pins_on_open())
 
@@ -80,7 +80,7 @@ class Serial(BaseSerial):
 
     @property
     def bench(self) -> Bench:
-        """The bench of the module, for tests that look inside."""
+        """The bench of the module, for tests that need its inside."""
         return self.rig.bench
 
     @property
@@ -137,7 +137,7 @@ class Serial(BaseSerial):
 
     # ---------------------------------------------------------------------------------------------------- modem lines
     def _get_modem_pins(self) -> ModemPins:
-        """RTS is bridged with CTS, DTR with DSR and DCD, and nobody rings."""
+        """RTS is bridged with CTS, DTR with DSR and DCD, and RI is always off."""
         rts, dtr = self._rts_state, self._dtr_state
         return ModemPins(cts=rts, dsr=dtr, car=dtr, rng=PinState.LOW)
 

@@ -13,7 +13,7 @@ r"""The pytest plugin: one argument of a test is a running module.
         left, right = slewline_module("gs-c200"), slewline_module("gs-c200s", on="pty")
         guest = slewline_module("my_lab.mx10:Mx10")
 
-The report of a failed test gets a section for each module: seed, faults, findings and the last lines that were said.
+The report of a failed test gets a section for each module: seed, faults, findings and the last lines of the transcript.
 A run without these fixtures loads nothing more than this file.
 """
 
@@ -61,7 +61,9 @@ def slewline_module(request: pytest.FixtureRequest) -> Iterator[Make]:
         from ..errors import UsageError
 
         given = ", ".join(map(repr, marker.args))
-        raise UsageError(f"marker slewline({given}): takes names alone: @pytest.mark.slewline(straps={{...}})")
+        raise UsageError(
+            f"marker slewline({given}): takes keyword arguments only: @pytest.mark.slewline(straps={{...}})"
+        )
 
     def make(part: str | type[Chip], **settings: Any) -> Controller:
         modules.append(running(part, **{**(marker.kwargs if marker else {}), **settings}))
@@ -122,7 +124,7 @@ mc1451a_e = _module("mc1451a-e")
 
 
 def hidden(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
-    """Return whether our inside is of no use: the error is one that a user has made, and says what is wrong."""
+    """Return whether the traceback inside slewline is of no use: the message explains an error of the user."""
     errors = sys.modules.get("slewline.errors")
     return errors is not None and excinfo.errisinstance(errors.SlewlineError)
 

@@ -106,8 +106,8 @@ def _pyserial(stack: ExitStack, serial: Any, known: Mapping[str, Controller]) ->
 
 
 def _no_fileno(port: Any) -> int:
-    raise io.UnsupportedOperation(f"{port.port}: is a module of slewline, and no file; a program that needs one "
-                                  'finds a module on a device file: slewline_module("...", on="pty")')  # fmt: skip
+    raise io.UnsupportedOperation(f"{port.port}: is a module of slewline, not a file; a program that needs one "
+                                  'gets a module on a device file: slewline_module("...", on="pty")')  # fmt: skip
 
 
 # -------------------------------------------------------------------------------------------------------------- serialx

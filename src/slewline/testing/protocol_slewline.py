@@ -8,20 +8,20 @@
     slewline://gs-c200s?eeprom_time=20 ms        any option of the part, load.v5_20=80 in a table; also seed=...,
                                                  log=FILE for a transcript
     slewline://my_lab.mx10:Mx10                  a chip of one's own, which imports a Python module; only where the
-                                                 program says so: serial_for_url(url, allow_code=True).  One that an
+                                                 program allows it: serial_for_url(url, allow_code=True).  One that an
                                                  installed package brings needs no leave: slewline://mx10
 
 Virtual time passes while the program waits: a read lets it pass until the characters are there or its timeout is over,
-however long that is, at once.  Whoever only looks (in_waiting, timeout=0) pays a character's time for it, so that a
-loop that polls gets on; whoever sleeps does so with `port.sleep`, or has a rate.  A read without timeout to which
+however long that is, at once.  A poll (in_waiting, timeout=0) costs a character's time, so that a
+loop that polls gets on; to sleep, call `port.sleep`, or give a rate.  A read without timeout to which
 nothing can come raises slewline.Timeout instead of hanging for ever.
 
 A timeout is virtual time, also where that follows the wall clock: at rate=10, one of a second is over in 0.1 s.  One
-thread may read while another one writes; it hears at once what is written meanwhile.  No write waits for anything, so
+thread may read while another one writes; it gets at once what is written meanwhile.  No write waits for anything, so
 that `write_timeout` and `cancel_write` have nothing to end.
 
 The line has three wires.  As usual with such a cable, the connector bridges RTS with CTS, and DTR with DSR and DCD.  A
-module that has CTS of its own is heard with rtscts=True.
+module that has CTS of its own controls the flow with rtscts=True.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Serial(SerialBase):
         if self._url != self.port:
             self.rig, self._url = self._found(), self.port
         if self.rig.line.host is not None:
-            raise SerialException(f"{self.port}: somebody else has it open; one host at a time")
+            raise SerialException(f"{self.port}: another program has it open; one host at a time")
         self._end = SerialEndpoint(self.rig, self.port, "pySerial")
         self._reconfigure_port()
         self.is_open = True
@@ -69,7 +69,7 @@ class Serial(SerialBase):
         return from_url(str(self.port), self._allow_code)
 
     def close(self) -> None:
-        """Let what was written go out, and hang up.  The module stays as it is, its time stands still."""
+        """Let what was written go out, and hang up.  The module stays as it is, its time stops."""
         if self.is_open:
             self.flush()
             self.is_open = False
@@ -80,12 +80,12 @@ class Serial(SerialBase):
         self.rig.do(lambda: self.rig.line.obey(bool(self.rtscts)))
 
     def _word(self) -> CharacterFormat:
-        """The format that the settings say, if all of them can be."""
+        """The format of the settings, if a line can have it."""
         return word_of(str(self.port), self.baudrate, self.bytesize, self.parity, self.stopbits, self.xonxoff)
 
     @property
     def bench(self) -> Bench:
-        """The bench of the module, for tests that look inside."""
+        """The bench of the module, for tests that need its inside."""
         return self.rig.bench
 
     @property
@@ -102,7 +102,7 @@ class Serial(SerialBase):
         return len(self._end.buffer)
 
     def read(self, size: int = 1) -> bytes:
-        """Up to `size` characters, fewer when the timeout is over or somebody cancels it.
+        """Up to `size` characters, fewer when the timeout is over or the read is cancelled.
 
         Raises:
             Timeout: without timeout and rate, when nothing can come.
@@ -199,7 +199,7 @@ class Serial(SerialBase):
 
     @property
     def ri(self) -> bool:
-        """Nobody rings."""
+        """RI: always off."""
         return False
 
     def _must_be_open(self) -> None:

@@ -1,9 +1,9 @@
-"""A module on a bench of its own, and the serial line on which a program finds it: what a URL or a fixture stands for.
+"""A module on a bench of its own, and the serial line on which a program finds it: what a URL or a fixture means.
 
     program --- line ---> connector ---> module            the connector is that of a host in virtual time; the line
             <----------- (SerialHost) <---                 brings bytes from outside and back, noise included
 
-Virtual time stands still while the program does other things, and passes while it waits for characters; with a rate it
+Virtual time stops while the program does other things, and passes while it waits for characters; with a rate it
 follows the wall clock instead.
 """
 
@@ -36,17 +36,17 @@ from ..parts.hosts.serial_host import SerialHost
 
 Result = TypeVar("Result")
 SCHEME = "slewline"
-YIELD_S = 1e-4  # of the wall clock: who lets time pass lets others in between two slices
+YIELD_S = 1e-4  # of the wall clock: pause between two slices, for other threads
 STRAP = Option("strap", "int", None, "level of an input")
-OWN = (  # what a URL says of the module besides its straps and options
+OWN = (  # keys of a URL besides the straps and options of the module
     Option("name", "text", None, "the module is the same one whenever it is opened under this name"),
     Option("store", "text", None, "a file that keeps the EEPROM"),
-    Option("memory", "text", None, "an image of the memory beside the chip: a dump, or Intel HEX"),
-    Option("seed", "int", 0, "of what is left to chance"),
+    Option("memory", "text", None, "an image of the external memory of the chip: a dump, or Intel HEX"),
+    Option("seed", "int", 0, "of everything random"),
     Option("rate", "text", None, "virtual seconds per second of the wall clock"),
     Option("log", "text", None, "a file for the transcript"),
 )
-NAMED: dict[str, Rig] = {}  # modules that stay while nobody has them open, as long as the process lives
+NAMED: dict[str, Rig] = {}  # modules that stay while they are not open, as long as the process lives
 
 
 class OnDemandTime(Lockstep):
@@ -56,7 +56,7 @@ class OnDemandTime(Lockstep):
 
 
 class WallClockTime(Paced):
-    """Virtual time follows the wall clock whenever the program looks; what has passed meanwhile is made up for."""
+    """Virtual time follows the wall clock whenever the program polls; what has passed meanwhile is made up for."""
 
     def pass_time(self) -> bool:
         """Let time pass up to the wall clock; what has passed meanwhile is made up for."""
@@ -73,8 +73,8 @@ class Rig:
 
     Args:
         part: for example "gs-c200s"; the name of an entry point, "my_lab.mx10:Mx10", or the class of a chip.
-        straps: of the module; nothing said about BR0 to BR2, it speaks at the highest rate of its sheet.
-        store: a file that keeps the EEPROM, which may be the memory beside the chip.
+        straps: of the module; without BR0 to BR2, it speaks at the highest rate of its sheet.
+        store: a file that keeps the EEPROM, which may be the external memory of the chip.
         memory: a file with an image of that memory, a dump or Intel HEX.
         rate: virtual seconds per second; None: virtual time does not wait for the wall clock.
         log: a file for the transcript.
@@ -101,11 +101,11 @@ class Rig:
             raise UsageError(f"seed {seed!r}; allowed a whole number")
         self.bench = Bench(seed)
         kept = None if store is None else store_at(store)
-        beside = is_outside(sheet)
-        if kept is not None and not beside:
+        external = is_outside(sheet)
+        if kept is not None and not external:
             options["store"] = kept
         self.chip = self.bench.add(part, name, straps={**self.channel.fastest, **(straps or {})}, **options)
-        put_memory(self.bench, self.chip, memory, store=kept if beside else None)
+        put_memory(self.bench, self.chip, memory, store=kept if external else None)
         self.pace = self.pace_of(rate)
         self.log = TranscriptFile(self.bench.kernel, log)
         self.reach()
@@ -118,7 +118,7 @@ class Rig:
         return serial
 
     def reach(self) -> None:
-        """Put the connector of a program on the bench, and say where it is found."""
+        """Put the connector of a program on the bench, and note where it is found."""
         host = self.bench.host(self.chip, name="line", over=self.channel.name)
         self.host = cast("SerialHost | AdaptiveHost", host)  # that of a serial line
         self.line = ConnectorLine(self.chip.name, [self.chip], self.pace, self.log, self.host)
@@ -146,7 +146,7 @@ class Rig:
         when: Callable[[], int | None] | None = None,
         nets: Iterable[Net] = (),
     ) -> bool:
-        """Let virtual time pass until a condition is met, for so many picoseconds at most; says whether it was."""
+        """Let virtual time pass until a condition is met, for so many picoseconds at most; return whether it was."""
         over: list[bool] = []
         with self.lock:
             self.pace.wait(Wait(met, self.present() + ps, over.append, when, nets))
@@ -169,7 +169,7 @@ class Rig:
             self.wait(never, self.host.uart.clock.ps(self.host.word.ticks))
 
     def do(self, action: Callable[[], Result]) -> Result:
-        """Call a function while no time passes, and return what it returns; those who wait look again behind it."""
+        """Call a function while no time passes, and return what it returns; waits are checked again after it."""
         with self.lock:
             result = action()
             self.lock.notify_all()
@@ -180,7 +180,7 @@ class Rig:
         self.log.reopen()
 
     def leave(self) -> None:
-        """Tell what is left over, and bring to a disk what belongs there: the program hangs up."""
+        """Report what is left over, and bring to a disk what belongs there: the program hangs up."""
         self.bench.conclude()
         for part in self.bench.parts.values():
             part.leave()
@@ -218,13 +218,13 @@ def from_url(url: str, allow_code: bool = False) -> Rig:
         allow_code: the part may be module:Class, whose import runs the code of the module.
 
     Raises:
-        UsageError: no such part, strap or option; or the name stands for another module already.
+        UsageError: no such part, strap or option; or the name is that of another module already.
     """
     split = urlsplit(url)
     part, query = CATALOGUE.canonical(split.netloc), _query(url, split.query)
     junk = split.path.strip("/") or split.fragment
     if junk:
-        raise UsageError(f"{url}: {junk!r} belongs to nothing; expected {SCHEME}://{part}?name=value&...")
+        raise UsageError(f"{url}: unexpected {junk!r}; expected {SCHEME}://{part}?name=value&...")
     name = query.get("name")
     try:
         if name not in NAMED or NAMED[name].part != part:
@@ -240,7 +240,7 @@ def from_url(url: str, allow_code: bool = False) -> Rig:
     rig = NAMED[name]
     named = rig.part
     if part != named or (len(query) > 1 and url != rig.url):
-        raise UsageError(f"{url}: {name!r} is {rig.url} already; name it as then, or by {SCHEME}://{named}?name={name}")
+        raise UsageError(f"{url}: {name!r} is {rig.url} already; open that, or {SCHEME}://{named}?name={name}")
     return rig
 
 
@@ -249,12 +249,12 @@ def _query(url: str, text: str) -> dict[str, str]:
     keys = [key for key, _ in pairs]
     twice = next((key for key in keys if keys.count(key) > 1), None)
     if twice is not None:
-        raise UsageError(f"{url}: {twice} is there twice; say it once")
+        raise UsageError(f"{url}: {twice} is given twice; give it once")
     return dict(pairs)
 
 
 def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
-    """Return what the query of a URL says, as arguments of a Rig."""
+    """Return the query of a URL as arguments of a Rig."""
     sheet = sheet_of(part)
     inputs = {row.name for row in sheet.pins if row.way == "in"}
     straps = {key: STRAP.read(text) for key, text in query.items() if key in inputs}

@@ -201,7 +201,7 @@ def test_modules_without_an_address_on_a_line_are_told(straps: tuple[dict[str, i
     line = bench.host(*modules)
     (told,) = line.findings
     assert told.code == "same-address"
-    assert told.text.startswith(f"{who} without an address on a line that modules share: all of them answer; strap")
+    assert told.text.startswith(f"{who} have no address on a shared line: all of them answer; strap")
 
 
 @both

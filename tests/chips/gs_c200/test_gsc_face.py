@@ -101,7 +101,7 @@ def test_a_question_that_is_given_up_goes_out_whole_and_leaves_the_host_in_order
 
 def test_a_journal_takes_no_functions(tmp_path):
     bench = slewline.Bench(journal=tmp_path / "run.jsonl")
-    with pytest.raises(BenchFileError, match=r"add: .*function.*; a journal keeps numbers and text"):
+    with pytest.raises(BenchFileError, match=r"add: .*function.*; a journal takes only numbers and text"):
         bench.add("gs-c200", law=lambda start, top, ramp, k: start)
 
 
@@ -134,8 +134,8 @@ def test_options_are_what_they_are_said_to_be():
         ({"lenient": "no"}, "lenient 'no'; allowed True, False"),
         ({"store": "file"}, r"store 'file'; expected an object with read\(\) and write\(data\)"),
         ({"straps": [1]}, r"straps \[1\]; expected pins with levels"),
-        ({"name": 5}, "name 5: letters"),
-        ({"crystal": "4 MHz"}, "the gs-c200 has none to choose"),
+        ({"name": 5}, "name 5: allowed letters"),
+        ({"crystal": "4 MHz"}, "the gs-c200 takes none"),
         ({"supply": "24 V"}, r"supply '24 V'; allowed a number \(V\)"),
         ({"load": 80}, "load 80; allowed a table of v5_20, v5_21"),
         ({"load": {"v5_20": "80"}}, r"load: v5_20 '80'; allowed a number \(mA\)"),

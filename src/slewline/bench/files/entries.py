@@ -1,6 +1,6 @@
 """The entries of a journal, read one at a time and checked: a journal may come from anybody, and be of any length.
 
-`FIELDS` says what every entry has; `replaying.py` relies on it.
+`FIELDS` lists what every entry has; `replaying.py` relies on it.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class Entries:
             found += 1
             yield number, entry
         if not found:
-            raise BenchFileError(f"journal {self.path}: does not begin as a journal of version {VERSION}")
+            raise BenchFileError(f"journal {self.path}: the first line is not that of a journal, version {VERSION}")
         self.count = found
 
     def _parsed(self, number: int, line: bytes) -> dict[str, Any] | None:
@@ -115,7 +115,7 @@ class Entries:
                 return entry
         except (ValueError, RecursionError) as error:
             if isinstance(error, UnicodeDecodeError):
-                raise BenchFileError(f"journal {self.path}: no text") from None
+                raise BenchFileError(f"journal {self.path}: is not text") from None
         if line.endswith(b"\n") or len(line) == LONGEST:
             found = ascii(line[:60].decode("ascii").rstrip("\n"))[1:-1]
             raise self.error(number, f"not a journal entry: {found}")
@@ -126,7 +126,7 @@ class Entries:
 
     def _check_first(self, entry: dict[str, Any]) -> None:
         if entry["do"] != "journal" or entry.get("version") != VERSION:
-            raise BenchFileError(f"journal {self.path}: does not begin as a journal of version {VERSION}")
+            raise BenchFileError(f"journal {self.path}: the first line is not that of a journal, version {VERSION}")
 
     def _check(self, number: int, entry: dict[str, Any], last: int) -> None:
         """Check that an entry has what its kind has."""

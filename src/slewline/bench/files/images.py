@@ -1,4 +1,4 @@
-"""Images of memories in files: read whatever they are, written as their name says."""
+"""Images of memories in files: read whatever they are, written in the form of their name."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def as_image_file(path: str | PathLike[str], image: bytes) -> bytes:
 
 
 def write_image(path: str | PathLike[str], image: bytes) -> None:
-    """Write an image to a file, which appears whole or not at all; its name says in which form.
+    """Write an image to a file, which appears whole or not at all; its name gives the form.
 
     Raises:
         UsageError: the file cannot be written, or the image is no bytes, or more than 64K of them.
@@ -52,8 +52,8 @@ def write_image(path: str | PathLike[str], image: bytes) -> None:
     from ...record.whole_file import WholeFile
 
     if not isinstance(image, (bytes, bytearray)):
-        raise UsageError(f"{path}: an image {image!r}; expected bytes, such as those of read_image")
+        raise UsageError(f"{path}: image {image!r}; expected bytes, such as those of read_image")
     if len(image) > LARGEST:
-        raise UsageError(f"{path}: an image of {len(image)} bytes; allowed {LARGEST}, sixteen address lines")
+        raise UsageError(f"{path}: an image of {len(image)} bytes; allowed {LARGEST} (sixteen address lines)")
     with WholeFile(str(path)) as file:
         file.write(as_image_file(path, image))

@@ -10,8 +10,8 @@ run that was killed is good up to its last whole line.
 
     {"do": "store", "t": 15000000000, "of": "x", "call": 3, "error": "x.eeprom: cannot write the memory: ..."}
 
-What a store outside has refused, or made of its content, is in it as well: `call` says at which of its calls since its
-owner was put on the bench, and a replay does the same there (`core/memory/store.py`).  `entries.py` says what each
+What a store outside has refused, or made of its content, is in it as well: `call` is the number of the call since its
+owner was put on the bench, and a replay does the same there (`core/memory/store.py`).  `entries.py` lists what each
 entry has.
 
 `part` and, of a part, `kind` are names that find the class again: ours, those of entry points, or module:Class.
@@ -41,23 +41,23 @@ FIRST = b'{"do":"journal",'  # as it begins
 
 
 class Journal:
-    """A journal that is being written; one that stands there already is replaced.
+    """A journal that is being written; an existing one is replaced.
 
     Raises:
-        BenchFileError: something else than a journal stands there; or it cannot be written, now or later, which whoever
-            listens to `on_failure` is told instead.
+        BenchFileError: the file exists and is not a journal; or it cannot be written, now or later, which is reported
+            to `on_failure` instead if that has a listener.
     """
 
     def __init__(self, path: str | PathLike[str], kernel: Kernel, seed: int) -> None:
         self.path, self.kernel = Path(path), kernel
         self.failure = ""  # why nothing can be written any more
-        self.on_failure: Hook[[str]] = Hook()  # who goes on without a journal hears it once
+        self.on_failure: Hook[[str]] = Hook()  # called once, where the run goes on without a journal
         replaced(path)
         try:
             self.file: TextIO = open(path, "w", encoding="ascii", buffering=1)  # noqa: SIM115
         except OSError as error:
             raise BenchFileError(self._refusal(error)) from None
-        finalize(self, closed, self.file)  # a bench has no end that anybody would have to announce
+        finalize(self, closed, self.file)  # a bench needs no closing
         self.write("journal", {"version": VERSION, "seed": seed, "slewline": __version__})
 
     def write(self, do: str, what: dict[str, Any]) -> None:
@@ -77,7 +77,7 @@ class Journal:
         try:
             self.file.write(json.dumps(entry | what, separators=(",", ":"), default=_plain) + "\n")
         except TypeError as error:
-            raise BenchFileError(f"journal {self.path}: {do}: {error}; a journal keeps numbers and text") from None
+            raise BenchFileError(f"journal {self.path}: {do}: {error}; a journal takes only numbers and text") from None
         except OSError as error:
             self.failure = self._refusal(error)
             closed(self.file)
@@ -94,7 +94,7 @@ class Journal:
 
 
 def _plain(value: Any) -> Any:
-    """What stands for a value of another type: a NumPy integer, a fraction."""
+    """What is written for a value of another type: a NumPy integer, a fraction."""
     if isinstance(value, Integral):
         return int(value)
     if isinstance(value, Fraction):
@@ -112,7 +112,7 @@ def replaced(path: str | PathLike[str]) -> bool:
     """Return whether a journal that is written here will replace another one.
 
     Raises:
-        BenchFileError: a file with something else stands there, which is not to be lost; or a FIFO.
+        BenchFileError: the file exists and is not a journal, so it must not be lost; or it is a FIFO.
     """
     place = Path(path)
     try:
@@ -125,4 +125,4 @@ def replaced(path: str | PathLike[str]) -> bool:
                 return True
     except OSError as error:
         raise BenchFileError(f"journal {path}: {error.strerror or error}; give a file that can be written") from None
-    raise BenchFileError(f"journal {path}: stands there already and is no journal; give a file that is to be new")
+    raise BenchFileError(f"journal {path}: this file exists and is not a journal; name a new file")

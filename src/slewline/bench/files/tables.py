@@ -1,4 +1,4 @@
-"""The tables of a bench file and their keys; file.py says what they mean."""
+"""The tables of a bench file and their keys; file.py explains them."""
 
 from __future__ import annotations
 

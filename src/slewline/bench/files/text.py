@@ -14,7 +14,7 @@ from ...errors import BenchFileError
 MAX_BYTES = 10_000_000
 
 
-KINDS = {  # what stands in the place of a file
+KINDS = {  # what may be in the place of a file
     stat.S_IFDIR: "a directory",
     stat.S_IFIFO: "a FIFO",
     stat.S_IFSOCK: "a socket",
@@ -51,7 +51,7 @@ def opened(path: str | PathLike[str]) -> BinaryIO:
 
 @contextmanager
 def refusals(path: str | PathLike[str]) -> Iterator[None]:
-    """Say what the system refuses as an error of ours."""
+    """Raise what the system refuses as an error of ours."""
     try:
         yield
     except BenchFileError:
@@ -77,5 +77,5 @@ def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:
         found = f"byte {data[error.start]:02X} in line {line} is not UTF-8 text"
         raise BenchFileError(f"{path}: {found}; is it the right file?") from None
     if "\0" in text:
-        raise BenchFileError(f"{path}: holds zero bytes, so it is no text; is it the right file?")
+        raise BenchFileError(f"{path}: contains NUL bytes, so it is not text; is it the right file?")
     return text

@@ -1,7 +1,7 @@
 """TOML from anybody: what its reader would choke on is refused before, with its line.
 
 The reader of Python takes time and memory that grow with the square of the parts of a key, and a number of any length,
-which can then not be told in a message.
+which a message cannot show then.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _APART = re.compile(
 )
 _REFUSED = {
     re.compile(rf"(?<![\w.-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{PARTS}}}"): f"a key of more than {PARTS} parts; "
-    "found that many names with dots between, allowed are table and key, such as options.rate",
+    "allowed table and key with a dot between, such as options.rate",
     re.compile(rf"(?<![\w-])\d\w{{{DIGITS}}}"): f"a number of more than {DIGITS} digits; write a shorter one",
 }
 
@@ -46,7 +46,7 @@ def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except RecursionError:
-        raise BenchFileError(f"{path}: not TOML that can be read: brackets in brackets, too deep") from None
+        raise BenchFileError(f"{path}: not readable TOML: its brackets are nested too deeply") from None
     except ValueError as error:
         raise BenchFileError(f"{path}: not TOML: {error}{unquoted(text, error)}") from None
 
@@ -57,7 +57,7 @@ def _masked(found: re.Match[str]) -> str:
 
 
 def unquoted(text: str, error: Exception) -> str:
-    """Return the remedy where a value that is no TOML looks like text without quotes; "" where it does not."""
+    """Return the remedy where a value that is not TOML looks like text without quotes; "" where it does not."""
     at = re.search(r"at line (\d+)", str(error))
     lines = text.splitlines()
     line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else ""
@@ -65,5 +65,5 @@ def unquoted(text: str, error: Exception) -> str:
     if found is None:
         return ""
     value = {"True": "true", "False": "false"}.get(found[2], f'"{found[2]}"')
-    says = "true and false have small letters" if found[2] in ("True", "False") else "put text in quotes"
+    says = "write true and false in lower case" if found[2] in ("True", "False") else "put text in quotes"
     return f"; {says}: {found[1]} = {value}"

@@ -96,16 +96,16 @@ class Pictures:
             parts: whose quantities are listed, as for `figure`; by default those of all parts around the chips.
 
         Raises:
-            UsageError: an instant is still to come, or there is none.
+            UsageError: an instant is in the future, or none is given.
         """
         from ...record.measuring.overlay import checked
         from ...record.pictures.cursors import measured, readings
 
         instants = moments_of(at)
         if not instants:
-            raise UsageError('readings: no instant; give some, such as bench.readings(["10 ms", "20 ms"])')
+            raise UsageError('readings: no instant given; give some, such as bench.readings(["10 ms", "20 ms"])')
         if max(instants) > self.kernel.now:
-            raise UsageError(f"{readable(max(instants))} is still to come; it is {readable(self.kernel.now)}")
+            raise UsageError(f"{readable(max(instants))} is in the future; the time is {readable(self.kernel.now)}")
         nets = dict(self.signals.recorded) if pins is None else self.signals.chosen(pins)
         shown = self._axes(axes)
         tracks = [(self.name_of(axis), axis.quantities()) for axis in shown]
@@ -137,7 +137,7 @@ class Pictures:
         for ps in shown:
             if not first <= ps <= last:
                 within = f"{readable(first)} to {readable(last)}"
-                raise UsageError(f"cursors: {readable(ps)} lies outside the picture, {within}; give start or stop, too")
+                raise UsageError(f"cursors: {readable(ps)} is outside the picture, {within}; give start or stop too")
         moved = [each for name, bench in benches for each in bench._tracks(options, name, begins[name], first, last)]
         tracks = [*without_rest([*moved, *measured], TimeAxis(first, last))]
         return Contents(
@@ -148,7 +148,7 @@ class Pictures:
             last,
             notes=[*self._notes(tracks), *differences(tracks)],
             cursors=shown,
-            zero_is="from the begin of the motion on" if runs else "",
+            zero_is="from the start of the motion" if runs else "",
             marks=options.marks,
         )
 
@@ -159,9 +159,9 @@ class Pictures:
         begins: Mapping[str, int],
         measured: Sequence[Track],
     ) -> tuple[int, int]:
-        """Return the window of a picture, in ps of the picture: the motion, unless `start` or `stop` say otherwise.
+        """Return the window of a picture, in ps of the picture: the motion, unless `start` or `stop` are given.
 
-        A window that begins after the motion, or ends before it, reaches to the end, or the begin, of the run.
+        A window that begins after the motion, or ends before it, reaches to the end, or the start, of the run.
         """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
@@ -186,8 +186,8 @@ class Pictures:
                 last = last if first < last else longest
         if last <= first:
             raise UsageError(
-                f"nothing to draw from {readable(first)} to {readable(last)}; let time pass with bench.run() before, "
-                "or give start and stop that lie in the past"
+                f"nothing to draw from {readable(first)} to {readable(last)}; call bench.run() first, "
+                "or give start and stop in the past"
             )
         return first, last
 
@@ -255,7 +255,7 @@ class Pictures:
         return [replace(track, name=f"{run}, {track.name}" if len(tracks) > 1 else run) for track in tracks]
 
     def _parts(self, parts: Sequence[str] | str | None, axes: Sequence[OneAxis]) -> list[Chosen]:
-        """The parts whose quantities are shown, beside some axes."""
+        """The parts whose quantities are shown with some axes."""
         return chosen(self.circuit.parts, parts, list(dict.fromkeys(self._owner(axis)[0] for axis in axes)))
 
     def _tracks_of_parts(

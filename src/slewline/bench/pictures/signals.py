@@ -55,7 +55,7 @@ class Signals:
         """
         keep_ps = None if keep is None else picoseconds(keep)
         if pins and isinstance(pins[0], (list, tuple)):
-            raise UnknownName(f"record({pins[0]!r}): names stand one behind the other: bench.record(*names)")
+            raise UnknownName(f"record({pins[0]!r}): pass the names as separate arguments: bench.record(*names)")
         for name in pins or self._all_pins():
             probe = self._probe(name)
             self.recorder.record(probe, keep_ps)
@@ -135,7 +135,7 @@ class Signals:
         if not found:
             owners = list(self.circuit.chips)
             full = f"{owners[0]}.{name}" if len(owners) == 1 else name
-            self.chosen([full])  # says what is wrong
+            self.chosen([full])  # raises what is wrong
         return found[0]
 
     def edges(

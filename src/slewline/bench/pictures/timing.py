@@ -67,12 +67,12 @@ class TimingDiagrams:
             pins: from top to bottom, "x.ready"; the owner may be left out where only one chip has such a pin.
             start: of the window; and its `stop`.
             between: what to measure: pairs of edges, ("io_request falls", "ready falls 2"), or the symbol of a time of
-                the data sheet, "t14".  The second edge of a pair is the first such one behind the first; a number asks
+                the data sheet, "t14".  The second edge of a pair is the first such one after the first; a number asks
                 for a later one.  A time that the sheet prints limits of is checked against them.
             causes: pairs of edges, the second brought about by the first: curved arrows.
             over: what was measured of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: it is drawn over
-                them, stretches in which the two differ are marked, and how late it comes at most is told.
-            names: what to write beside pins instead of their names.
+                them, stretches in which the two differ are marked, and its greatest lag is noted.
+            names: labels of pins instead of their names.
             decode: write the characters over serial lines.
             quiet: cut stretches without any edge short from this length on; "0 s": none; by default as it fits.
             width: "page", "phone", or inches.

@@ -1,6 +1,6 @@
 """Files of a bench: waveforms, and edges and steps as CSV or arrays.
 
-What a waveform file has beside the pins is gathered here: what the axes do, what is said of it, and how it is laid out.
+What a waveform file has besides the pins is gathered here: what the axes do, comments, and its layout.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 VCD, CSV, NPZ = (".vcd",), (".csv",), (".npz",)  # endings of files
 STEPS = (*CSV, *NPZ)
-NOT_ENTERED = 'it goes in a with statement: with bench.stream_vcd("run.vcd"):'
+NOT_ENTERED = 'use it in a with statement: with bench.stream_vcd("run.vcd"):'
 _time = attrgetter("time_ps")
 MAX_MARKS = 26  # that a viewer names
 AROUND = 50  # before and after the motion, a layout shows a fiftieth of it
@@ -69,9 +69,9 @@ class WaveformFiles:
             buses: "bits": a bus is written as its wires, which every viewer reads; "whole", as PulseView does not;
                 "both".
             values: with velocity and position of the axes (acceleration and jerk where the chip has them) and with the
-                quantities of the parts around them as reals; with the commands in work, what began the motions under
-                way, and the findings as strings.
-            layout: write layouts for GTKWave and Surfer beside the file, with its name and .gtkw, .sucl.
+                quantities of the parts around them as reals; with the commands in progress, what began the
+                motions under way, and the findings as strings.
+            layout: write layouts for GTKWave and Surfer next to the file, with its name and .gtkw, .sucl.
 
         Returns:
             How many changes of level are not in the file, because the level changed again within the same unit.
@@ -240,7 +240,7 @@ class Streaming:
             self._stream.write_until(ps)
 
     def check_entered(self) -> None:
-        """Refuse to let time pass that somebody wanted to stream.
+        """Refuse to let time pass that was to be streamed.
 
         Raises:
             UsageError: the `with` statement is missing.
@@ -262,10 +262,10 @@ def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
 def values_of(
     chips: Iterable[Chip], commands: Mapping[str, TextLog], parts: Iterable[Part] = ()
 ) -> list[VariableSource]:
-    """Return what has a value beside the pins, for a waveform file.
+    """Return what has a value besides the pins, for a waveform file.
 
-    Of every chip its findings and the command in work; of every axis what moves it, and its quantities; of parts that
-    have quantities, these and their findings.
+    Of every chip its findings and the command in progress; of every axis what moves it, and its quantities; of parts
+    that have quantities, these and their findings.
     """
     from ...record.waveforms.vcd_sources import CurveSource, TextSource
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .signals import Signals
 
 Between = str | tuple[str, str]  # two edges, or the symbol of a printed time
-STAYS = 1_000_000  # ps: so long, at most, a word stays on the bus behind the strobe that has written it
+STAYS = 1_000_000  # ps: so long, at most, a word stays on the bus after the strobe that has written it
 
 
 class Window:
@@ -45,7 +45,7 @@ class Window:
         return intervals(limit, lambda pin: self.signal(f"{chip.name}.{pin}"))
 
     def check(self, chip: Chip, limit: Limit) -> Checked:
-        """Return what a limit's intervals say of it, or which pin is not recorded."""
+        """Return how a limit's intervals keep it, or which pin is not recorded."""
         bound = Bound.of(limit, chip.crystal_hz)
         for pin in (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in (*limit.given, *limit.before))):
             try:
@@ -72,7 +72,7 @@ class Window:
         begin = first.find(self.signal(first.pin), self.start, include=True)
         end = None if begin is None else second.find(self.signal(second.pin), begin, include=first.pin != second.pin)
         if begin is None or end is None:
-            which = between[0] if begin is None else f"{between[1]} behind {between[0]}"
+            which = between[0] if begin is None else f"{between[1]} after {between[0]}"
             raise UsageError(f"between {between!r}: there is no {which} in the window")
         yield self._interval(first, second, begin, end)
 
@@ -96,7 +96,9 @@ class Window:
         if not named:
             known = ", ".join(dict.fromkeys(limit.symbol for _, limit in limits if limit.symbol))
             pair = '; two edges are a pair in the list: [("x.slew falls", "x.slew rises")]' if " " in symbol else ""
-            raise UsageError(f"between {symbol!r}: no such time is printed; the symbols: {known or 'none'}{pair}")
+            raise UsageError(
+                f"between {symbol!r}: the data sheet prints no such time; its symbols: {known or 'none'}{pair}"
+            )
         seen = False
         for chip, limit in named:
             if self.check(chip, limit).missing:
@@ -111,7 +113,7 @@ class Window:
 
     # ----------------------------------------------------------------------------------------------------------- lanes
     def lane(self, name: str, label: str | None, several: bool, decode: bool, over: Trace | None) -> Lane:
-        """Return a pin or bus as a lane, and what is laid over it; `several`: the owner's name stands before it."""
+        """Return a pin or bus as a lane, and what is drawn over it; `several`: with the owner's name before it."""
         from ...record.measuring.overlay import fitting
         from ...record.pictures.diagram import Lane
 
@@ -168,7 +170,7 @@ class Window:
 
 
 def _strobes(chip: Chip) -> tuple[str, str]:
-    """The pins that say that a command is on the bus, and that it is written."""
+    """The pins that show that a command is on the bus, and that it is written."""
     return chip.sheet.in_role("command").name, chip.sheet.in_role("write").name
 
 

@@ -28,14 +28,14 @@ POLL_PS = 5 * 10**10  # a host that waits for a module asks it so often
 
 
 class DirectiveKind(NamedTuple):
-    """How a directive is queued, the pin that it needs, and what raises if a chip does not know such a thing."""
+    """How a directive is queued, the pin that it needs, and what raises if it does not fit a chip."""
 
     queue: Queue
     pin: str = ""
     fits: Fits | None = None
 
 
-MEANT = {  # whom a directive is for, by the channel
+MEANT = {  # the chips that a directive is for, by the channel
     BusHandshake: "a directive for a chip on a bus",
     SerialLine: "a directive for a module on a serial line",
     HostPort: "for a chipset that takes packets",
@@ -44,8 +44,8 @@ INSTEAD: dict[type[Channel], str] = {  # what the host is on instead
     BusHandshake: "has a bus",
     SerialLine: "is on a serial line",
     HostPort: "has a bus",
-    FlowBus: "is asked by its own commands",
-    AdaptiveLine: "is asked by its own commands",
+    FlowBus: "is queried by its own commands",
+    AdaptiveLine: "is queried by its own commands",
 }
 LETTERS = "a directive for a chip that takes letters"  # where packets are taken instead
 
@@ -144,7 +144,7 @@ def _until(rest: str) -> DirectiveKind:
 
 
 async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
-    """Wait until the position register has a value, whoever changes it; nothing is paid for steps in between."""
+    """Wait until the position register has a value, whatever changes it; nothing is paid for steps in between."""
     axis = runner.axis(chip)
     axis.on_change.add(runner.event.set)
     try:
@@ -225,7 +225,7 @@ def _to(rest: str) -> DirectiveKind:
     return DirectiveKind(queue)
 
 
-def _told(rest: str) -> DirectiveKind:
+def _tell_part(rest: str) -> DirectiveKind:
     name, verb, number = _matched(r"(\w+)\s+(\w+)(?:\s+([+-]?[0-9]+))?", rest)
 
     def fits(runner: ScriptRunner, _chip: Chip) -> None:
@@ -336,7 +336,7 @@ async def _ready(runner: ScriptRunner, chip: Chip) -> None:
 def _wait_status(bit: str) -> DirectiveKind:
     async def act(runner: ScriptRunner, chip: Chip) -> None:
         def never() -> bool:
-            """Does nobody move the axis any more?"""
+            """Can nothing move the axis any more?"""
             at_rest = chip.idle and not chip.armed and runner.kernel.next_time() is None
             return bit.lower() == "motion_complete" and at_rest
 
@@ -344,7 +344,7 @@ def _wait_status(bit: str) -> DirectiveKind:
         try:
             word = await port.until_status(bit, picoseconds(POLL), never=never)
         except Timeout:
-            found = f"wait {bit}: axis {port.axis} is at rest, and nothing is going to happen any more"
+            found = f"wait {bit}: axis {port.axis} is at rest and no event is pending, so the bit cannot change"
             runner.packet_host.finding("expect", f"{found}{_not_started(chip, port.axis)}")
             return
         runner.tell(f"wait {bit} -> {returned(chip.sheet, chip.sheet.commands['GET_STATUS'].reads[0], word)}")
@@ -357,7 +357,7 @@ def _wait_status(bit: str) -> DirectiveKind:
 
 
 def _not_started(chip: Chip, axis: int) -> str:
-    """Why an axis of a chipset is at rest, if a finding tells; one behind which it has moved tells nothing."""
+    """Why an axis of a chipset is at rest, if a finding explains it; one after which it has moved does not."""
     found = [each for each in chip.findings if each.code == "no-start" and each.text.startswith(f"axis {axis}:")]
     if not found or chip.axis(axis).motor.count(found[-1].time_ps + 1, chip.kernel.now):
         return ""
@@ -366,7 +366,7 @@ def _not_started(chip: Chip, axis: int) -> str:
 
 def _expect(rest: str) -> DirectiveKind:
     if packets.number(rest, ANY) is None:
-        raise UsageError(f"{rest!r}: expected a number, decimal or hexadecimal behind 0x or $")
+        raise UsageError(f"{rest!r}: expected a number, decimal, or hexadecimal after 0x or $")
 
     async def act(runner: ScriptRunner, chip: Chip) -> None:
         results = runner.packet_host.results
@@ -390,7 +390,7 @@ DIRECTIVES: dict[str, Callable[[str], DirectiveKind]] = {
     "power": _power,
     "bytes": _bytes,
     "to": _to,
-    "tell": _told,
+    "tell": _tell_part,
     "note": _note,
     "reset": _reset,
     "live": _live,

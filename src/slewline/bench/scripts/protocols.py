@@ -48,7 +48,7 @@ class LineProtocol(ScriptProtocol):
     """A command is a line that is answered."""
 
     def command(self, body: str) -> Queue:
-        """Return how a line is sent, and its answer told."""
+        """Return how a line is sent, and its answer reported."""
         return asking(body)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
@@ -63,11 +63,11 @@ class PacketProtocol(ScriptProtocol):
     """A command is a packet, and the host waits for what it returns."""
 
     def command(self, body: str) -> Queue:
-        """Return how a command is sent as a packet, and what it returns told."""
+        """Return how a command is sent as a packet, and what it returns reported."""
         return exchanging(body)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
-        """Send a command byte, and words behind it."""
+        """Send a command byte, and the words after it."""
         port = runner.packet_port(chip)
         for part, is_command in operations(data):
             await port.write(part, is_command, USUAL)
@@ -81,10 +81,10 @@ class PacketProtocol(ScriptProtocol):
 
 
 class FlowProtocol(ScriptProtocol):
-    """A command goes out by handshakes, in the form of the mode; an answer is told if it comes back here."""
+    """A command goes out by handshakes, in the form of the mode; an answer is reported if it comes back here."""
 
     def command(self, body: str) -> Queue:
-        """Return how a command is queued, and its answer told."""
+        """Return how a command is queued, and its answer reported."""
 
         async def send(runner: ScriptRunner, chip: Chip) -> None:
             port = runner.flow_host.port
@@ -99,7 +99,7 @@ class FlowProtocol(ScriptProtocol):
         return self.send(b"", send)
 
     def send(self, data: bytes, act: Act) -> Queue:
-        """Return how an act is queued that sends bytes; a directive behind it waits until the chip has taken them."""
+        """Return how an act is queued that sends bytes; a directive after it waits until the chip has taken them."""
 
         async def taken(runner: ScriptRunner, chip: Chip) -> None:
             await first_of(runner.kernel, runner.kernel.now + TAKEN_US * US_PS, (runner.flow_host.port.busy, 1))
@@ -117,10 +117,10 @@ class FlowProtocol(ScriptProtocol):
 
 
 class AdaptiveProtocol(ScriptProtocol):
-    """A command is a line in the form of the mode; the answer to a query is told."""
+    """A command is a line in the form of the mode; the answer to a query is reported."""
 
     def command(self, body: str) -> Queue:
-        """Return how a line is sent, and its answer told."""
+        """Return how a line is sent, and its answer reported."""
 
         async def send(runner: ScriptRunner, chip: Chip) -> None:
             uart = runner.adaptive_host.uart
@@ -153,7 +153,7 @@ SPEECH: Mapping[type[Channel], ScriptProtocol] = {
 
 
 def sending(send: Act) -> Queue:
-    """Bytes over a bus; a directive behind them waits until the chip has taken them."""
+    """Bytes over a bus; a directive after them waits until the chip has taken them."""
 
     def queue(runner: ScriptRunner) -> None:
         runner.do(send)
@@ -170,7 +170,7 @@ async def _taken(runner: ScriptRunner, chip: Chip) -> None:
 
 
 def asking(text: str) -> Queue:
-    """Return how a line is sent over a serial line, and its answer told."""
+    """Return how a line is sent over a serial line, and its answer reported."""
 
     async def ask(runner: ScriptRunner, chip: Chip) -> None:
         runner.tell(f"{text} -> {meaning(await answers(runner, chip, text), chip.sheet)}")
@@ -184,7 +184,7 @@ async def answers(runner: ScriptRunner, chip: Chip, line: str | bytes) -> list[s
 
 
 def meaning(found: Sequence[str], sheet: Sheet) -> str:
-    """Answers, with what the sheet says to one that is an error or a state."""
+    """Answers, with the meaning in the sheet of one that is an error or a state."""
     if not found:
         return "no answer"
     says = dialect_of(sheet).said(found[0])
@@ -192,7 +192,7 @@ def meaning(found: Sequence[str], sheet: Sheet) -> str:
 
 
 def exchanging(text: str) -> Queue:
-    """Return how a command is sent as a packet, and what it returns told."""
+    """Return how a command is sent as a packet, and what it returns reported."""
 
     async def exchange(runner: ScriptRunner, chip: Chip) -> None:
         host, port, command = (

@@ -2,7 +2,7 @@
 
     ; weld.txt             a comment runs to the end of the line
     R 80                   goes out with a carriage return
-    A$P 40                 a label goes out as it stands
+    A$P 40                 a label goes out as it is
     QX                     Q goes out without a carriage return, as the chip wants it; here X follows
     @until run=1           a line that begins with @ directs the host
 
@@ -18,7 +18,7 @@ Directives take times such as 20 ms, and pins of the chip that the host speaks t
 (y.abort):
 
     @wait 20 ms            let time pass
-    @until run=1           wait for a level of a pin; here, behind X, until the program has ended
+    @until run=1           wait for a level of a pin; here, after X, until the program has ended
     @until position=40     wait for a position
     @drive abort=0         put a level on a pin, now
     @drive abort=0@12 ms   or at an instant of the run
@@ -28,7 +28,7 @@ Directives take times such as 20 ms, and pins of the chip that the host speaks t
     @bytes 43 00           send bytes as they are
     @to y                  from here on, speak to chip y of those that share the bus or the line
     @tell shaft slip 20    tell a part something, here to let 20 counts slip
-    @note the door opens   say something in the transcript
+    @note the door opens   write a line in the transcript
 
 To a chip on a bus; while ASCII/BINARY is low, commands go out in binary form:
 
@@ -44,7 +44,7 @@ To a module on a serial line:
     @ask V1                ask something, as a line without @ does
 
 To a chipset that takes packets a line is a command and its number, decimal or hexadecimal; the
-transcript shows what it returns.  These two may also stand without @:
+transcript shows what it returns.  These two may also be written without @:
 
     @wait motion_complete  ask for the status word of the current axis until this bit is 1; !in_motion: until it is 0
     @expect 0x0300         what the last command has returned; anything else is a finding, and the exit status 1
@@ -73,8 +73,8 @@ if TYPE_CHECKING:
     from ..bench import Bench
 
 COPIED = {  # what manuals print, and what to write instead
-    **dict.fromkeys("\u00d8\u00f8\u2205", "write 0 where a manual prints a zero with a stroke"),
-    **dict.fromkeys("\u2193\u21b5", "leave out the sign of the return key"),
+    **dict.fromkeys("\u00d8\u00f8\u2205", "write 0 for a slashed zero"),
+    **dict.fromkeys("\u2193\u21b5", "leave out the symbol of the return key"),
 }
 LONGEST = 1000  # characters of a line; no chip takes as many
 EXAMPLES = re.findall(r"^    (@(\w+).*?)  +\S", __doc__ or "", re.MULTILINE)

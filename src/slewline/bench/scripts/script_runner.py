@@ -59,7 +59,7 @@ class ScriptLine:
 
     @property
     def verb(self) -> str:
-        """The word behind @."""
+        """The word after @."""
         words = self.text[1:].split(maxsplit=1)
         return words[0] if self.directs and words else ""
 
@@ -88,7 +88,7 @@ class Script:
 class ScriptRunner:
     """A host that plays a script on a bench.
 
-    `step` is the line that is being queued, `directed` says whether a directive follows it.
+    `step` is the line that is being queued, `directed`: a directive follows it.
     """
 
     def __init__(self, bench: Bench, host: Host, script: Script, protocol: ScriptProtocol) -> None:
@@ -103,7 +103,7 @@ class ScriptRunner:
         self.adaptive_host = cast("AdaptiveHost", host)
 
     def do(self, act: Act) -> None:
-        """Queue an action of the host for the present line; what goes wrong in it is told with the line."""
+        """Queue an action of the host for the present line; what goes wrong in it is reported with the line."""
         step, script, host = cast("ScriptLine", self.step), self.script, self.host
         chip = self.bench.chips[host.chip.name]
         text = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
@@ -129,7 +129,7 @@ class ScriptRunner:
         return chip.axes[self.protocol.axis(self, chip) - 1]
 
     def tell(self, text: str) -> None:
-        """Say what the host does, in the transcript."""
+        """Report what the host does, in the transcript."""
         self.host.on_event(text)
 
     async def next_round(self) -> None:
@@ -138,7 +138,7 @@ class ScriptRunner:
         await edge(self.event.net)
 
     def nested(self) -> AbstractContextManager[None]:
-        """Tell nothing of what is done in here: whoever hears of inputs has heard of the whole script.
+        """Report no input that is made in here: listeners have had the whole script.
 
         Calls of the host only queue.
         """
@@ -167,7 +167,7 @@ def command(body: str) -> Queue:
 
 
 class ScriptProtocol:
-    """What a script says over a channel, and how: a command, bytes as they are, and of which axis."""
+    """What a script sends over a channel, and how: a command, bytes as they are, and of which axis."""
 
     def command(self, body: str) -> Queue:
         """Return how a command is queued."""

@@ -22,16 +22,16 @@ IS_READY, IS_FREE = 0x80, 0x40  # in the status: BUSY high, FPL high
 ANSWER, MESSAGE = 0x30 + STATUS, 0x40 + STATUS  # requests: wait until BUSY is low, until FPL is low
 STEP_MS = 200  # of one request that waits
 MODE = re.compile(r"O ?([0-9][0-9A-F]*)(H?)")
-LISTING = re.compile(r"\? ?M[ ,]+([0-9]+)")  # lines of the memory, behind the pointer
+LISTING = re.compile(r"\? ?M[ ,]+([0-9]+)")  # lines of the memory, after the pointer
 ON_BUS = (0x05, 0x01)  # of the mode register: mask, and what it is while messages come over the bus
 
 
 class CardPort(ChipsetPort):
-    """A chip on its bus, behind a parallel card on a TCP port; arguments and errors as of `ChipsetPort`.
+    """A chip on its bus, reached by a parallel card on a TCP port; arguments and errors as of `ChipsetPort`.
 
     The card lets go of whatever the program before this one has left on its lines.
 
-    `messages` is what the chip has said and nobody has asked for.  `heeds`: FPL is looked at, which it is behind a mode
+    `messages` is what the chip has sent and no call has read.  `heeds`: FPL is sampled, as it is after a mode
     command of this program that sends messages to the bus.
     """
 
@@ -61,7 +61,7 @@ class CardPort(ChipsetPort):
                 raise TimeoutError(f"{self.where}: the status stays {status:#04x}")
 
     def free(self, ms: int) -> None:
-        """Wait until the chip takes a byte; what it says meanwhile is read."""
+        """Wait until the chip takes a byte; what it sends meanwhile is read."""
         while not self.until(READY, ms, IS_READY, IS_READY) & IS_FREE and self.heeds:
             self._fetch()
 
@@ -74,7 +74,7 @@ class CardPort(ChipsetPort):
         self.until(READY, STEP_MS, IS_READY, IS_READY)
 
     def empty(self, ms: int = 5000) -> None:
-        """Do the empty handshake, with which a command begins; what the chip has to say comes first."""
+        """Do the empty handshake, with which a command begins; what the chip has to send comes first."""
         while True:
             self.free(ms)
             self.out(CONTROL, REQUEST)
@@ -96,7 +96,7 @@ class CardPort(ChipsetPort):
         answers = self.exchange(*sent)
         for number, (request, status) in enumerate(zip(sent, answers, strict=True)):
             if request in (wait, answer) and bool(status & IS_READY) is not (request == wait):
-                raise TimeoutError(f"{self.where}: byte {number // len(requests)} of {data!r} is not taken")
+                raise TimeoutError(f"{self.where}: byte {number // len(requests)} of {data!r} was not taken")
 
     # -------------------------------------------------------------------------------------------------------- commands
     def command(self, text: str, ms: int = 5000) -> None:
@@ -133,10 +133,10 @@ class CardPort(ChipsetPort):
         return answer
 
     def listen(self, ms: int) -> bytes:
-        """Return what the chip says, once something has come: for so many milliseconds it may say nothing.
+        """Return what the chip sends, once something has come: for so many milliseconds it may send nothing.
 
         Raises:
-            TimeoutError: it has said nothing.
+            TimeoutError: it has sent nothing.
         """
         while not self.messages:
             self.until(MESSAGE, ms, IS_FREE, 0)
@@ -147,7 +147,7 @@ class CardPort(ChipsetPort):
 
 
 def answer_to(query: str) -> re.Pattern[bytes]:
-    """Return what the answer to a query looks like."""
+    """Return the pattern of the answer to a query."""
     listing = LISTING.fullmatch(query)
     letter, lines = ("Y", int(listing[1])) if listing else (query.removeprefix("?").strip()[:1], 0)
     return re.compile(re.escape(f"{letter}=").encode() + rb"[0-9]+\r" + rb"[^\r]*\r" * lines)

@@ -30,7 +30,7 @@ class ChipsetHost:
 
     Args:
         host, port: where `slewline serve` has it.
-        timeout: for an answer, of the wall clock; TimeoutError says that there was none.
+        timeout: for an answer, of the wall clock; TimeoutError if there is none.
     """
 
     def __init__(self, host: str, port: int, timeout: Time = "10 s") -> None:
@@ -41,7 +41,7 @@ class ChipsetHost:
             self.port.close()
             raise
         self.received: list[int] = []
-        self.updated = False  # nobody knows yet that the cycle has begun which works the last update
+        self.updated = False  # the cycle that works the last update may not have begun
 
     def command(self, name: str, *values: int | str, axis: int = 0) -> int | None:
         """Send a command and check the checksum; return what the command returns, if it returns anything.
@@ -86,7 +86,7 @@ class ChipsetHost:
 
         Raises:
             UsageError: text that is no command, found before anything is sent; or half a word.
-            ChecksumError: as `command`; what stands behind is not sent.
+            ChecksumError: as `command`; what follows it is not sent.
         """
         if isinstance(data, str):
             for command in [packets.command(self.sheet, line) for _, _, line in host_lines(data)]:
@@ -97,14 +97,14 @@ class ChipsetHost:
             raise UsageError(f"{data!r}: expected a code and whole words, two bytes each")
 
     def packet(self, code: int, *words: int, reads: int = 0, checksum: bool = True) -> tuple[int, ...]:
-        """Send any packet: a code, and words behind it; return the words that are read behind those."""
+        """Send any packet: a code, and words after it; return the words that are read after those."""
         return self._exchange(Packet(code, words, reads, checksum))
 
     def wait(self, bit: str, timeout: Time = "60 s", every: Time = "1 ms") -> int:
         """Ask for the status word until a bit of it is 1, or, with "!" before its name, 0; return the word.
 
         Args:
-            bit: "motion_complete", "!in_motion" ...; behind an update !in_motion waits for the cycle that works it.
+            bit: "motion_complete", "!in_motion" ...; after an update !in_motion waits for the cycle that works it.
             every: pause between two questions.
 
         Raises:
@@ -120,7 +120,7 @@ class ChipsetHost:
         while field.of(word := self.query("GET_STATUS")) != wanted:
             if monotonic() >= end:
                 waited = f"{seconds(timeout):g} s"
-                raise Timeout(f"{self.port.where}: waited {waited} for {bit}; the status is {word:04x}")
+                raise Timeout(f"{self.port.where}: waited {waited} for {bit}; the status word is {word:04x}")
             sleep(pause)
         return word
 

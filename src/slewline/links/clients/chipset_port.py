@@ -21,18 +21,18 @@ DATA, COMMAND, STATUS, RESET = 0, 2, 4, 8  # offsets of the registers
 HOSTRDY = 0x80  # in the status
 IN, OUT, READY = 0x00, 0x10, 0x24
 GREETING = "slewline registers 1 "
-PATIENCE_MS = 100  # HostRdy is low for 82 us, and for 3.3 ms behind a reset
+PATIENCE_MS = 100  # HostRdy is low for 82 us, and for 3.3 ms after a reset
 
 
 class ChipsetPort:
-    """A chipset behind its interface board, on a TCP port.
+    """A chipset with its interface board, on a TCP port.
 
     Args:
         host, port: where `slewline serve` has it.
         timeout: seconds of the wall clock for an answer.
 
     Raises:
-        ConnectionError: nobody is there, or not a chipset, or another host has it.
+        ConnectionError: no server is there, or it has no chipset, or another host has it.
         TimeoutError: no answer.
     """
 

@@ -1,15 +1,15 @@
 """The control port: pins, time, faults and status, for tests and panels in any language.
 
 A client connects by TCP, sends one JSON object a line, and gets one JSON object a line for each, in order.  A reply
-has `time_ps`, virtual time; one that has `error` says what was wrong, and nothing was done.  `requests.py` has the
+has `time_ps`, virtual time; one that has `error` reports what was wrong, and nothing was done.  `requests.py` has the
 requests, as rows; docs/reference/control.md shows them.
 
 In lockstep, `until` lets time pass as `advance` does; paced, time passes by itself.  A client that waits sends its next
-request when it likes; it is read when the reply to the one before has gone out.  A client that says no more still gets
+request when it likes; it is read when the reply to the one before has gone out.  A client that sends no more still gets
 every reply; its last line may lack the line feed.  Empty lines are ignored.
 
-Who may ask: clients on this machine; on others only where the server was given a token, which then everybody sends
-with the first request.  A connection whose first line is no request of this kind is hung up on, and nothing behind it
+Allowed are clients on this machine; on others only where the server has a token, which then every client sends
+with the first request.  A connection whose first line is no such request is closed, and nothing after it
 is read: a browser that was made to POST here begins with a request line of HTTP.  What `links/sockets/preamble.py`
 knows is hung up on before that line ends.
 """
@@ -65,7 +65,7 @@ class Control:
             )
         host, _ = parse_address(address, server.allow_remote)
         if token is None and not is_loopback(host):
-            raise UsageError(f"address {address!r}: other machines could work the pins; add --token if they may")
+            raise UsageError(f"address {address!r}: other machines could drive the pins; add --token if they may")
         self.listener = Listener(server.loop, address, self._accept, server.allow_remote)
 
     @property
@@ -92,18 +92,18 @@ class Client:
         self.waiting = self.too_long = False
         self.known = self.refused = False  # by the first line
         self.beginning = Preamble()
-        self.behind = False  # requests wait for the next turn of the loop
+        self.postponed = False  # requests wait for the next turn of the loop
         self.stream = SocketStream(self.server.loop, connection, self.take, self.gone, self.room, QUEUE, self.ended)
 
     def room(self) -> int:
         """Return how many bytes may be read now: none while a reply is owed, or replies are not read."""
-        return 0 if self.waiting or self.behind or self.stream.outgoing or self.refused else LONGEST
+        return 0 if self.waiting or self.postponed or self.stream.outgoing or self.refused else LONGEST
 
     def take(self, data: bytes) -> None:
         """Take bytes: requests, or pieces of them."""
         self.incoming += self.beginning.take(data)
         if self.beginning.stranger:
-            self.refuse(f"{self.beginning.stranger} is not spoken here")
+            self.refuse(f"this port does not speak {self.beginning.stranger}")
         self.work()
 
     def ended(self) -> None:
@@ -112,7 +112,7 @@ class Client:
         self.work()
 
     def work(self) -> None:
-        """Answer what has come, for a share of the turn; what is left has its turn behind all others."""
+        """Answer what has come, for a share of the turn; what is left has its turn after all others."""
         end_s = perf_counter() + SHARE_S
         while not self.waiting and self.stream.open and not self.refused:
             line, end, rest = self.incoming.partition(b"\n")
@@ -127,12 +127,12 @@ class Client:
             if not self.known and line.strip() and not self.greet(bytes(line)):
                 return
             if self.too_long:
-                self.reply({}, {"error": f"a request of more than {LONGEST} bytes"})
+                self.reply({}, {"error": f"the request has more than {LONGEST} bytes"})
                 self.too_long = False
             elif line.strip():
                 self.answer(bytes(line))
             if perf_counter() >= end_s:
-                self.behind = True
+                self.postponed = True
                 self.server.loop.ask(self.go_on)
                 return
 
@@ -148,9 +148,9 @@ class Client:
         return self.known
 
     def refuse(self, why: str) -> None:
-        """Say why, and hang up."""
+        """Reply with the reason, and hang up."""
         self.refused = True
-        self.reply({}, {"error": f"{why}; hung up"})
+        self.reply({}, {"error": f"{why}; connection closed"})
         self.stream.finish()
 
     def answer(self, line: bytes) -> None:
@@ -177,9 +177,9 @@ class Client:
 
     def go_on(self) -> None:
         """Answer requests that have come meanwhile, and go on reading."""
-        self.behind = False
+        self.postponed = False
         self.work()
-        if not self.behind:
+        if not self.postponed:
             self.stream.resume()
 
     def reply(self, request: Data, found: Data) -> None:
@@ -208,7 +208,7 @@ class Requests:
         self.server, self.client, self.bench = server, client, server.bench
 
     def perform(self, request: Data) -> Data | None:
-        """Do what a request says."""
+        """Do what a request asks for."""
         found: Data | None = getattr(self, f"do_{request['do']}")(request)
         return found
 
@@ -290,7 +290,7 @@ class Requests:
         if not hasattr(chip, "eeprom_fault"):
             raise UsageError(f"chip {chip.name!r}: a {chip.sheet.part} has no EEPROM")
         if {"line", "to", "count", "chance", "seed"} & set(request) or request.get("kind", "eeprom") != "eeprom":
-            raise UsageError(f"{request['do']}: a chip has the kind eeprom alone; all others are those of a line")
+            raise UsageError(f"{request['do']}: a chip takes the kind eeprom only; all others need a line")
         chip.eeprom_fault = fails
         return {}
 
@@ -341,7 +341,7 @@ class Requests:
         return {"findings": shown, "omitted": len(found) - len(shown)}
 
     def do_schema(self, _request: Data) -> Data:
-        """Reply with what requests and replies look like."""
+        """Reply with the schema of requests and replies."""
         return {"schema": schema()}
 
     def do_steps(self, request: Data) -> Data:
@@ -350,7 +350,7 @@ class Requests:
         start, stop = request.get("start", axis.motor.since), request.get("stop", self.bench.now_ps)
         count = axis.motor.count(moment(start), min(moment(stop), self.bench.now_ps))
         if count > MAX_STEPS:
-            raise UsageError(f"steps: {count} of them; ask for windows of at most {MAX_STEPS}")
+            raise UsageError(f"steps: {count} in this window; ask for windows of at most {MAX_STEPS}")
         steps = axis.steps(start, stop)
         return {name: getattr(steps, name).tolist() for name in ("times_ps", "directions", "positions")}
 

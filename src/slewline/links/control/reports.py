@@ -1,7 +1,7 @@
-"""Findings for who looks at a terminal: each cause once a minute, then how many more of it there were.
+"""Findings on a terminal: each cause once a minute, then how many more of it there were.
 
-Two findings have the same cause if they differ in numbers and in what the host has sent, which stands in quotes; what
-they advise counts.  Of one source and code so many causes are told apart; the others are counted together.
+Two findings have the same cause if they differ only in numbers and in what the host has sent, which is in quotes.
+Of one source and code so many causes are told apart; the others are counted together.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ..sockets.loop import Loop
 PERIOD_S = 60.0
 CAUSES = 8
 SHOWN = 80  # characters of a text that comes again
-CALM_LOOKS = 2  # without a loss: it is over
+CALM_CHECKS = 2  # without a loss: it is over
 OTHERS = "others"
 _VARIES = re.compile(r"""b?'(?:[^'\\]|\\.)*'|b?"(?:[^"\\]|\\.)*"|[+-]?(?:0x[0-9a-fA-F]+|[0-9]+)""")
 
@@ -29,12 +29,12 @@ def cause_of(finding: Finding) -> str:
 
 
 class FindingReports:
-    """Tells findings; the first of a cause at once, the others as a number when the minute is over."""
+    """Reports findings; the first of a cause at once, the others as a number when the minute is over."""
 
     def __init__(self, loop: Loop, tell: Callable[[str], object]) -> None:
         self.loop, self.tell = loop, tell
         self.more: dict[Key, int] = {}  # since the last report of this cause
-        self.first: dict[Key, str] = {}  # what was told of it
+        self.first: dict[Key, str] = {}  # its text
 
     def found(self, finding: Finding) -> None:
         """Report a finding."""
@@ -66,13 +66,13 @@ class FindingReports:
         return count
 
     def close(self) -> None:
-        """Tell what is left."""
+        """Report what is left."""
         for key in list(self.more):
             self._count(key)
 
 
 class Lateness:
-    """Tells once that virtual time cannot follow the wall clock, and once when it can again.
+    """Reports once that virtual time cannot follow the wall clock, and once when it can again.
 
     Args:
         rate: virtual seconds per second that are asked for.
@@ -80,16 +80,16 @@ class Lateness:
 
     def __init__(self, lag: Lag, rate: float, tell: Callable[[str], object]) -> None:
         self.lag, self.rate, self.tell = lag, rate, tell
-        self.seen_ns = self.before_ns = 0  # lost at the last look, and before this time of losses
-        self.calm = CALM_LOOKS  # looks without a loss
+        self.seen_ns = self.before_ns = 0  # lost at the last check, and before this time of losses
+        self.calm = CALM_CHECKS  # checks without a loss
 
     @property
     def behind(self) -> bool:
         """Is time being lost?"""
-        return self.calm < CALM_LOOKS
+        return self.calm < CALM_CHECKS
 
-    def look(self) -> None:
-        """Tell what has changed since the last look, every few seconds."""
+    def check(self) -> None:
+        """Report what has changed since the last check, every few seconds."""
         lost = self.lag.lost_ns
         if lost == self.seen_ns:
             if self.behind:
@@ -100,8 +100,8 @@ class Lateness:
         if not self.behind:
             self.before_ns = self.seen_ns
             self.tell(
-                f"virtual time falls behind the wall clock ({self._lost()} so far): this machine, or its other work, "
-                f"is too much for --rate {self.rate:g}; a lower one keeps up, and --lockstep needs none"
+                f"virtual time falls behind the wall clock ({self._lost()} so far): this machine, or its other load, "
+                f"is too slow for --rate {self.rate:g}; give a lower rate, or --lockstep"
             )
         self.seen_ns, self.calm = lost, 0
 
@@ -112,7 +112,7 @@ class Lateness:
         self.tell(f"virtual time follows the wall clock again; {self._lost()} of it")
 
     def close(self) -> None:
-        """Tell what was lost, if that goes on to the end."""
-        self.look()
+        """Report what was lost, if that goes on to the end."""
+        self.check()
         if self.behind:
             self.tell(f"virtual time was behind the wall clock to the end; {self._lost()}")

@@ -109,7 +109,7 @@ A_CHIP = Key("chip", TEXT, "its name")
 AN_AXIS = Key("axis", WHOLE, "counted from 1", "1")
 A_LINE = Key("line", TEXT, "its name, or that of any chip on it")
 TIMEOUT = Key("timeout", TIME, "how long to wait at most", "60 s")
-MET = Key("met", BOOLEAN, "has it come about?")
+MET = Key("met", BOOLEAN, "was the condition met?")
 
 REQUESTS = (
     RequestSpec("drive", "Put a level on a pin.", {"pin": "x.enable", "level": 0}, (A_PIN, A_LEVEL)),
@@ -152,7 +152,7 @@ REQUESTS = (
             A_LINE,
             Key("to", {"enum": ["chip", "host"]}, "which direction"),
             Key("kind", {"enum": list(LINKED)}, ", ".join(LINKED)),
-            Key("count", WHOLE | {"minimum": 1}, "how many characters it is about", "1"),
+            Key("count", WHOLE | {"minimum": 1}, "how many characters", "1"),
             Key("chance", NUMBER | {"minimum": 0, "maximum": 1}, "the share of them that is hit", "1"),
             Key("seed", WHOLE, "which of them: the same seed hits the same ones", "0"),
         ),
@@ -167,13 +167,13 @@ REQUESTS = (
     ),
     RequestSpec(
         "clear",
-        "No more faults on a line.",
+        "End the faults on a line.",
         {"line": "x"},
         (A_LINE,),
         (Key("hits", HITS, "how many characters were hit, by direction and kind"),),
         "line",
     ),
-    RequestSpec("clear", "The EEPROM works again.", {"chip": "x"}, (A_CHIP,), form="chip"),
+    RequestSpec("clear", "Let the EEPROM work again.", {"chip": "x"}, (A_CHIP,), form="chip"),
     RequestSpec(
         "power",
         "Switch the supply of a chip.",
@@ -182,20 +182,20 @@ REQUESTS = (
     ),
     RequestSpec(
         "status",
-        "How things are: chips, lines, time.",
+        "The state of chips, lines and time.",
         {},
         (),
         (
             Key("pace", PACE, "how time passes, and how well the wall clock is kept"),
             Key("chips", mapping(CHIP), "by name; of the findings the last 20"),
-            Key("lines", mapping(LINE), "by name; bytes from the host (`taken`), to it, and those nobody read"),
+            Key("lines", mapping(LINE), "by name; bytes from the host (`taken`), to it, and those no host read"),
             Key("findings", WHOLE, "how many since the beginning"),
             Key("troubles", array(TEXT), "what the server could not do, such as a file that takes no more"),
         ),
     ),
     RequestSpec(
         "findings",
-        "What hosts have done wrong, and where a manual is silent; oldest first.",
+        "What hosts did that a manual forbids or leaves open; oldest first.",
         {"source": "x", "start": "1 s"},
         (
             Key("source", TEXT, "a chip or part", "all of them"),
@@ -203,7 +203,7 @@ REQUESTS = (
         ),
         (
             Key("findings", array(record({"source": TEXT, **FOUND["properties"]})), f"the last {MAX_FINDINGS}"),
-            Key("omitted", WHOLE, "how many older ones there are besides"),
+            Key("omitted", WHOLE, "how many older ones there are"),
         ),
     ),
     RequestSpec(
@@ -214,7 +214,7 @@ REQUESTS = (
         (
             Key("times_ps", array(WHOLE), "of each step"),
             Key("directions", array({"enum": [1, -1]}), "1: clockwise, towards greater positions"),
-            Key("positions", array(WHOLE), "behind each step"),
+            Key("positions", array(WHOLE), "after each step"),
         ),
     ),
     RequestSpec("schema", "The JSON schema of all this.", {}, (), (Key("schema", {"type": "object"}, "draft 7"),)),
@@ -224,7 +224,7 @@ REQUESTS = (
 NAMES = tuple(dict.fromkeys(row.do for row in REQUESTS))
 COMMON = (
     Key("id", {}, "anything; it comes back in the reply", "nothing"),
-    Key("token", TEXT, "in the first request, if the server was given one", "nothing"),
+    Key("token", TEXT, "in the first request, if the server has one", "nothing"),
 )
 
 
@@ -264,7 +264,7 @@ def as_object(line: bytes) -> Data:
     except (ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
-        raise UsageError(f'{line[:60]!r} is no JSON object; expected a line such as {{"do": "status"}}')
+        raise UsageError(f'{line[:60]!r} is not a JSON object; expected a line such as {{"do": "status"}}')
     return found
 
 
@@ -289,14 +289,14 @@ def schema() -> Data:
 
 
 def request_schema(row: RequestSpec) -> Data:
-    """Return what a request looks like."""
+    """Return the schema of a request."""
     needed = {"do": {"const": row.do}} | {key.name: described(key) for key in row.keys if not key.default}
     optional = {key.name: described(key) for key in (*row.keys, *COMMON) if key.default}
     return record(needed, optional) | {"additionalProperties": False, "description": row.says}
 
 
 def reply_schema(row: RequestSpec) -> Data:
-    """Return what the reply to it looks like, unless it is an error; later versions may add keys."""
+    """Return the schema of the reply to it, unless it is an error; later versions may add keys."""
     return record({key.name: described(key) for key in row.reply} | {"time_ps": WHOLE}, {"id": {}})
 
 

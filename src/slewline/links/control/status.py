@@ -83,7 +83,7 @@ def axis_status(axis: OneAxis) -> dict[str, Any]:
 
 
 def line_status(line: HostLine) -> dict[str, Any]:
-    """Return the state of a line: who is connected, and what has passed."""
+    """Return the state of a line: the host that is connected, and what has passed."""
     found: dict[str, Any] = {
         "chips": [chip.name for chip in line.chips],
         "host": line.host_name or None,

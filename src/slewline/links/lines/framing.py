@@ -1,7 +1,7 @@
 """A framing of our own for chips on a bus: lines of text, with read-back and without losses.
 
 The UART of figure 10.16 only receives, and has no way to hold a host up.  This link takes the place of a small host
-computer instead, which does the handshake for whoever sits at the far end:
+computer instead, which does the handshake for the program at the far end:
 
     R 100            a command, as in a program file; it goes out as fast as the chip takes it
     ?0 ... ?3        read a verify group, of a running program through PROG/LIVE; its bytes:  ?3 4E 20 47
@@ -10,12 +10,12 @@ computer instead, which does the handshake for whoever sits at the far end:
 
 Lines end with CR or LF, answers with CR LF.  Answers come in the order of the questions, except those to `?` and `!`,
 which come at once, however much is to be sent.  A line that cannot be sent is answered with a line that begins with `!`
-and says why.
+and gives the reason.
 
 A command that has begun to go out when `!` comes is not cut in two: the chip gets the rest of it, and obeys.  A second
 `!` cuts it, and lets go of the bus: the way out when the chip takes no more.
 
-As many as `BACKLOG` lines may wait.  One that finds them waiting is refused, and so is what comes behind it until all
+As many as `BACKLOG` lines may wait.  One that finds them waiting is refused, and so is what comes after it until all
 have gone out, or are forgotten: a motion is made with the parameters in front of it, or not at all.
 """
 
@@ -70,7 +70,7 @@ class FramedLine(HostLine):
     def _line(self, line: bytes) -> None:
         try:
             if self.too_long:
-                raise UsageError(f"a line of more than {LONGEST} characters")
+                raise UsageError(f"the line has more than {LONGEST} characters; not sent")
             odd = next((at for at, byte in enumerate(line) if byte > 0x7F), None)
             if odd is not None:
                 raise UsageError(f"byte {line[odd]:#04x} at character {odd + 1} is not ASCII; not sent")
@@ -107,7 +107,9 @@ class FramedLine(HostLine):
         waiting = len(self.computer.queue) // 2  # each line is two pieces of work
         self.full = waiting >= BACKLOG or (self.full and waiting > 0)
         if self.full:
-            raise UsageError(f"{text}: {waiting} lines are to be sent; not sent, wait until the answer to ? is ready")
+            raise UsageError(
+                f"{text}: not sent, because {waiting} lines wait already; wait until the answer to ? is ready"
+            )
 
     def _forget(self) -> None:
         (self.computer.clear if self.cutting else self.computer.drop)()
@@ -127,7 +129,7 @@ class FramedLine(HostLine):
 
     def room(self) -> int:
         """Return how many bytes may come now."""
-        return CHUNK  # what is too much is refused line by line, so that ? and ! are always heard
+        return CHUNK  # what is too much is refused line by line, so that ? and ! are always read
 
     def sent(self) -> bool:
         """Return whether everything that has come has gone to the chip."""

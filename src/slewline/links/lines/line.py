@@ -4,8 +4,8 @@
                          |       |
          <--- stream --- | noise | <--- a character is over <~~~ rxd  <~~~ txd
 
-A byte from outside begins on the virtual line at the instant at which it came, or behind the one before it; a character
-of the module goes out at the instant at which its last bit is over.  Both take as long as the line's speed says.
+A byte from outside begins on the virtual line at the instant at which it came, or after the one before it; a character
+of the module goes out at the instant at which its last bit is over.  Both take their time at the rate of the line.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
 
 BACKLOG = 256  # characters that may wait for their turn on the line
-ANSWER_TIMEOUT_PS = 60 * 10**12  # how long an answer is waited for, in lockstep or by a host that says no more
+ANSWER_TIMEOUT_PS = 60 * 10**12  # how long an answer is waited for, in lockstep or by a host that sends no more
 
 
 class HostLine:
     """What a link sees of the modules: bytes in, bytes out, one host at a time.
 
-    `host` is where bytes go, None while nobody listens; they are lost then, as on a wire that ends in the air.
+    `host` is where bytes go, None while no host listens; they are lost then, as on a wire that ends in the air.
     """
 
     ports: tuple[str, ...] = ("tcp", "pty")  # on which it can be served
     baud: int | str | None = None  # its rate, where it has one
-    greetings = TEXT  # of strangers, who are hung up on
+    greetings = TEXT  # of strangers, whose connection is closed
     share = CHUNK  # bytes that are taken from a host in a turn of the loop; others wait for their turn meanwhile
 
     def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: TranscriptFile) -> None:
@@ -51,10 +51,10 @@ class HostLine:
         self.host: Callable[[bytes], int] | None = None
         self.host_name = ""
         self.resume: Callable[[], object] | None = None
-        self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those nobody read
+        self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those no host read
         self.wait: Wait | None = None  # in lockstep, what lets time pass for what has come
         self.beside: list[HostLine] = []  # lines to the same chip
-        self.coming_ends: list[str] = []  # what chips had of a line at the last look
+        self.coming_ends: list[str] = []  # what chips had of a line at the last check
 
     # ---------------------------------------------------------------------------------------------------- the host
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
@@ -68,14 +68,14 @@ class HostLine:
         self.host, self.host_name = None, ""
 
     def look_for_ends(self) -> None:
-        """Report what has come without its end and was there already at the last look: the host waits in vain."""
+        """Report what has come without its end and was there already at the last check: the host waits in vain."""
         coming = [chip.unfinished for chip in self.chips]
         if any(coming) and coming == self.coming_ends:
             self.pace.bench.conclude()
         self.coming_ends = coming
 
     def leave(self, why: str) -> None:
-        """Disconnect a host that has gone; what it has left over is told when all that it has sent is played."""
+        """Disconnect a host that has gone; what it has left over is reported when all that it has sent is played."""
         self.detach(why)
         self.when_answered(self.pace.bench.conclude)
 
@@ -92,20 +92,20 @@ class HostLine:
             self.pace.wait(self.wait)
 
     def _all_quiet(self) -> bool:
-        """Return whether this line is quiet, and those beside it: what it lets the chip do may be for them."""
+        """Return whether this line is quiet, and others to its chips: what it lets the chip do may be for them."""
         return self.quiet() and all(line.quiet() for line in self.beside)
 
     def when_answered(self, call: Callable[[], object]) -> None:
         """Call a function when what has come is answered, or is not for a long time."""
         limit_ps = self.kernel.now + ANSWER_TIMEOUT_PS
-        if self.pace.lockstep:  # time passes for what has come, and not for one who waits
+        if self.pace.lockstep:  # time passes for what has come, and not for a host that waits
             limit_ps = self.kernel.now if self.wait is None else self.wait.limit_ps
         self.pace.wait(Wait(self.quiet, limit_ps, lambda _quiet: call()))
 
     def _rests(self, quiet: bool) -> None:
         self.wait = None
         if not quiet:
-            self.log.event(self.name, "still no answer after 60 s; time stands still")
+            self.log.event(self.name, "no answer after 60 s of virtual time; time stops here")
 
     def give(self, data: bytes) -> None:
         """Bytes go to the host."""
@@ -113,7 +113,7 @@ class HostLine:
         lost = len(data) if self.host is None else self.host(data)
         self.given += len(data) - lost
         if lost and not self.dropped:
-            self.log.event(self.name, "nobody reads: characters of the module are dropped from here on")
+            self.log.event(self.name, "no host is reading: characters of the module are dropped from here on")
         self.dropped += lost
 
     # ------------------------------------------------------------------------------------------- what a kind brings
@@ -161,7 +161,7 @@ class ConnectorLine(HostLine):
         self.port, self.uart = port, port.uart
         self.mute = not port.pins["rxd"].net.drivers  # nothing can ever come from the chip
         self.coming = 0  # characters whose last bit is not over
-        self.late_ps = 0  # a late character of the module comes then, and those behind it not before
+        self.late_ps = 0  # a late character of the module comes then, and those after it not before
         spared = next((bit for chip in chips if (bit := dialect_of(chip.sheet).constant_bit) is not None), None)
         self.to_chip, self.to_host = (Noise(port.word.bits, LINKED, spared) for _ in range(2))
         port.on_character.add(self._character)
@@ -175,7 +175,7 @@ class ConnectorLine(HostLine):
         """Connect a host."""
         super().attach(name, host, resume)
         if self.mute:
-            self.log.event(self.name, "nothing is ever answered: what listens here only receives")
+            self.log.event(self.name, "the chip only receives on this line: it never answers")
 
     def opened_at(self, baud: int) -> None:
         """Take notice of the rate that a host has set where it does not count; on a cable it would."""
@@ -192,7 +192,7 @@ class ConnectorLine(HostLine):
                 self.port.write(bytes([passed]), fault)
 
     def obey(self, on: bool) -> None:
-        """Let characters wait for CTS of a chip that has it, while it says that, or not."""
+        """Let characters wait for CTS of a chip that has it, or not."""
         port, wanted = self.port, None if on else False
         if isinstance(port, AdaptiveHost) and port.uart.control.heeding is not wanted:
             port.heed(wanted)

@@ -30,8 +30,8 @@ class TranscriptFile:
     """A transcript; without a path nothing is written.
 
     Args:
-        path: a file; what is in it stays, and the transcript comes behind it.  "-": standard error.
-        failed: told once, when the file takes no more; the transcript ends there.
+        path: a file; what is in it stays, and the transcript is appended.  "-": standard error.
+        failed: called once, when the file takes no more; the transcript ends there.
 
     Raises:
         UsageError: the file cannot be written, or is none: a FIFO would wait for a reader.
@@ -50,14 +50,14 @@ class TranscriptFile:
         self.reopen()
 
     def reopen(self) -> None:
-        """Write behind what is in the file, if there is one; the transcript may have been closed before."""
+        """Append to the file, if there is one; the transcript may have been closed before."""
         if self.path is None or self.file is not None:
             return
         if self.on_terminal:
             self.file = sys.stderr
             return
         if os.path.exists(self.path) and not os.path.isfile(self.path):
-            raise UsageError(f"log {self.path}: is no regular file; give a file, or - for standard error")
+            raise UsageError(f"log {self.path}: is not a regular file; give a file, or - for standard error")
         try:
             self.file = open(self.path, "a", encoding="ascii", buffering=1)  # noqa: SIM115
         except OSError as error:
@@ -104,7 +104,7 @@ class TranscriptFile:
     def _let_go(self) -> None:
         file, self.file = self.file, None
         if file is not None and not self.on_terminal:
-            with suppress(OSError):  # what could not be written has been told
+            with suppress(OSError):  # what could not be written was reported
                 file.close()
 
     def close(self) -> None:

@@ -1,14 +1,14 @@
-"""How virtual time passes while the world looks on.
+"""How virtual time passes while the world waits.
 
     paced       virtual time follows the wall clock: v = origin + rate * (wall - origin of the wall).  Whenever the
                 loop wakes, the bench runs up to the instant that belongs to the present; then the loop sleeps until the
                 instant of the next event.  A bench that falls behind catches up; one that falls behind by more than a
                 second (a machine that was asleep, a rate that is too high) loses the rest, which is reported.
 
-    lockstep    virtual time stands still, except while somebody waits for it: the bytes of a line and the answer to
-                them, an `advance`, an `until`.  An endless motion is as far as the host has come, whenever it looks.
+    lockstep    virtual time stops, except while a wait needs it: the bytes of a line and the answer to
+                them, an `advance`, an `until`.  An endless motion is as far as the host has come, whenever it asks.
 
-In both, time passes in slices of some milliseconds of the wall clock, so that the world is heard while it passes.
+In both, time passes in slices of some milliseconds of the wall clock, so that the world is served while it passes.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ PS_PER_NS = 1000
 NS_PER_S = 10**9
 SLICE_NS = 20_000_000
 LATE_NS = 1_000_000  # later than this counts as late
-LOST_NS = NS_PER_S  # further behind than this is given up
+LOST_NS = NS_PER_S  # a lag greater than this is given up
 
 
 @dataclass
@@ -51,7 +51,7 @@ class Lag:
 
 
 class Pace:
-    """What both ways have in common; `goal` says how far time may go now.
+    """What both ways have in common; `goal` is how far time may go now.
 
     Args:
         clock: nanoseconds of the wall clock.
@@ -81,7 +81,7 @@ class Pace:
         """Bring the bench to this instant, because something has come from outside."""
 
     def wait(self, wait: Wait) -> None:
-        """Add somebody who waits."""
+        """Add a wait."""
         wait.begin()
         self.waits.append(wait)
 
@@ -114,7 +114,7 @@ class Pace:
         return self.clock() >= self.stop_ns
 
     def _bounded(self, goal: int) -> int:
-        """Nobody's limit is passed, nor an instant that a promise names."""
+        """No limit of a wait is passed, nor an instant that a promise names."""
         for wait in self.waits:
             goal = min(goal, max(wait.limit_ps, self.kernel.now))
             if wait.when is not None:
@@ -167,11 +167,11 @@ class Paced(Pace):
         due = self.kernel.next_time()
         goal = self.goal()
         if due is not None and due <= goal:
-            behind = self.nanoseconds(goal - due)
-            self.lag.note(behind)
-            if behind > LOST_NS:
-                self.lag.lost_ns += behind
-                self.origin_ns += behind
+            lag_ns = self.nanoseconds(goal - due)
+            self.lag.note(lag_ns)
+            if lag_ns > LOST_NS:
+                self.lag.lost_ns += lag_ns
+                self.origin_ns += lag_ns
         return super().pass_time()
 
     def present(self) -> None:
@@ -192,7 +192,7 @@ class Paced(Pace):
 
 
 class Lockstep(Pace):
-    """Virtual time passes only while somebody waits."""
+    """Virtual time passes only while a wait needs it."""
 
     lockstep = True
 

@@ -9,14 +9,14 @@ A module answers Y when its program is in the memory, so `write` and `append` re
 undo them, and whatever ends them before leaves the former content in place.
 
     write                                        append
-    a neighbour of the file, fsync it            a record behind the last one, fsync it
+    a neighbour of the file, fsync it            a record after the last one, fsync it
     read it back and compare                     read it back and compare
     rename it over the file                      ... the first one ever, those after a failure, and one that would make
-    fsync the directory                          the records longer than the rest by far, write the file anew instead
+    fsync the directory                          the records longer than the rest by far, write the whole file instead
 
 The content is on the disk under another name before it has its own; a disk that keeps something else is found out in
-time; nothing behind the last step can fail.  Power that goes in the middle of an append leaves part of a record at the
-end, which is no record: it is dropped.  A broken record with a whole one behind it was broken later: damage.
+time; nothing after the last step can fail.  Power that goes in the middle of an append leaves part of a record at the
+end, which is no record: it is dropped.  A broken record with a whole one after it was broken later: damage.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from ..sockets.system import BINARY, NO_LINK, directory
 MAGIC, JOURNAL = b"slewline memory 1\n", b"slewline memory 2\n"
 HEADER = Struct(f">{len(MAGIC)}sII")
 RECORD, PLACE, CHECK = Struct(">III"), Struct(">II"), Struct(">I")
-GARBLED = "the disk returns something else than was written; use another one"
+GARBLED = "the disk does not return what was written; use another one"
 CHUNK = 1 << 16
 MIN_JOURNAL, MAX_TIMES = 1 << 14, 4  # bytes; so many times longer than the content
 LARGEST = 1 << 24  # bytes of a file: fifty times what a memory of 64K with its records takes
@@ -47,7 +47,7 @@ class FileStore:
     """A memory in a file, replaced whole or not at all; of a large one, what changes is appended.
 
     The neighbour has a fixed name, so that a process which is killed again and again leaves one such file, not many.
-    Two stores must not share a file.  Symbolic links are not followed: what stands under the name of the neighbour is
+    Two stores must not share a file.  Symbolic links are not followed: what has the name of the neighbour is
     removed, never opened, and one in place of the file is refused.
 
     Args:
@@ -86,7 +86,7 @@ class FileStore:
 
         Raises:
             StoreError: the bytes are not safely there; or the file is damaged, or no memory of ours.
-            UsageError: the address lies beyond the end.
+            UsageError: the address is beyond the end.
         """
         with self._refusals("write"):
             if self._content is None:
@@ -101,7 +101,7 @@ class FileStore:
                 raise
 
     def _keep(self, content: bytearray, place: bytes, data: bytes) -> None:
-        """Put a record behind the others, or write the file anew, with all of the content."""
+        """Append a record, or write the whole file again, with all of the content."""
         record = place + CHECK.pack(crc32(place + data)) + data
         longest = min(self._base + max(MIN_JOURNAL, MAX_TIMES * len(content)), LARGEST)
         end, self._end = self._end, 0
@@ -154,13 +154,13 @@ class FileStore:
         if self.path.is_symlink():
             raise StoreError(f"{self.path}: is a symbolic link; name the file itself, or remove the link")
         if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):  # to open a FIFO is to wait
-            raise StoreError(f"{self.path}: is no regular file; name another one, or remove it")
+            raise StoreError(f"{self.path}: is not a regular file; name another one, or remove it")
         try:
             found = self._load(self.path)
         except FileNotFoundError:
             return b""
         if not found.startswith((MAGIC, JOURNAL)):
-            raise StoreError(f"{self.path}: is no memory of slewline; name another file, or remove this one")
+            raise StoreError(f"{self.path}: is not a memory of slewline; name another file, or remove this one")
         return found
 
     def _unpacked(self, found: bytes) -> bytearray:
@@ -176,7 +176,7 @@ class FileStore:
                 return content
             if whole and magic == JOURNAL and repeated(content, found, end):
                 return content
-        why = "the memory is damaged (length or checksum); remove the file to begin empty"
+        why = "the memory is damaged (length or checksum); remove the file to start with an empty memory"
         raise StoreError(f"{self.path}: {why}")
 
     def _put(self, file: int, content: bytes) -> None:
@@ -203,12 +203,12 @@ class FileStore:
         try:
             yield file
         finally:
-            with suppress(OSError):  # fsync has told everything that matters
+            with suppress(OSError):  # fsync has reported everything that matters
                 self.system.close(file)
 
     @contextmanager
     def _refusals(self, verb: str) -> Iterator[None]:
-        """Say what the system refuses as an error of ours, and tell of it."""
+        """Raise what the system refuses as an error of ours, and report it."""
         try:
             yield
         except StoreError as error:
@@ -227,7 +227,7 @@ def packed(data: bytes | bytearray, magic: bytes = MAGIC) -> bytes:
 
 
 def repeated(content: bytearray, found: bytes, at: int) -> bool:
-    """Put the records from a place of a file on into a content; is what lies behind them at most part of one?"""
+    """Put the records from a place of a file on into a content; is the rest at most part of one?"""
     while (place := record_at(found, at)) is not None:
         address, length = place
         if address > len(content):

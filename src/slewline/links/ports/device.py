@@ -1,7 +1,7 @@
 """A real serial port: the modules are at the far end of a cable.
 
 Its rate and format are those of the line.  A character from the cable is over when the computer hands it over, and then
-begins on the virtual line: the module hears it one character later than it would on the cable, and is heard one later.
+begins on the virtual line: the module gets it one character later than on the cable, and its answer is one later.
 
 A port that goes away (an adapter that is unplugged) is looked for every half second until it is back.
 
@@ -31,7 +31,7 @@ except ImportError:
     raise SlewlineError(needs("a serial port needs", "serial")) from None
 
 RETRY_S = 0.5
-LOOK_S = 0.5  # how long a thread reads at most before it looks whether the port is still wanted
+LOOK_S = 0.5  # how long a thread reads at most before it checks whether the port is still wanted
 
 
 class Threads:
@@ -85,17 +85,17 @@ class Threads:
 def refused(device: str, error: Exception, windows: bool = os.name == "nt") -> str:
     """Return why a serial port could not be opened, once, and what to do."""
     if WINDOWS_PORT.fullmatch(device) and not windows:
-        return "is the name of a port of Windows; here a serial port is /dev/ttyUSB0 or the like"
+        return "is the name of a port on Windows; on this system a serial port is /dev/ttyUSB0 or the like"
     number = getattr(error, "errno", None)  # the text of pySerial has it twice
     why = os.strerror(number) if number else str(error)
-    return f"{why}; name a serial port that is there and that you may open (python -m serial.tools.list_ports)"
+    return f"{why}; name a serial port that exists and that you may open (python -m serial.tools.list_ports)"
 
 
 class DevicePort:
     """A line on a serial port of this machine.
 
     Args:
-        tell: is told when the port goes away, and when it is back.
+        tell: called when the port goes away, and when it is back.
 
     Raises:
         UsageError: the port is not there at the beginning, or cannot be opened.
@@ -152,7 +152,7 @@ class DevicePort:
 
     def _lost(self, why: str) -> None:
         why = self._let_go(why)
-        self.tell(f"{self.device}: gone ({why}); it is looked for until it is back")
+        self.tell(f"{self.device}: gone ({why}); tried again until it is back")
         self.loop.after(RETRY_S, self._retry)
 
     def _retry(self) -> None:

@@ -1,7 +1,7 @@
 """A pseudo-terminal: a device file that host software opens as a serial port, under the name of a link.
 
 A pseudo-terminal of Linux is no UART.  It passes 8 bits at any speed, whatever the host has set; a line of 7 bits takes
-the lower ones.  It always says that it has 8 bits and no parity, which the C library compares with what was asked for:
+the lower ones.  It always reports 8 bits and no parity, which the C library compares with what was asked for:
 opening it as 7O2 fails (EINVAL), unless the call changes something else.  So the first open succeeds, and the second
 one, which asks for the same again, fails.  The cure:
 
@@ -10,8 +10,8 @@ one, which asks for the same again, fails.  The cure:
 
 The C library reads the settings back at once, and the inversion must come after that: it waits `SETTLE_S`, or for the
 first byte that the host sends.  Two calls that are closer together than this fail: pySerial's `timeout` set right after
-an open, a `bytesize` behind another setting, an open right after a close, most calls of stty.  A host that fails cannot
-be told why; the user can (`HINT`).  TCP and RFC 2217 have none of this.
+an open, a `bytesize` after another setting, an open right after a close, most calls of stty.  A host that fails cannot
+learn why; the user can (`HINT`).  TCP and RFC 2217 have none of this.
 
 On macOS there is no EXTPROC of this kind: a pseudo-terminal there is for hosts that ask for 8N1 (`PLAIN`).
 """
@@ -36,7 +36,7 @@ from ..sockets.stream import SocketStream
 DEVICE = re.compile(r"/dev/(?:pts/|ttys)[0-9]+")  # of Linux, of macOS
 CFLAG, LFLAG, ISPEED, OSPEED = 2, 3, 4, 5  # places in what tcgetattr returns
 SETTLE_S = 0.0005
-WAYS = "let it ask for 8N1, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
+WAYS = "set 8N1 in the host, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
 HINT = (
     f"a pty has no 7 data bits and no parity: a host that sets 7O2 twice at once gets EINVAL (invalid argument); {WAYS}"
 )
@@ -45,7 +45,7 @@ NONE = "--pty needs Linux or macOS: this system has no pseudo-terminals; serve w
 
 
 class PacketStream(SocketStream):
-    """The master of a pseudo-terminal in packet mode: each read begins with a byte that says what follows.
+    """The master of a pseudo-terminal in packet mode: each read begins with a byte that tells what follows.
 
     Args:
         changed: called when the settings have changed.
@@ -74,13 +74,13 @@ class PacketStream(SocketStream):
 
 
 class PtyPort:
-    """A line on a pseudo-terminal; a host may come and go, which nobody notices.
+    """A line on a pseudo-terminal; a host may come and go unnoticed.
 
     Args:
         link: a symbolic link of this name is made, and removed at the end.
 
     Raises:
-        UsageError: the link cannot be made, or something is there already that is no old link of ours; or the system
+        UsageError: the link cannot be made, or the file exists and is not an old link of ours; or the system
             has no pseudo-terminals.
     """
 
@@ -89,10 +89,10 @@ class PtyPort:
             raise UsageError(NONE)
         if system.WINDOWS_PORT.fullmatch(link):
             raise UsageError(
-                f"{link} looks like a port of Windows: there it is --serial {link}; here name a link: /tmp/{link}"
+                f"{link} is the name of a port on Windows (--serial {link}); name a link, such as /tmp/{link}"
             )
         if not link:
-            raise UsageError("a pty needs a name: give that of the link to be made, such as /tmp/x")
+            raise UsageError("a pty needs a link; name it, such as /tmp/x")
         self.loop, self.line, self.link = loop, line, Path(link)
         self.master, self.slave = os.openpty()  # without a slave of its own, the master fails when the host closes
         self.name = os.ttyname(self.slave)
@@ -118,7 +118,7 @@ class PtyPort:
 
     @property
     def hint(self) -> str:
-        """What a user should know who has a host of 7 bits."""
+        """What the user of a host of 7 bits should know."""
         return PLAIN if system.EXTPROC is None else HINT
 
     # -------------------------------------------------------------------------------------------------- the settings
@@ -160,7 +160,7 @@ class PtyPort:
         self.settled_at = None
         settings = termios.tcgetattr(self.slave)
         if settings == self.ours:
-            return  # it was our own change that was told
+            return  # it was our own change
         settings[CFLAG] ^= termios.PARODD
         settings[LFLAG] |= system.EXTPROC or 0
         termios.tcsetattr(self.slave, termios.TCSANOW, settings)
@@ -171,12 +171,14 @@ class PtyPort:
         with suppress(FileNotFoundError):
             mode = os.lstat(self.link).st_mode
             if not stat.S_ISLNK(mode) or not self._stale(os.readlink(self.link)):
-                raise UsageError(f"{self.link}: is there already, and no old link of ours; remove it, or name another")
+                raise UsageError(
+                    f"{self.link}: this file exists and is not an old link of slewline; remove it, or name another"
+                )
             os.unlink(self.link)
         try:
             os.symlink(self.name, self.link)
         except OSError as error:
-            raise UsageError(f"{self.link}: {error.strerror}; name a link in a directory that can be written") from None
+            raise UsageError(f"{self.link}: {error.strerror}; name a link in a writable directory") from None
 
     def _stale(self, target: str) -> bool:
         """Was the link left behind by a server that has been killed?  Its device is gone, or is the one we have."""

@@ -8,10 +8,10 @@ After that every request is two bytes and every answer is one, in the order of t
     24 nn    READY   wait until bit 7 of the status is 1, for nn ms      the status; bit 7 is 0 if it has stayed so
     34 nn    ANSWER  ... is 0; of a parallel card                        the status
     44 nn    MESSAGE wait until bit 6 is 0; of a parallel card           the status
-    other    is no request                                               FF, as from an address where nobody is
+    other    is no request                                               FF, as from an empty address
 
 A host may send the next request before it has the answer to the last one: a whole packet, its waits included, is one
-round trip.  Requests are worked one behind the other, each access at the pins of the chip, and takes its bus cycle of
+round trip.  Requests are worked one after the other, each access at the pins of the chip, and takes its bus cycle of
 750 ns of virtual time.
 
 In lockstep that is all the time there is, so a host that polls would poll a hundred times for each word: there, 100 us
@@ -56,8 +56,8 @@ class RegisterLine(HostLine):
         self.board = board
         self.half = b""  # the first byte of a request
         self.full = False
-        self.strange = False  # this host has sent what is no request, and it has been told
-        self.shown = -1  # the last status in the transcript: polls that say the same are left out
+        self.strange = False  # this host has sent what is not a request, and that was reported
+        self.shown = -1  # the last status in the transcript: polls that read the same are left out
 
     @property
     def greeting(self) -> bytes:
@@ -121,7 +121,7 @@ class RegisterLine(HostLine):
         return byte
 
     def _nobody(self, request: int, value: int) -> int:
-        self.log.event(self.name, f"{request:02x} {value:02x} is no request")
+        self.log.event(self.name, f"{request:02x} {value:02x} is not a request")
         if not self.strange:
             self.strange = True
             self.board.finding("no-request", self._what_is_here(bytes([request, value])))
@@ -131,7 +131,7 @@ class RegisterLine(HostLine):
         """Return what to do about bytes that are no request."""
         text = " (text, it seems)" if came.isascii() and came.decode("ascii").isprintable() else ""
         return (
-            f"{came!r}{text} is no request, and reads FF: this is a port of registers, with two bytes a request, "
+            f"{came!r}{text} is not a request, and reads FF: this is a port of registers, with two bytes a request, "
             '00 to 4F first; see "Registers on a socket" (docs/howto/serve_registers.md)'
         )
 

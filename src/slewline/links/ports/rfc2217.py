@@ -38,7 +38,7 @@ MASKS = {
 class Remote:
     """The line as a serial port of pySerial, as far as a PortManager needs one.
 
-    What a host sets holds for its own turn on the line: not before, and not behind it.
+    What a host sets holds for its own turn on the line: not before, and not after it.
     """
 
     def __init__(self, session: NetSession, line: ConnectorLine, baud: int | str, word: CharacterFormat) -> None:
@@ -189,7 +189,7 @@ class NetSession(Session):
         """Return how many bytes may come from the host now."""
         return min(SHARE, super().room())
 
-    def heard(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
         """Take bytes of the host, telnet commands among them."""
         for byte in data:
             try:
@@ -199,7 +199,7 @@ class NetSession(Session):
                 self.line.log.event(self.line.name, f"not RFC 2217: {error!r}")
                 self.manager.suboption, self.manager.mode = None, rfc2217.M_NORMAL
             if self.manager.suboption is not None and len(self.manager.suboption) > LONGEST_OPTION:
-                self.gone("a suboption without end is not RFC 2217")
+                self.gone("not RFC 2217: a suboption without end")
                 return
         self.port.pump()
 

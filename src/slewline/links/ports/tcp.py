@@ -3,14 +3,14 @@ r"""TCP: a raw socket for each line, socket://HOST:PORT for pySerial.
 A port behaves like a line: hosts take turns, and one owns the port at a time.
 
     a host closes            what it has sent is played to the last byte, whether it has read its answers or not
-    the next one comes       at any time: its bytes queue behind those, and it gets the answers that come from now on
-    a second one beside it   gets a line of text that says who is there, and is hung up on
+    the next one comes       at any time: its bytes queue after those, and it gets the answers that come from now on
+    a second one meanwhile   gets a line of text that names the first one, and is disconnected
 
-A host that says no more (`printf 'V1\r' | nc -N`) gets the answers to what it has said, unless the next one comes.
+A host that sends no more (`printf 'V1\r' | nc -N`) gets the answers to what it has sent, unless the next one comes.
 One that has vanished without a word (a cable pulled, a machine switched off) is found out by keepalive probes.
 
 The next one does not wait for long: of what is still to be played when it comes, `REMAINS` bytes stay, up to the end of
-a line; the rest is dropped, and told.  That a host has closed shows behind its last byte only, so when the next one
+a line; the rest is dropped, and reported.  That a host has closed shows after its last byte only, so when the next one
 knocks, what it has sent is read ahead; one that has more than `AHEAD` waiting then gives way, whether it has closed or
 not.
 """
@@ -42,7 +42,7 @@ LEFT = 64  # bytes that a host which has gone counts for, besides those that it 
 
 
 def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
-    """Return "HOST:PORT" as a pair; port 0 stands for any free one, a port alone is one of this machine.
+    """Return "HOST:PORT" as a pair; port 0 means any free one, a port alone is one of this machine.
 
     Raises:
         UsageError: not of this form, or reachable from other machines without `allow_remote`.
@@ -76,7 +76,9 @@ def resolved(host: str, address: str) -> int:
     try:
         return socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][0]
     except (OSError, UnicodeError):
-        raise UsageError(f"address {address!r}: the name {host!r} cannot be resolved; give this machine's") from None
+        raise UsageError(
+            f"address {address!r}: the name {host!r} cannot be resolved; give a name or address of this machine"
+        ) from None
 
 
 class Listener:
@@ -133,7 +135,7 @@ class Listener:
 
 
 def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
-    """Say a line, and hang up when it has been read, or after a second."""
+    """Send a line, and hang up when it has been read, or after a second."""
 
     def end(_reason: str = "") -> None:
         stream.close()
@@ -184,11 +186,11 @@ class Session:
         passed = self.beginning.take(data)
         if self.beginning.stranger:
             self.characters.clear()
-            self.gone(f"speaks {self.beginning.stranger}, as no host does, and was hung up on")
+            self.gone(f"speaks {self.beginning.stranger}, which no host does; connection closed")
             return
         if self.beginning.held:
             self.port.loop.after(HOLD_S, partial(self._pass_on, len(self.beginning.seen)))
-        self.heard(passed)
+        self.receive(passed)
 
     def _acknowledge(self) -> None:
         """Acknowledge what has come, at the end of a turn; an answer that is about to go out does so by itself."""
@@ -198,9 +200,9 @@ class Session:
 
     def _pass_on(self, seen: int) -> None:
         if self.stream.open and len(self.beginning.seen) == seen:  # nothing has come since then
-            self.heard(self.beginning.release())
+            self.receive(self.beginning.release())
 
-    def heard(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> None:
         """Take bytes of the host, none of them held back."""
         self.characters += data
         self.port.pump()
@@ -231,7 +233,7 @@ class Session:
         if ahead:
             self.take(bytes(ahead[:REMAINS]))
             ahead.clear()
-        self.heard(self.beginning.release())
+        self.receive(self.beginning.release())
         self.gone("hung up")
         return True
 
@@ -245,12 +247,12 @@ class Session:
 
     def ended(self) -> None:
         """Take notice that the host sends no more."""
-        self.heard(self.beginning.release())
+        self.receive(self.beginning.release())
         if self.stream.deaf:
             self.gone(self.stream.why)
 
     def detach(self, why: str) -> None:
-        """Disconnect from the line: its answers go to another host, or to nobody."""
+        """Disconnect from the line: its answers go to another host, or are lost."""
         if self.port.session is self:
             self.port.session = None
         if self.attached:
@@ -269,7 +271,7 @@ class TcpPort:
     """A line on a TCP port.
 
     Args:
-        tell: is told when bytes of a host are dropped.
+        tell: called when bytes of a host are dropped.
     """
 
     scheme = "socket"
@@ -285,9 +287,9 @@ class TcpPort:
     ) -> None:
         self.loop, self.line, self.tell = loop, line, tell
         self.session: Session | None = None  # the host that is there
-        self.turns: deque[Session] = deque()  # it, behind those that have left something to be played
+        self.turns: deque[Session] = deque()  # it, after those that have left something to be played
         self.full = self.sending = self.crowded = False
-        self.dropped = 0  # bytes of those who have gone, not told yet
+        self.dropped = 0  # bytes of hosts that have gone, not reported yet
         self.listener = Listener(loop, address, self._accept, allow_remote)
 
     @property
@@ -318,8 +320,8 @@ class TcpPort:
         if self.dropped:
             dropped, self.dropped = self.dropped, 0
             self.tell(
-                f"{self.where}: the host before has left more than the line plays in time; "
-                f"{dropped} bytes of it were dropped, since the next host is here"
+                f"{self.where}: the host before left more than the line plays in time; "
+                f"{dropped} bytes of it were dropped, because the next host is connected"
             )
 
     # --------------------------------------------------------------------------------------------------------- turns
@@ -329,7 +331,7 @@ class TcpPort:
         self.loop.ask(self.pump)
 
     def pump(self) -> None:
-        """Bring to the line what hosts have sent, those of one host behind those of the one before."""
+        """Bring to the line what hosts have sent, those of one host after those of the one before."""
         while self.turns and not self.full:
             host = self.turns[0]
             if not host.begun:

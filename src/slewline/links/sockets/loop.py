@@ -1,6 +1,6 @@
 """The loop: one thread that waits for sockets and descriptors and for the next thing to do, whichever comes first.
 
-Whoever paces virtual time needs to sleep for a part of a millisecond (see `system.py`), which the loops of asyncio
+Pacing virtual time means to sleep for a part of a millisecond (see `system.py`), which the loops of asyncio
 cannot: they wait in epoll, whose sleeps are whole milliseconds.
 """
 
@@ -71,7 +71,7 @@ class Loop:
 
     def _answer(self) -> None:
         self.bell.recv(4096)
-        for _ in range(len(self.asked)):  # what these ask for has its turn behind those who wait for a byte
+        for _ in range(len(self.asked)):  # what these ask for has its turn after descriptors that wait for a byte
             self.asked.popleft()()
 
     # ------------------------------------------------------------------------------------------------------ running

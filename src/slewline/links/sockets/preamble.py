@@ -7,7 +7,7 @@ and no host of a module begins so; the first bytes of a connection are looked at
     HTTP/2             PRI * HTTP/2.0: a method as well
     TLS                16 03 00..04, two bytes, 01: a record with a ClientHello
     SSL 2              80, a byte, 01, the version: a hello of old, which WebRTC still sends
-    STUN, TURN         00 01 or 00 03, two bytes, 21 12 A4 42; behind two bytes of length in ICE over TCP
+    STUN, TURN         00 01 or 00 03, two bytes, 21 12 A4 42; after two bytes of length in ICE over TCP
 
 What may still become one of these is held back until a byte decides.  A carriage return does, for no request line has
 one inside: so the first line of a host is passed on when it is complete, and until then it means nothing to a module.
@@ -15,12 +15,12 @@ In binary a count decides, which is no character of a method.  Of registers, `24
 there, a method begins with a letter, which no request of a register does but 44.
 
 A pause of `HOLD_S` decides, too: a lone byte that does mean something, such as Q, is served all the same, a little
-later.  What comes behind the pause is looked at as before, so a stranger that pauses so long is hung up on when it is
-known, and has passed on what was held.  Line ends that stand alone are passed on at once, for they set the rate of a
-chip that adapts to its host; a request behind them is known.
+later.  What comes after the pause is examined as before, so a stranger that pauses so long is hung up on when it is
+known, and has passed on what was held.  Line ends alone are passed on at once, for they set the rate of a
+chip that adapts to its host; a request after them is known.
 
-What cannot be seen here: a program of this machine that says what a host would say, and whatever a browser may be made
-to send behind a beginning that is none of these.
+What cannot be seen here: a program of this machine that sends what a host would send, and whatever a browser may be
+made to send after a beginning that is none of these.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Greetings:
     """How strangers begin on a port of a kind.
 
     Args:
-        method: what a method of HTTP looks like there, as a regular expression.
+        method: a method of HTTP there, as a regular expression.
     """
 
     def __init__(self, method: str = f"{TOKEN}+") -> None:
@@ -58,7 +58,7 @@ class Greetings:
         self.part = re.compile(rf"(?:{'|'.join(parts)})\Z".encode(), re.DOTALL)
 
     def known(self, seen: bytes) -> str:
-        """Return what somebody speaks who begins so; empty: none of these, or not yet."""
+        """Return the protocol that begins so; empty: none of these, or not yet."""
         return next((name for name, whole in self.whole.items() if whole.match(seen)), "")
 
     def undecided(self, seen: bytes) -> bool:
@@ -105,7 +105,7 @@ class Preamble:
         return b""
 
     def release(self) -> bytes:
-        """Return what is held back, and hold back no more; a stranger that is known later is told all the same."""
+        """Return what is held back, and hold back no more; a stranger that is known later is still reported."""
         self.holding = False
         return self._let_go()
 

@@ -1,7 +1,7 @@
 """A byte stream to the outside: a socket that never blocks, with a bounded queue on the way out.
 
 A reader that does not read costs `QUEUE` bytes of memory and no more: what comes on top is dropped and counted, as a
-serial line drops what nobody picks up.  The other way round, a stream reads only as much as its owner has room for, so
+serial line drops what no host reads.  The other way round, a stream reads only as much as its owner has room for, so
 that a writer without end is held up by its own system.
 """
 
@@ -25,7 +25,7 @@ class SocketStream:
         take: called with what has come in.
         gone: called once, with the reason, when the other side has hung up.
         ended: called when nothing more will come; without it, the other side has hung up then.  With it, bytes still
-            go out, until `finish`; and one who reads no more is still heard to the end.
+            go out, until `finish`; and what a host sends that reads no more is taken to the end.
         room: how many bytes may be read now; at 0 nothing is read until `resume`, or until the queue is sent.
         queue: bytes that may wait for a reader.
     """
@@ -72,7 +72,7 @@ class SocketStream:
             found = self.fetch(room)
         except BlockingIOError:
             return
-        except OSError as error:  # behind the last byte that has come, never before it
+        except OSError as error:  # after the last byte that has come, never before it
             self.why = error.strerror or str(error)
             found = None
         if found is None:
@@ -100,7 +100,7 @@ class SocketStream:
             self._go_on()
 
     def _go_on(self) -> None:
-        """What was read ahead is not told by the system: see to it in another turn."""
+        """What was read ahead is not reported by the system: see to it in another turn."""
         if self.ahead and self.reading:
             self.loop.ask(self._read_on)
 
@@ -125,7 +125,7 @@ class SocketStream:
 
     # ------------------------------------------------------------------------------------------------------- output
     def write(self, data: bytes) -> int:
-        """Send bytes, at the end of this turn; returns how many had to be dropped, because nobody reads."""
+        """Send bytes, at the end of this turn; returns how many had to be dropped, because no host reads."""
         space = self.queue - len(self.outgoing)
         dropped = max(len(data) - space, 0) if self.open and not self.deaf else len(data)
         self.outgoing += data[: len(data) - dropped]

@@ -42,7 +42,7 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
     """The selector of the system, with sleeps of any length.
 
     epoll rounds its sleep up to whole milliseconds.  `select` does not, and can wait for the one descriptor that epoll
-    itself has, whatever number of descriptors lies behind it.
+    itself has, however many descriptors it uses.
     """
 
     rounds = hasattr(selectors, "EpollSelector")
@@ -74,7 +74,7 @@ def bell() -> tuple[socket.socket, socket.socket]:
 
 @contextmanager
 def fine_timer() -> Iterator[None]:
-    """Let sleeps end to the millisecond; Windows looks every 15.6 ms unless it is asked to."""
+    """Let sleeps end to the millisecond; Windows ticks every 15.6 ms unless it is asked to."""
     timer = multimedia()
     if timer is not None:
         timer.timeBeginPeriod(FINE_MS)
@@ -93,7 +93,7 @@ def multimedia() -> Any:
 # ------------------------------------------------------------------------------------------------------- serial ports
 @cache
 def bauds() -> dict[int, int]:
-    """Return the rates of a terminal, by what stands for them in its settings; nothing on Windows."""
+    """Return the rates of a terminal, by their codes in its settings; nothing on Windows."""
     try:
         import termios
     except ImportError:
@@ -152,7 +152,7 @@ def directory(path: os.PathLike[str], system: Any = os) -> Iterator[Callable[[],
     try:
         yield lambda: system.fsync(file)
     finally:
-        with suppress(OSError):  # fsync has told everything that matters
+        with suppress(OSError):  # fsync has reported everything that matters
             system.close(file)
 
 

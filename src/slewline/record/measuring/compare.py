@@ -153,10 +153,12 @@ def compare_edges(
 
     for what, edges in (("model", model), ("measured", measured)):
         if isinstance(edges, str) or len(edges) != 2:
-            raise UsageError(f"{what} {edges!r}: expected times and levels, as bench.edges(...) gives them")
+            raise UsageError(f"{what} {edges!r}: expected times and levels, as bench.edges(...) returns")
         times, levels = edges
         if len(times) != len(levels) or (np.diff(times) <= 0).any():
-            raise UsageError(f"{what}: {len(times)} times and {len(levels)} levels; as many of both, ascending times")
+            raise UsageError(
+                f"{what}: {len(times)} times and {len(levels)} levels; allowed as many of both, times ascending"
+            )
     if shift == "first":
         by = _first(model, measured)
     elif shift == "best":
@@ -165,7 +167,7 @@ def compare_edges(
         try:
             by = moment(shift, negative=True)
         except TimeError as error:
-            raise TimeError(f'shift: {error}; or "first", "best"') from None
+            raise TimeError(f'shift: {error}; allowed also "first", "best"') from None
     pairs = _pairs(model, (measured[0] + by, measured[1]))
     return Comparison(name, model, measured, by, moment(tolerance), pairs)
 
@@ -229,14 +231,14 @@ def _near(model: Edges, measured: Edges, shift: int, reach: float) -> float:
     for level in np.unique(model[1][:PROBED]):
         times = np.concatenate([[-NEVER], model[0][model[1] == level], [NEVER]])
         others = measured[0][measured[1] == level] + shift
-        behind = np.searchsorted(times, others)
-        distance = np.minimum(times[behind] - others, others - times[behind - 1])
+        after = np.searchsorted(times, others)
+        distance = np.minimum(times[after] - others, others - times[after - 1])
         count += float(np.maximum(1 - distance / reach, 0).sum())
     return count
 
 
 def _alike(long: Edges, short: Edges) -> list[int]:
-    """Shifts with which edges at the begin of the second one lie as they do somewhere in the first one."""
+    """Shifts with which edges at the start of the second one are as they are somewhere in the first one."""
     import numpy as np
 
     shifts: list[int] = []

@@ -92,7 +92,7 @@ class Edge(NamedTuple):
         if not pin or rest or not number.isdecimal() or not int(number):
             allowed = ", ".join(CHANGES)
             raise UsageError(
-                f"edge {text!r}: write a pin, how it changes ({allowed}), and which time: 'x.pulse falls 3'"
+                f"edge {text!r}: expected a pin, a change ({allowed}) and a number, as in 'x.pulse falls 3'"
             )
         return cls(pin, change, int(number))
 
@@ -101,14 +101,14 @@ class Edge(NamedTuple):
         import numpy as np
 
         if signal.bus and self.change in ("falls", "rises"):
-            raise UsageError(f"{self.pin} {self.change}: a bus changes, appears or vanishes")
+            raise UsageError(f"{self.pin} {self.change}: a bus only changes, appears or vanishes")
         times = signal.edges(self.change)
         at = int(np.searchsorted(times, after, "left" if include else "right")) + self.number - 1
         return int(times[at]) if at < len(times) else None
 
 
 def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> Spans:
-    """Return begin and end of every interval: (m,) int64, ps; `strict`: none is 0 long, a start behind an end."""
+    """Return start and end of every interval: (m,) int64, ps; `strict`: none is 0 long, a start after an end."""
     import numpy as np
 
     last = np.searchsorted(starts, ends, "left" if strict else "right") - 1
@@ -119,7 +119,7 @@ def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> S
 
 
 def intervals(limit: Limit, signals: Callable[[str], SignalEdges]) -> Spans:
-    """Return begin and end of every interval that a limit is about: (m,) int64, ps.
+    """Return start and end of every interval that a limit is about: (m,) int64, ps.
 
     Args:
         signals: gives what a pin did, by its name on the sheet.
@@ -217,7 +217,7 @@ class Checked:
 
     @classmethod
     def of(cls, chip: str, bound: Bound, begins: NDArray[np.int64], ends: NDArray[np.int64]) -> Checked:
-        """Return what the intervals of a limit, begins and ends (m,) int64 ps, say of it."""
+        """Return what the intervals of a limit, begins and ends (m,) int64 ps, show of it."""
         if not len(begins):
             return cls(chip, bound)
         lasts = ends - begins
@@ -234,7 +234,7 @@ class Checked:
 
     @property
     def kept(self) -> bool | None:
-        """Was it kept?  None: nothing was measured, or the sheet says only what is typical."""
+        """Was it kept?  None: nothing was measured, or the sheet has only what is typical."""
         if self.shortest_ps is None or self.longest_ps is None:
             return None
         return self.bound.kept(self.shortest_ps, self.longest_ps)

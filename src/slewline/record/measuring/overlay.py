@@ -43,7 +43,7 @@ class LevelTrace(Protocol):
 
 
 def checked(over: Mapping[str, Trace] | None) -> Mapping[str, Trace]:
-    """Return what is laid over pins, by their names.
+    """Return what is drawn over pins, by their names.
 
     Raises:
         UsageError: it is something else.
@@ -57,7 +57,7 @@ def checked(over: Mapping[str, Trace] | None) -> Mapping[str, Trace]:
 
 
 def fitting(name: str, bus: bool, trace: Trace | None) -> Trace | None:
-    """Return what is laid over a pin or a bus.
+    """Return what is drawn over a pin or a bus.
 
     Raises:
         UsageError: one of the two is a bus, the other one is not.
@@ -93,34 +93,34 @@ def marked(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray
 
 
 def told(pins: Iterable[tuple[str, LevelTrace, Trace | None]], start: int, stop: int) -> list[str]:
-    """Return a line on how well pins and what is laid over them agree in a window (ps); none without such a pin."""
-    said = [f"{name} {_agreement(model, over, start, stop)}" for name, model, over in pins if over is not None]
-    return [f"Dashed: measured: {'; '.join(said)}"] if said else []
+    """Return a line on how well pins and what is drawn over them agree in a window (ps); none without such a pin."""
+    notes = [f"{name} {_agreement(model, over, start, stop)}" for name, model, over in pins if over is not None]
+    return [f"Dashed: measured: {'; '.join(notes)}"] if notes else []
 
 
 def _agreement(model: LevelTrace, measured: Trace, start: int, stop: int) -> str:
     """How much later measured edges come at most, and how many are missing or extra; an edge outside does not count."""
     start, stop = max(start, measured.since), min(stop, measured.until)
     if stop <= start:
-        return "has no part of this window"
+        return "covers none of this window"
     edges = [
         (each.times_ps[inside], each.levels[inside])
         for each in (model, measured)
         for inside in [(start < each.times_ps) & (each.times_ps < stop)]
     ]
     found = compare_edges(edges[0], edges[1], shift=0, tolerance=measured.tolerance_ps)
-    said = []
+    notes = []
     if len(late := found.late_ps):
         most = int(late[abs(late).argmax()])
         much = duration(rounded(abs(most), 3))
         apart = f"up to {much} {'late' if most > 0 else 'early'}"
-        said.append("agrees" if not most else f"within {much}" if found.greatest_ps <= found.tolerance_ps else apart)
+        notes.append("agrees" if not most else f"within {much}" if found.greatest_ps <= found.tolerance_ps else apart)
     for kind, alone, pairs in (
         ("missing", found.missing, found.pairs[:, 0]),
         ("extra", found.extra, found.pairs[:, 1]),
     ):
-        if len(pairs):  # before the first pair and behind the last one, the other edge may lie outside
+        if len(pairs):  # before the first pair and after the last one, the other edge may lie outside
             alone = alone[(pairs[0] < alone) & (alone < pairs[-1])]
         if len(alone):
-            said.append(f"{len(alone)} edge{'s' * (len(alone) > 1)} {kind}")
-    return ", ".join(said) or ("differs" if len(marked(model, measured, start, stop)) else "agrees")
+            notes.append(f"{len(alone)} edge{'s' * (len(alone) > 1)} {kind}")
+    return ", ".join(notes) or ("differs" if len(marked(model, measured, start, stop)) else "agrees")

@@ -46,11 +46,11 @@ class Readings:
         yield ["time", *map(duration, self.instants_ps), *map(duration, apart)]
         for row in self.rows:
             name = f"{row.name}, {row.unit}" if row.unit else row.name
-            differences = [_told(value, row.bits) if value is not None else "" for value in row.differences]
-            yield [name, *(_told(value, row.bits) for value in row.values), *differences]
+            differences = [_text_of(value, row.bits) if value is not None else "" for value in row.differences]
+            yield [name, *(_text_of(value, row.bits) for value in row.values), *differences]
 
 
-def _told(value: Value, bits: int) -> str:
+def _text_of(value: Value, bits: int) -> str:
     if value is None:
         return "floating" if bits else "–"
     return f"0x{value:02X}" if bits > 1 else number(round(value, 3))

@@ -1,4 +1,4 @@
-"""What stands where in a timing diagram: time in inches, quiet stretches cut short, arrows on lines of their own.
+"""The layout of a timing diagram: time in inches, quiet stretches cut short, arrows on lines of their own.
 
 Nothing is drawn here.  Everything is laid out in inches, from the lower left corner.
 """
@@ -37,7 +37,7 @@ class LaneText(NamedTuple):
 class Lane:
     """A pin or a bus in a diagram, and what was measured of it.
 
-    `pin` is its full name, `label` what stands beside it; `says` tells what a value of a bus means, from the value and
+    `pin` is its full name, `label` the text next to it; `says` returns what a value of a bus means, from the value and
     the instant (ps) at which it ends.
     """
 
@@ -75,7 +75,7 @@ class Diagram:
 
     @property
     def compared(self) -> list[str]:
-        """How well the lanes agree with what is laid over them, in a line; none without such a lane."""
+        """How well the lanes agree with what is drawn over them, in a line; none without such a lane."""
         return told(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
 
 
@@ -134,7 +134,7 @@ class Arrow(NamedTuple):
     first: float
     second: float
     text: str
-    place: float  # the middle of the text, or where it begins beside the arrow
+    place: float  # the middle of the text, or where it begins next to the arrow
     beside: str  # "left", "right", or "" for above it
     row: int
 
@@ -146,7 +146,7 @@ class Arrow(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DiagramLayout:
-    """Where everything stands: the top of the lanes, the foot of each, the arrows, and notes under the title."""
+    """Where everything is: the top of the lanes, the foot of each, the arrows, and notes under the title."""
 
     height: float
     top: float
@@ -212,7 +212,7 @@ def _placed(
 
 
 def _labels(interval: Interval) -> tuple[str, ...]:
-    """What can stand at an arrow, the fullest first: the time, what is printed, whether that is kept."""
+    """What can be written at an arrow, the fullest first: the time, what is printed, whether that is kept."""
     text = f"{interval.symbol} = {duration(interval.ps) if interval.ps else 0}"
     limits = "; ".join(str(bound) for bound in interval.bounds)
     verdict = "" if interval.kept is None else ": kept" if interval.kept else ": violated"

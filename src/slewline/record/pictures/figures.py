@@ -36,7 +36,7 @@ OTHER_HEIGHT, STILL = 1.15, 0.7  # STILL: of velocities that are 0 throughout
 GAP, HEADING, EDGE, BOTTOM, LINE, LETTER = 0.10, 0.27, 0.16, 0.50, 0.165, 0.0665
 MARGIN = 0.006  # of the window, left free at its ends
 LEFT, MAX_LEFT, NARROW_LEFT, BESIDE = 0.92, 1.4, 0.62, 0.1
-NARROW = 6.0  # a picture that is narrower has less beside its panels
+NARROW = 6.0  # a picture that is narrower has less next to its panels
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ def _picture_class() -> type[Figure]:
     from matplotlib.figure import Figure
 
     class Picture(Figure):
-        """A figure that is drawn in our look, whatever the configuration says at that time."""
+        """A figure that is drawn in our look, whatever the configuration is at that time."""
 
         dark = False
         description = ""
@@ -155,7 +155,7 @@ class FigureLayout:
         return max((len(rate_lines.rate_text(names, rate)) for rate, names in named.items()), default=0)
 
     def _names(self) -> list[str] | None:
-        """Names of pins as they stand beside their lanes; None: they do not fit there."""
+        """Names of pins as they are next to their lanes; None: they do not fit there."""
         least, most = (NARROW_LEFT, NARROW_LEFT) if self.narrow else (LEFT, MAX_LEFT)
         for letters in range(int((least - BESIDE) / LETTER), int((most - BESIDE) / LETTER) + 1):
             names = [lanes.wrapped(trace.name, letters) for trace in self.contents.traces]
@@ -324,22 +324,22 @@ def _draw(made: Sequence[Axes], layout: FigureLayout, colours: Palette, whole: b
 
 # ------------------------------------------------------------------------------------------------------ for the blind
 def description_of(picture: Figure) -> str:
-    """Return a sentence or two on what a picture shows, for those who cannot see it."""
+    """Return a sentence or two on what a picture shows, for readers who cannot see it."""
     return str(getattr(picture, "description", ""))
 
 
 def _described(contents: Contents, curves: Sequence[Sequence[TrackCurve]]) -> str:
-    said = [f"{contents.title}, from {duration(contents.start)} to {duration(contents.stop)}."]
+    sentences = [f"{contents.title}, from {duration(contents.start)} to {duration(contents.stop)}."]
     for track in contents.tracks:
         own = [curve for group in curves for curve in group if curve.track is track]
         start, stop = contents.start + track.zero, contents.stop + track.zero
         begun = sum(start <= motion.time_ps <= stop for motion in track.motions)
-        told = [f"{begun} motion{'s' * (begun != 1)}"] if track.motions else []
-        told += [_reach_of(curve) for curve in own if track.part or curve.quantity.name in ("velocity", "position")]
-        said.append(f"{track.name}: {', '.join(told)}.")
+        notes = [f"{begun} motion{'s' * (begun != 1)}"] if track.motions else []
+        notes += [_reach_of(curve) for curve in own if track.part or curve.quantity.name in ("velocity", "position")]
+        sentences.append(f"{track.name}: {', '.join(notes)}.")
     if contents.traces:
-        said.append(f"Pins: {', '.join(trace.name for trace in contents.traces)}.")
-    return " ".join(said)
+        sentences.append(f"Pins: {', '.join(trace.name for trace in contents.traces)}.")
+    return " ".join(sentences)
 
 
 def _reach_of(curve: TrackCurve) -> str:

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-HIGH = 0.6  # of a lane: how much higher a 1 lies than a 0
+HIGH = 0.6  # of a lane: how much higher a 1 is than a 0
 LANE, NAMED_LANE = 0.27, 0.36  # inches; the second with its name above the line
 BYTE_SHARE = 0.03  # of the window: what a byte needs to be written
 APART = 0.009  # of the window: what must lie between two bands
 STRIPES_PER_INCH = 40
 TICK = 0.09  # of a lane: how high a tick is below a stretch in which two traces differ
 MARKS = 2000  # stretches in a row that can be told apart
-MEASURED: Any = (0, (3, 2))  # dashes of what is laid over
+MEASURED: Any = (0, (3, 2))  # dashes of what is drawn over
 
 
 def wrapped(name: str, letters: int) -> str | None:
@@ -41,7 +41,7 @@ def draw_lanes(
     """Draw traces into a panel, the first one on top.
 
     Args:
-        names: what stands beside the lanes; None: the names stand in the panel, each over its lane.
+        names: the names next to the lanes; None: the names are in the panel, each over its lane.
     """
     share = 1.0 if names is not None else LANE / NAMED_LANE
     rows = range(len(traces))
@@ -73,7 +73,7 @@ def _draw_lane(panel: Axes, trace: Trace, axis: TimeAxis, colours: Palette, base
 def _draw_trace(
     panel: Axes, trace: Trace, axis: TimeAxis, colours: Palette, base: float, high: float, over: bool = False
 ) -> None:
-    """Draw what is known of a trace; `over`: as what is laid over another."""
+    """Draw what is known of a trace; `over`: as what is drawn over another."""
     import numpy as np
     from matplotlib.collections import PolyCollection
 
@@ -106,7 +106,7 @@ def _draw_trace(
 
 
 def _stripes(panel: Axes) -> int:
-    """Return how many lines with gaps beside them a panel can show."""
+    """Return how many lines with gaps next to them a panel can show."""
     across = panel.get_position().width * panel.get_figure(root=True).get_figwidth()  # type: ignore[union-attr]
     return min(max(int(STRIPES_PER_INCH * across), 1), outlines.STRIPES)
 
@@ -149,7 +149,7 @@ def _draw_bus(
 ) -> None:
     """Boxes with their bytes, as far as these have room; a line in the middle while nothing drives.
 
-    Of what is laid over, the outlines alone.
+    Of what is drawn over, the outlines alone.
     """
     from matplotlib.collections import PolyCollection
 

@@ -25,7 +25,7 @@ URGENT = {"finding": 0, "limit": 1, "home": 2, "command": 3}
 class Flag:
     """A mark in its place: `at` in units of the time axis; row 0 is the lowest, None: there is no room for its text.
 
-    One that is not `shown` would stand on the text of another.  At the right end a text stands left of its flag.
+    One that is not `shown` would cover the text of another.  At the right end a text is left of its flag.
     """
 
     at: float
@@ -86,7 +86,7 @@ def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, 
     """Draw flags over the first panel, and a line from each down through all of them.
 
     Args:
-        above: how far above the panel the lowest row stands, inches.
+        above: how far above the panel the lowest row is, inches.
     """
     color = {"command": colours.command, "home": colours.home}
     for flag in flags:

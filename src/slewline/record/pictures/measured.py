@@ -6,8 +6,8 @@
       0      1         2    steps       0        1         2    3
 
 All that is known of a measured step is when it began: the velocity is 1 / interval up to the next one, and nothing is
-known before the first step and behind the last one.  An interval in which the direction turns is a rest, and so is one
-that is more than REST times as long as one beside it: no ramp slows down so much from a step to the next.
+known before the first step and after the last one.  An interval in which the direction turns is a rest, and so is one
+that is more than REST times as long as one next to it: no ramp slows down so much from a step to the next.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ def velocity(steps: Steps) -> Measured:
     import numpy as np
 
     lasts = np.diff(steps.times_ps)
-    beside = np.append(lasts, np.iinfo(np.int64).max)  # the last interval has one behind it that is never shorter
-    shortest = np.minimum(beside[1:], np.append(beside[-1], lasts)[:-1])
+    nearby = np.append(lasts, np.iinfo(np.int64).max)  # the last interval has one after it that is never shorter
+    shortest = np.minimum(nearby[1:], np.append(nearby[-1], lasts)[:-1])
     rests = (lasts // REST > shortest) | (steps.directions[1:] != steps.directions[:-1])
     speeds = np.where(rests, 0.0, steps.directions[:-1] * (PS_PER_S / lasts))
     return Measured("velocity", "steps/s", steps.times_ps, np.append(speeds, np.nan))

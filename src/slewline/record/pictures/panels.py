@@ -1,6 +1,6 @@
 """Curves in a picture: quantities of several axes and runs in one panel, over one time axis.
 
-Tracks (tracks.py) of one quantity share a panel, unless one of them would be a flat line beside
+Tracks (tracks.py) of one quantity share a panel, unless one of them would be a flat line next to
 another: then they get panels of their own.
 """
 
@@ -29,7 +29,7 @@ PIECE = 250  # points of such a line, or of the area below it, that are drawn at
 
 
 def curves_of(tracks: Sequence[Track], axis: TimeAxis, columns: int) -> list[list[TrackCurve]]:
-    """Return the curves of each panel: a quantity after the other, and apart what would be flat beside the rest."""
+    """Return the curves of each panel: a quantity after the other, and apart what would be flat next to the rest."""
     kinds: dict[tuple[str, str], list[TrackCurve]] = {}
     for number_, track in enumerate(tracks):
         start, stop = track.window(axis)
@@ -105,7 +105,7 @@ def draw_curves(
     Args:
         height: of the panel, inches.
         named: the numbers of the tracks that the legend names, if it does: lines and colours tell these apart.
-        beside: names of rates stand beside the panel, not over their lines.
+        beside: names of rates are next to the panel, not over their lines.
     """
     for curve in reversed(curves):
         _draw_curve(panel, curve, axis, colours, curve.number in named, filled=len(curves) == 1)
@@ -154,7 +154,7 @@ def _draw_curve(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette
 
 
 def _limits(curves: Sequence[TrackCurve], axis: TimeAxis, above: float) -> tuple[float, float]:
-    """The values at the lower and the upper end of a panel: the curves, the rates beside them, and some room.
+    """The values at the lower and the upper end of a panel: the curves, the rates next to them, and some room.
 
     `above` is the share of the panel that a name over the highest rate takes.
     """
@@ -172,7 +172,7 @@ def _limits(curves: Sequence[TrackCurve], axis: TimeAxis, above: float) -> tuple
 
 
 def _tell_outside(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette, low: float, high: float) -> None:
-    """Tell the value before the first load, if it lies outside the panel."""
+    """Mark the value before the first load, if it is outside the panel."""
     value = float(curve.outline.values[0])
     if curve.rest_before() and not low <= value <= high:
         up = value > high

@@ -21,11 +21,11 @@ QUICK: dict[str, Any] = {"png": {"pil_kwargs": {"compress_level": 3}}}  # a tent
 
 
 def save(figure: Figure, path: str | Path, title: str, description: str, dark: bool = False) -> None:
-    """Write a figure into a file; its suffix says in which form, and an existing file is replaced whole or not at all.
+    """Write a figure into a file; its suffix chooses the form, and an existing file is replaced whole or not at all.
 
     Args:
         title: what the picture is called, as metadata (and to a screen reader, in an SVG).
-        description: a sentence or two on what it shows, for those who cannot see it.
+        description: a sentence or two on what it shows, for readers who cannot see it.
 
     Raises:
         UsageError: an unknown suffix, or a path that cannot be written.
@@ -41,7 +41,7 @@ def save(figure: Figure, path: str | Path, title: str, description: str, dark: b
         buffer = BytesIO()
         figure.savefig(buffer, format=kind, dpi=DPI, metadata=metadata[kind], **QUICK.get(kind, {}))
         data = buffer.getvalue()
-        file.write(compact(_told(data, description)) if kind == "svg" else data)
+        file.write(compact(_described(data, description)) if kind == "svg" else data)
 
 
 def show(figure: Figure) -> None:
@@ -68,7 +68,7 @@ def show(figure: Figure) -> None:
     plt.show()
 
 
-def _told(svg: bytes, description: str) -> bytes:
+def _described(svg: bytes, description: str) -> bytes:
     """An SVG that a screen reader takes for one picture, with its description."""
     svg = svg.replace(b"<svg ", b'<svg role="img" ', 1)
     return svg.replace(b"</title>", b"</title>\n <desc>" + escape(description, quote=False).encode() + b"</desc>", 1)

@@ -32,7 +32,7 @@ class Rate:
 def rates_of(curve: TrackCurve, axis: TimeAxis) -> Iterator[Rate]:
     """Yield the rates that were in force in the window.
 
-    A rate is in force from the begin of its motion until the axis rests or another takes its place.  It is drawn on the
+    A rate is in force from the start of its motion until the axis rests or another takes its place.  It is drawn on the
     side to which it moved.
     """
     import numpy as np
@@ -61,7 +61,7 @@ def rates_of(curve: TrackCurve, axis: TimeAxis) -> Iterator[Rate]:
 def draw_rates(
     panel: Axes, curves: Sequence[TrackCurve], axis: TimeAxis, colours: Palette, height: float, beside: bool
 ) -> None:
-    """Draw a dashed line at each rate while it was in force, its name beside the panel (or over the line)."""
+    """Draw a dashed line at each rate while it was in force, its name next to the panel (or over the line)."""
     import numpy as np
 
     parts: dict[tuple[float, str], list[NDArray[np.int64]]] = {}

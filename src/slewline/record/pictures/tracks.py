@@ -21,11 +21,11 @@ class Track:
         motions: those in the window, with the rates that were in force.
         marks: what happened, findings included.
         phases: stretches with a label, begin and end in ps.
-        ideals: what is laid over the motions, and how far they leave it.
+        ideals: what is drawn over the motions, and how far they leave it.
         zero: the instant of the run that is 0 in the picture, ps.
         since, until: the first and the last instant that is known, ps.
         over: it was measured, and is drawn over the others.
-        words: what parameters mean, by name, as far as that says more.
+        words: what parameters mean, by name, as far as that adds to it.
         part: it is what a part did, not an axis: the heading of its panel names it, unless it shares one.
     """
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     Outline = tuple[NDArray[np.int64], NDArray[np.float64]]
 
-STRIPES = 300  # of a picture, as wide as a line and the gap beside it
+STRIPES = 300  # of a picture, as wide as a line and the gap next to it
 DENSE = 2  # edges in a stripe, above which a trace is a band
 
 

@@ -1,7 +1,7 @@
-"""The recorder: what a net did, kept as it was driven, expanded into edges when somebody asks.
+"""The recorder: what a net did, kept as it was driven, expanded into edges on request.
 
 A net's log is a list of (instant, level or promise) entries, and an entry holds until the next one.  So a million
-steps of an endless move are one entry, and edges are made only of the window that somebody asks for:
+steps of an endless move are one entry, and edges are made only of the window that is asked for:
 
     log      (0, 1)      (5 us, promise of a train)           (9 us, 0)
     net      1111111111111111|_|1|_|1|_|1|_|1|_|1|____________________________
@@ -81,14 +81,14 @@ class EdgeLog(list[tuple[int, Any]]):
 
 
 class TextLog:
-    """What a hook says from now on, with its instants; of one instant the last word."""
+    """The texts of a hook from now on, with their instants; of one instant the last one."""
 
     def __init__(self, kernel: Kernel, hook: Hook[[str]], keep_ps: int | None) -> None:
         self.kernel, self.log = kernel, EdgeLog(keep_ps)
         self.log.append((kernel.now, ""))
-        hook.add(self.told)
+        hook.add(self.note)
 
-    def told(self, text: str) -> None:
+    def note(self, text: str) -> None:
         """Keep a text of this instant."""
         now = self.kernel.now
         if self.log[-1][0] == now:
@@ -97,7 +97,7 @@ class TextLog:
             self.log.append((now, text))
 
     def between(self, start: int, stop: int) -> list[tuple[int, str]]:
-        """Return what was said at start <= t <= stop, in ps."""
+        """Return the texts at start <= t <= stop, in ps."""
         return self.log[bisect_left(self.log, (start,)) : bisect_left(self.log, (stop + 1,))]
 
 
@@ -153,7 +153,7 @@ class Recorder:
 
         Returns:
             Times (n,) int64, ps, ascending; levels after the edges (n,) int8, FLOATING where nothing drives.  On a bus
-                the levels are int16, 0 to 255; a wire of it that nobody drives reads 1, unless nobody drives any.
+                the levels are int16, 0 to 255; an undriven wire of it reads 1, unless none is driven.
 
         Raises:
             NotRecorded: the net is not recorded, or no longer that far back.
@@ -168,7 +168,7 @@ class Recorder:
         return real_edges(*_expanded(probe, log[first:last], start, stop), before)
 
     def each_edge(self, probe: Probe, start: int, stop: int) -> Iterator[tuple[int, int]]:
-        """Yield what `edges` returns one by one, time (ps) and level, for those who want a few of many.
+        """Yield what `edges` returns one by one, time (ps) and level, for a few of many.
 
         Raises:
             NotRecorded, TimeError: as `edges`.
@@ -244,7 +244,7 @@ def _promised(what: Any) -> bool:
 
 
 def _present(net: Net) -> Any:
-    """What a log entry of this instant says: the promise where one driver alone makes the level, else the level."""
+    """The log entry of this instant: the promise where one driver alone makes the level, else the level."""
     driving = [driver for driver in net.drivers if driver.promise is not None or driver.level is not None]
     if len(driving) == 1 and driving[0].promise is not None:
         return driving[0].promise
@@ -256,7 +256,7 @@ def _level(what: Any, ps: int) -> Any:
 
 
 def _code(probe: Probe, level: Any) -> int:
-    """A level as the number that stands in the arrays.  What a promise leaves floating rests on tie and pull."""
+    """A level as a number in the arrays.  What a promise leaves floating rests on tie and pull."""
     net = net_of(probe)
     if level is None:
         level = net.tie if net.tie is not None else net.pull

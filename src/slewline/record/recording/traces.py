@@ -23,8 +23,8 @@ class Trace:
     """What one pin does: edges as Recorder.edges gives them, and the level before the first; a bus shows its bytes.
 
     Args:
-        since, until: what is known of it, ps; nothing is drawn before and behind.
-        tolerance_ps: up to this length a difference from what it is laid over is none.
+        since, until: what is known of it, ps; nothing is drawn before and after.
+        tolerance_ps: up to this length a difference from what it is drawn over is none.
         over: what was measured of the same pin: it is drawn over it, and where they differ is marked.
     """
 
@@ -42,7 +42,7 @@ class Trace:
     def of(cls, name: str, probe: Probe, recorder: Recorder, start: int, stop: int, over: Trace | None = None) -> Trace:
         """Return the trace of a recorded net or pin in a window (ps): as many of its edges as a picture needs.
 
-        If something is laid over it, all of its edges: each may differ.
+        If something is drawn over it, all of its edges: each may differ.
         """
         since, until = max(start, recorder.since(probe)), min(stop, net_of(probe).kernel.seen)
         edges = recorder.edges(probe, since + 1, stop) if over else outlines.edges(recorder, probe, start, stop)

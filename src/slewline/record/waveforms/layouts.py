@@ -1,12 +1,12 @@
-"""Layouts: files beside a waveform that make a viewer show it in order: a chip a group, curves drawn as curves.
+"""Layouts: files next to a waveform that make a viewer show it in order: a chip a group, curves drawn as curves.
 
     weld.vcd       the waveform
     weld.gtkw      for GTKWave: gtkwave weld.gtkw
     weld.sucl      for Surfer: surfer --command-file weld.sucl weld.vcd
 
 For Surfer it is a command file, of documented commands; its state files belong to one version.  A Surfer that does not
-know a command yet says so and goes on.  Names are relative, so that the folder can be moved.  The same run gives the
-same bytes.
+know a command yet reports that and goes on.  Names are relative, so that the folder can be moved.  The same run gives
+the same bytes.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ DIGITS = "abcdefghijklmnop"  # in which Surfer counts the rows
 class ViewerSetup(NamedTuple):
     """What a viewer shows first: from `begin` to `end` in units of the file, with marks (unit, text).
 
-    `scale` is 1, 10 or 100, what stands before ns or us in the timescale: GTKWave counts in these themselves.
+    `scale` is 1, 10 or 100, the number before ns or us in the timescale: GTKWave counts in these themselves.
     """
 
     begin: int
@@ -54,12 +54,12 @@ def layout_paths(path: str | Path) -> tuple[Path, Path]:
     """
     paths = Path(path).with_suffix(".gtkw"), Path(path).with_suffix(".sucl")
     if Path(path) in paths:
-        raise UsageError(f"{path}: the layout beside it would have the same name; end the name in .vcd")
+        raise UsageError(f"{path}: its layout file would have the same name; end the name in .vcd")
     return paths
 
 
 def save_layouts(path: str | Path, variables: Sequence[Variable], view: ViewerSetup) -> None:
-    """Write the layouts of a waveform file beside it.
+    """Write the layouts of a waveform file next to it.
 
     Raises:
         UsageError: a file cannot be written.
@@ -76,7 +76,7 @@ def save_layouts(path: str | Path, variables: Sequence[Variable], view: ViewerSe
 
 # --------------------------------------------------------------------------------------------------------- GTKWave
 def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: ViewerSetup) -> Iterator[str]:
-    """Yield the lines of GTKWave's save file.  It finds the waveform beside the file if it is told the name of both."""
+    """Yield the lines of GTKWave's save file.  It finds the waveform if the file names both."""
     span = max(view.end - view.begin, 1) * view.scale
     marks = [(at, ascii_of(text)) for at, text in view.marks][: len(LETTERS)]
     instants = [str(at * view.scale) for at, _ in marks] + ["-1"] * (len(LETTERS) - len(marks))
@@ -95,12 +95,12 @@ def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: Vie
 
 
 def _whose(scope: str, one_chip: bool) -> str:
-    """What stands before the names of a group, so that no two rows read alike: "axis2", "x", "x axis2" or nothing."""
+    """What precedes the names of a group, so that no two rows read alike: "axis2", "x", "x axis2" or nothing."""
     return (scope.partition(".")[2] if one_chip else scope).replace(".", " ")
 
 
 def _gtkwave_row(row: ViewerRow, whose: str) -> Iterator[str]:
-    """A row; GTKWave shows the last part of its name, or what stands in +{}."""
+    """A row; GTKWave shows the last part of its name, or the text in +{}."""
     first = row.variables[0]
     alias = f"+{{{whose} {row.name.rpartition('.')[2]}}} " if whose else ""
     if first.kind == "real":

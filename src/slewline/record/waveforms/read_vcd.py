@@ -17,9 +17,9 @@ from .vcd_changes import Changes
 from .vcd_header import FilePlace, Header, read_header
 from .waveforms import Waveforms
 
-BLOCK = 1 << 20  # bytes: what the words of a block take beside it fits into a processor's cache
+BLOCK = 1 << 20  # bytes: this and the words of a block fit into a processor's cache
 LONGEST, WORD = 1 << 28, 1 << 24  # bytes of declarations, of millions of variables; of a word, of a wide vector
-CUT_OFF = "it was cut off; read_vcd(..., torn=True) reads what stands before"
+CUT_OFF = "it was cut off; read_vcd(..., torn=True) reads what is before the cut"
 FORMATS = {  # how files begin that are often taken for a VCD file
     b"\x1f\x8b": "compressed (gzip); unpack it with gunzip",
     b"BZh": "compressed (bzip2); unpack it with bunzip2",
@@ -43,7 +43,7 @@ def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = Fa
 
     Args:
         timescale: the unit of the times in a file that does not state one.
-        torn: read a file that was cut off as far as it goes: what stands behind its last end of line is left out.
+        torn: read a file that was cut off as far as it goes: what follows its last end of line is left out.
 
     Raises:
         UsageError: the file cannot be opened, or `timescale` is missing or contradicts the file.
@@ -69,7 +69,7 @@ def _read(path: str, file: BufferedReader, unit: int | None, torn: bool) -> tupl
     while more:
         block = file.read(BLOCK)
         more, block = bool(block), rest + block
-        end = max(block.rfind(b"\n"), block.rfind(b" ") if more else -1) + 1  # what stands behind may go on
+        end = max(block.rfind(b"\n"), block.rfind(b" ") if more else -1) + 1  # what follows may go on
         taken = changes.feed(FilePlace(path, block[:end], lines)) if end else 0
         lines, rest = lines + block.count(b"\n", 0, taken), block[taken:]
         if len(rest) > WORD:
@@ -79,7 +79,7 @@ def _read(path: str, file: BufferedReader, unit: int | None, torn: bool) -> tupl
     if rest.strip() and not torn:
         raise FilePlace(path, rest, lines).error(
             len(rest) - len(rest.lstrip()),
-            f"the file ends before this does: {CUT_OFF}",
+            f"the file ends within this: {CUT_OFF}",
         )
     return header, changes
 
@@ -91,10 +91,10 @@ def _head(path: str, file: BufferedReader) -> bytes:
         raise WaveformError(f"{path}: is empty; nothing was written, or the writer has not finished")
     for begin, what in FORMATS.items():
         if head.startswith(begin):
-            raise WaveformError(f"{path}: no VCD file: {what}")
+            raise WaveformError(f"{path}: not a VCD file: {what}")
     first = bytes(head[: head.find(b"\n")])
     if b"," in first and b"$" not in first:
-        raise WaveformError(f"{path}: no VCD file: its first line is that of a table (CSV); export VCD instead")
+        raise WaveformError(f"{path}: not a VCD file: its first line is that of a table (CSV); export VCD instead")
     seen = 0
     while _DEFINED.search(head, seen) is None and (more := file.read(BLOCK)):
         seen = max(len(head) - 100, 0)
@@ -106,7 +106,7 @@ def _head(path: str, file: BufferedReader) -> bytes:
 
 def _unit(path: str, stated: Fraction | None, given: int | None) -> Fraction:
     if stated is None and given is None:
-        raise UsageError(f"{path}: states no $timescale; say what its times count: read_vcd(..., timescale='1 ns')")
+        raise UsageError(f"{path}: has no $timescale; give the unit of its times: read_vcd(..., timescale='1 ns')")
     if stated is not None and given not in (None, stated):
-        raise UsageError(f"{path}: its $timescale says {stated} ps, not {given} ps; leave `timescale` away")
+        raise UsageError(f"{path}: its $timescale is {stated} ps, not {given} ps; leave out `timescale`")
     return stated if stated is not None else Fraction(given or 1)

@@ -4,14 +4,14 @@ r"""Value change dumps (IEEE 1364), for GTKWave, PulseView, Surfer and their lik
     0!                     one wire: level and identifier
     b1010 "                a bus as a whole
     r5978.26 #             a real: a velocity
-    sP\x20300 $            a string: the command in work
+    sP\x20300 $            a string: the command in progress
 
 Times are rounded down to the timescale.  Of several changes of a variable inside one unit the last one counts; a glitch
-that is over within its unit is not in the file, and is counted as lost.  Changes of one instant stand under one time.
+that is over within its unit is not in the file, and is counted as lost.  Changes of one instant are under one time.
 The same run gives the same bytes, whether written at once or in parts.
 
 A file of wires is read by everybody.  libsigrok 0.5.2 refuses a file with a bus in it, so a bus is written as its
-wires unless somebody asks for it; it skips reals in silence and strings with a warning each.
+wires unless the user asks for it; it skips reals in silence and strings with a warning each.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ class VcdStream:
         timescale: one of TIMESCALES.
         start: ps; None: now.
         buses: "bits": a bus as its wires; "whole": as one variable; "both".
-        values: what stands in the file beside the nets: quantities and texts.
-        comments: said at the head of the file.
+        values: what is in the file besides the nets: quantities and texts.
+        comments: written at the head of the file.
 
     Raises:
         UsageError: an unknown timescale, no nets, names that do not fit a VCD file, or a path that cannot be written.
@@ -233,7 +233,7 @@ def write_vcd(
     are those of VcdStream.
 
     Returns:
-        The stream, closed: `lost` says how many changes the timescale hides.
+        The stream, closed: `lost` counts the changes the timescale hides.
 
     Raises:
         UsageError: the window ends before it begins.
@@ -323,7 +323,7 @@ def _header(variables: Iterable[Variable], names: Iterable[str], timescale: str,
                 raise UsageError(f"{name!r}: {scope!r} is the name of a variable in the file and cannot be a scope too")
         if not all(part and part.isascii() and part.isprintable() and " " not in part for part in (*scopes, last)):
             raise UsageError(
-                f"{name!r}: no name for a VCD file; use printable ASCII without blanks, dots between scopes"
+                f"{name!r}: not a name for a VCD file; use printable ASCII without blanks, dots between scopes"
             )
         if last in level:
             what = "scope" if isinstance(level[last], dict) else "variable"

@@ -5,7 +5,7 @@
     b1010 "          value and identifier, as two words; r and s likewise
 
 A file is a row of words; lines are a habit.  So the words of a block are found first, then sorted into kinds by their
-first character.  The word behind a b, an r or an s is an identifier, whatever it begins with; and of several words in
+first character.  The word after a b, an r or an s is an identifier, whatever it begins with; and of several words in
 succession that begin like values every second one is an identifier.
 """
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-BEFORE = -1  # the time of what stands before the first time
+BEFORE = -1  # the time of what precedes the first time
 KEYWORDS = frozenset((b"$dumpvars", b"$dumpall", b"$dumpon", b"$dumpoff", b"$end", b"$vcdclose"))
 CONTROLS = bytes({*range(32), 127} - set(b"\t\n\v\f\r"))
 ESCAPES = {"t": "\t", "n": "\n", "r": "\r", "\\": "\\"}
@@ -67,7 +67,7 @@ class Changes:
         self._dtype: Any = np.int8 if widest < 8 else np.int16 if widest < 16 else np.int64
         self._index: Any = np.uint16 if len(self.order) < 1 << 16 else np.int64  # of two bytes: sorted by radix
         self._parts: list[list[tuple[Any, Any, Any]]] = [[], [], []]  # of each kind: times, variables, values
-        self.begin: int | None = None  # the first time in the file, 0 if something stands before it
+        self.begin: int | None = None  # the first time in the file, 0 if something precedes it
         self.end = BEFORE  # the last one so far
 
     # --------------------------------------------------------------------------------------------------- one block
@@ -169,8 +169,8 @@ class Changes:
         if len(wrong):
             number = where[wrong[0]]
             name = words[number][int(scalar[wrong[0]]) :]
-            what = f"identifier {quoted(name)} is not declared" if name else "a level without its identifier"
-            raise words.error(number, f"{what}; it stands behind BITS in a $var")
+            what = f"identifier {quoted(name)} is not declared" if name else "a level has no identifier"
+            raise words.error(number, f"{what}; a $var has it after BITS")
         return self._by_key[found].astype(self._index)
 
     def _bits(
@@ -244,7 +244,7 @@ def _without_comments(place: FilePlace) -> tuple[bytes, int]:
 
 
 def _unescaped(text: bytes) -> str:
-    r"""A string value: blanks and the like stand in it as \x20, \040, \t, \n, \r or \\."""
+    r"""A string value: blanks and the like are written as \x20, \040, \t, \n, \r or \\."""
 
     def plain(match: re.Match[str]) -> str:
         code = match[1]

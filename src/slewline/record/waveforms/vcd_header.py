@@ -113,7 +113,7 @@ def _declare(header: Header, keyword: bytes, words: list[str]) -> None:
         header.scopes.append(words[-1] if len(words) > 1 else "")
     elif keyword == b"$upscope":
         if not header.scopes:
-            raise ValueError("$upscope without a $scope that is open")
+            raise ValueError("$upscope without an open $scope")
         header.scopes.pop()
     elif keyword == b"$timescale":
         unit = _unit(" ".join(words))
@@ -142,10 +142,10 @@ def _add(header: Header, words: list[str]) -> None:
         raise ValueError(f"{width} bits; allowed 1 to {WIDEST}")
     variable, identifier = DeclaredVariable(kind, width), words[2].encode()
     if header.variables.setdefault(identifier, variable) != variable:
-        raise ValueError(f"identifier {words[2]!r} is declared a second time, as something else")
+        raise ValueError(f"identifier {words[2]!r} is declared again, with another type or width")
     name, bits = " ".join(words[3:]), ""
     match = _RANGE.fullmatch(name)
-    if match is not None and ":" in match[2]:  # a range says no more than the width
+    if match is not None and ":" in match[2]:  # a range adds nothing to the width
         name, bits = match[1], match[2]
     elif match is not None:  # which bit it is
         name = match[1] + match[2]

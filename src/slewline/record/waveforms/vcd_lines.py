@@ -2,7 +2,7 @@
 
 Every change is one number, time and code in one, so that one sort puts all in order; digits come out of a table four
 at a time; the lines of a chunk are one matrix of bytes, from which a mask cuts what is not needed (a time that was
-said already, the padding of short values).
+written already, the padding of short values).
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def _put_times(rows: NDArray[np.uint8], units: NDArray[np.int64], digits: int) -
 
 @cache
 def _digits(count: int, sign: str = "") -> NDArray[np.uint32]:
-    """The numbers of `count` digits behind a sign, as words of four characters: (10**count,) uint32."""
+    """The numbers of `count` digits after a sign, as words of four characters: (10**count,) uint32."""
     import numpy as np
 
     numbers = [f"{number:0{count}d}" if count else "" for number in range(10**count)]

@@ -1,4 +1,4 @@
-"""What stands in a value change dump: variables, and the sources from which their changes come.
+"""What a value change dump has: variables, and the sources from which their changes come.
 
 A source is expanded once a chunk and may feed several variables: a bus feeds its wires.
 
@@ -33,7 +33,7 @@ BUSES = ("bits", "whole", "both")
 class Variable(NamedTuple):
     """A variable of the file.  Dots in the name make scopes.  A wire of a bus knows the name of that.
 
-    Of several values within a unit of time the last one counts; `all` of a string's stand there together.
+    Of several values within a unit of time the last one counts; `all` of a string's are written together.
     """
 
     name: str
@@ -147,15 +147,15 @@ class TextSource:
 
     def values_at(self, ps: int) -> list[str]:
         """Return the last text at an instant (ps)."""
-        told = self.texts(0, ps)
-        return [told[-1][1] if told else ""]
+        texts = self.texts(0, ps)
+        return [texts[-1][1] if texts else ""]
 
     def changes(self, start: int, stop: int) -> Changes:
         """Return every text at start <= t <= stop (ps)."""
         import numpy as np
 
-        told = self.texts(start, stop)
-        return np.array([ps for ps, _ in told], np.int64), [text for _, text in told]
+        texts = self.texts(start, stop)
+        return np.array([ps for ps, _ in texts], np.int64), [text for _, text in texts]
 
     def split(self, values: list[str]) -> list[NDArray[Any]]:
         """Return the texts as they are."""

@@ -60,11 +60,11 @@ class WordBounds:
             raise self.error(number, f"{quoted(self[number])}; a time is # and 1 to {MAX_DIGITS} digits")
         return out
 
-    def keys(self, where: NDArray[np.intp], behind: NDArray[np.bool_], long: dict[bytes, int]) -> NDArray[np.uint64]:
-        """Return identifiers as numbers; `behind` says of which words they begin with the second character."""
+    def keys(self, where: NDArray[np.intp], prefixed: NDArray[np.bool_], long: dict[bytes, int]) -> NDArray[np.uint64]:
+        """Return identifiers as numbers; those of `prefixed` words begin with the second character."""
         import numpy as np
 
-        begins, ends = self.begins[where] + behind, self.ends[where]
+        begins, ends = self.begins[where] + prefixed, self.ends[where]
         lengths = ends - begins
         longest = int(lengths.max())
         last = len(self.letters) - 1
@@ -80,7 +80,7 @@ class WordBounds:
     def vectors(self, where: NDArray[np.intp], widths: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
         """Return the values of words such as b10z1, and which of the words have more bits than they may.
 
-        A bit that floats beside others that do not reads 1.  A value that is wider than MAX_BITS is UNKNOWN.
+        A bit that floats while others do not reads 1.  A value that is wider than MAX_BITS is UNKNOWN.
         """
         import numpy as np
 

@@ -29,7 +29,7 @@ LISTED = 12  # names in a message
 
 
 class Signal(NamedTuple):
-    """One signal: what it is, its level at the begin, and its edges: times (n,) int64 ps and levels (n,)."""
+    """One signal: what it is, its level at the start, and its edges: times (n,) int64 ps and levels (n,)."""
 
     variable: DeclaredVariable
     level: Any
@@ -41,9 +41,9 @@ class Waveforms:
     """The signals of a waveform file; made by `slewline.read_vcd`.
 
     Names are those of the file, scopes before them: "x.slew".  The last part is enough where only one name ends so.
-    "x.db" stands also for x.db0, x.db1 ..., or x.db[0], x.db[1] ..., taken together, bit 0 the lowest.
+    "x.db" also means x.db0, x.db1 ..., or x.db[0], x.db[1] ..., taken together, bit 0 the lowest.
 
-    Levels are 0 and 1, of a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A wire of a bus that floats beside
+    Levels are 0 and 1, of a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A wire of a bus that floats among
     others that do not reads 1.
     """
 
@@ -116,7 +116,7 @@ class Waveforms:
         """Return the value of a signal at an instant, changes at that instant included; after the end the last one.
 
         Raises:
-            NotRecorded: the instant lies before the recording.
+            NotRecorded: the instant is before the recording.
         """
         import numpy as np
 
@@ -129,12 +129,12 @@ class Waveforms:
         return value.item() if isinstance(value, np.generic) else value
 
     def trace(self, signal: str, name: str | None = None, shift: Time = 0, *, tolerance: Time | None = None) -> Trace:
-        """Return a signal as a trace of a picture, beside the pins of a bench or over one of them.
+        """Return a signal as a trace of a picture, next to the pins of a bench or over one of them.
 
         Args:
             name: what it is called there; the signal's own name without scopes by default.
             shift: added to its times, to lay it over another recording; may be negative.
-            tolerance: laid over a pin, up to this length a difference is not marked; by default the unit of the file's
+            tolerance: drawn over a pin, up to this length a difference is not marked; by default the unit of the file's
                 times, to which they are rounded.
         """
         import numpy as np
@@ -156,7 +156,7 @@ class Waveforms:
 
         Args:
             pulse: a step begins with each of its edges of that kind.
-            direction: its level at that instant says where to; all steps go forward without it.
+            direction: its level at that instant is the direction; without it, all steps go forward.
             edge: "falling" or "rising".
             forward: the level of `direction` at which positions go up.
             position: before the first step.
@@ -185,13 +185,13 @@ class Waveforms:
     def _wire(self, name: str) -> Signal:
         found = self._readable(name)
         if found.variable != DeclaredVariable("bits", 1):
-            raise UsageError(f"{name} has {self.width(name)} bits; one of them is a signal of its own, such as {name}0")
+            raise UsageError(f"{name} has {self.width(name)} bits; name one of them, such as {name}0")
         return found
 
     def _readable(self, name: str) -> Signal:
         found = self._find(name)
         if found.variable.kind == "bits" and found.variable.width > MAX_BITS:
-            raise UsageError(f"{name} has {found.variable.width} bits; allowed {MAX_BITS}, write it in parts")
+            raise UsageError(f"{name} has {found.variable.width} bits; allowed {MAX_BITS}; write it in parts")
         return found
 
     def _find(self, name: str) -> Signal:
@@ -202,7 +202,7 @@ class Waveforms:
         if len({id(self._signals[end]) for end in ends}) == 1:
             return self._signals[ends[0]]
         if len(ends) > 1:
-            raise UnknownName(f"{self.path}: {name!r} is the end of several names: {_listed(ends)}")
+            raise UnknownName(f"{self.path}: {name!r} matches the end of several names: {_listed(ends)}")
         bits = self._bits(name)
         if not bits:
             near = hint(name, self.names) or hint(name, [known.rpartition(".")[2] for known in self.names])
