@@ -8,7 +8,7 @@ from random import Random
 import pytest
 from promises import Early
 
-from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear, SquareView
+from slewline.chips.mc1451a.profiles.cycle_train import CycleTrain, Linear, SquareView
 from slewline.core.motion.step_views import PulseView, StrobeView
 from slewline.core.motion.train import OPEN, Playing, StepTrain, TrainEdges
 from slewline.core.time.timebase import Clock

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import slewline
 from slewline.bench.scripts.script import run_script
 from slewline.chips import PARTS, sheet_of
-from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear
+from slewline.chips.mc1451a.profiles.cycle_train import CycleTrain, Linear
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.quantity import Outline, Position, Quantity, Velocity, column_edges
 from slewline.core.motion.train import Playing, StepTrain

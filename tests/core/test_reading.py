@@ -7,8 +7,8 @@ from random import Random
 
 import pytest
 
-from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear, SquareView
-from slewline.chips.mc1451a.pin_edges import PinEdges
+from slewline.chips.mc1451a.axis.pin_edges import PinEdges
+from slewline.chips.mc1451a.profiles.cycle_train import CycleTrain, Linear, SquareView
 from slewline.core.datasheet.table import Pin
 from slewline.core.motion.step_views import PulseView
 from slewline.core.motion.train import OPEN, Playing, StepTrain

@@ -8,7 +8,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.chips.mc1451a.pin_edges import PinEdges
+from slewline.chips.mc1451a.axis.pin_edges import PinEdges
 from slewline.core.motion.step_views import PulseView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.kernel import Kernel

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slewline.chips.mc1451a.curves import SCurve
-from slewline.chips.mc1451a.profile import UNIT, CycleRun, MoveLimits, Phases, s_curve, trapezoid
+from slewline.chips.mc1451a.profiles.curves import SCurve
+from slewline.chips.mc1451a.profiles.profile import UNIT, CycleRun, MoveLimits, Phases, s_curve, trapezoid
 from slewline.chips.mc1451a.twin.profile import TwinSCurve as Twin
 
 ONE = 1 << 16

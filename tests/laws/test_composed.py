@@ -11,8 +11,8 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear, SquareView
-from slewline.chips.mc1451a.pin_edges import PinEdges
+from slewline.chips.mc1451a.axis.pin_edges import PinEdges
+from slewline.chips.mc1451a.profiles.cycle_train import CycleTrain, Linear, SquareView
 from slewline.core.motion.step_views import PulseView, StrobeView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.timebase import Clock

@@ -7,7 +7,7 @@ from random import Random
 import pytest
 from ruckig import InputParameter, Ruckig, RuckigError, Trajectory
 
-from slewline.chips.mc1451a.profile import UNIT, Phases, s_curve
+from slewline.chips.mc1451a.profiles.profile import UNIT, Phases, s_curve
 
 from .mc_moves import ONE, Worst, check_curve, check_moves, check_retargets, compare_with_twin, random_curve
 

@@ -9,9 +9,9 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.chips.mc1451a.curves import PLACES, JerkPiece, SCurve
-from slewline.chips.mc1451a.cycle_train import CycleTrain, Linear, SquareView
-from slewline.chips.mc1451a.pin_edges import PinEdges
+from slewline.chips.mc1451a.axis.pin_edges import PinEdges
+from slewline.chips.mc1451a.profiles.curves import PLACES, JerkPiece, SCurve
+from slewline.chips.mc1451a.profiles.cycle_train import CycleTrain, Linear, SquareView
 from slewline.core.motion.step_views import PulseView, StrobeView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.kernel import Kernel

@@ -12,7 +12,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.chips.mc1451a.pin_edges import PinEdges
+from slewline.chips.mc1451a.axis.pin_edges import PinEdges
 from slewline.core.time.kernel import Kernel
 from slewline.core.wires.clocking import ClockEdges
 from slewline.parts.shafts.carriage import Carriage

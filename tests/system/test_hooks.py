@@ -14,7 +14,7 @@ import pytest
 
 import slewline
 from slewline.bench.scripts.script import run_script
-from slewline.chips.mc1451a.pin_edges import PinEdges
+from slewline.chips.mc1451a.axis.pin_edges import PinEdges
 from slewline.core.time.hook import Hook
 from slewline.errors import StoreError
 from slewline.links.lines.store import FileStore

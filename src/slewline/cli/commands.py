@@ -7,9 +7,20 @@ from typing import Any
 
 import click
 
-from . import completion
-from .kinds import CommandGroup, CommandWithGuide
-from .options import DIRECTORY, FILE, Drive, Frequency, Names, PartName, SettingText, Strap, TimeWithUnit, look_here
+from .options import completion
+from .options.kinds import CommandGroup, CommandWithGuide
+from .options.values import (
+    DIRECTORY,
+    FILE,
+    Drive,
+    Frequency,
+    Names,
+    PartName,
+    SettingText,
+    Strap,
+    TimeWithUnit,
+    look_here,
+)
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
 path = partial(click.option, metavar="F", type=FILE)

@@ -10,7 +10,7 @@ from cy500 import FULL, HALF, MS, US, Rig500, made
 import slewline
 from slewline.bench.ramps import find_ramps
 from slewline.chips import sheet_of
-from slewline.chips.cy5xx.slope import Law
+from slewline.chips.cy5xx.stepping.slope import Law
 from slewline.chips.cy500 import profile
 from slewline.chips.cy500.sheet import PERIODS
 from slewline.core.motion.plan import steps as steps_of

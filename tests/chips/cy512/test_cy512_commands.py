@@ -10,7 +10,7 @@ import slewline
 from slewline.chips import PARTS, sheet_of
 from slewline.chips.cy5xx.letters import MEANS, exchanged
 from slewline.chips.cy5xx.sheet import HALF_STEPS
-from slewline.chips.cy5xx.sloped import half_steps
+from slewline.chips.cy5xx.stepping.sloped import half_steps
 from tests.chips.conftest import Rig
 
 SET = "R 255\rS 0\rF 1\rN 1\rA\r"

@@ -12,8 +12,8 @@ import slewline
 from slewline.chips.cy5xx import firmware as family
 from slewline.chips.cy5xx.firmware import Cy5xx
 from slewline.chips.cy5xx.instructions import Instructions
-from slewline.chips.cy5xx.motion import Motion
 from slewline.chips.cy5xx.sheet import PHASES
+from slewline.chips.cy5xx.stepping.motion import Motion
 from slewline.chips.cy5xx.supply import PowerUp
 from slewline.chips.cy525 import firmware
 from slewline.chips.cy525.sheet import SHEET
@@ -175,7 +175,7 @@ def test_ready_has_one_writer():
             text = path.read_text("utf-8")
             if any(word in text for word in (".ready.drive", ".ready.wave", ".ready.play", 'drivers["ready"]')):
                 writers.add(f"{path.parent.name}/{path.name}")
-    assert writers == {"cy5xx/port.py"}
+    assert writers == {"cy5xx/interfaces/port.py"}
 
 
 def test_the_family_takes_nothing_of_a_sheet_at_module_level():

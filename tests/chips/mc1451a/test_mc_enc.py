@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from slewline.chips.mc1451a.enc import FilteredInput, QuadratureCounter
+from slewline.chips.mc1451a.axis.enc import FilteredInput, QuadratureCounter
 from slewline.core.datasheet.table import Pin
 from slewline.core.motion.step_views import PulseView
 from slewline.core.motion.train import OPEN, Playing, StepTrain

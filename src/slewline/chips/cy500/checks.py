@@ -10,7 +10,7 @@ from ...core.motion.plan import steps
 from ...language.lint import Check
 from ...language.statements import Source, Statement
 from ..cy5xx.checks import Odd, judged, written_for
-from ..cy5xx.slope import Law
+from ..cy5xx.stepping.slope import Law
 from .sheet import PERIODS
 
 TURNS = ("CW", "CCW")

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from ...core.motion.plan import steps
-from ..cy5xx import instructions, sloped
+from ..cy5xx import instructions
 from ..cy5xx.program import Moves
-from ..cy5xx.slope import Law
+from ..cy5xx.stepping import sloped
+from ..cy5xx.stepping.slope import Law
 
 TURNS = ("CW", "CCW")
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from ...core.motion.plan import Plan, head, mirrored, plan, steps
 from ...core.motion.train import OPEN
-from ..cy5xx.slope import Law
+from ..cy5xx.stepping.slope import Law
 
 
 def move(number: int, rate: int, slope: int, factor: int, law: Law) -> Plan:

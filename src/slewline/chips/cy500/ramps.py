@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...core.datasheet.table import Sheet
 from ...language.ramps import Calculator
 from ..cy5xx.ramps import SlopeRamps
-from ..cy5xx.slope import Law
+from ..cy5xx.stepping.slope import Law
 from .profile import move
 from .sheet import PERIODS
 

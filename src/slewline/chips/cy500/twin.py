@@ -10,7 +10,7 @@ from typing import Any
 from ...core.motion.ideal import Ideal
 from ...core.motion.motions import MotionParameters
 from ...core.motion.train import OPEN
-from ..cy5xx.twin import DOWN, SLEW, SlopeStepwise, TwinStep
+from ..cy5xx.stepping.twin import DOWN, SLEW, SlopeStepwise, TwinStep
 from .instructions import Registers
 
 

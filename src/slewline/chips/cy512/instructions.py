@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..cy5xx import instructions, sloped
+from ..cy5xx import instructions
+from ..cy5xx.stepping import sloped
 from . import sheet
 
 

@@ -16,8 +16,8 @@ from typing import Any
 from ...core.motion.motions import MotionParameters
 from ...core.motion.plan import Plan, mirrored, plan, tail
 from ...core.wires.net import Net
-from ..cy5xx import sloped
-from ..cy5xx.motion import STOP, Within
+from ..cy5xx.stepping import sloped
+from ..cy5xx.stepping.motion import STOP, Within
 from . import profile
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from ...core.motion.plan import Plan, mirrored, plan, steps
-from ..cy5xx.slope import Law
+from ..cy5xx.stepping.slope import Law
 from . import sheet
 
 LAW = Law(sheet.PERIODS)

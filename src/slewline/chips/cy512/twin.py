@@ -6,7 +6,7 @@ from collections import deque
 from typing import Any
 
 from ...core.wires.waits import first_of
-from ..cy5xx.twin import CRAWL, DOWN, SLEW, SlopeStepwise, TwinStep
+from ..cy5xx.stepping.twin import CRAWL, DOWN, SLEW, SlopeStepwise, TwinStep
 
 
 class Stepwise(SlopeStepwise):

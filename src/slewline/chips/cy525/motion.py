@@ -12,8 +12,8 @@ from ...core.motion.ideal import Ideal
 from ...core.motion.motions import MotionParameters
 from ...core.motion.plan import Plan, Runs, head, mirrored, steps, tail
 from ...core.wires.net import Net, Wave
-from ..cy5xx import motion
-from ..cy5xx.motion import STOP
+from ..cy5xx.stepping import motion
+from ..cy5xx.stepping.motion import STOP
 from . import profile, sheet
 from .ideal import at_start
 from .instructions import Registers

@@ -13,8 +13,8 @@ from typing import cast
 from ...core.motion.ideal import Ideal
 from ...core.motion.motions import MotionParameters
 from ...core.wires.net import Wave
-from ..cy5xx import twin
-from ..cy5xx.twin import CRAWL, DOWN, SAME, SLEW, UP, TwinStep
+from ..cy5xx.stepping import twin
+from ..cy5xx.stepping.twin import CRAWL, DOWN, SAME, SLEW, UP, TwinStep
 from . import sheet
 from .ideal import at_start
 from .instructions import Registers

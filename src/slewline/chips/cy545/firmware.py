@@ -19,21 +19,21 @@ from ...core.time.kernel import Kernel
 from ..cy5xx.crystal import check_crystal, clocks
 from ..cy5xx.supply import PowerUp, Supplied, Supply
 from . import sheet
-from .arbiter import InputArbiter
-from .display import Display
-from .home import Home
 from .instructions import Instructions
+from .interfaces.arbiter import InputArbiter
+from .interfaces.display import Display
+from .interfaces.local_bus import LocalBus
+from .interfaces.port import ParallelPort
+from .interfaces.serial_side import SerialSide
+from .interfaces.user_bits import UserBits
 from .interpreter import Interpreter
-from .jog import Jog
-from .local_bus import LocalBus
-from .motion import Motion
-from .port import ParallelPort
 from .profile import law_of
 from .program import Program
 from .registers import Registers
-from .serial_side import SerialSide
-from .steps import StepOutputs
-from .user_bits import UserBits
+from .stepping.home import Home
+from .stepping.jog import Jog
+from .stepping.motion import Motion
+from .stepping.steps import StepOutputs
 
 if TYPE_CHECKING:
     from ..cy5xx.program import Moves

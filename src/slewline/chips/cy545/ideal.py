@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from ...core.motion.ideal import Ideal
 from ...core.motion.motions import MotionParameters
-from ..cy5xx.units import pieces
+from ..cy5xx.stepping.units import pieces
 from . import sheet
 from .profile import Law
 

@@ -12,13 +12,13 @@ from . import sheet
 if TYPE_CHECKING:
     from ...core.context import ChipContext
     from ..cy5xx.program import Moves
-    from .display import Display
-    from .home import Home
-    from .local_bus import LocalBus
+    from .interfaces.display import Display
+    from .interfaces.local_bus import LocalBus
+    from .interfaces.user_bits import UserBits
     from .program import Program
     from .registers import Registers
+    from .stepping.home import Home
     from .twin import Homewise
-    from .user_bits import UserBits
 
 
 class Instructions(instructions.ParameterHandlers):

@@ -19,12 +19,12 @@ from . import sheet
 
 if TYPE_CHECKING:
     from ...core.context import ChipContext
-    from .arbiter import InputArbiter
     from .instructions import Instructions
-    from .jog import Jog
-    from .local_bus import LocalBus
+    from .interfaces.arbiter import InputArbiter
+    from .interfaces.local_bus import LocalBus
     from .program import Program
     from .registers import Registers
+    from .stepping.jog import Jog
 
 ERASED = 0xFF  # a byte of the memory that is no command; so is what an open bus reads
 WITH_DATA = frozenset('?["')  # commands with something else than numbers in them

@@ -22,10 +22,10 @@ from ...core.motion.plan import Leg, Plan
 from ...core.motion.train import Playing, StepTrain
 from ...core.wires.waits import first_of
 from .ideal import RegistersAtStart, Single
+from .interfaces.user_bits import UserBits
 from .profile import Law
 from .registers import Registers
-from .steps import StepOutputs
-from .user_bits import UserBits
+from .stepping.steps import StepOutputs
 
 UP, SLEW, DOWN, CRAWL = "up", "slew", "down", "crawl"
 

@@ -12,18 +12,18 @@ from ...core.motion.train import OPEN, Playing, StepTrain
 from ...core.time.kernel import Kernel
 from .crystal import check_crystal, clocks
 from .instructions import Instructions
+from .interfaces.port import BusPort
+from .interfaces.readout import ReadOut
 from .interpreter import Interpreter
-from .motion import Motion
-from .port import BusPort
 from .program import Moves, Program
-from .readout import ReadOut
 from .registers import Registers
-from .steps import Patterns, StepOutputs
+from .stepping.motion import Motion
+from .stepping.steps import Patterns, StepOutputs
 from .supply import PowerUp, Supplied, Supply
 
 if TYPE_CHECKING:
     from ...core.program import ProgramRow
-    from .twin import Stepwise
+    from .stepping.twin import Stepwise
 
 
 class Cy5xx(Chip):

@@ -10,12 +10,12 @@ from typing import Protocol
 
 from ...core.context import ChipContext
 from ...core.time.timebase import readable
-from .lines import line_in, line_out
-from .port import BusPort
+from .interfaces.lines import line_in, line_out
+from .interfaces.port import BusPort
+from .interfaces.readout import ReadOut
 from .program import Moves, Program
-from .readout import ReadOut
 from .registers import Registers
-from .steps import StepOutputs
+from .stepping.steps import StepOutputs
 
 
 class DirectionOutput(Protocol):

@@ -14,7 +14,7 @@ from ...core.wires.net import Net
 from ...language.dialect import Command
 from ...language.letters import Decoder, Label
 from .instructions import Instructions
-from .port import BusPort
+from .interfaces.port import BusPort
 from .program import Program
 
 UNKNOWN_US = 40  # what a byte of the program takes that is no opcode

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Protocol
 from ...core.context import ChipContext
 from ...core.wires.net import Net
 from ...language.dialect import Command
-from .lines import line_in, line_out
-from .port import BusPort
+from .interfaces.lines import line_in, line_out
+from .interfaces.port import BusPort
 
 if TYPE_CHECKING:
     pass

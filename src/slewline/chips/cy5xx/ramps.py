@@ -24,7 +24,7 @@ from ...language.ramps import (
     least,
 )
 from ...language.rates import steps_per_s
-from .slope import Law
+from .stepping.slope import Law
 
 PlanMove = Callable[[int, int, int, int, Law], Plan]  # number, rate, slope (0: none), factor, law
 

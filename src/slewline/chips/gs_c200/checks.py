@@ -15,8 +15,8 @@ from ...core.time.timebase import PS_PER_S
 from ...language.lint import Check, explored
 from ...language.problems import Severity
 from ...language.statements import Source, Statement
+from .dialogue.program import set_first
 from .profile import ramp
-from .program import set_first
 from .sheet import POSITIONS, RATE_UNIT
 
 SPEEDS = {"S": "start", "T": "top", "R": "ramp"}

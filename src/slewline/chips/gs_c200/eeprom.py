@@ -9,7 +9,7 @@ from ...core.memory.store import Store
 from ...core.time.kernel import Task
 from ...core.wires.waits import until
 from .activity import EEPROM, Activity
-from .program import Program
+from .dialogue.program import Program
 
 INVALID = b"\xff"  # no opcode; the first byte that a failed write leaves
 

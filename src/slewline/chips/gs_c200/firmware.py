@@ -23,18 +23,18 @@ from ...language.dialect import spoken_as
 from ...language.lines import KEPT, Lines, checksum
 from ..line import InLines, Line, LineInterface, serial_line
 from .activity import LINE, START, Activity
-from .commands import HostDialogue
-from .counter import PositionCounter
+from .dialogue.commands import HostDialogue
+from .dialogue.instructions import Instructions, Moves
+from .dialogue.interpreter import Interpreter
+from .dialogue.program import Program
+from .dialogue.reception import fault
 from .eeprom import ProgramEeprom
-from .instructions import Instructions, Moves
-from .interpreter import Interpreter
-from .lines import StepLines, UserLines
-from .motion import Motion
 from .profile import LAWS
-from .program import Program
-from .reception import fault
 from .registers import Registers
 from .sheet import GS_C200, GS_C200S, LOADS_MA, POSITIONS, SUPPLY_VOLTS
+from .stepping.counter import PositionCounter
+from .stepping.lines import StepLines, UserLines
+from .stepping.motion import Motion
 from .supply import Supplied, Supply
 
 if TYPE_CHECKING:

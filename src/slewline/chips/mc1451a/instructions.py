@@ -19,8 +19,8 @@ from ...language.dialect import spoken_as
 from ...language.packets import Packets
 from . import sheet
 from .activity import Activity
-from .ideal import mark_deviation
 from .interrupt import HostInterrupt
+from .profiles.ideal import mark_deviation
 from .registers import CAPTURED, MOTION_ERROR, TRAPEZOIDAL, AxisState, Registers, signed
 from .sheet import RegisterRow
 from .supply import Supply

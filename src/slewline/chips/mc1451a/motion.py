@@ -17,12 +17,12 @@ from functools import partial
 from ...core.context import ChipContext
 from ...core.wires.net import Net
 from .activity import Activity
+from .axis.horizon import NEVER
+from .axis.switches import LimitSwitches
+from .axis.trajectory import Trajectory
 from .cycle_clock import CycleClock
-from .horizon import NEVER
 from .interrupt import HostInterrupt
 from .registers import AxisState, Registers
-from .switches import LimitSwitches
-from .trajectory import Trajectory
 
 
 class Motion:

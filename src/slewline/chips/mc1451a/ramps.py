@@ -30,9 +30,9 @@ from ...language.ramps import (
     least,
     levels,
 )
-from . import profile
-from .curves import PLACES, SCurve
-from .cycle_train import CYCLE, ONE, CycleTrain, Law, Linear
+from .profiles import profile
+from .profiles.curves import PLACES, SCurve
+from .profiles.cycle_train import CYCLE, ONE, CycleTrain, Law, Linear
 from .sheet import ACCELERATION, HIGH_RANGE, JERK, MAX_ACCELERATION, POSITION, STANDARD_RANGE, START_VELOCITY, VELOCITY
 
 TRAPEZOID, S_CURVE = ("profile", "trapezoid"), ("profile", "s-curve")

@@ -17,7 +17,7 @@ from ....core.context import ChipContext
 from ....core.motion.train import Playing
 from ....core.wires.net import Wave
 from .. import sheet
-from ..ideal import begins, mark_deviation
+from ..profiles.ideal import begins, mark_deviation
 from ..registers import (
     BREAKPOINT,
     COMMAND_ERROR,

@@ -1,0 +1,152 @@
+"""Where commands come from: the parallel and the serial side at once.
+
+Whichever side begins a command has the chip until its end; the other one waits, with IO_REQUEST low or in the buffer of
+the serial side.  Characters of two sides are never mixed in one command (ch. 16, which says so of memory and host).
+"""
+
+from __future__ import annotations
+
+from ....core.context import ChipContext
+from ....core.wires.net import Net
+from ....core.wires.waits import edge, first_of
+from .port import EMPTY, ParallelPort
+from .serial_side import SerialSide
+
+
+class InputArbiter:
+    """Bytes of commands, in the order in which the chip reads them.  `held` is the side that has the chip."""
+
+    def __init__(self, chip: ChipContext, port: ParallelPort, serial: SerialSide) -> None:
+        self.chip, self.kernel, self.port, self.serial = chip, chip.kernel, port, serial
+        self.held: ParallelPort | SerialSide | None = None
+        self.at_work = False
+        self.program = False  # a program runs, and waits for the rest of a command
+
+    def reset(self) -> None:
+        """RESET: no side has the chip, and the serial one looks for its rate."""
+        self.held, self.at_work = None, False
+        self.port.reset()
+        self.serial.restart()
+        self._show()
+
+    def restart(self) -> None:
+        """I: the serial side looks for its rate again; a handshake in work goes on."""
+        self.serial.restart()
+
+    def killed(self, powered: bool) -> None:
+        """End whatever is under way, and put the outputs to rest."""
+        self.held, self.at_work = None, False
+        self.port.reset()
+        self.serial.killed()
+        self.port.rest(1 if powered else None)
+        self.serial.rest(1 if powered else None)
+
+    # ------------------------------------------------------------------------------------------------------------- CTS
+    def _show(self) -> None:
+        """CTS high: the chip is at work, or reads the other side."""
+        self.serial.listening(not self.at_work and self.held is not self.port)
+
+    def executing(self, on: bool) -> None:
+        """A command is being executed, or no longer."""
+        self.at_work = on
+        self._show()
+
+    def _hold(self, side: ParallelPort | SerialSide | None) -> None:
+        self.held = side
+        self._show()
+
+    # ----------------------------------------------------------------------------------------------------------- bytes
+    @property
+    def pending(self) -> bool:
+        """Has the host begun a command, on either side?"""
+        return self.port.asked or bool(self.serial.buffer)
+
+    @property
+    def answering(self) -> bool:
+        """Is a command of the serial side in work, or does a character wait that the chip will read by itself?"""
+        if self.held is self.serial and self.at_work:
+            return True
+        return bool(self.serial.buffer) and not self.port.host_is_next
+
+    @property
+    def unfinished(self) -> bool:
+        """Does the chip wait for the rest of a command on RXD?"""
+        return self.held is self.serial and not self.at_work and not self.serial.buffer
+
+    async def letter(self, *others: tuple[Net, int | None], running: bool = False) -> int:
+        """Return the first byte of a command, from whichever side begins one.
+
+        An FF over the bus while a program runs is the empty handshake: the program waits for the letter behind it.  Any
+        other FF is ignored, and leaves the chip to whoever comes next.
+
+        Args:
+            others: inputs that end the wait, each with its level.
+            running: a program runs, so that the parallel side begins with the empty handshake.
+
+        Returns:
+            -1, where no command has begun: one of the others has changed, a request was withdrawn, or it was an FF.
+        """
+        self.program = running
+        if self.held is None and not self.pending and not (running or await self._begins(others)):
+            return -1
+        byte = await self._first(running)
+        if running and byte == EMPTY and self.held is self.port:
+            while byte == EMPTY:
+                byte = await self.byte()
+        elif byte == EMPTY:
+            await self.release(self.chip.tick)
+            return -1
+        return byte
+
+    async def _begins(self, others: tuple[tuple[Net, int | None], ...]) -> bool:
+        """Wait, idle, until a side begins a command, or one of the others ends the wait; return whether a side has."""
+        self.chip.waits("a command letter")
+        self.chip.idle = True
+        await first_of(self.chip.kernel, None, (self.port.request, 0), (self.serial.arrived, None), *others)
+        self.chip.idle = False
+        return self.pending
+
+    async def _first(self, running: bool) -> int:
+        """The next byte of the side that has the chip, or else of the one that asks for it; -1: it has withdrawn."""
+        if self.held is not None:
+            return await self.byte()
+        if not self.port.asked:
+            self._hold(self.serial)
+            return await self.byte()
+        byte = await self.port.byte(running)
+        if byte >= 0:
+            self._hold(self.port)
+        return byte
+
+    async def byte(self) -> int:
+        """Return the next byte of the side that has the chip."""
+        chip, port, serial = self.chip, self.port, self.serial
+        if self.held is port:
+            await port.done()
+            while True:
+                chip.waits("the rest of a command on the bus")
+                chip.idle = not self.program
+                await port.until_request(0)
+                chip.idle = False
+                byte = await port.byte()
+                if byte >= 0:
+                    return byte
+        while not serial.buffer:
+            chip.waits("the rest of a command on RXD")
+            chip.idle = not self.program
+            await edge(serial.arrived)
+            chip.idle = False
+        chip.sync_forward()
+        return serial.take()
+
+    async def taken(self, tick: int) -> None:
+        """End the work on a byte, at a tick: the next one may come."""
+        if self.held is self.port:
+            await self.port.done(tick)
+        else:
+            await self.chip.at_tick(tick)
+
+    async def release(self, tick: int = 0) -> None:
+        """End a command, at a tick: either side may begin the next one."""
+        await self.taken(tick)
+        self._hold(None)

@@ -1,0 +1,186 @@
+r"""The serial side: characters on RXD and TXD at the rate of two carriage returns (ch. 16, The Serial Interface).
+
+    RXD   ‾‾\____/‾‾‾‾\____/‾‾‾‾‾‾‾‾‾\___________________/‾‾‾‾   a carriage return, at the level of the pin: TTL
+            |0   |1   |2   |3        |5                  |9       its edges, in bits
+
+The rate is what the nine bits from the first edge to the last take, as measured.  CTS high tells the host to wait.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from ....core.datasheet.channel import AdaptiveLine
+from ....core.time.timebase import PS_PER_S, Clock
+from ....core.wires.event import Event
+from ....core.wires.serial import OVERSAMPLING, TTL, CharacterFormat, Receiver, bit_clock, transmit
+from ....core.wires.waits import until
+from ..sheet import BAUD_TOLERANCE
+
+if TYPE_CHECKING:
+    from ....core.context import ChipContext
+    from ....core.time.kernel import Task
+    from ....core.wires.net import Net
+    from .user_bits import UserBits
+
+ROOM = 3  # characters that the chip keeps while it is at work
+EDGES = (0, 1, 2, 3, 5, 9)  # of a carriage return, in bits
+LINE_FEED = (0, 2, 3, 4, 5, 9)
+SKEW = 0.25  # of a bit, by which an edge may be off
+
+
+class SerialSide:
+    """RXD, TXD and CTS; what has come and waits is in `buffer`, and `arrived` changes with each character."""
+
+    def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
+        self.chip, self.kernel, self.bits = chip, chip.kernel, bits
+        channel = chip.sheet.through(AdaptiveLine)
+        self.standard, self.word = channel.bauds, CharacterFormat(channel.bits, channel.parity, channel.stop)
+        self.fixed_baud: int | None = chip.options.fixed_baud
+        self.shortest, self.longest = (chip.clock.ps(ticks[f"{which}_bit"]) for which in ("shortest", "longest"))
+        self.rxd, self.txd = chip.pins["rxd"].net, chip.drivers["txd"]
+        self._event = Event(chip.kernel, f"{chip.name}.(serial)")
+        self.listener: Task | None = None
+        self.receiver: Receiver | None = None
+        self.watching = self.told = False
+        self.buffer: deque[int] = deque()
+        self.over_ps = 0  # the end of the stop bit of the last character
+        self.clock: Clock | None = None  # of sixteen times the rate; None: not adapted
+        self.edges: list[int] = []
+        self.first_bit: float | None = None  # the bit of the first carriage return (ps)
+
+    @property
+    def arrived(self) -> Net:
+        """Changes whenever a character has come."""
+        return self._event.net
+
+    @property
+    def rate(self) -> float | None:
+        """The rate at which it listens and sends, in baud; None: not adapted."""
+        return None if self.clock is None else self.clock.hz / OVERSAMPLING
+
+    # ---------------------------------------------------------------------------------------------------------- reset
+    def restart(self) -> None:
+        """Begin anew, as after reset: the rate is that of the next two carriage returns, unless it is fixed."""
+        self.killed()
+        self.rest(TTL)
+        if self.fixed_baud is not None:
+            self._listen_at(bit_clock(self.fixed_baud, self.chip.name))
+            return
+        self.watching, self.told = True, False
+        self.rxd.watch(self._edge)
+
+    def killed(self) -> None:
+        """Hear nothing any more, and forget what has come."""
+        if self.watching:
+            self.rxd.unwatch(self._edge)
+        if self.listener is not None:
+            self.listener.kill()
+        if self.receiver is not None:
+            self.receiver.close()
+        self.listener = self.receiver = self.clock = self.first_bit = None
+        self.watching = False
+        self.buffer.clear()
+        self.edges.clear()
+
+    def rest(self, level: int | None) -> None:
+        """Put a level on TXD, None without supply."""
+        self.txd.drive(level)
+
+    def listening(self, on: bool) -> None:
+        """Put CTS low, so that the host may send, or high."""
+        self.bits.clear_to_send(int(not on))
+
+    def take(self) -> int:
+        """Take the oldest character that waits."""
+        return self.buffer.popleft()
+
+    # ------------------------------------------------------------------------------------------------------- adaption
+    def _edge(self, net: Net) -> None:
+        """An edge on RXD, while no rate is known."""
+        level, edges = net.level, self.edges
+        if self.clock is not None or level is None or (not edges and level == TTL):
+            return
+        edges.append(self.kernel.now)
+        if len(edges) < len(EDGES):
+            return
+        bit = (edges[-1] - edges[0]) / EDGES[-1]
+        if not self._looks_like(EDGES, bit):
+            line_feed = self.first_bit is not None and self._looks_like(LINE_FEED, bit)
+            del edges[:2]
+            self.first_bit = None
+            if self._untold():
+                came = "a line feed (\\n) between them" if line_feed else "characters before two carriage returns"
+                self.chip.finding("not-adapted", f"{came}: not heard; begin with \\r\\r, without \\n")
+            return
+        edges.clear()
+        first, self.first_bit = self.first_bit, bit
+        if first is not None and abs(bit - first) <= BAUD_TOLERANCE * first:
+            self._adapt((first + bit) / 2)
+
+    def _looks_like(self, edges: tuple[int, ...], bit: float) -> bool:
+        """Return whether the edges so far are those of a character, given in bits."""
+        begin = self.edges[0]
+        return all(abs(time - begin - at * bit) <= SKEW * bit for time, at in zip(self.edges, edges, strict=True))
+
+    def _adapt(self, bit_ps: float) -> None:
+        """Take the rate of two carriage returns, if it is one of those that the chip knows."""
+        rate = PS_PER_S / bit_ps
+        fits = self.shortest * (1 - BAUD_TOLERANCE) <= bit_ps <= self.longest * (1 + BAUD_TOLERANCE)
+        if not fits or all(abs(rate - standard) > BAUD_TOLERANCE * standard for standard in self.standard):
+            slowest, fastest = (PS_PER_S / ps for ps in (self.longest, self.shortest))
+            if self._untold():
+                self.chip.finding(
+                    "wrong-rate",
+                    f"two carriage returns at {rate:.0f} baud; it adapts to standard rates from {slowest:.0f} to "
+                    f"{fastest:.0f} baud at {self.chip.crystal_hz / 1e6:g} MHz; let the host have one of these",
+                )
+            return
+        self._listen_at(Clock(round(OVERSAMPLING * rate)))
+
+    def _untold(self) -> bool:
+        """Return whether nothing of this has been told since the reset; it is from now on."""
+        told, self.told = self.told, True
+        return not told
+
+    # ------------------------------------------------------------------------------------------------------------- in
+    def _listen_at(self, clock: Clock) -> None:
+        self.clock = clock
+        self.listener = self.kernel.spawn(self._listen, clock, name=f"{self.chip.name} listens")
+
+    async def _listen(self, clock: Clock) -> None:
+        if self.watching:  # not as an edge is told: whoever hears of it next would be left out
+            self.watching = False
+            self.rxd.unwatch(self._edge)
+        receiver = self.receiver = Receiver(self.rxd, clock, self.word, TTL)
+        while True:
+            character = await receiver.character()
+            self.over_ps = character.end_ps
+            if character.framing_wrong:
+                self.chip.finding("serial-framing", f"no stop bit behind {character.byte:#04x}: it is lost")
+            elif len(self.buffer) >= ROOM:
+                self.chip.finding(
+                    "serial-overrun", f"{character.byte:#04x} came while {ROOM} characters wait: it is lost"
+                )
+            else:
+                self.buffer.append(character.byte)
+                self._event.set()
+
+    @property
+    def receiving(self) -> bool:
+        """Is a character coming in?"""
+        return self.receiver is not None and self.receiver.receiving
+
+    # ------------------------------------------------------------------------------------------------------------ out
+    async def send(self, message: bytes) -> None:
+        """Send characters; without a rate they are lost."""
+        if self.clock is None:
+            self.chip.finding("not-adapted", f"{message!r} is to be sent, and no rate is known: it is lost")
+            return
+        chip = self.chip
+        chip.waits("the end of what it sends on TXD")
+        await until(self.kernel, self.over_ps)
+        await transmit(self.txd, self.clock, self.word, message, TTL)
+        chip.sync_forward()

@@ -1,0 +1,133 @@
+"""User bits and bits of the data bus: latches with weak high drive; one whose latch is high is an input, too (ch.6).
+
+USRB6 is FPL while output goes to the parallel port, else CTS where the mode register asks for it, else a user bit;
+USRB7 is HP_SEL while the display is written.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .. import sheet
+
+if TYPE_CHECKING:
+    from ....core.context import ChipContext
+    from ....core.wires.net import Net
+    from ..registers import Registers
+
+FREE = 0x3F  # user bits that have no other function
+
+
+class UserBits:
+    """The latches, and the only writer of the pins USRB0 to USRB7."""
+
+    def __init__(self, chip: ChipContext, registers: Registers) -> None:
+        self.chip, self.registers = chip, registers
+        self.pins = [chip.pins[f"usrb{n}"].net for n in range(8)]
+        self.drivers = [chip.drivers[f"usrb{n}"] for n in range(8)]
+        self.clear()
+
+    def clear(self) -> None:
+        """RESET and I: all high, FPL and HP_SEL at rest."""
+        self.latch = self.bus_latch = 0xFF
+        self.flow = self.cts = self.selected = 1
+        self.show()
+
+    # ------------------------------------------------------------------------------------------------ other functions
+    def fpl(self, level: int) -> None:
+        """Set FPL, low while there is output for the host of the parallel port."""
+        self.flow = level
+        self.show()
+
+    def clear_to_send(self, level: int) -> None:
+        """Set CTS, low while the host of the serial side may send."""
+        self.cts = level
+        self.show()
+
+    def hp_sel(self, level: int) -> None:
+        """Set HP_SEL, low while the display is selected."""
+        self.selected = level
+        self.show()
+
+    @property
+    def sixth(self) -> int:
+        """The level of USRB6: FPL, CTS or the latch."""
+        return {"FPL": self.flow, "CTS": self.cts}.get(self.shared, self.latch >> 6 & 1)
+
+    @property
+    def shared(self) -> str:
+        """What USRB6 is now, besides a user bit; empty: nothing."""
+        has = self.registers.has
+        if has(sheet.MB_PARALLEL) and not has(sheet.MB_HP):
+            return "FPL"
+        return "CTS" if has(sheet.MB_CTS) else ""
+
+    def show(self) -> None:
+        """Put the latches on the pins: low, or let go, so that others may pull a pin low."""
+        levels = self.latch & FREE | self.sixth << 6 | (self.latch >> 7 & self.selected) << 7
+        for n, driver in enumerate(self.drivers):
+            driver.drive(None if levels >> n & 1 else 0)
+
+    # ---------------------------------------------------------------------------------------------------- the data bus
+    def show_bus(self) -> None:
+        """Put the bus latch on the data bus: its zeros are driven, the rest is open."""
+        zeros = ~self.bus_latch & 0xFF
+        self.chip.bus_driver.drive((zeros, 0) if zeros else None)
+
+    def bus_used(self) -> None:
+        """A bus cycle is over: the latch of the bus is open again (quirk CY545-UND-BIT-BUS); let go of the bus."""
+        self.bus_latch = 0xFF
+        self.chip.bus_driver.drive(None)
+
+    # ----------------------------------------------------------------------------------------------------- as read
+    @property
+    def user(self) -> int:
+        """The levels of USRB0 to USRB7."""
+        return sum(1 << n for n, net in enumerate(self.pins) if net.level != 0)
+
+    @property
+    def word(self) -> int:
+        """What ? B answers: the bits of the data bus above the user bits."""
+        return self.chip.bus.byte << 8 | self.user
+
+    def act(self, argument: int) -> None:
+        """B: do what an argument says to the latches, all at one instant."""
+        operand = argument & FREE
+        match sheet.OPCODES.get(argument & 0xC0):
+            case "write":
+                self.latch = self.latch & ~FREE | operand
+            case "and":
+                self.latch &= operand | ~FREE & 0xFF
+            case "or":
+                self.latch |= operand
+            case _:
+                self.act_one(argument)
+        self.show()
+
+    def act_one(self, argument: int) -> None:
+        """B below 40: one bit, of the user bits or of the data bus."""
+        bit, high = 1 << (argument & 7), not argument & sheet.CLEAR_BIT
+        if argument & sheet.DATA_BUS:
+            self.bus_latch = self.bus_latch | bit if high else self.bus_latch & ~bit
+            self.show_bus()
+        else:
+            self.latch = self.latch | bit if high else self.latch & ~bit
+
+    def nets(self, argument: int) -> tuple[Net, ...]:
+        """Return the nets that `matches` looks at with an argument."""
+        if argument & 0xC0:
+            return tuple(self.pins[:6])
+        return (self.chip.bus,) if argument & sheet.DATA_BUS else (self.pins[argument & 7],)
+
+    def matches(self, argument: int) -> bool:
+        """T, W and H: return whether the pins match an argument."""
+        operand, group = argument & FREE, self.user & FREE
+        match sheet.MATCHES.get(argument & 0xC0):
+            case "equal":
+                return group == operand
+            case "all":
+                return group & operand == operand
+            case "any":
+                return bool(group & operand)
+        word = self.chip.bus.byte if argument & sheet.DATA_BUS else self.user
+        return bool(word >> (argument & 7) & 1) is not bool(argument & sheet.CLEAR_BIT)

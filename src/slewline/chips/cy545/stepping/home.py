@@ -1,0 +1,99 @@
+r"""HOME: seek the edge of a sensor, always from the same side.
+
+    pattern   _________/‾‾‾‾‾‾‾‾‾‾‾     no match at first: clockwise until it matches, and that is position 0
+                  ---->|
+              _________/‾‾‾‾‾‾‾‾‾‾‾     a match at first: counter-clockwise until there is none, then the same
+                     |<-----------
+                     ->|
+
+The pattern is looked at as each step ends, at the first rate over 20.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+
+from ....core.context import ChipContext
+from ....core.motion.plan import Plan
+from ....core.wires.net import Net
+from ...cy5xx.stepping.motion import STOP
+from .. import profile, sheet
+from ..ideal import Single
+from ..interfaces.user_bits import UserBits
+from ..profile import Law
+from ..registers import Registers
+from .motion import Stepping
+from .steps import StepOutputs
+
+
+class Home(Stepping):
+    """The seek of H.
+
+    Args:
+        shown: shows the position, where the mode register asks for it.
+        bits: what the sensor is wired to.
+    """
+
+    def __init__(
+        self,
+        chip: ChipContext,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: StepOutputs,
+        law: Law,
+        shown: Callable[[], Awaitable[None]],
+        bits: UserBits,
+    ) -> None:
+        super().__init__(chip, ticks, registers, outputs, law)
+        self.shown, self.bits = shown, bits
+
+    async def seek(self, argument: int) -> None:
+        """Seek the edge at which the pins begin to match an argument; return when STOPPED is high again.
+
+        The position is 0 there; where a limit ends the seek it is what it was, with the steps made.
+        """
+        chip, outputs = self.chip, self.outputs
+        self.moving, self.text, self.argument, self.limited = True, f"H {argument}", argument, False
+        single = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
+        inside = self.matches
+        outputs.begin(self.text, single.parameters, -1 if inside else 1)
+        outputs.turn(not inside)
+        await chip.ticks(max(self.ticks["first_step"] - self.lead, 0))
+        if self.refused():
+            self.over()
+            return
+        chip.waits(f"{self.text} seeks its edge")
+        self.inside = inside
+        await self.set_out()
+        await self.play(profile.steady(single.period))
+        if inside and not self.limited:
+            self.inside = False
+            outputs.turn(True)
+            await self.set_out()
+            if not self.refused():
+                await self.play(profile.steady(single.period))
+        if not self.limited:
+            self.axis.load(0)
+            self.axis.log.mark("home", self.text)
+        await self.come_to_rest("done")
+
+    @property
+    def matches(self) -> bool:
+        """Do the pins match?"""
+        return self.bits.matches(self.argument)
+
+    @property
+    def each(self) -> bool:
+        """Is the position shown after each step?"""
+        return self.registers.has(sheet.MB_SHOW)
+
+    def watched(self) -> list[tuple[Net, int | None]]:  # type: ignore[override]
+        """The inputs whose change matters now: those of the pattern, too."""
+        return [*super().watched(), *((net, None) for net in self.bits.nets(self.argument))]
+
+    async def look(self, plan: Plan, step: int) -> Plan:
+        """Show the position; look at the pattern, then at the limit, before the next step begins."""
+        await self.shown()
+        if self.matches is not self.inside:
+            return STOP
+        return STOP if self.refused() else plan

@@ -1,0 +1,85 @@
+r"""JOG: single steps by hand, between commands.  The line has three states: open, low (clockwise), driven high.
+
+    JOG?                                                      JOG?
+      |  20 us                                        20 us    |
+    CCW ----- as JOG ------------------------------- | restored | as JOG
+           |__|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__|‾‾‾‾   PULSE, at the first rate over 20
+           |<-------------------- period ---------------------->|
+
+The chip finds the open state by driving the line both ways; that is not shown on the net.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+
+from ....core.context import ChipContext
+from ....core.motion.plan import Plan
+from ....core.motion.train import Playing, StepTrain
+from ....core.wires.net import Net
+from .. import profile
+from ..ideal import Single
+from ..profile import Law
+from ..registers import Registers
+from .steps import StepOutputs
+
+
+class Jog:
+    """Makes the steps of JOG, one by one.
+
+    Args:
+        shown: shows the position, where the mode register asks for it.
+    """
+
+    def __init__(
+        self,
+        chip: ChipContext,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: StepOutputs,
+        law: Law,
+        shown: Callable[[], Awaitable[None]],
+    ) -> None:
+        self.chip, self.ticks, self.registers, self.outputs, self.law = chip, ticks, registers, outputs, law
+        self.shown, self.lead, self.axis = shown, ticks["ccw_lead"], chip.axes[0]
+        self.net: Net = chip.pins["jog"].net
+        self.limits = {1: chip.pins["cw_limit"].net, -1: chip.pins["ccw_limit"].net}
+        self.way_of_motion = self.motion = 0
+
+    @property
+    def watched(self) -> tuple[tuple[Net, None], ...]:
+        """What an idle chip must watch, because it may change `way`."""
+        return tuple((net, None) for net in (self.net, self.outputs.direction_net, *self.limits.values()))
+
+    @property
+    def way(self) -> int | None:
+        """The direction that JOG asks for, +1 clockwise; None: the line is open, or the limit is low.
+
+        The limit is that of the direction in which the step would be made, which CCW may be forced to.
+        """
+        level = self.net.level
+        if level is None:
+            return None
+        way = -1 if level else 1
+        return way if self.limits[self.outputs.expected(way)].level == 1 else None
+
+    async def step(self, way: int) -> None:
+        """Make a step in a direction; return when the line is due to be looked at again, a period later."""
+        chip, outputs = self.chip, self.outputs
+        single = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
+        begin, period = chip.tick + self.lead, single.period
+        if self.motion != outputs.motions or not self.axis.log.under_way or way != self.way_of_motion:
+            self.motion, self.way_of_motion = outputs.begin("JOG", single.parameters, way), way
+        chip.waits(f"jog={0 if way > 0 else 1}: a step")
+        outputs.point(way > 0)
+        outputs.moving(True)
+        await chip.at_tick(begin)
+        plan: Plan = profile.steady(period, 1)
+        playing = Playing(StepTrain(chip.clock, begin, plan.runs))
+        self.axis.follow(playing, outputs.sign, plan=plan)
+        outputs.promise(playing, outputs.sign)
+        await chip.at_tick(begin + period - 2 * self.lead)
+        outputs.point(self.registers.clockwise)
+        await chip.at_tick(begin + period - self.lead)
+        outputs.stops(begin + period, self.motion)
+        await self.shown()

@@ -1,0 +1,204 @@
+r"""The CY545's motions: ramps, continuous motion, INHIBIT_ABORT and the limits.
+
+    G or P                                                  a step ends
+      |  CCW      INHIBIT_ABORT? limit? SLEW?                |
+      |__|_____________.........|_____|______________________|______________________|_____
+                                 20 us PULSE                  limit? INHIBIT_ABORT?   behind the last: 5 ms to STOPPED
+                                 STOPPED low
+
+INHIBIT_ABORT low at the end of a step made at the first rate ends the motion; at the end of a faster one it lets the
+motion come down to the first rate, where it is tested step by step.  Both looks are those of before the instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from ....core.context import ChipContext
+from ....core.motion.ideal import Ideal
+from ....core.motion.motions import MotionParameters, Why
+from ....core.motion.plan import Plan
+from ....core.motion.train import OPEN
+from ....core.wires.net import Net
+from ....core.wires.waits import first_of
+from ...cy5xx.stepping import motion
+from ...cy5xx.stepping.motion import STOP
+from .. import profile
+from ..ideal import RegistersAtStart
+from ..profile import Law
+from ..registers import Registers
+from .steps import StepOutputs
+
+
+class Stepping(motion.Motion):
+    """What motions and HOME have alike: the limits, and a direction that others may force."""
+
+    registers: Registers
+    outputs: StepOutputs
+    law: Law
+    holder = "no step inhibit"  # the part lacks it
+
+    def __init__(
+        self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
+    ) -> None:
+        super().__init__(chip, ticks, registers, outputs, None, law)
+        self.ccw = chip.pins["ccw"].net
+        self.limits = {1: chip.pins["cw_limit"].net, -1: chip.pins["ccw_limit"].net}
+        self.lead = ticks["ccw_lead"]
+        self.limited = False  # a limit has ended the motion
+        self.sign = 1
+
+    def shows(self, moving: bool) -> None:
+        """Drive STOPPED."""
+        self.outputs.moving(moving)
+
+    def watched(self) -> list[tuple[Net, int]]:
+        """The inputs whose change matters now, each with the level that would be a change."""
+        return [(self.limits[self.sign], 0), (self.ccw, 1 if self.sign > 0 else 0)]
+
+    def refused(self) -> bool:
+        """Return whether the limit of the present direction is low; it ends the motion."""
+        sign = self.outputs.sign
+        if sign != self.sign:
+            self.sign, self.fresh = sign, True
+        if self.limits[sign].level == 1:
+            return False
+        self.limited = True
+        self.mark_deviation("limit", "CW_LIMIT" if sign > 0 else "CCW_LIMIT")
+        return True
+
+    async def set_out(self) -> None:
+        """STOPPED falls, a little before the first step."""
+        self.done = 0
+        self.shows(True)
+        await self.chip.ticks(self.lead)
+        self.sign = self.outputs.sign
+
+    async def come_to_rest(self, why: Why | None = None) -> None:
+        """The last step is over: STOPPED rises later, and the motion is over."""
+        self.settle()
+        self.outputs.pulse.drive(1)
+        self.outputs.slew.drive(1)
+        self.chip.waits(f"STOPPED high after {self.text}")
+        await self.chip.ticks(self.ticks["hold"])
+        self.shows(False)
+        self.over(why)
+
+    def over(self, why: Why | None = None) -> None:
+        """End the motion; without a reason it is done, or was told to stop."""
+        self.axis.log.end("limit" if self.limited else why)
+        self.moving = False
+
+    def stretched(self, leg: str) -> int:
+        """A step of a leg begins."""
+        self.leg = leg
+        return 0
+
+
+class Motion(Stepping):
+    """The motions of G and P.  `moving` is true from the command to STOPPED high."""
+
+    def __init__(
+        self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
+    ) -> None:
+        super().__init__(chip, ticks, registers, outputs, law)
+        self.inhibit_abort, self.slew = chip.pins["inhibit_abort"].net, chip.pins["slew"].net
+
+    # -------------------------------------------------------------------------------------------- before the first step
+    async def move(self, number: int, sign: int, text: str) -> None:
+        """Take `number` steps, or as many as become of it; return when the motion is over, STOPPED high again.
+
+        Args:
+            number: steps to the target, 0 to 16777215.
+            sign: +1 clockwise, -1 counter-clockwise.
+            text: what the host said, for `waiting`.
+        """
+        chip, outputs = self.chip, self.outputs
+        self.moving, self.number, self.text = True, number, text
+        self.aborted = self.limited = False
+        outputs.begin(text, self.parameters(number), sign)
+        outputs.turn(sign > 0)
+        await chip.ticks(max(self.ticks["first_step"] - self.lead, 0))
+        await self.released()
+        if self.sets_out():
+            await self.set_out()
+            plan = self.planned()
+            self.axis.log.expect(self.expected(plan))
+            chip.waits(self.progress)
+            await self.play(plan)
+            await self.come_to_rest()
+        else:
+            self.over()
+        self.registers.continuous = False
+
+    async def released(self) -> None:
+        """INHIBIT_ABORT low holds the motion, however long."""
+        chip = self.chip
+        while self.inhibit_abort.level == 0:
+            chip.waits(f"{self.text} held by inhibit_abort=0")
+            await first_of(self.kernel, None, (self.inhibit_abort, 1))
+            chip.sync()
+            await chip.ticks(max(self.ticks["inhibit_release"] - self.lead, 1))
+
+    def sets_out(self) -> bool:
+        """Look at the limit, and at SLEW; return whether there is a step to take."""
+        if self.refused():
+            return False
+        self.endless = self.registers.continuous or self.slew.level == 0
+        if not self.number and not self.endless and self.text == "G":
+            self.chip.finding("no-steps", "G with N 0: no step to take")
+        return self.endless or self.number > 0
+
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
+        """Take over the parameters for this motion."""
+        values = self.registers.values
+        first, rate, slope = (values[name] for name in ("firstrate", "rate", "slope"))
+        self.at_start = RegistersAtStart(self.chip.crystal_hz, first, rate, slope, number, self.law)
+        self.slow = self.law.periods[first]
+        return self.at_start.parameters
+
+    def planned(self) -> Plan:
+        """The plan of this motion."""
+        at_start = self.at_start
+        if self.endless:
+            return profile.endless(at_start.first, at_start.rate, at_start.slope, self.law)
+        return profile.move(self.number, at_start.first, at_start.rate, at_start.slope, self.law)
+
+    def expected(self, plan: Plan) -> Callable[[], Ideal]:
+        """What makes the ideal of this motion, whose first step begins now."""
+        return partial(self.at_start.ideal, self.kernel.now, self.axis.position, self.sign, self.endless)
+
+    # ------------------------------------------------------------------------------------------------------- the looks
+    def watched(self) -> list[tuple[Net, int]]:
+        """The inputs whose change matters now; on the way down to the first rate INHIBIT_ABORT does not."""
+        pairs = super().watched()
+        return pairs if self.aborted and self.leg == "down" else [*pairs, (self.inhibit_abort, 0)]
+
+    async def look(self, plan: Plan, step: int) -> Plan:
+        """Look at the limit and at INHIBIT_ABORT before a step begins; an empty plan: stop."""
+        if step >= plan.steps:
+            return plan  # on the target
+        if self.refused():
+            return STOP
+        if self.inhibit_abort.level == 1:
+            return plan
+        again, self.aborted = self.aborted, True
+        if not again:
+            self.mark_deviation("command", "INHIBIT_ABORT")
+        if plan.interval(step - 1) == self.slow:
+            return STOP
+        if again:
+            return plan
+        self.chip.waits(self.progress)
+        return profile.down(
+            plan, step, self.at_start.first, OPEN if self.endless else self.number - self.done, self.law
+        )
+
+    @property
+    def progress(self) -> str:
+        """What a running motion waits for."""
+        ends = "inhibit_abort=0 at a step's end" if self.endless else "its target unless inhibit_abort=0 there"
+        if self.aborted:
+            return f"{self.text}, inhibit_abort=0: down to rate {self.at_start.first}, and on to {ends}"
+        return f"{self.text} runs until inhibit_abort=0" if self.endless else super().progress

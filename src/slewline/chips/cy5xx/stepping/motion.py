@@ -1,0 +1,288 @@
+r"""How a plan is played: promise it whole, look at the inputs where the manual says so, withdraw when one departs.
+
+When the chip looks, on a step from its begin b to the begin of the next:
+
+    b                                   r    b'
+    |___________________________________|‾‾‾‾|      PULSE
+    |                                   |
+    inputs                              STEP INHIBIT: while it is high here, PULSE stays low
+
+A plan is promised to the next look that matters.  When a watched input departs from the level it had, the promise is
+withdrawn to the first look strictly after the change; there the firmware reads the levels from before that instant
+and decides: play on, replan from the step that is about to begin, or stop.
+
+A part says what its plans are, which inputs it watches, and what it makes of them at a look.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+from typing import Any, cast
+
+from ....core.context import ChipContext
+from ....core.motion.ideal import Ideal
+from ....core.motion.motions import MotionParameters
+from ....core.motion.plan import Plan, Runs, tail
+from ....core.motion.train import OPEN, Playing, StepTrain
+from ....core.wires.net import Net
+from ....core.wires.waits import first_of
+from ..interfaces.lines import line_in
+from ..interfaces.port import BusPort
+from ..registers import Registers
+from .steps import StepOutputs
+
+STOP = Plan(())
+Within = Callable[[], Awaitable[bool]]  # what is done at a look within a step; returns whether its length has changed
+
+
+class Motion:
+    """The stepping part of the firmware.  `moving` is true from the command to MOTION COMPLETE.
+
+    Args:
+        port: has MOTION COMPLETE; a part without it says itself what `shows` that the motor moves.
+        law: what a part plans its motions by.
+    """
+
+    port: BusPort
+    holder = "step_inhibit"  # the pin that holds the next step
+    held_high = False  # STEP INHIBIT holds a step with PULSE high
+
+    def __init__(
+        self,
+        chip: ChipContext,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: StepOutputs,
+        port: BusPort | None,
+        law: Any,
+    ) -> None:
+        self.chip, self.ticks, self.registers, self.outputs = chip, ticks, registers, outputs
+        self.kernel, self.clock, self.axis, self.law = chip.kernel, chip.clock, chip.axes[0], law
+        self.inhibit, self.abort = line_in(chip, self.holder, 0), line_in(chip, "abort")
+        if port is not None:
+            self.port, self.request, self.select = port, port.request, port.select
+        self.high = ticks.get("pulse_high", 0)
+        self.moving = False
+        self.fresh = False  # a look wants the train to be laid anew
+        self.playing: Playing | None = None
+
+    # ------------------------------------------------------------------------------------- what a part brings
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
+        """Return what tells the parameters of a motion that begins now, when somebody asks."""
+        raise NotImplementedError
+
+    def planned(self) -> Plan:
+        """The plan of this motion, whose first step begins now."""
+        raise NotImplementedError
+
+    def expected(self, plan: Plan) -> Callable[[], Ideal]:
+        """What makes the ideal of this motion, whose first step begins now."""
+        raise NotImplementedError
+
+    async def ordered(self) -> None:
+        """The lines of the motion are set; wait for what must be so before its first step, STEP INHIBIT apart."""
+
+    def watched(self) -> list[tuple[Net, int]]:
+        """The inputs whose change matters now, each with the level that would be a change."""
+        return [(self.inhibit, 1)]
+
+    async def look(self, plan: Plan, step: int) -> Plan:
+        """Look at the inputs before a step begins, and wait if one of them holds it.
+
+        Returns the plan to go on with, from its first step if it is another one (an empty one: stop).
+        """
+        return plan
+
+    def stretched(self, leg: str) -> int:
+        """A step of a leg begins: how many clocks longer it becomes than it was planned."""
+        return 0
+
+    @property
+    def each(self) -> bool:
+        """Must every step be looked at by itself?"""
+        return False
+
+    @property
+    def progress(self) -> str:
+        """What a running motion waits for."""
+        return f"{self.text} in motion, {self.number} steps"
+
+    # ------------------------------------------------------------------------------------------------- a whole motion
+    async def move(self, number: int, sign: int, text: str) -> None:
+        """Take `number` steps, or as many as become of it.
+
+        Args:
+            number: steps to the target, 0 to 65535.
+            sign: +1 clockwise, -1 counter-clockwise.
+            text: what the host said, for `waiting`.
+        """
+        chip = self.chip
+        self.begin(number, sign, text)
+        self.outputs.turn(sign > 0)
+        await chip.ticks(self.ticks["step_lead"])
+        await self.ordered()
+        if number:
+            await self.uninhibited()
+            plan = self.planned()
+            self.axis.log.expect(self.expected(plan))
+            chip.waits(self.progress)
+            await self.play(plan)
+        elif text == "G":
+            chip.finding("no-steps", "G with N 0: no step to take")
+        await self.end()
+
+    def begin(self, number: int, sign: int, text: str) -> None:
+        """Take over the parameters for this motion."""
+        self.moving = True
+        self.number, self.sign, self.text = number, sign, text
+        self.done = 0  # steps of this motion that are over
+        self.axis.log.begin(text, self.parameters(number), sign)
+        self.shows(True)
+
+    def shows(self, moving: bool) -> None:
+        """Show that a motion is under way, or complete."""
+        self.port.motion_complete.drive(1 if moving else 0)
+
+    def mark_deviation(self, kind: str, text: str) -> None:
+        """Something makes the motion another one than it was to be."""
+        self.axis.log.depart()
+        self.axis.log.mark(kind, text)
+
+    async def uninhibited(self) -> None:
+        """Before the first step: STEP INHIBIT high holds it, with PULSE high."""
+        if self.inhibit.level == 1:
+            self.chip.waits(f"{self.text} held by {self.holder}=1")
+            await self.chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
+
+    async def end(self) -> None:
+        """The last step is over: outputs rest, MOTION COMPLETE falls, READY may follow."""
+        self.settle()
+        self.outputs.pulse.drive(1)
+        self.outputs.slew.drive(1)
+        self.shows(False)
+        self.axis.log.end()
+        self.moving = False
+        self.chip.waits(f"READY after {self.text}")
+        await self.chip.ticks(self.ticks["ready_after_motion"])
+
+    def killed(self) -> None:
+        """Reset in mid-motion: steps of this instant stand, later ones do not."""
+        if self.playing is not None and self.moving:
+            bound = self.kernel.now + 1
+            if self.playing.until is None or bound < self.playing.until:
+                self.playing.until = bound
+            self.settle()
+        self.axis.log.end("cut")
+        self.moving = False
+
+    # ------------------------------------------------------------------------------------------------- playing a plan
+    async def play(self, plan: Plan) -> None:
+        """Play a plan, and what becomes of it, until the motion is over."""
+        step, fresh = 0, True  # `step` of the plan is about to begin at this tick
+        while True:
+            if self.done:
+                begin = self.chip.tick
+                changed = await self.look(plan, step)
+                fresh |= self.chip.tick != begin or self.fresh
+                self.fresh = False
+                if changed is not plan:
+                    plan, step, fresh = changed, 0, True
+            if step >= plan.steps:
+                if plan is STOP:
+                    self.axis.log.stop()
+                return
+            leg = plan.leg(step)
+            self.outputs.slew.drive(0 if leg.name == "slew" else 1)
+            stretch = self.stretched(leg.name)
+            if fresh or stretch:
+                self.schedule(plan, step, stretch)
+                self.base = step
+            stop = step + 1 if self.each else leg.end
+            over = step
+            step, fresh = await self.until_sample(stop)
+            self.done += step - over
+
+    def schedule(self, plan: Plan, step: int, stretch: int = 0) -> None:
+        """Promise a train whose first step, one of a plan, begins now and is `stretch` clocks longer than planned."""
+        runs: Runs = tail(plan.runs, step)
+        self.settle()
+        if stretch:
+            runs = ((runs[0][0] + stretch, 1), *tail(runs, 1))
+        self.train = StepTrain(self.clock, self.chip.tick, runs)
+        self.playing = Playing(self.train)
+        self.axis.follow(self.playing, self.sign, plan=plan, step=step)
+        self.outputs.promise(self.playing, self.sign)
+
+    def settle(self) -> None:
+        """The train so far is over: keep where it left the phases."""
+        if self.playing is not None:
+            steps = self.playing.begun(self.kernel.seen)
+            if steps:
+                self.outputs.step(self.sign * steps)
+            self.playing = None
+
+    # ----------------------------------------------------------------------------------------------- until a decision
+    async def until_sample(self, stop: int) -> tuple[int, bool]:
+        """Let the promise run until a decision: at the begin of step `stop` of the plan, or at an earlier look.
+
+        Returns the step of the plan that is about to begin, and whether it needs a new train, because a look within a
+        step has changed its length.
+        """
+        train, playing, clock = self.train, cast("Playing", self.playing), self.clock
+        departures = self.watched()
+        while True:
+            last = None if stop >= OPEN else train.begin(stop - self.base)
+            within: Within | None = None
+            watched = departures
+            while True:
+                bound = None if last is None else clock.ps(last)
+                playing.until = bound
+                self.outputs.renew()
+                departed = await first_of(self.kernel, bound, *watched)
+                if departed is None:
+                    break
+                watched = [pair for pair in watched if pair[0] is not departed]
+                look, way = self.first_sample_after(departed)
+                if last is None or look < last:
+                    last, within = look, way
+            self.chip.tick = last = cast("int", last)  # or the wait would not have ended
+            if within is None:
+                return self.base + train.begun_by(last - 1), False
+            step = self.base + train.begun_by(last)
+            if await within():
+                return step, True
+
+    def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
+        """Return the tick of the first look at a net strictly after this instant.
+
+        None beside it: that is the begin of a step.  Else the look lies within a step, and this is done there.
+        """
+        train, now = self.train, self.kernel.now
+        step = train.begun(now)  # steps begun; the running one is step - 1
+        end = train.begin(step)
+        if net is not self.inhibit:
+            return end, None
+        if self.clock.ps(end - self.high) > now:
+            return end - self.high, self.hold
+        return (train.begin(step + 1) - self.high, self.hold) if step < train.steps else (end, None)
+
+    async def hold(self) -> bool:
+        """At the end of a step: while STEP INHIBIT is high, PULSE stays as it is held; then the step ends.
+
+        Returns whether the step has become longer.
+        """
+        if self.inhibit.level != 1:
+            return False
+        self.chip.waits(f"{self.text} held by {self.holder}=1")
+        self.mark_deviation("event", "STEP INHIBIT")
+        if self.held_high:
+            self.outputs.pulse.drive(1)
+        await self.chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
+        await self.rises()
+        return True
+
+    async def rises(self) -> None:
+        """PULSE rises now: the step ends, and the next one begins when it has been high for long enough."""
+        self.outputs.pulse.drive(1)
+        await self.chip.ticks(self.high)
+        self.chip.waits(self.progress)

@@ -1,0 +1,74 @@
+"""Rates and slopes where the rate parameter grows by S with each step.  Pure functions, whole clocks.
+
+    rate parameter
+      R ........______
+              _|      |_          step i of a ramp has the parameter start + (i - 1) * S; the period of a step falls
+            _|          |_        with the parameter, so the speed grows steeper and steeper
+    start _|              |_
+          |up | slew |down|
+
+Without a slope every step is made at R, divided by the factor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from ....core.motion.ideal import FOREVER, Ideal, IdealPiece
+from ....core.motion.motions import MotionParameters
+from ....core.motion.plan import Runs
+from ....core.motion.train import OPEN
+
+
+class Law(NamedTuple):
+    """The periods of steps, in clocks, by rate parameter from 0 on, and the parameter of the first step of a ramp."""
+
+    periods: tuple[int, ...]
+    start: int = 1
+
+    @property
+    def top(self) -> int:
+        """The highest rate parameter; those above it count as this one."""
+        return len(self.periods) - 1
+
+    def period(self, rate: int, factor: int = 1) -> int:
+        """Return the clocks of a step at a rate parameter."""
+        return self.periods[min(rate, self.top)] * factor
+
+    def up(self, rate: int, slope: int, factor: int = 1) -> Runs:
+        """Return the way up to a rate, the steps whose parameter is below it; a slope of 0 has none."""
+        ramp = range(self.start, min(rate, self.top), slope) if slope else ()
+        return tuple((self.periods[each] * factor, 1) for each in ramp)
+
+
+class RegistersAtStart(NamedTuple):
+    """The parameters of a motion, as they were when it began; a slope of 0 is none, `factor` the one that counts."""
+
+    crystal_hz: int
+    rate: int
+    slope: int
+    factor: int
+    number: int
+    law: Law
+
+    def parameters(self) -> MotionParameters:
+        """What a picture names: the rate of R, and S, F, N."""
+        return MotionParameters(self.rates(), {"S": self.slope, "F": self.factor, "N": self.number})
+
+    def rates(self) -> Mapping[str, float]:
+        """The rate that the motion is to reach, by name."""
+        return {f"R = {self.rate}": self.crystal_hz / self.law.period(self.rate, self.factor)}
+
+    def ideal(self, runs: Runs, start: int, position: int, sign: int) -> Ideal:
+        """Return the ideal of a plan: its rates one after the other, since the law itself goes from step to step.
+
+        Args:
+            runs: of the plan.
+            start: of the first step, ps.
+            position: before it.
+            sign: 1 clockwise, -1 counter-clockwise.
+        """
+        lasting = ((interval / self.crystal_hz, n) for interval, n in runs)
+        pieces = [IdealPiece(s * n if n < OPEN else FOREVER, 1 / s) for s, n in lasting]
+        return Ideal(start, position, pieces or [IdealPiece(0.0, 0.0)], sign)

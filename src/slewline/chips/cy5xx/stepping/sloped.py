@@ -1,0 +1,102 @@
+"""What the parts with slopes (slope.py) do alike around them: half steps, a factor, a program that runs by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from ....core.motion.ideal import Ideal
+from ....core.motion.motions import MotionParameters
+from ....core.motion.plan import Plan
+from ....core.wires.net import Net
+from .. import instructions, registers
+from ..program import Program
+from . import motion
+from .slope import Law, RegistersAtStart
+from .steps import Patterns, StepOutputs
+
+
+def half_steps(inferred: Mapping[str, Any]) -> Patterns:
+    """Return the phase patterns of half steps, levels of phase 1 to 4 in a row; full steps take every other one."""
+    return tuple(tuple(pattern >> bit & 1 for bit in (3, 2, 1, 0)) for pattern in inferred["phases"])
+
+
+def full_steps(inferred: Mapping[str, Any]) -> Patterns:
+    """Return the phase patterns of full steps, levels of phase 1 to 4 in a row."""
+    return half_steps(inferred)[::2]
+
+
+def law(inferred: Mapping[str, Any], periods: tuple[int, ...]) -> Law:
+    """Return the clocks of a step by rate parameter, the user's if he gave some, and where slopes begin."""
+    return Law(inferred["periods"] or periods, inferred["ramp_start"])
+
+
+@dataclass
+class Registers(registers.Registers):
+    """The registers of the family, and the mode of H."""
+
+    half: bool = False
+
+    @property
+    def slope(self) -> int:
+        """The slope that counts; 0: none."""
+        return self.values["slope"]
+
+    @property
+    def factor(self) -> int:
+        """The factor that counts; 0 is an 8-bit counter run through."""
+        return self.values["factor"] or 256
+
+    def at_start(self, crystal_hz: int, number: int, law: Law) -> RegistersAtStart:
+        """Return the parameters of a motion of some steps that begins now."""
+        return RegistersAtStart(crystal_hz, self.values["rate"], self.slope, self.factor, number, law)
+
+
+class Instructions(instructions.ParameterHandlers):
+    """The handlers of letters without a number here: A, D, T; of F and of H.  A part has those of the family, too."""
+
+    registers: Registers
+    outputs: StepOutputs
+    program: Program
+    dowhile: Net
+    request_ends_wait = False
+    in_slope = ""  # what a factor does while there are slopes
+
+    def do_athome(self) -> None:
+        self.declare(0, "A")
+
+    def do_doitnow(self) -> None:
+        self.program.begin(0)
+
+    def do_til(self) -> None:
+        if self.dowhile.level == 0:
+            self.do_doitnow()
+
+    def do_factor(self, factor: int) -> None:
+        if self.registers.slope:
+            self.chip.finding("factor-in-slope", f"F {factor} behind S: {self.in_slope}")
+        self.registers.load("factor", factor)
+
+    def do_halfstep(self) -> None:
+        if not self.registers.half:
+            self.registers.half = True
+            self.registers.phase *= 2
+            self.outputs.walk(half_steps(self.chip.options.inferred))
+
+
+class Motion(motion.Motion):
+    """Motions whose ideal are the rates of the law, one after the other."""
+
+    registers: Registers
+    law: Law
+
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
+        """Take over the parameters for this motion."""
+        self.at_start = self.registers.at_start(self.chip.crystal_hz, number, self.law)
+        return self.at_start.parameters
+
+    def expected(self, plan: Plan) -> Callable[[], Ideal]:
+        """What makes the ideal of this motion, whose first step begins now."""
+        return partial(self.at_start.ideal, plan.runs, self.kernel.now, self.axis.position, self.sign)

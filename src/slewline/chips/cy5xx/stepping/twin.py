@@ -1,0 +1,213 @@
+r"""Motion one step at a time: the oracle of the fast path, slow and obvious.
+
+The fast path plans whole moves and promises step trains.  A twin plans nothing but a list of single steps, drives
+every edge when it comes, looks at the pins when the chip looks, and so gives a second opinion that shares no code with
+the first.  Findings of a motion are told by the part's own twin, or not at all.
+
+    move:  I/O REQUEST high? -> direction -> STEP INHIBIT low? -> [step -> looks] ... -> over
+
+    one step (a look reads the levels from before the instant):
+
+        begin                                       end = begin of the next
+          |                                           |
+          |_________________________________      ____|
+        ‾‾|                                 |‾‾‾‾|    PULSE
+          |                                 |    |
+          phases, position, SLEW            |    looks: target? what the part looks at
+                                            STEP INHIBIT?
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from functools import partial
+from itertools import groupby
+from typing import Any, NamedTuple
+
+from ....core.context import ChipContext
+from ....core.motion.ideal import Ideal
+from ....core.motion.motions import MotionParameters
+from ....core.motion.plan import Leg, Plan
+from ....core.motion.train import Playing, StepTrain
+from ..interfaces.lines import line_in
+from ..interfaces.port import BusPort
+from ..registers import Registers
+from .slope import Law
+from .sloped import Registers as SlopeRegisters
+from .steps import StepOutputs
+
+UP, SLEW, DOWN = "up", "slew", "down"
+CRAWL = "crawl"  # at the first rate, SLEW high, up to the target
+SAME = "same"  # the one step with SLEW high that answers a request for the present rate
+
+
+class TwinStep(NamedTuple):
+    """One step that is to be made: its kind, its rate parameter, and the clocks that it takes."""
+
+    kind: str
+    rate: int
+    period: int
+
+
+class Stepwise:
+    """Plays every motion step by step.  A part says which steps, and what it looks at between two of them.
+
+    Args:
+        law: what a part plans its motions by.
+    """
+
+    def __init__(
+        self,
+        chip: ChipContext,
+        ticks: Mapping[str, int],
+        registers: Registers,
+        outputs: StepOutputs,
+        port: BusPort,
+        law: Any,
+    ) -> None:
+        self.chip, self.ticks, self.registers, self.outputs, self.port = chip, ticks, registers, outputs, port
+        self.kernel, self.clock, self.axis, self.law = chip.kernel, chip.clock, chip.axes[0], law
+        self.inhibit, self.abort = line_in(chip, "step_inhibit", 0), line_in(chip, "abort")
+        self.request, self.select = port.request, port.select
+        self.moving = False
+        self.plan: deque[TwinStep] = deque()  # the steps to come, one by one
+        self.sign = 1
+        self.number = self.made = 0  # steps of the move, and made so far
+
+    # ------------------------------------------------------------------------------------------ what a part brings
+    held_high = False  # PULSE while STEP INHIBIT holds a step
+
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
+        """Return what tells the parameters of a motion that begins now, when somebody asks."""
+        raise NotImplementedError
+
+    def prepare(self) -> None:
+        """The steps of an undisturbed motion, into `plan`."""
+        raise NotImplementedError
+
+    def expected(self) -> Callable[[], Ideal]:
+        """What makes the ideal of this motion, whose first step begins now."""
+        raise NotImplementedError
+
+    async def ordered(self) -> None:
+        """Wait for what must be so before the first step, STEP INHIBIT apart."""
+
+    def coming(self) -> TwinStep | None:
+        """The step that comes next as things stand; None: the target is reached."""
+        return self.plan[0] if self.plan else None
+
+    def stretched(self, step: TwinStep) -> int:
+        """A step begins: how many clocks longer it becomes."""
+        return 0
+
+    async def time_out(self, end: int) -> None:
+        """A step has begun: wait until PULSE may rise, at a tick if nothing ends the step before."""
+        await self.chip.at_tick(end)
+
+    async def should_continue(self, just: TwinStep) -> bool:
+        """Look at everything at the end of a step, in the chip's order; false: the motion is over."""
+        return self.coming() is not None
+
+    # ------------------------------------------------------------------------------------------------ a whole motion
+    def killed(self) -> None:
+        """Reset in mid-motion: whatever has begun by now stands, nothing follows."""
+        self.axis.log.end("cut")
+        self.moving = False
+
+    def mark_deviation(self, kind: str, text: str) -> None:
+        """The motion becomes another one than it was to be."""
+        self.axis.log.depart()
+        self.axis.log.mark(kind, text)
+
+    async def move(self, number: int, sign: int, text: str) -> None:
+        """A motion from its command to the moment when READY may return."""
+        chip = self.chip
+        self.moving = True
+        chip.waits(f"{text} in motion")
+        self.axis.log.begin(text, self.parameters(number), sign)
+        self.port.motion_complete.drive(1)
+        self.outputs.turn(sign > 0)
+        await chip.ticks(self.ticks["step_lead"])
+        await self.ordered()
+        if number > 0:
+            self.number, self.sign, self.made = number, sign, 0
+            self.prepare()
+            await chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
+            self.axis.log.expect(self.expected())
+            await self.play()
+        self.outputs.pulse.drive(1)
+        self.outputs.slew.drive(1)
+        self.port.motion_complete.drive(0)
+        self.axis.log.end()
+        self.over()
+        self.moving = False
+        await chip.ticks(self.ticks["ready_after_motion"])
+
+    def over(self) -> None:
+        """The motion is over."""
+
+    async def play(self) -> None:
+        """Step after step, until the looks between two of them say that it is over."""
+        while (step := self.coming()) is not None:
+            if self.plan:
+                self.plan.popleft()
+            await self.step(step)
+            if not await self.should_continue(step):
+                if self.coming() is not None:
+                    self.axis.log.stop()
+                return
+
+    # ------------------------------------------------------------------------------------------------------- one step
+    async def step(self, step: TwinStep) -> None:
+        """From the fall of PULSE to the end of its high time."""
+        chip, outputs, high = self.chip, self.outputs, self.ticks["pulse_high"]
+        begin = chip.tick
+        outputs.slew.drive(0 if step.kind == SLEW else 1)
+        period = step.period + self.stretched(step)
+        outputs.pulse.drive(0)
+        registers = self.registers
+        registers.phase = (registers.phase + self.sign) % len(outputs.patterns)
+        for driver, level in zip(outputs.phases, outputs.patterns[registers.phase], strict=True):
+            driver.drive(level)
+        leg = Leg(UP if step.kind == SAME else step.kind, ((period, 1),), 0, 1)
+        playing = Playing(StepTrain(self.clock, begin, leg.runs), until=None)
+        self.axis.follow(playing, self.sign, plan=Plan((leg,)))
+        self.made += 1
+        await self.time_out(begin + period - high)
+        if self.inhibit.level == 1:
+            self.mark_deviation("event", "STEP INHIBIT")
+            outputs.pulse.drive(1 if self.held_high else 0)
+        await chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
+        outputs.pulse.drive(1)
+        await chip.ticks(high)
+
+
+class SlopeStepwise(Stepwise):
+    """The same where the rate parameter grows by S with each step (slope.py)."""
+
+    registers: SlopeRegisters
+    law: Law
+
+    def parameters(self, number: int) -> Callable[[], MotionParameters]:
+        """Return what tells the parameters of a motion that begins now, when somebody asks."""
+        self.motion_made = self.registers.at_start(self.chip.crystal_hz, number, self.law)
+        return self.motion_made.parameters
+
+    def step_of(self, kind: str, rate: int, factor: int | None = None) -> TwinStep:
+        """Return a step at a rate parameter, as many times longer as a factor says: by default that of the motion."""
+        rate = min(rate, len(self.law.periods) - 1)
+        return TwinStep(kind, rate, self.law.periods[rate] * (factor or self.motion_made.factor))
+
+    def way_up(self) -> list[TwinStep]:
+        """The steps, one by one, that lead to the rate."""
+        made, way, rate = self.motion_made, list[TwinStep](), self.law.start
+        while made.slope and rate < min(made.rate, len(self.law.periods) - 1):
+            way.append(self.step_of(UP, rate))
+            rate += made.slope
+        return way
+
+    def expected(self) -> Callable[[], Ideal]:
+        """What makes the ideal of this motion, whose first step begins now."""
+        runs = tuple((step.period, len(list(alike))) for step, alike in groupby(self.plan))
+        return partial(self.motion_made.ideal, runs, self.kernel.now, self.axis.position, self.sign)

@@ -1,0 +1,1 @@
+"""What the host says and the program does: lines, commands, instructions, runs."""

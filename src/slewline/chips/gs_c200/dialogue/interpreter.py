@@ -1,0 +1,150 @@
+"""What runs besides the lines of the host: the stored program, a homing, an instruction outside a program.
+
+An instruction takes its time first and then acts, so that a pulse between two instructions exists.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+
+from ....core.context import ChipContext
+from ....core.time.kernel import Task
+from ....core.wires.waits import until
+from ....language.dialect import Command
+from ..activity import PROGRAM, Activity
+from ..stepping.counter import PositionCounter
+from .instructions import Instructions, Moves
+from .program import Program
+
+Handler = Callable[..., Awaitable[str | None]]
+
+
+class Interpreter:
+    """Runs one thing at a time, and ends it; `refresh_idle` is called whenever one begins or ends."""
+
+    def __init__(
+        self,
+        chip: ChipContext,
+        refresh_idle: Callable[[], None],
+        times_ps: Mapping[str, int],
+        activity: Activity,
+        counter: PositionCounter,
+        program: Program,
+        motion: Moves,
+        instructions: Instructions,
+    ) -> None:
+        self.refresh_idle = refresh_idle
+        self.chip, self.kernel, self.instruction_ps = chip, chip.kernel, times_ps["instruction"]
+        self.activity, self.counter, self.program, self.motion = activity, counter, program, motion
+        self.handlers: dict[str, Handler] = {
+            row.form: getattr(instructions, row.handler)
+            for row in chip.sheet.commands
+            if hasattr(instructions, row.handler)
+        }
+        self.task: Task | None = None
+
+    @property
+    def running(self) -> bool:
+        """Does a program run, or a homing?"""
+        return self.task is not None
+
+    @property
+    def under_way(self) -> str:
+        """The instruction of the program that is in work, or what else is; empty: nothing."""
+        return self.activity.text if self.program.at is None else self.program.text_at(self.program.at)
+
+    # ------------------------------------------------------------------------------------------------ begin and end
+    def run(self, work: Callable[[], Awaitable[None]]) -> None:
+        """Begin to run the program, or what else takes its time."""
+        self.task = self.kernel.spawn(self._run, work, name=f"{self.chip.name} runs")
+        self.activity.begin(PROGRAM)
+        self.refresh_idle()
+
+    async def _run(self, work: Callable[[], Awaitable[None]]) -> None:
+        await work()
+        self._end()
+
+    def _end(self) -> None:
+        """Nothing runs any more."""
+        self.task = self.program.at = None
+        self.activity.works_on("")
+        self.chip.waits("a command")
+        self.activity.end(PROGRAM)
+        self.refresh_idle()
+
+    async def kill(self, letter: str) -> None:
+        """End whatever runs at once, on a command: K, or Z where no motion can come to rest."""
+        if self.motion.moving:
+            self.counter.log.mark("command", letter)
+        if self.task is not None:
+            self.task.kill()
+        await self.motion.kill()
+        self._end()
+
+    async def come_to_rest(self) -> None:
+        """Z: end the program as soon as its motion has come to rest; without motion, or in a homing, at once."""
+        if self.motion.moving and not self.counter.homing:
+            self.counter.log.mark("command", "Z")
+            self.counter.log.stop()
+            self.program.ending = True
+            self.motion.come_to_rest()
+        elif self.running:
+            await self.kill("Z")
+
+    def cut(self) -> None:
+        """The supply is gone: steps of this instant stand, nothing follows."""
+        if self.task is not None:
+            self.task.kill()
+            self.task = None
+        self.motion.cut()
+
+    # --------------------------------------------------------------------------------------------------- what is run
+    async def execute(self) -> None:
+        """Perform instruction after instruction, from location 0 to the end of the program."""
+        chip, program = self.chip, self.program
+        program.begin()
+        size, starts = len(program.memory), {at: (row, values) for at, row, values in program.fetched()}
+        while not program.ending:
+            at = program.pc
+            if at >= size:
+                if program.until is None or program.until.level == 0:
+                    return
+                program.pc = 0
+                await self._instruction_time()
+                continue
+            if at not in starts:
+                chip.finding("jump-inside", f"a jump to location {at}, inside an instruction: the program stops")
+                return
+            row, values = starts[at]
+            program.at = at
+            if chip.on_instruction:
+                chip.on_instruction(at)
+            if chip.on_command:
+                chip.on_command(self.under_way)
+            chip.waits(f"{row.form} at location {at} in work")
+            await self._instruction_time()
+            program.pc = at + row.size
+            await self.handlers[row.form](*values)
+
+    async def _instruction_time(self) -> None:
+        await until(self.kernel, self.kernel.now + self.instruction_ps)
+
+    async def perform(self, command: Command) -> None:
+        """Perform one instruction outside a program (option direct)."""
+        self.program.begin()
+        self.activity.works_on(command.text)
+        await self.handlers[command.row.form](*command.values)
+
+    async def home(self, direction: int, speed: int) -> None:
+        """Find the home position; the counter is not kept on the way, and cleared at the end.
+
+        Args:
+            direction: where the end of travel lies: 1 clockwise, -1 counter-clockwise.
+            speed: units of 10 steps/s.
+        """
+        text = "H+" if direction > 0 else "H-"
+        self.activity.works_on(text)
+        self.counter.set_out(text, direction, homing=speed)
+        await self.motion.home(direction, text)
+        self.counter.homed()
+        self.activity.works_on("")

@@ -1,0 +1,108 @@
+"""The program memory: what programming stores, and where a run of it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from ....core.datasheet.table import Row, Sheet
+from ....core.wires.net import Net
+from ....language.dialect import Command
+from ..registers import Registers
+
+if TYPE_CHECKING:
+    from ....core.program import ProgramRow
+
+SPEEDS = {"S": "start_stop", "T": "top_speed", "R": "ramp"}  # the registers that a motion needs, by command
+
+
+def set_first(missing: str) -> str:
+    """Return the remedy where a motion lacks registers, given as "S, T"."""
+    return f"set {missing} at the head of the program"
+
+
+class Program:
+    """The stored program: its bytes, whose codes are the model's own, and its run.
+
+    `pc` is the location of the next instruction, `at` that of the one in work, None while no program runs.
+    """
+
+    def __init__(self, sheet: Sheet, registers: Registers) -> None:
+        self.sheet, self.registers = sheet, registers
+        self.by_code: dict[int, Row] = sheet.commands.by_code
+        self.memory = bytearray()
+        self.clear()
+
+    def clear(self) -> None:
+        """Lose the program, and all that belongs to it: there is no supply."""
+        self.memory.clear()
+        self.entering = False  # programming mode
+        self.kept = False  # M has sent what has been entered to the EEPROM
+        self.at: int | None = None
+        self.begin()
+
+    # --------------------------------------------------------------------------------------------------- programming
+    def store(self, command: Command) -> bool:
+        """Store an instruction behind the others; return whether it fits."""
+        fits = len(self.memory) + command.row.size <= self.sheet.buffer_bytes
+        if fits:
+            self.memory += command.stored
+            self.kept = False
+        return fits
+
+    def load(self, data: bytes) -> None:
+        """Take another program into the memory."""
+        self.memory[:] = data
+
+    def accepts(self, data: bytes) -> bool:
+        """Is this a program, whole, that fits into the memory?"""
+        at = 0
+        while at < len(data) and data[at] in self.by_code:
+            at += self.by_code[data[at]].size
+        return at == len(data) <= self.sheet.buffer_bytes
+
+    # --------------------------------------------------------------------------------------------------------- a run
+    def begin(self) -> None:
+        """Put a run to its start."""
+        self.pc = 0
+        self.ending = False  # it ends behind the instruction in work
+        self.loops: list[list[int]] = []  # [where it begins, passes made]
+        self.loop_reported = False  # a loop end without a start has been reported
+        self.until: Net | None = None  # U at location 0 repeats the program while this input is 1
+
+    def fetched(self) -> Iterator[tuple[int, Row, tuple[int, ...]]]:
+        """Yield all instructions: location, row and values."""
+        data, at = bytes(self.memory), 0
+        while at < len(data):
+            row = self.by_code[data[at]]
+            yield at, row, row.unpack(data[at + 1 : at + row.size], data[at])
+            at += row.size
+
+    @property
+    def homing_speed(self) -> int:
+        """The speed of a homing: that of the S at the head of the program, else the one in force; 0: none is."""
+        for _, row, values in self.fetched():
+            return values[0] if row.form == "S" else self.registers.start_stop
+        return self.registers.start_stop
+
+    def unset_before_motion(self) -> str:
+        """Return which of S, T, R a motion of the program would lack, in the order of the listing."""
+        known = {letter for letter, name in SPEEDS.items() if getattr(self.registers, name)}
+        for _, row, _ in self.fetched():
+            if row.motion and len(known) < len(SPEEDS):
+                return "".join(letter for letter in SPEEDS if letter not in known)
+            known |= {row.form} & set(SPEEDS)
+        return ""
+
+    # ------------------------------------------------------------------------------------------------ as others see it
+    def rows(self) -> list[ProgramRow]:
+        """Return the program, an instruction a row: location, bytes and text."""
+        from ....language.disassemble import program_rows
+
+        return program_rows(bytes(self.memory), self.sheet)
+
+    def text_at(self, at: int) -> str:
+        """Return the instruction at a location as text."""
+        from ....language.disassemble import text_at
+
+        return text_at(bytes(self.memory), at, self.sheet)

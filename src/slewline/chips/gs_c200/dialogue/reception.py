@@ -1,0 +1,47 @@
+"""What is wrong with a line as it was received (E1), before anybody looks at what it says."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ....language.lines import checksum, framed
+from ....language.lines.remedies import is_command
+
+if TYPE_CHECKING:
+    from ....core.datasheet.table import Sheet
+    from ....core.wires.serial import Straps
+    from ...line import Line
+
+
+def fault(line: Line, command: str, sheet: Sheet, straps: Straps, longest: int) -> str:
+    """Return what is wrong with a line, and what to do; empty: nothing.
+
+    Args:
+        command: the line without address, with whatever stands where a checksum belongs.
+    """
+    if line.faulty:
+        here = f"{straps.setting.in_full} ({straps.set_by})"
+        return f"a parity or framing fault: this module listens at {here}; let the host do so, or look for noise"
+    if line.too_long:
+        return f"more than {longest} characters; end each command with a carriage return"
+    if line.checked and line.text[-1] != checksum(line.text[:-1], straps.kept):
+        return _checksum(line.text, command, sheet, straps)
+    return ""
+
+
+def _checksum(text: bytes, command: str, sheet: Sheet, straps: Straps) -> str:
+    """Return what is wrong with the last character of a line: the host has sent no checksum, or another one."""
+    rest, kept, pin = text[:-1], straps.kept, straps.port.checksum_pin
+    wrong = f"checksum {shown(text[-1])}, expected {shown(checksum(rest, kept))} behind {rest!r}"
+    meant = text if is_command(sheet, command) else rest
+    came = f"; {command} has come without one" if meant is text else ""
+    rule = f"the low seven bits of the sum of its codes{', bit 4 set' * bool(kept)}"
+    return (
+        f"{wrong}{came}: send {framed(meant, kept=kept)!r}, whose {shown(checksum(meant, kept))} is {rule}; "
+        f'or switch checksums off: --strap {pin}=0, straps={{"{pin}": 0}}'
+    )
+
+
+def shown(byte: int) -> str:
+    """Return a character by its code, and as itself, if it prints."""
+    return f"{chr(byte)!r} ({byte:#04x})" if 0x20 < byte < 0x7F else f"{byte:#04x}"

@@ -1,0 +1,50 @@
+"""The lines to the driver and from the machine, and those of the user: UI1 to UI3, UO1 to UO3."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ....core.context import ChipContext
+from ....core.wires.waits import until
+
+
+class StepLines:
+    """The outputs that a driver sees, and the inputs that hold or end a motion."""
+
+    def __init__(self, chip: ChipContext, times_ps: Mapping[str, int]) -> None:
+        self.kernel, self.reset_ps = chip.kernel, times_ps["reset"]
+        self.mov, self.ramp, self.dir, self.clock = (chip.drivers[name] for name in ("mov", "ramp", "dir", "clock"))
+        self.reset = chip.drivers["reset"]
+        self.enable, self.eot, self.home = (chip.pins[name].net for name in ("enable", "eot", "home"))
+
+    def rest(self) -> None:
+        """Let MOV and RAMP fall together."""
+        self.mov.drive(0)
+        self.ramp.drive(0)
+
+    async def pulse_reset(self) -> None:
+        """Reset the driver: RESET low for 400 us."""
+        self.reset.drive(0)
+        await until(self.kernel, self.kernel.now + self.reset_ps)
+        self.reset.drive(1)
+
+
+class UserLines:
+    """What a program reads and drives besides the motor."""
+
+    def __init__(self, chip: ChipContext) -> None:
+        self.inputs = tuple(chip.pins[f"ui{n}"].net for n in (1, 2, 3))
+        self.outputs = tuple(chip.drivers[f"uo{n}"] for n in (1, 2, 3))
+
+    def read_inputs(self) -> int:
+        """Return UI1 + 2 UI2 + 4 UI3; an open input reads 1."""
+        return sum((net.level != 0) << n for n, net in enumerate(self.inputs))
+
+    def read_outputs(self) -> int:
+        """Return UO1 + 2 UO2 + 4 UO3."""
+        return sum((driver.net.level == 1) << n for n, driver in enumerate(self.outputs))
+
+    def clear(self) -> None:
+        """Drive all outputs low."""
+        for driver in self.outputs:
+            driver.drive(0)

@@ -1,0 +1,232 @@
+"""How a GS-C module plays a plan: promise it whole, look just before each step, withdraw when an input departs.
+
+    CLOCK   ‾‾‾‾|_|‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾‾      a step is the falling edge; low for 1.7 us
+                b               b'             ENABLE, Z and the switches of a homing: as they were before b
+    MOV     _|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|______      up with DIR, 10 us before the first step; down with the last pulse
+
+A step that ENABLE holds is not lost: the profile goes by steps, so it waits, and goes on where it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import cast
+
+from ....core.context import ChipContext
+from ....core.motion.plan import Plan, tail
+from ....core.motion.step_views import StrobeView
+from ....core.motion.train import OPEN, Playing, StepTrain
+from ....core.wires.net import Driver, Net
+from ....core.wires.waits import first_of, level, polled, until
+from .. import profile
+from .counter import PositionCounter
+from .lines import StepLines
+
+RAMPS = ("up", "down")
+
+
+def input_name(net: Net) -> str:
+    """The name of an input, as the sheet writes it."""
+    return net.name.rpartition(".")[2].upper()
+
+
+class Motion:
+    """The stepping part of the firmware.  `moving` is true from MOV high to MOV low; `stopped` tells of the last motion
+    whether it came to rest because it was told to."""
+
+    def __init__(
+        self, chip: ChipContext, times_ps: Mapping[str, int], lines: StepLines, counter: PositionCounter
+    ) -> None:
+        self.chip, self.kernel, self.clock = chip, chip.kernel, chip.clock
+        self.lines, self.counter, self.mov_hold = lines, counter, chip.options.mov_hold
+        self.width, self.setup = times_ps["clock"], times_ps["dir_setup"]
+        self.release, self.instruction = times_ps["release"], times_ps["instruction"]
+        self.moving = self.stopped = False
+        self.playing: Playing | None = None
+        self.fresh = False  # no step has been made
+        self.number: int | None = None  # steps of the motion; None: no end but that of the counter
+        self.limit = OPEN  # steps to that
+        self.stop_net = Net(self.kernel, f"{chip.name}.stop")
+        self.stop = Driver(self.stop_net, chip.name)  # 1: come to rest
+
+    # ----------------------------------------------------------------------------------------------------- motions
+    async def move(self, number: int, sign: int, text: str) -> None:
+        """Make a move of `number` steps; `sign` is 1 clockwise, -1 counter-clockwise."""
+        self.number, self.limit = number, OPEN
+        await self.through(profile.move(number, *self.counter.made), sign, text)
+
+    async def through(self, plan: Plan, sign: int, text: str) -> None:
+        """Play a plan to its end, and let the last interval pass."""
+        self.begin(text)
+        end = await self.play(plan, sign)
+        self.rest()
+        self.counter.over(self.stopped)
+        await until(self.kernel, end)
+        if self.mov_hold:
+            self.lines.rest()
+
+    async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
+        """Run until the stop net says so, until an input is low, or until `limit` steps are made."""
+        kernel, every = self.kernel, self.instruction
+        self.number, self.limit = None, limit
+        plan = profile.endless(*self.counter.made, limit)
+        if watched is None:
+            await self.through(plan, sign, text)
+            return
+
+        async def watch() -> None:
+            await until(kernel, kernel.now + every)  # the first look is over
+            await polled(kernel, watched, 0, every)
+            self.counter.log.mark("event", input_name(watched))
+            self.stop.drive(1)
+
+        watcher = kernel.spawn(watch, name=f"{self.chip.name} watches {watched.name}")
+        try:
+            await self.through(plan, sign, text)
+        finally:
+            watcher.kill()
+
+    async def home(self, sign: int, text: str) -> None:
+        """Find the end of travel, which lies in the direction of `sign`, then the home position, at one speed."""
+        lines = self.lines
+        self.begin(text)
+        for switch, way, kind in ((lines.eot, sign, "limit"), (lines.home, -sign, "home")):
+            if switch.level != 0:
+                await self.play(profile.steady(profile.period(self.counter.made.start_stop)), way, switch)
+            self.counter.log.mark(kind, input_name(switch))
+        self.rest()
+        self.lines.rest()
+
+    def begin(self, text: str) -> None:
+        """Begin a motion."""
+        self.moving, self.stopped, self.text = True, False, text
+        self.fresh = True
+        self.stop.drive(0)
+        self.chip.waits(f"{text} in motion")
+
+    def rest(self) -> None:
+        """End a motion, with the end of its last pulse."""
+        self.moving = False
+        if not self.mov_hold:
+            self.lines.rest()
+
+    def come_to_rest(self) -> None:
+        """Z: end the motion with a ramp."""
+        self.stop.drive(1)
+
+    async def kill(self) -> None:
+        """End the motion without a ramp; the pulse in progress is completed.  The counter keeps what was issued."""
+        self.counter.mark_deviation()
+        if self.moving and self.playing is not None:
+            train, now = self.playing.train, self.kernel.now
+            begun = self.playing.begun(now)
+            end = max(now, train.begin(begun - 1) + self.width) if begun else now
+            self.end_by(end + 1)
+            await until(self.kernel, end)
+        self.counter.cut()
+        self.moving = False
+        self.lines.rest()
+
+    def cut(self) -> None:
+        """The supply is gone: steps of this instant stand, later ones do not."""
+        self.end_by(self.kernel.now + 1)
+        self.counter.mark_deviation()
+        self.counter.cut()
+        self.moving = False
+
+    def end_by(self, ps: int) -> None:
+        """Bound the promise, unless it ends earlier."""
+        if self.playing is not None and (self.playing.until is None or ps < self.playing.until):
+            self.playing.until = ps
+            self.lines.clock.renew()
+
+    # ------------------------------------------------------------------------------------------------ playing a plan
+    async def play(self, plan: Plan, sign: int, switch: Net | None = None) -> int:
+        """Play a plan, and what becomes of it, until its last pulse is over; returns when its last interval will be.
+
+        Args:
+            switch: an input that ends the motion when it is low just before a step.
+        """
+        lines, counter, kernel = self.lines, self.counter, self.kernel
+        self.playing = None  # of this plan nothing is played yet
+        lines.dir.drive(int(sign > 0))
+        lines.mov.drive(1)
+        lines.ramp.drive(int(bool(plan.steps) and plan.leg(0).name in RAMPS))
+        await until(kernel, kernel.now + self.setup)
+        step, fresh, stopping = 0, True, False
+        while step < plan.steps:
+            if switch is not None and switch.level == 0:
+                return kernel.now
+            if self.stop_net.level == 1 and not stopping:
+                counter.mark_deviation()
+                room, plan = plan.steps - step, profile.stopped(plan, step)
+                self.stopped = plan.steps <= room
+                plan, step, fresh, stopping = profile.within(plan, room), 0, True, True
+                continue
+            if lines.enable.level == 0:
+                counter.mark_deviation("event", "ENABLE")
+                await self.held(not stopping)
+                fresh = True
+                continue
+            leg = plan.leg(step)
+            lines.ramp.drive(int(leg.name in RAMPS))
+            if fresh:
+                self.schedule(plan, step, sign)
+            step, fresh = await self.until_sample(leg.end, plan.steps, switch), False
+        if not plan.steps:
+            return kernel.now
+        return cast("Playing", self.playing).train.begin(plan.steps)  # its steps have been played
+
+    def schedule(self, plan: Plan, step: int, sign: int) -> None:
+        """Promise a train whose first step begins now."""
+        counter = self.counter
+        if self.fresh:
+            counter.first_step(sign, self.number, self.limit)
+            self.fresh = False
+        self.base = step
+        self.playing = Playing(StepTrain(self.clock, self.kernel.now, tail(plan.runs, step)))
+        counter.axis.follow(self.playing, sign, counted=not counter.homing, plan=plan, step=step)
+        self.lines.clock.play(StrobeView(self.playing, self.width))
+
+    async def until_sample(self, stop: int, steps: int, switch: Net | None) -> int:
+        """Let the promise run until a decision; returns the step of the plan that is about to begin.
+
+        The decision is at the begin of step `stop`, or earlier when an input departs; the end of the last pulse is one.
+        """
+        kernel, playing = self.kernel, cast("Playing", self.playing)
+        train, lines = playing.train, self.lines
+        last = stop >= steps
+        playing.until = None if last else train.begin(stop - self.base)
+        lines.clock.renew()
+        decision = None if steps >= OPEN and last else playing.until
+        if last and steps < OPEN:
+            decision = train.begin(steps - 1 - self.base) + self.width
+        watched: list[tuple[Net, int | None]] = [(lines.enable, 0)]
+        if self.stop_net.level != 1:
+            watched.append((self.stop_net, 1))
+        if switch is not None:
+            watched.append((switch, 0))
+        if await first_of(kernel, decision, *watched) is None:
+            return stop
+        following = train.begun(kernel.now)
+        if following + self.base >= stop:  # nothing begins before the decision
+            await until(kernel, decision or kernel.now)
+            return stop
+        look = train.begin(following)
+        playing.until = look
+        lines.clock.renew()
+        await until(kernel, look)
+        return self.base + following
+
+    async def held(self, stoppable: bool) -> None:
+        """ENABLE is low: the next step waits for it, or for a stop that may end the motion here."""
+        chip, kernel, enable = self.chip, self.kernel, self.lines.enable
+        chip.waits(f"{self.text} held by enable=0")
+        if stoppable:
+            await first_of(kernel, None, (enable, 1), (self.stop_net, 1))
+            if enable.level == 0:
+                return
+        else:
+            await level(enable, 1)
+        await until(kernel, kernel.now + self.release)
+        chip.waits(f"{self.text} in motion")

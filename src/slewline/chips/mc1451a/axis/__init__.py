@@ -1,0 +1,1 @@
+"""One axis: its trajectory generator, pulses, encoder, gear, limit switches and updates."""

@@ -1,0 +1,62 @@
+"""Encoder position feedback of one axis: the actual position, and how far it is from the target."""
+
+from __future__ import annotations
+
+from ....core.context import ChipContext
+from ....core.motion.history import History
+from ..cycle_clock import CycleClock
+from ..registers import ONE, AxisState, signed
+from .enc import QuadratureCounter
+from .pulses import RANGE, Pulses
+
+STEPS = RANGE // ONE  # of a round of the target
+
+
+class Feedback:
+    """What the encoder tells; without one, the actual position stays as it is."""
+
+    def __init__(self, chip: ChipContext, state: AxisState, cycle_clock: CycleClock, pulses: Pulses) -> None:
+        self.kernel, self.clock, self.cycle_clock = chip.kernel, chip.clock, cycle_clock
+        self.state, self.pulses = state, pulses
+        self.encoder: QuadratureCounter | None = None
+        if chip.sheet.encoder:
+            a, b = (chip.pins[f"quad{channel}{state.number}"] for channel in "ab")
+            self.encoder = QuadratureCounter(a, b, chip.clock, chip.finding)
+        self.offsets = History()  # actual position minus counts
+        pulses.axis.on_forget.add(self.forget)
+
+    def begin(self) -> None:
+        """Count from 0: reset is over."""
+        if self.encoder is not None:
+            self.encoder.begin()
+        self.counts = self.error8 = self.whole = 0  # of the encoder; error * 256; steps of the target that are in it
+        self.offset = 0
+        self.offsets.note(self.kernel.now, 0)
+
+    def read(self, n: int) -> None:
+        """Count up to the start of a cycle, and compare with the target."""
+        encoder = self.encoder
+        if encoder is None:
+            return
+        state = self.state
+        counts = encoder.counts_before(self.cycle_clock.tick(n))
+        whole = state.target // ONE + self.pulses.rounds * STEPS
+        self.error8 += (counts - self.counts) * 256 - state.step_ratio * (whole - self.whole)
+        self.counts, self.whole = counts, whole
+        state.actual = signed(counts + self.offset, 31)
+        state.error = self.error8 >> 8
+
+    def declare(self, n: int, value: int) -> None:
+        """Make the actual position a whole number of steps from now on, as the target is; the position error is 0."""
+        state = self.state
+        self.whole, self.error8, state.error, state.motion_error = value, 0, 0, False
+        if self.encoder is not None:
+            self.offset += value - state.actual
+            self.offsets.note(self.cycle_clock.ps(n), self.offset)
+            state.actual = value
+
+    def forget(self, before: int) -> None:
+        """Forget what was before an instant, for which nobody asks any more."""
+        self.offsets.forget(before)
+        if self.encoder is not None:
+            self.encoder.history.forget(self.clock.ticks_until(before))

@@ -1,0 +1,89 @@
+"""The next cycle in which an axis must be worked, assuming no input change and no command."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+
+from .. import sheet
+from ..profiles.cycle_train import Law
+from ..registers import GEAR, ONE, AxisState, signed
+from .enc import FilteredInput
+from .feedback import Feedback
+from .gear import ElectronicGear
+from .generator import ProfileGenerator
+from .pulses import RANGE
+
+NEVER = 1 << 80
+
+
+class Horizon:
+    """When one axis is due."""
+
+    def __init__(
+        self,
+        state: AxisState,
+        generator: ProfileGenerator,
+        feedback: Feedback,
+        gear: ElectronicGear,
+        home: FilteredInput,
+    ) -> None:
+        self.state, self.generator, self.pulses = state, generator, generator.pulses
+        self.feedback, self.gear, self.home = feedback, gear, home
+        self.counts_per_cycle = sheet.CYCLE_TICKS // sheet.FILTER_TICKS + 1  # the filter lets no more pass
+
+    def after(self, n: int) -> int:
+        """Return the next cycle in which something is to be decided, `n` having been worked."""
+        state, pulses, encoder = self.state, self.pulses, self.feedback.encoder
+        if state.update or state.was_off:
+            return n + 1
+        due = NEVER
+        if pulses.law is not None:
+            end = RANGE // 2 if pulses.sign > 0 else RANGE // 2 + 1
+            due = min(pulses.since + pulses.cycles, self.passes(pulses.law, end, pulses.turn * pulses.sign))
+        if self.generator.mode == GEAR and ((encoder is not None and not encoder.quiet) or self.gear.behind):
+            return n + 1
+        return min(due, self.breakpoint_due(n), self.error_due(n))
+
+    def passes(self, law: Law, distance: int, turns: int = 0) -> int:
+        """Return the cycle at which a run is so far from zero, in its direction and `turns` ranges further on."""
+        pulses = self.pulses
+        missing = distance + turns * RANGE - pulses.sign * pulses.x0
+        if missing <= 0:
+            return NEVER
+        if law.steady:
+            return pulses.since - (-missing // law.steady)
+        if law.travel(pulses.cycles) < missing:
+            return NEVER
+        return pulses.since + bisect_left(range(pulses.cycles + 1), missing, key=law.travel)
+
+    def breakpoint_due(self, n: int) -> int:
+        """Return when the breakpoint may be met."""
+        state, pulses, encoder = self.state, self.pulses, self.feedback.encoder
+        value = signed(state.comparison, 32)
+        match state.breakpoint:
+            case "time":
+                return n + ((state.comparison - n - 1) % (1 << 32)) + 1
+            case "pos" | "neg" if pulses.law is not None:
+                if (state.breakpoint == "pos") is not (pulses.sign > 0):
+                    return NEVER  # moving away: it is met only behind the end of the range, where work is due
+                edge = value * ONE if pulses.sign > 0 else -((value + 1) * ONE) + 1
+                return max(self.passes(pulses.law, edge, pulses.turn * pulses.sign), n + 1)
+            case "actl_pos" | "actl_neg" if encoder is not None and not encoder.quiet:
+                wraps = RANGE // ONE // 2 - abs(state.actual)  # what lies behind the end of the range may meet it too
+                return n + max(min(abs(value - state.actual), wraps) // self.counts_per_cycle, 1)
+            case "ext" if not self.home.quiet:
+                return n + 1
+        return NEVER
+
+    def error_due(self, n: int) -> int:
+        """Return when the position error may pass its limit, one way or the other."""
+        state, encoder = self.state, self.feedback.encoder
+        if encoder is None or not state.step_ratio:
+            return NEVER
+        rate = self.generator.fastest * state.step_ratio  # 2^-24 counts per cycle
+        if not encoder.quiet:
+            rate += self.counts_per_cycle << 24
+        if not rate:
+            return NEVER
+        margin = abs(state.pos_err - abs(state.error)) - state.step_ratio // 256 - 2  # a step counts all at once
+        return n + max((margin << 24) // rate, 1)

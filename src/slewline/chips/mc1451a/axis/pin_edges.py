@@ -1,0 +1,98 @@
+"""A lazy reader of a wire: what happened on it is read when somebody asks, from what its drivers promised.
+
+A chip that looks at an input once in a while need not be told of every edge.  A reading asks the promises of the net
+for the edges since the last question, and just before a driver replaces its promise or its level, it reads what that
+has shown so far.  So an edge costs no event, whatever drives the net, and none is lost:
+
+    drive       promise of a train       |  level 0    |  wave
+    wire        _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|_____________|‾‾‾‾‾‾|__
+    read                   ^ asked       ^ replaced    ^ replaced   ^ asked
+
+Rules of this file: nothing past the last committed instant is read; what comes and goes within one instant is not seen.
+"""
+
+from __future__ import annotations
+
+from itertools import compress
+from operator import ne
+from typing import Any
+
+from ....core.time.hook import Hook
+from ....core.wires.net import Level
+from ....core.wires.pin import Terminal
+
+
+class PinEdges:
+    """The edges of the wire on a pin, from this instant on; the changes of this instant itself make its first level.
+
+    `on_change` is called when a driver of the wire is told something: what it tells can be read in the next round.
+    """
+
+    def __init__(self, pin: Terminal) -> None:
+        self.pin = pin  # wiring may still make its net one with another
+        self.on_change: Hook[[]] = Hook()
+        self.begin()
+        pin.net.sample(self._before_change)
+
+    def begin(self) -> None:
+        """Forget everything up to this instant."""
+        self._read = self.pin.net.kernel.now  # up to and with this instant
+        self._changed: int | None = self._read  # a drive that began at this instant has not been looked at
+        self._first = True
+        self.first: Level = None
+        self._level: Level = None
+        self._edges: list[tuple[Any, Any]] = []
+
+    def edges_until(self, ps: int) -> tuple[Any, Any]:
+        """Return the edges since the last question, up to an instant (ps), the last committed one at most.
+
+        Returns:
+            Times in ps and the levels after them: two lists, or two arrays where a promise gave them.
+        """
+        self._catch_up(ps)
+        edges, self._edges = self._edges, []
+        if len(edges) == 1:
+            return edges[0]
+        if any(not isinstance(times, list) for times, _ in edges):
+            import numpy as np
+
+            return np.concatenate([times for times, _ in edges]), np.concatenate([levels for _, levels in edges])
+        return [ps for times, _ in edges for ps in times], [level for _, levels in edges for level in levels]
+
+    @property
+    def quiet(self) -> bool:
+        """Is no edge promised behind those that were asked for?  Then none comes unless a driver is told something."""
+        promises = (driver.promise for driver in self.pin.net.active if driver.promise is not None)
+        return self._changed is None and all(promise.after(self._read) is None for promise in promises)
+
+    def _before_change(self) -> None:
+        now = self.pin.net.kernel.now
+        self._catch_up(now - 1)
+        self._changed = now
+        if self.on_change.listeners:
+            self.on_change()
+
+    def _catch_up(self, ps: int) -> None:
+        """Read what the present drive has shown up to an instant."""
+        net, since = self.pin.net, self._changed
+        if since is not None and since <= ps:
+            self._changed = None
+            level = net.resolve(since)
+            if self._first:
+                self._first, self.first, self._level = False, level, level
+            self._keep([since], [level])
+            self._read = max(self._read, since)
+        if ps > self._read:
+            if net.promise is not None:
+                self._keep(*net.edges_ahead(self._read, ps))
+            self._read = ps
+
+    def _keep(self, times: Any, levels: Any) -> None:
+        """Keep the edges that are real: a list may hold others."""
+        if isinstance(times, list):
+            real = [*map(ne, levels, [self._level, *levels])]
+            if not all(real):
+                times, levels = [*compress(times, real)], [*compress(levels, real)]
+        if len(times) > 0:
+            self._level = levels[-1]
+            self._edges.append((times, levels))

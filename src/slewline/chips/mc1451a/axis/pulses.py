@@ -1,0 +1,197 @@
+"""The run of an axis in progress: what it makes of the registers, and the pulses that it promises.
+
+A displacement chosen once often follows a law for thousands of cycles: a run.  Its pulses are promised whole, its
+position is computed when somebody asks.  When it is cut, what it has left behind (part of a step, PULSE high or low) is
+what the next one begins with.
+
+    target    x0 ____----^^^^          x    PULSE rises where the target passes half a step, and falls, which is the
+              |   run        | cut          step, where it passes a whole one
+    cycle     since          n              lead: how far the target is beyond what has been emitted
+
+Positions and displacements are in 1/65536 step.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ....core.context import ChipContext
+from ....core.motion.train import Playing
+from ..cycle_clock import CycleClock
+from ..profiles.curves import SCurve
+from ..profiles.cycle_train import CycleTrain, Law, SquareView
+from ..profiles.profile import CycleRun, Phases
+from ..registers import ONE, WRAPPED, AxisState, signed
+
+HALF = ONE // 2
+RANGE = 1 << 47  # of the target: 2^31 steps
+
+
+class Past(NamedTuple):
+    """From cycle `first` on the target goes as a law says, from `x0` in cycle `since`; without a law it stays there.
+
+    The law of an S-curve comes from its phases; other laws change by no more than an acceleration, but for jumps.
+    """
+
+    first: int
+    since: int
+    x0: int
+    sign: int
+    law: Law | None
+    curve: Phases | None = None
+    acceleration: int = 0
+
+
+class Pulses:
+    """The run of one axis, and what is promised of it.
+
+    `law` is that of its displacements, None at rest; `sign` its direction.  `acceleration` is what the law may add
+    to the speed in a cycle, for who asks later.
+    """
+
+    def __init__(self, chip: ChipContext, state: AxisState, cycle_clock: CycleClock) -> None:
+        self.kernel, self.clock, self.cycle_clock, self.state = chip.kernel, chip.clock, cycle_clock, state
+        n = state.number
+        self.axis = chip.axes[n - 1]
+        self.pulse, self.dir = chip.drivers[f"pulse{n}"], chip.drivers[f"dir{n}"]
+        self.past: list[Past] = []
+        self.waiting: list[Callable[[], object]] = []  # for the next round
+        self.axis.on_forget.add(self.forget)
+
+    def begin(self) -> None:
+        """Begin at rest: reset is over."""
+        self.law: Law | None = None
+        self.since, self.cycles, self.landing = 0, 0, False
+        self.sign = 1
+        self.x0 = 0  # target at the start of the run; not wrapped within it
+        self.turn = 0  # how often the run has wrapped
+        self.rounds = 0  # how often the target has, since a position was declared
+        self.lead, self.high = 0, False  # target minus emitted position, and PULSE, at the start of the run
+        self.surplus = 0  # of the lead: issued in this cycle for a target that was declared anew since
+        self.curve: Phases | None = None
+        self.acceleration = 0
+        self.past = [Past(0, 0, 0, 1, None)]
+        self.playing: Playing | None = None
+
+    def move(self, n: int) -> bool:
+        """Show where the run has come to at the start of a cycle, and how fast: behind its end, how fast it was.
+
+        Returns whether the target has passed an end of its range.
+        """
+        state, law = self.state, self.law
+        if law is None:
+            return False
+        i = n - self.since
+        going = min(i, self.cycles - 1)
+        state.velocity = self.sign * law.velocity(going)
+        if isinstance(law, SCurve):
+            state.phase = law.phase(going)
+        x = self.x0 + self.sign * law.travel(i)
+        turn = (x + RANGE // 2) // RANGE
+        state.target = x - turn * RANGE
+        if turn == self.turn:
+            return False
+        self.rounds += turn - self.turn
+        self.turn = turn
+        state.events |= WRAPPED
+        return True
+
+    def cut(self, n: int) -> None:
+        """End the run with the start of a cycle: note where it has come to."""
+        if self.law is None:
+            return
+        y = self.sign * self.lead + self.law.travel(n - self.since)
+        steps = max(y // ONE, 0)
+        rest = y - steps * ONE
+        self.high = rest >= HALF or (self.high and not steps)
+        self.lead = self.sign * rest - self.surplus
+        self.law, self.curve, self.surplus = None, None, 0
+        self.x0, self.turn = self.state.target, 0
+        self.remember(n)
+        if self.playing is not None:
+            self.playing.until = self.kernel.now + 1
+            self.pulse.renew()
+            self.playing = None
+
+    def remember(self, n: int) -> None:
+        """Keep what begins with cycle n, for who asks later."""
+        entry = Past(n, self.since, self.x0, self.sign, self.law, self.curve, self.acceleration)
+        if self.past[-1].first == n:
+            self.past[-1] = entry
+        else:
+            self.past.append(entry)
+
+    def forget(self, before: int) -> None:
+        """Forget the cycles before an instant, for which nobody asks any more."""
+        cycle = self.cycle_clock.begun(before)
+        del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
+
+    def end(self) -> None:
+        """Reset: end with this instant whatever is promised; a position declared in it counts first."""
+        self.law = None
+        self._do()
+        if self.playing is not None:
+            self.playing.until = self.kernel.now + 1
+            self.pulse.renew()
+            self.playing = None
+
+    def schedule(self, n: int, law: Law, run: CycleRun, curve: Phases | None = None) -> None:
+        """Begin a run with cycle n; its pulses follow when whatever belongs to this instant is over.
+
+        Args:
+            curve: the phases, where the law is that of an S-curve.
+        """
+        sign = self.sign
+        self.cut(n)
+        self.sign, self.law, self.curve = sign, law, curve
+        self.since, self.cycles, self.landing = n, run.cycles, run.landing
+        self.move(n)
+        self.remember(n)
+        if run.speed or curve is not None:
+            self.soon(lambda: self.play(law))
+
+    def soon(self, what: Callable[[], object]) -> None:
+        """Do something in the next round, when the old pulses of this instant are over; one thing after the other."""
+        if not self.waiting:
+            self.kernel.call_at(self.kernel.now, self._do)
+        self.waiting.append(what)
+
+    def _do(self) -> None:
+        waiting, self.waiting = self.waiting, []
+        for what in waiting:
+            what()
+
+    def play(self, law: Law) -> None:
+        """Promise the pulses of a run, unless a reset in this very instant has ended it."""
+        if self.law is not law:
+            return
+        train = CycleTrain(self.clock, self.cycle_clock.tick(self.since), law, self.cycles, self.sign * self.lead)
+        self.playing = Playing(train)
+        self.axis.follow(self.playing, self.sign)
+        if self.dir.next != int(self.sign > 0):
+            self.dir.drive(int(self.sign > 0))
+        self.pulse.play(SquareView(self.playing, self.high))
+
+    def declare(self, n: int, value: int) -> None:
+        """Make the target a whole number of steps from now on; the pulses of cycle n go on."""
+        state, law = self.state, self.law
+        state.target = value * ONE
+        self.turn = self.rounds = 0
+        if law is None:
+            self.lead, self.x0 = 0, state.target
+        else:
+            travelled = law.travel(n - self.since)
+            y = self.sign * self.lead + travelled
+            self.surplus = self.sign * (y - max(y // ONE, 0) * ONE)
+            self.x0 = state.target - self.sign * travelled
+        self.remember(n)
+        self.soon(lambda: self._load(n, value))
+
+    def _load(self, n: int, value: int) -> None:
+        """Set the emitted position to this, and what has been emitted since cycle n began."""
+        if self.playing is not None:
+            begun = self.playing.begun(self.kernel.now) - self.playing.begun(self.cycle_clock.ps(n))
+            value += self.sign * begun
+        self.axis.load(signed(value, 31))

@@ -1,0 +1,197 @@
+"""What the host tells an axis to do: settings that act at once, updates, stops."""
+
+from __future__ import annotations
+
+from ....core.context import ChipContext
+from ..omissions import REGISTERS, missing_of
+from ..profiles.ideal import begins, mark_deviation
+from ..registers import (
+    COMMAND_ERROR,
+    GEAR,
+    MOTION_COMPLETE,
+    NEGATIVE_LIMIT,
+    ONE,
+    POSITIVE_LIMIT,
+    PROFILE_COMMANDS,
+    S_CURVE,
+    TRAPEZOIDAL,
+    VELOCITY,
+    AxisState,
+    Profile,
+)
+from .feedback import Feedback
+from .gear import ElectronicGear
+from .generator import ProfileGenerator
+from .switches import LimitSwitches
+
+FIXED = {TRAPEZOIDAL: ("acceleration",), S_CURVE: ("velocity", "max_acceleration", "jerk")}  # while in motion
+
+
+class Updates:
+    """What commands have written, as a cycle finds it: it begins and ends the motions of an axis."""
+
+    def __init__(
+        self,
+        chip: ChipContext,
+        state: AxisState,
+        generator: ProfileGenerator,
+        feedback: Feedback,
+        switches: LimitSwitches,
+        gear: ElectronicGear,
+    ) -> None:
+        self.chip, self.state, self.generator, self.pulses = chip, state, generator, generator.pulses
+        self.feedback, self.switches, self.gear, self.log = feedback, switches, gear, generator.log
+
+    def begin(self) -> None:
+        """Begin with nothing told: reset is over."""
+        self.omitted: list[str] = []  # what the finding has named, without which nothing has started
+
+    def settings(self, n: int) -> None:
+        """Take over what commands have set at once: profile mode, motor, pulse range."""
+        state, generator = self.state, self.generator
+        if state.was_off or not state.motor_on:
+            state.was_off = False
+            if state.in_motion:
+                mark_deviation(self.chip, state, "event", "motor off")
+            self.log.end("cut")
+            if state.in_motion or self.pulses.law is not None:
+                generator.halt(n, complete=False)
+            self.gear.suspended = True
+        if state.mode != generator.mode:
+            self.enter(n, state.mode)
+        if state.high_speed != generator.high_speed:
+            generator.high_speed, generator.clamped = state.high_speed, False
+            generator.fresh |= state.in_motion and generator.aim != "curve"
+
+    def enter(self, n: int, mode: int) -> None:
+        """Change to another profile mode."""
+        state, generator, before = self.state, self.generator, self.generator.mode
+        if state.in_motion:
+            mark_deviation(self.chip, state, "command", PROFILE_COMMANDS[mode])
+        if mode != VELOCITY or before == GEAR:
+            self.log.stop()
+        if mode in (TRAPEZOIDAL, S_CURVE) and before != GEAR and state.in_motion:
+            self.chip.finding("mode-in-motion", f"axis {state.number}: profile mode changed in motion: stopped at once")
+            generator.halt(n)
+        elif mode == GEAR or before == GEAR:
+            generator.halt(n, complete=False)
+        generator.mode, state.phase = mode, 0
+        self.pulses.acceleration = 0 if mode == GEAR else generator.limits.acceleration
+        if mode == GEAR:
+            self.gear.enter(PROFILE_COMMANDS[mode])
+        elif mode == VELOCITY and state.in_motion and generator.aim != "stop":
+            generator.aim, generator.fresh = "contour", True
+
+    def update(self, n: int, taken: Profile) -> None:
+        """Let what an update has taken from the buffer take effect, in this order."""
+        state, generator = self.state, self.generator
+        state.update, generator.clamped = None, False
+        if taken.synch_prfl:
+            self.synchronise(n)
+        self.copy(taken)
+        if taken.stop:
+            if state.in_motion or generator.mode == GEAR:
+                mark_deviation(self.chip, state, "command", "STOP")
+                self.log.stop()
+            generator.halt(n)
+            self.gear.suspended = True
+        elif generator.mode == GEAR:
+            self.gear.update(taken.cause)
+            if not state.active.ratio and not state.held:
+                self.omit(taken.cause)
+        elif taken.smooth_stop:
+            self.slow_down(n)
+        elif not state.held:
+            self.start(taken.cause)
+
+    def synchronise(self, n: int) -> None:
+        """Make the target the actual position; no pulse, and the speed stays."""
+        if self.feedback.encoder is not None:
+            self.feedback.read(n)
+            mark_deviation(self.chip, self.state, "command", "SYNCH_PRFL")
+            self.generator.cut(n)
+            self.declare(n, self.state.actual)
+            self.generator.fresh = self.state.in_motion
+
+    def declare(self, n: int, position: int) -> None:
+        """Make both positions a number of steps from now on, and the error 0; the pulses of cycle n go on."""
+        self.generator.fresh |= self.pulses.law is not None
+        self.pulses.declare(n, position)
+        self.feedback.declare(n, position)
+
+    def copy(self, new: Profile) -> None:
+        """Copy to the active registers.  To load what may not change in motion is a command error; the destination may.
+
+        What an earlier update has refused waits in the buffer for one at rest, and is no error again (command errors).
+        """
+        state = self.state
+        old = state.active
+        kept = {name: getattr(old, name) for name in FIXED.get(self.generator.mode, ()) if state.in_motion}
+        if any(name in new.loaded and getattr(new, name) != value for name, value in kept.items()):
+            state.events |= COMMAND_ERROR
+            old.position = new.position
+        else:
+            for name, value in kept.items():
+                setattr(new, name, value)
+            state.active = new
+
+    def slow_down(self, n: int) -> None:
+        """Begin a smooth stop."""
+        if not self.state.in_motion:
+            self.generator.complete()
+            return
+        mark_deviation(self.chip, self.state, "command", "SMOOTH_STOP")
+        self.log.stop()
+        self.generator.slow_down(n)
+
+    def start(self, cause: str) -> None:
+        """Let the axis move, or go on, after an update."""
+        state, generator = self.state, self.generator
+        if generator.mode == S_CURVE and state.in_motion:
+            return  # the profile in progress ends first
+        active = state.active
+        acceleration = active.max_acceleration if generator.mode == S_CURVE else active.acceleration
+        distance = acceleration if generator.mode == VELOCITY else active.position * ONE - state.target
+        nowhere = generator.mode != VELOCITY and not distance
+        if not state.in_motion:
+            if not active.velocity or nowhere:
+                if not nowhere:
+                    self.omit(cause)
+                state.events |= MOTION_COMPLETE
+                return
+            if self.powerless(acceleration):
+                self.omit(cause)
+                return
+            if self.refused(distance):
+                return
+            generator.start_velocity = state.start_velocity
+            if generator.mode != S_CURVE and generator.start_velocity >= active.velocity:
+                text = f"axis {state.number}: the start velocity is not below the maximum: no ramps"
+                self.chip.finding("start-velocity", text)
+            self.omitted = []
+        begins(self.chip, state, cause, generator.start_velocity, generator.pulse_range)
+        generator.set_out(distance)
+
+    def powerless(self, acceleration: int) -> bool:
+        """Can nothing set the axis in motion?"""
+        if self.generator.mode == S_CURVE:
+            return not (acceleration and self.state.active.jerk)
+        return not acceleration and (self.generator.mode == VELOCITY or not self.state.start_velocity)
+
+    def omit(self, cause: str) -> None:
+        """Report what the host has not set, without which nothing starts; once, while it is the same."""
+        names, told = missing_of(self.generator.mode, self.state), self.omitted
+        if names and names != told:
+            zero = " and ".join(REGISTERS[name].replace("_", " ") for name in names)
+            text = f"axis {self.state.number}: {cause} while {zero} {'are' if names[1:] else 'is'} 0: nothing starts"
+            self.chip.finding("no-start", f"{text}; give {' and '.join(names)} before it")
+            self.omitted = names
+
+    def refused(self, distance: int) -> bool:
+        """Does a limit switch forbid the move?  In the point-to-point modes that is a command error."""
+        switches = self.switches
+        if not switches.flagged and not switches.active(POSITIVE_LIMIT if distance > 0 else NEGATIVE_LIMIT):
+            return False
+        if self.generator.mode != VELOCITY:
+            self.state.events |= COMMAND_ERROR
+        return True

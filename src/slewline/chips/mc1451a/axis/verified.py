@@ -1,0 +1,58 @@
+r"""The one check of every run before its pulses are promised: what a run of cycles must keep.
+
+    speed        ______  limit                          fits on:  from the cycle before to the first one, the speed
+          before/      \                                           changes by no more than the law allows
+           ----/        \____                          keeps:    no cycle is faster than the limit, or than before
+                          landing: exactly there        lands:    what ends a move ends it at the destination
+
+A fault is a mistake in a law of motion, never of the host or of the user.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+from ....core.motion.train import OPEN
+from ..profiles.curves import PLACES, SCurve
+from ..profiles.cycle_train import Law
+from ..profiles.profile import CycleRun, MoveLimits, Phases
+
+
+def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remaining: int) -> str:
+    """Return what is wrong with a run of evenly changing speed; "" when nothing is.
+
+    Args:
+        before: the speed of the cycle before, 1/65536 step per cycle, in the direction of the run.
+        remaining: from here to the destination, for a run that lands.
+    """
+    first, change, cycles = run.speed, run.change, run.cycles
+    last = first + (cycles - 1) * change if change else first
+    if cycles < 1 or (change and cycles >= OPEN):
+        return f"{cycles} cycles"
+    if abs(first - before) > max(limits.acceleration, limits.start):
+        return f"from speed {before} to {first}; the acceleration is {limits.acceleration}"
+    if abs(change) > limits.acceleration:
+        return f"accelerates by {change} per cycle; allowed {limits.acceleration}"
+    if min(first, last) < 0 or max(first, last) > max(limits.velocity, before):
+        return f"from speed {first} to {last}; allowed 0 to {max(limits.velocity, before)}"
+    if run.landing and law.travel(cycles) != remaining:
+        return f"lands after {law.travel(cycles)}; the destination is {remaining} away"
+    return ""
+
+
+def fault_of_curve(law: SCurve, run: CycleRun, curve: Phases, before: int) -> str:
+    """Return what is wrong with the rest of an S-curve; "" when nothing is.  Arguments as above."""
+    if run.cycles < 1:
+        return f"{run.cycles} cycles"
+    one, too_fast = 1 << PLACES, curve.velocity + 1 << PLACES
+    for piece in law.pieces:
+        if not 0 <= piece.speed < too_fast:
+            return f"phase {piece.phase}: speed {piece.speed >> PLACES}; allowed 0 to {curve.velocity}"
+    for piece, following in pairwise(law.pieces):
+        if not -one < piece.covered(following.cycle) - following.position < one:
+            return f"phase {piece.phase} does not end where the next one begins"
+    if abs(law.velocity(0) - before) > curve.acceleration + 1:
+        return f"from speed {before} to {law.velocity(0)}; the acceleration is {curve.acceleration}"
+    if law.start + law.travel(run.cycles) != curve.distance >> PLACES:
+        return f"lands at {law.start + law.travel(run.cycles)} instead of {curve.distance >> PLACES}"
+    return ""

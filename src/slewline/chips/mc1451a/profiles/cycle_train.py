@@ -1,0 +1,402 @@
+"""Trains of cycles: a position that moves evenly within each cycle of a controller, and the steps that come of it.
+
+A chip that computes its trajectory once per cycle says how far the position is displaced in each one.  Steps fall where
+the position passes whole numbers, PULSE rises half a step earlier:
+
+    position                                       . 3        cycle i runs from i * 8192 ticks on and displaces d(i)
+                                        .    '
+                               .   '                          step k begins on the first tick with
+                        .  '                                      position >= k + 1        PULSE falls
+                    . '        2                                  position >= k + 1/2      PULSE rises
+            .   '                                             (counting steps from 0, as all trains do)
+    .  '        1
+    |      cycle 0     |      cycle 1     |      cycle 2
+
+What makes one train is one law for the displacements d(i), in one direction: constant or changing evenly (`Linear`),
+or an S-curve (curves.py).  The train itself is asked rather than expanded, like any other.  All positions are integers,
+in 1/65536 step, and every answer is exact.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, Protocol
+
+from ....core.motion.step_views import TrainView
+from ....core.motion.train import Playing, Train, TrainEdges
+from ....core.time.timebase import Clock
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ....core.wires.clocking import ClockEdges
+
+ONE = 1 << 16  # a step
+CYCLE = 8192  # ticks
+BLOCK = 3 << 12  # steps that are expanded at a time: they stay in the cache, and in memory that is at hand
+STRETCH = 1 << 10  # cycles that are expanded at a time where steps are rare
+NEAREST = 1.5 * 2.0**52  # a float plus this has no decimals; its bits are then those of this plus the integer
+NEAREST_BITS = 0x4338 << 48
+
+
+# ------------------------------------------------------------------------------------------------------------- answers
+@dataclass(frozen=True)
+class Cycles:
+    """The targets of an axis cycle by cycle, `rate` cycles a second; all arrays (n,) int64, phases int8.
+
+    Numbers of the cycles, instants of their begins in ps, targets there in 1/65536 step, target velocities in 1/65536
+    step per cycle, and phases of S-curves, 1 to 7 (0: none).
+    """
+
+    per_second: float
+    numbers: NDArray[np.int64]
+    times_ps: NDArray[np.int64]
+    targets: NDArray[np.int64]
+    velocities: NDArray[np.int64]
+    phases: NDArray[np.int8]
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    @property
+    def accelerations(self) -> NDArray[np.int64]:
+        """Changes of velocity from each cycle to the next: (n-1,) int64."""
+        import numpy as np
+
+        return np.diff(self.velocities)
+
+    @property
+    def jerks(self) -> NDArray[np.int64]:
+        """Changes of acceleration from each cycle to the next: (n-2,) int64."""
+        import numpy as np
+
+        return np.diff(self.velocities, 2)
+
+
+# --------------------------------------------------------------------------------------------------------------- laws
+class Law(Protocol):
+    """How far the position has come when a cycle begins: from 0 on, never back, at most 512 steps a cycle."""
+
+    @property
+    def steady(self) -> int:
+        """The displacement of every cycle, if it is always the same one; else 0."""
+
+    @property
+    def even(self) -> bool:
+        """Does the displacement only rise, or only fall, by as much from each cycle to the next?"""
+
+    def travel(self, i: int) -> int:
+        """Return the distance before cycle i, in 1/65536 step."""
+
+    def travels(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the distances before many cycles, any order, in 1/65536 step: int64, shape as `i`."""
+
+    def velocity(self, i: int) -> int:
+        """Return the velocity in cycle i, in 1/65536 step per cycle.
+
+        What a curve has to round in a cycle is left out of it, so that it changes evenly.
+        """
+
+    def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the velocities in many cycles, any order, in 1/65536 step per cycle: int64, shape as `i`."""
+
+
+class Linear:
+    """Cycle i displaces by `speed + i * change`."""
+
+    __slots__ = ("change", "speed", "steady")
+    even = True
+
+    def __init__(self, speed: int, change: int = 0) -> None:
+        self.speed, self.change = speed, change
+        self.steady = 0 if change else speed
+
+    def travel(self, i: Any) -> Any:
+        """Return the distance before cycle i, or before each cycle of an array, in 1/65536 step."""
+        return i * self.speed + i * (i - 1) // 2 * self.change
+
+    travels = travel
+
+    def velocity(self, i: Any) -> Any:
+        """Return the displacement of cycle i, or of each cycle of an array, in 1/65536 step."""
+        return self.speed + i * self.change
+
+    velocities = velocity
+
+
+# -------------------------------------------------------------------------------------------------------------- train
+class CycleTrain(Train):
+    """The steps of a number of cycles that follow one law.
+
+    Args:
+        origin: the tick at which cycle 0 begins.
+        cycles: how many there are; OPEN at a constant speed that lasts.
+        lead: how far the position is beyond the last step when cycle 0 begins, counted in the direction of movement:
+            less than a step either way.
+        unit: what is counted; half a step for the edges of PULSE.
+    """
+
+    __slots__ = ("_near", "cycle", "cycles", "law", "lead", "unit")
+
+    def __init__(
+        self, clock: Clock, origin: int, law: Law, cycles: int, lead: int = 0, cycle: int = CYCLE, unit: int = ONE
+    ) -> None:
+        super().__init__(clock, origin)
+        self.law, self.cycles, self.lead, self.cycle, self.unit = law, cycles, lead, cycle, unit
+        self.steps = max((lead + law.travel(cycles)) // unit, 0)
+        self.length = cycles * cycle
+        self._near = (-1, 0, 0)  # a cycle, the distance before and after it: who asked for one asks for the next
+
+    @property
+    def halves(self) -> CycleTrain:
+        """The movement in half steps: PULSE rises at even ones and falls at odd ones, counting from 0."""
+        return CycleTrain(self.clock, self.origin, self.law, self.cycles, self.lead, self.cycle, self.unit // 2)
+
+    def positions(self, i: int, j: int) -> NDArray[np.int64]:
+        """Return the positions at the begins of cycles i ... j-1: (n,) int64, in 1/65536 step, counted as `lead` is."""
+        import numpy as np
+
+        return self.lead + self.law.travels(np.arange(i, j))
+
+    # ------------------------------------------------------------------------------------------------------ questions
+    def begin(self, k: int) -> int:
+        """Return the tick at which step k begins; k = `steps` gives the end of the train."""
+        distance = (k + 1) * self.unit - self.lead
+        i, before, after = self._near
+        if not before < distance <= after:
+            if k >= self.steps:
+                return self.origin + self.length
+            if distance <= 0:  # the lead is more than half a step already
+                return self.origin
+            i, before, after = self._enter(self._cycle(distance))
+        return self.origin + i * self.cycle - (before - distance) * self.cycle // (after - before)
+
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the ticks at which some steps begin, ascending, none of them the end."""
+        speed, unit, rest, cycle = self.law.steady, self.unit, self.unit - self.lead, self.cycle
+        if not speed or numbers[:1] == [0]:  # step 0 may be due before the train begins
+            return super().few(numbers)
+        origin = self.origin
+        return [origin - -(k * unit + rest) * cycle // speed for k in numbers]
+
+    def begun_by(self, tick: int) -> int:
+        """Return how many steps have begun by a tick, that tick included."""
+        i, part = divmod(tick - self.origin, self.cycle)
+        if i < 0:
+            return 0
+        if i >= self.cycles:
+            return self.steps
+        _, before, after = self._enter(i)
+        return max((self.lead + before + (after - before) * part // self.cycle) // self.unit, 0)
+
+    def begun_counts(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
+        import numpy as np
+
+        i, part = np.divmod(ticks, self.cycle)
+        i = np.clip(i, 0, self.cycles)
+        before = self.law.travels(i)
+        after = self.law.travels(np.minimum(i + 1, self.cycles))
+        n = (self.lead + before + (after - before) * part // self.cycle) // self.unit
+        return np.where(ticks < 0, 0, np.maximum(n, 0))
+
+    def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the velocities from tick `since` to before tick `to`, both since `origin`.
+
+        Returns:
+            Ticks since `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
+        """
+        import numpy as np
+
+        i, j = since // self.cycle, -(-to // self.cycle)
+        if self.law.steady:
+            j = i + 1
+        ticks = np.arange(i, j) * self.cycle
+        ticks[0] = since
+        return ticks, np.diff(self.law.travels(np.arange(i, j + 1))) * self.clock.hz / (self.cycle * self.unit)
+
+    def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
+        """Return of the velocities the first, a lowest, a highest and the last: ticks since `origin`, and steps/s."""
+        if not self.law.even:
+            return super().extremes(since, to)
+        i, j = since // self.cycle, (to - 1) // self.cycle
+        first, last = (self.law.velocity(n) * self.clock.hz / (self.cycle * self.unit) for n in (i, j))
+        return ([since, j * self.cycle], [first, last]) if j > i else ([since], [first])
+
+    def pieces(self, since: int, to: int) -> int:
+        """Return how many velocities there are between two ticks since `origin`, within one."""
+        return 1 if self.law.steady else (to - since) // self.cycle + 1
+
+    def rests(self, until: int) -> int:
+        """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
+        return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)
+
+    def _cycle(self, distance: int) -> int:
+        """The cycle that covers so much, more than 0: there is less before it."""
+        law = self.law
+        if law.steady:
+            return (distance - 1) // law.steady
+        return bisect_left(range(self.cycles), distance, key=law.travel) - 1
+
+    def _enter(self, i: int) -> tuple[int, int, int]:
+        """A cycle, and the distances before and after it."""
+        if self._near[0] != i:
+            self._near = (i, self.law.travel(i), self.law.travel(i + 1))
+        return self._near
+
+    # --------------------------------------------------------------------------------------------------------- arrays
+    def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        """Return the begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+        import numpy as np
+
+        last = self.steps if last is None else min(last, self.steps)
+        out = np.empty(max(last - first, 0), np.int64)
+        for since, part in self._parts(first, out):
+            part += since
+        return out
+
+    def begins(
+        self, first: int = 0, last: int | None = None, out: NDArray[np.int64] | None = None
+    ) -> NDArray[np.int64]:
+        """Return the begins of steps first ... last-1: (n,) int64 ps, ascending.
+
+        Args:
+            first, last: numbers of steps, from 0.
+            out: a buffer of that length or longer, whose beginning is returned.
+        """
+        import numpy as np
+
+        last = self.steps if last is None else min(last, self.steps)
+        count = max(last - first, 0)
+        out = np.empty(count, np.int64) if out is None else out[:count]
+        for since, part in self._parts(first, out):
+            self.clock.ps_array(part, self.origin + since, part)
+        return out
+
+    def _parts(self, first: int, out: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
+        """Fill in the begins from step `first` on, part by part; each counts ticks since a tick that comes with it.
+
+        Step number m of a part, counted from 1, begins on tick ceil(m * scale + rest), where both are fractions n/d, d
+        being the displacement of its cycle.  With 1/2 - 1/2d added it may as well be rounded to the nearest integer,
+        from which it is then at most 1/2 - 1/2d away.  As floats, m * scale and rest are at most 2^45/d each, besides
+        whole ticks up to 2^23.  So what they lose in rounding is less than 2^-6/d + 2^-28, and 1/2d is more.
+
+        All is done in place: to get memory for one more array takes longer than to fill it.
+        """
+        import numpy as np
+
+        if first == 0 and len(out) and self.lead >= self.unit:
+            out[0] = 0
+            yield 0, out[:1]
+            first, out = 1, out[1:]
+        parts = self._steady if self.law.steady else self._uneven
+        for count, since, scale, rest, steps in parts(first, first + len(out)):
+            part, out = out[:count], out[count:]
+            ticks = part.view("f8")
+            np.multiply(_counting()[:count], scale if steps is None else scale.repeat(steps), out=ticks)
+            ticks += rest if steps is None else rest.repeat(steps)
+            ticks += NEAREST
+            part -= NEAREST_BITS
+            yield since, part
+
+    def _steady(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any, None]]:
+        """Parts at constant speed: how many steps, since when they count, scale and rest."""
+        speed = self.law.steady
+        for a in range(first, last, BLOCK):
+            since, rest = divmod((a * self.unit - self.lead) * self.cycle, speed)
+            yield min(BLOCK, last - a), since, self.unit * self.cycle / speed, (rest - 0.5) / speed + 0.5, None
+
+    def _uneven(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any, Any]]:
+        """The same of parts in which every cycle has its own speed: scale and rest of each, and its steps."""
+        import numpy as np
+
+        end = self._cycle(last * self.unit - self.lead) + 1
+        for i in range(self._cycle((first + 1) * self.unit - self.lead), end, STRETCH):
+            position = self.positions(i, min(i + STRETCH, end) + 1)
+            begun = np.clip(position // self.unit, first, last)
+            steps = np.diff(begun)
+            displaced = np.maximum(np.diff(position), 1)  # a cycle at rest has no steps that would count this
+            p = 0
+            while p < len(steps):
+                q = int(np.searchsorted(begun, begun[p] + BLOCK, side="right")) - 1
+                scale = self.unit * self.cycle / displaced[p:q]
+                rest = ((begun[p] * self.unit - position[p:q]) * self.cycle - 0.5) / displaced[p:q]
+                rest += np.arange(0, (q - p) * self.cycle, self.cycle) + 0.5
+                yield int(begun[q] - begun[p]), (i + p) * self.cycle, scale, rest, steps[p:q]
+                p = q
+
+
+@cache
+def _counting() -> NDArray[np.float64]:
+    """1, 2, 3 ... for a part of an expansion."""
+    import numpy as np
+
+    return np.arange(1, BLOCK + 1, dtype=np.float64)
+
+
+class SquareView(TrainView):
+    """PULSE of a played train of cycles: high in the second half of each step.
+
+    `high`: the movement begins with PULSE high, a half step having been left open; so it stays until the first step.
+    """
+
+    __slots__ = ("halves", "high")
+
+    def __init__(self, of: Playing, high: bool) -> None:
+        train: Any = of.train
+        self.halves: CycleTrain = train.halves
+        self.of, self.high = of, high
+
+    def clock(self, level: int, since: int) -> ClockEdges:
+        """Return the edges to a level after an instant (see clocking.py)."""
+        return TrainEdges(self, level, since)
+
+    def passed(self, level: int, tick: int) -> int:
+        """Return how many edges to a level there are by a tick, that tick included."""
+        over = self.halves.begun_by(tick)
+        return max((over + 1) // 2 - self.high, 0) if level else over // 2
+
+    def edge(self, level: int, k: int) -> int | None:
+        """Return the tick of edge k to a level, counting from 1; None: there are fewer."""
+        half = 2 * (k - 1 + self.high) if level else 2 * k - 1
+        return self.halves.begin(half) if half < self.halves.steps else None
+
+    def few(self, level: int, numbers: list[int]) -> list[int]:
+        """Return the ticks of some edges to a level, all of which come."""
+        ahead = 2 * (1 - self.high) if level else 1
+        return self.halves.few([2 * k - ahead for k in numbers])
+
+    def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of edges first ... last to a level: (n,) int64 ps."""
+        if not level:
+            return self.of.train.begins(first - 1, last)
+        high = int(self.high)
+        return self.halves.begins(2 * (first - 1 + high), 2 * (last + high) - 1)[::2]
+
+    def level(self, ps: int) -> int:
+        """Return the level at an instant (ps), edges at that instant included."""
+        over = self.halves.begun(self.of.bounded(ps))
+        return over % 2 if over else int(self.high)
+
+    def after(self, ps: int) -> int | None:
+        """Return when the level may change next, strictly after an instant (ps); None: as things stand never."""
+        halves = self.halves
+        k = max(halves.begun(ps), int(self.high))  # what is high does not rise
+        if k >= halves.steps:
+            return None
+        time = halves.clock.ps(halves.begin(k))
+        return time if self.of.until is None or time < self.of.until else None
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
+        import numpy as np
+
+        a = max(self.halves.begun(start), int(self.high))
+        times = self.halves.begins(a, self.halves.begun(self.of.bounded(stop)))
+        levels = np.empty(len(times), np.int8)
+        levels[::2], levels[1::2] = (a + 1) % 2, a % 2
+        return times, levels

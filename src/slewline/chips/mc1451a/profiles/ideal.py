@@ -1,0 +1,168 @@
+"""What a motion of an axis is made with, and its ideal: the continuous profiles that the cycles approximate.
+
+    trapezoid                              S-curve
+      V       .________                      V          . 3|  4  |5 .
+            .'         '.                            2.'   |     |   '. 6
+      s __.'             '.__                   1_.-'                    '-._7
+
+An update in motion begins a new ideal, where the target is then and as fast as it is.  A gear has none: it follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import sqrt
+from typing import NamedTuple
+
+from ....core.context import ChipContext
+from ....core.motion.ideal import FOREVER, Ideal, IdealPiece, duration
+from ....core.motion.motions import MotionParameters
+from .. import sheet
+from ..registers import GEAR, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState
+from .profile import UNIT, Phases, s_curve
+
+
+class RegistersAtStart(NamedTuple):
+    """The registers of a motion, as they were when it began, in the units of the commands."""
+
+    crystal_hz: int
+    start_ps: int
+    mode: int
+    target: int  # 1/65536 step
+    speed: int  # of the cycle before, signed
+    position: int
+    velocity: int  # as far as the pulse range allows
+    acceleration: int
+    max_acceleration: int
+    jerk: int
+    start_velocity: int
+    ratio: int
+
+    @property
+    def per_s(self) -> float:
+        """Cycles per second."""
+        return self.crystal_hz / sheet.CYCLE_TICKS
+
+    def parameters(self) -> MotionParameters:
+        """What a picture names: the rates in force, and what else the profile mode takes."""
+        if self.mode == GEAR:
+            return MotionParameters({}, {"RATIO": self.ratio})
+        rates = {f"VEL = {self.velocity}": self.velocity / ONE * self.per_s}
+        if self.start_velocity and self.mode != S_CURVE:
+            rates[f"START_VEL = {self.start_velocity}"] = self.start_velocity / ONE * self.per_s
+        if self.mode == VELOCITY:
+            return MotionParameters(rates, {"ACC": self.acceleration})
+        if self.mode == TRAPEZOIDAL:
+            return MotionParameters(rates, {"ACC": self.acceleration, "POS": self.position})
+        return MotionParameters(rates, {"MAX_ACC": self.max_acceleration, "JERK": self.jerk, "POS": self.position})
+
+    def ideal(self) -> Ideal | None:
+        """Return the ideal of the motion."""
+        if self.mode == GEAR:
+            return None
+        per_s = self.per_s
+        speed, top, start = (number / ONE * per_s for number in (self.speed, self.velocity, self.start_velocity))
+        acceleration = self.acceleration / ONE * per_s**2
+        distance = self.position * ONE - self.target
+        if self.mode == TRAPEZOIDAL:
+            pieces = trapezoid(distance / ONE, speed, top, abs(acceleration), start)
+        elif self.mode == VELOCITY:
+            pieces = contour(speed, top, acceleration, start)
+        else:
+            phases = s_curve(abs(distance), self.velocity, self.max_acceleration, self.jerk)
+            pieces = turned(curve(phases, per_s), distance)
+        return Ideal(self.start_ps, self.target / ONE, pieces or [IdealPiece(0, 0)])
+
+
+def begins(chip: ChipContext, state: AxisState, cause: str, start_velocity: int, pulse_range: int) -> None:
+    """Keep that a motion of an axis begins now, with what is in force."""
+    active, log = state.active, chip.axes[state.number - 1].log
+    made = RegistersAtStart(
+        chip.crystal_hz,
+        chip.kernel.now,
+        state.mode,
+        state.target,
+        state.velocity,
+        active.position,
+        min(active.velocity, pulse_range),
+        active.acceleration,
+        active.max_acceleration,
+        active.jerk,
+        start_velocity,
+        active.ratio,
+    )
+    log.begin(cause, made.parameters)
+    log.expect(made.ideal)
+
+
+def mark_deviation(chip: ChipContext, state: AxisState, kind: str, text: str) -> None:
+    """Note that something makes the motion of an axis another one than it was to be."""
+    log = chip.axes[state.number - 1].log
+    log.depart()
+    log.mark(kind, text)
+
+
+# ------------------------------------------------------------------------------------ profiles, in steps and seconds
+def turned(pieces: Iterable[IdealPiece], way: float) -> list[IdealPiece]:
+    """Return the same pieces in the direction of a number."""
+    sign = -1 if way < 0 else 1
+    return [IdealPiece(t, sign * v, sign * a, sign * j) for t, v, a, j in pieces]
+
+
+def change(before: float, after: float, acceleration: float) -> list[IdealPiece]:
+    """Return the piece in which a velocity changes evenly."""
+    if before == after:
+        return []
+    rate = acceleration if after > before else -acceleration
+    return [IdealPiece((after - before) / rate, before, rate)]
+
+
+def trapezoid(distance: float, speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:
+    """Return a point-to-point move with linear ramps that is so fast already; a signed distance, a signed speed.
+
+    One that is too fast for its destination, or goes away from it, first comes to rest.
+    """
+    way = speed or distance
+    d, v, s = (-distance, -speed, start) if way < 0 else (distance, speed, start)
+    s = min(s, top)
+    if not acceleration:
+        rate = v or s
+        return turned([IdealPiece(duration(rate, d), rate)], way) if d > 0 else []
+    braking = max(v * v - s * s, 0) / (2 * acceleration)
+    if braking > d + 1e-9 or not top:
+        down = change(v, s, acceleration) if v > s else []
+        left = d - braking
+        return turned([*down, *(trapezoid(left, 0, top, acceleration, start) if top and left else [])], way)
+    v = max(v, s)
+    slower = change(v, top, acceleration) if v > top else []
+    if slower:
+        d, v = d - (v * v - top * top) / (2 * acceleration), top
+    peak = min(top, sqrt((2 * acceleration * d + v * v + s * s) / 2))
+    coast = d - (2 * peak * peak - v * v - s * s) / (2 * acceleration)
+    middle = [IdealPiece(coast / peak, peak)] if coast > 0 and peak else []
+    return turned([*slower, *change(v, peak, acceleration), *middle, *change(peak, s, acceleration)], way)
+
+
+def contour(speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:
+    """Return the way to the greatest velocity in the direction of an acceleration, and on for ever."""
+    if not acceleration:
+        return [IdealPiece(FOREVER, speed)]
+    a = abs(acceleration)
+    down: list[IdealPiece] = []
+    if speed * acceleration < 0:  # the wrong way: to rest first
+        if abs(speed) > start:
+            down = turned(change(abs(speed), start, a), speed)
+        speed = 0
+    v = min(max(abs(speed), start), top) if abs(speed) <= top else abs(speed)
+    return [*down, *turned([*change(v, top, a), IdealPiece(FOREVER, top)], acceleration)]
+
+
+def curve(phases: Phases, per_s: float) -> list[IdealPiece]:
+    """Return the seven phases of an S-curve; what lasts no time is among them."""
+    jerk = phases.jerk / ONE**2 * per_s**3
+    pieces, v, a = [], 0.0, 0.0
+    for length, bend in zip(phases.lengths, (1, 0, -1, 0, -1, 0, 1), strict=True):
+        t, j = length / UNIT / per_s, bend * jerk
+        pieces.append(IdealPiece(t, v, a, j))
+        v, a = v + (a + j * t / 2) * t, a + j * t
+    return pieces

@@ -1,0 +1,329 @@
+r"""The law of motion of one axis, in the integers of the chipset: pure functions, parameters in, runs of cycles out.
+
+Every cycle of 327.68 us the chipset chooses a displacement.  Distances are in 1/65536 step, speeds in the same per
+cycle, accelerations per cycle and cycle.  A `CycleRun` is a number of cycles whose displacements follow one law.
+
+    speed                                                    V  maximum velocity       a  acceleration
+      V          ___________________                         s  starting velocity      r  remaining distance
+                /                   \
+             a /|                   |\ a                     B(c): what is left behind when a cycle at speed c is
+              / |                   | \                      followed by braking: c + (c-a) + ... down to s
+      s  ____|  |                   |  |____
+         0  up  |      coast        | down, landing          landing: the last cycle covers what remains
+
+In every cycle the trapezoid takes the greatest speed whose B fits into r.  That rule needs no memory: a new
+destination or a new maximum in mid-move is the same rule with other numbers, and every run is the rule applied for as
+long as it says the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isqrt
+from typing import NamedTuple
+
+from ....core.motion.train import OPEN
+from .curves import PLACES, JerkPiece
+
+UNIT = 1 << PLACES
+
+
+class CycleRun(NamedTuple):
+    """Cycles whose displacements are speed, speed + change, speed + 2 change ...; `landing` ends a move."""
+
+    cycles: int
+    speed: int
+    change: int = 0
+    landing: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class MoveLimits:
+    """What a move may do: maximum velocity V, acceleration a, starting velocity s."""
+
+    velocity: int
+    acceleration: int
+    start: int
+
+    def braking(self, speed: int) -> int:
+        """Return B: the distance of a cycle at this speed and of the braking behind it, one cycle at s included."""
+        a, s = self.acceleration, self.start
+        cycles = -(-(speed - s) // a) if speed > s else 0
+        return cycles * speed - a * cycles * (cycles - 1) // 2 + s
+
+    def greatest(self, remaining: int) -> int:
+        """Return the greatest speed of at least s whose B fits into a distance; -1 if none does."""
+        a, s = self.acceleration, self.start
+        if remaining < s:
+            return -1
+        if not a:
+            return s
+        p = 2 * s + a
+        cycles = (isqrt(p * p + 8 * a * (remaining - s)) - p) // (2 * a)  # so many whole steps of a above s
+        return max(s + cycles * a, (remaining - s + a * cycles * (cycles + 1) // 2) // (cycles + 1))
+
+    def step(self, remaining: int, speed: int) -> tuple[int, bool]:
+        """Return the displacement of the next cycle, and whether it is the landing.
+
+        Args:
+            remaining: distance to the destination; not positive if that lies behind.
+            speed: that of the cycle before, not negative.
+        """
+        jump = max(self.acceleration, self.start)
+        slower = speed - self.acceleration
+        if 0 <= remaining <= min(max(self.velocity, slower), jump) and speed <= remaining + jump:
+            return remaining, True
+        if remaining > 0:
+            best = self.greatest(remaining)
+            if best >= max(slower, self.start):
+                return min(best, max(min(self.velocity, max(speed + self.acceleration, self.start)), slower)), False
+        return self.slower(speed), False
+
+    def slower(self, speed: int) -> int:
+        """Return the next speed when braking: down to s, then zero."""
+        return 0 if speed <= self.start else max(speed - self.acceleration, self.start)
+
+
+def trapezoid(limits: MoveLimits, remaining: int, speed: int) -> CycleRun:
+    """Return the next run of a point-to-point move with linear ramps."""
+    first, landing = limits.step(remaining, speed)
+    if landing:
+        return CycleRun(1, first, landing=True)
+    if not first:
+        return CycleRun(1, 0)
+    second, landing = limits.step(remaining - first, first)
+    change = second - first
+    if landing or not second:
+        return CycleRun(1, first)
+
+    def same(i: int) -> bool:
+        """Does the rule go on like this behind cycle i?"""
+        before = first + i * change
+        left = remaining - first * (i + 1) - change * (i * (i + 1) // 2)
+        if before + change <= 0 or left <= 0 < remaining:
+            return False
+        return limits.step(left, before) == (before + change, False)
+
+    return CycleRun(1 + holds(same, expected(limits, remaining, first, change)), first, change)
+
+
+def expected(limits: MoveLimits, remaining: int, first: int, change: int) -> int:
+    """Return how long a run may be expected to go on; a guess, which only saves time."""
+    if change > 0:
+        return (limits.velocity - first) // change
+    if change < 0:
+        return (first - limits.start) // -change
+    return max(remaining - (limits.braking(first) if limits.acceleration else 0), 0) // first
+
+
+def holds(same: Callable[[int], bool], guess: int) -> int:
+    """Return the smallest i with not same(i), by galloping search from a guess; `same` must be monotonic."""
+    if guess > 0 and not same(guess - 1):
+        low, high = 0, guess - 1
+    else:
+        low, width = max(guess, 0), 1
+        while same(low + width - 1):
+            low, width = low + width, width * 2
+        high = low + width - 1
+    while low < high:
+        middle = (low + high) // 2
+        if same(middle):
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+def brake(limits: MoveLimits, speed: int, floor: int = 0) -> CycleRun:
+    """The next run on the way down to `floor` (0: by way of s); a run of speed 0 ends it."""
+    a, s = limits.acceleration, limits.start
+    if floor:
+        if speed - a <= floor:
+            return CycleRun(OPEN, floor)
+        return CycleRun((speed - floor - 1) // a, speed - a, -a)
+    first = limits.slower(speed)
+    if not first:
+        return CycleRun(1, 0)
+    if first == s or first >= speed:  # without acceleration a speed above s stays as it is
+        return CycleRun(1 if first == s else OPEN, first)
+    return CycleRun(1 + (first - s - 1) // a, first, -a)
+
+
+def contour(limits: MoveLimits, speed: int) -> CycleRun:
+    """The next run of velocity contouring in the commanded direction: up to V, or down to it, and on for ever."""
+    a, top = limits.acceleration, limits.velocity
+    if speed > top:
+        return brake(limits, speed, top) if a else CycleRun(OPEN, speed)
+    if not a:
+        return CycleRun(OPEN, speed)
+    first = min(top, max(speed + a, limits.start))
+    if first == top:
+        return CycleRun(OPEN, top)
+    return CycleRun(1 + (top - first - 1) // a, first, a)
+
+
+# ------------------------------------------------------------------------------------------------------------- S-curves
+class Phases(NamedTuple):
+    """An S-curve of so long phases.  They need not begin with a cycle: a cycle covers what the curve covers in it.
+
+    Times are in 2^-PLACES cycle.  Up to the end of phase 2 positions are counted from the start, in phases 3 to 5 from
+    the line on which the axis coasts, and from phase 6 on back from the destination.  So what the rounding of the times
+    leaves over, less than 2^-30 of 1/65536 step, does not add up.
+    """
+
+    jerked: int  # phases 1, 3, 5, 7
+    steady: int  # phases 2, 6
+    coasting: int  # phase 4
+    distance: int  # 2^-PLACES of 1/65536 step
+    velocity: int  # 1/65536 step per cycle; the maximum, which the peak may not reach
+    acceleration: int  # the same per cycle^2, likewise
+    jerk: int  # 2^-32 step per cycle^3
+
+    @property
+    def lengths(self) -> tuple[int, ...]:
+        """The times of the phases 1 to 7."""
+        t1, t2, t4 = self.jerked, self.steady, self.coasting
+        return t1, t2, t1, t4, t1, t2, t1
+
+    @property
+    def cycles(self) -> int:
+        """Cycles of the move."""
+        return ceil(sum(self.lengths), UNIT)
+
+    @property
+    def peak(self) -> int:
+        """The velocity between phases 3 and 5, in 1/65536 step per cycle with 16 + 2 * PLACES binary places."""
+        fast = self.jerked + self.steady
+        reached = min(self.jerk * self.jerked, self.acceleration << 16 + PLACES)
+        return min(self.velocity << 16 + 2 * PLACES, reached * fast)
+
+    def stopped(self, done: int) -> Phases:
+        """Return what is left of the move when it is stopped smoothly after `done` cycles.
+
+        It decelerates as it has accelerated: phases that have been entered are cut to what has been done of them.
+        """
+        t1, t2, t4 = self.jerked, self.steady, self.coasting
+        passed = done * UNIT
+        jerked = min(t1, passed)
+        steady = min(t2, passed - jerked)
+        coasting = min(t4, max(passed - 2 * t1 - t2, 0))
+        if (jerked, steady, coasting) == (t1, t2, t4):
+            return self
+        curve = self._replace(jerked=jerked, steady=steady, coasting=coasting)
+        return curve._replace(distance=curve.peak * (2 * jerked + steady + coasting) >> 16 + 2 * PLACES)
+
+    def pieces(self) -> list[JerkPiece]:
+        """Return the curve in pieces: the cycles that lie in one phase, and each that lies in several by itself.
+
+        Such a one counts as the first phase in it that has jerk.
+        """
+        found, ends, begin = [], [], 0
+        for phase, length in enumerate(self.lengths, 1):
+            end = begin + length
+            if ceil(begin, UNIT) * UNIT < end:
+                found.append(self._piece(phase, ceil(begin, UNIT)))
+                ends.append(end)
+            begin = end
+        pieces = []
+        for piece, following, end in zip(found, [*found[1:], self._end], ends, strict=True):
+            last = following.cycle - 1
+            if end % UNIT == 0:
+                pieces.append(piece)
+                continue
+            if last > piece.cycle:
+                pieces.append(piece)
+            position = piece.covered(last)
+            pieces.append(JerkPiece(last, piece.phase | 1, position, following.position - position, 0, 0))
+        return [*pieces, self._end]
+
+    @property
+    def _end(self) -> JerkPiece:
+        """Where the axis stays when the move is over."""
+        return JerkPiece(self.cycles, 7, self.distance, 0, 0, 0)
+
+    def _piece(self, phase: int, cycle: int) -> JerkPiece:
+        """Return the cycles of a phase from this one on.
+
+        Its numbers are rounded up on the way to the maximum velocity and down from there on, the positions with them:
+        so no cycle between leads further than one at the maximum velocity.
+        """
+        x6, v2, a, j = self._state(phase, cycle * UNIT)
+        position, speed = x6, 3 * ((v2 << PLACES) + (a << 2 * PLACES)) + (j << 3 * PLACES)
+        change = a + (j << PLACES)
+        up = -1 if phase <= 3 else 1
+        position, speed = (up * (up * number // (6 << 16 + 2 * PLACES)) for number in (position, speed))
+        return JerkPiece(cycle, phase, position, speed, up * (up * change >> 16), j << PLACES - 16)
+
+    def _state(self, phase: int, t: int) -> tuple[int, int, int, int]:
+        """Return six times the position, twice the velocity, acceleration and jerk of a phase at a time.
+
+        They have 16 binary places, and PLACES more for each power of a cycle, so that they are exact.
+        """
+        t1, steep, j = self.jerked, self.acceleration << 16, self.jerk
+        risen, whole = 2 * t1 + self.steady, sum(self.lengths)
+        destination = 6 * self.distance << 16 + 2 * PLACES
+        match phase:
+            case 1:
+                return j * t**3, j * t * t, j * t, j
+            case 2:
+                return self._parabola(t), steep * (2 * t - t1) << PLACES, steep << PLACES, 0
+            case 6:
+                t = whole - t
+                return destination - self._parabola(t), steep * (2 * t - t1) << PLACES, -steep << PLACES, 0
+            case 7:
+                t = whole - t
+                return destination - j * t**3, j * t * t, -j * t, j
+        line, peak = 3 * self.peak * (2 * t - risen), self.peak
+        if phase == 4:
+            return line, 2 * peak, 0, 0
+        t = risen - t if phase == 3 else t - risen - self.coasting
+        bent = j * t**3
+        if phase == 3:
+            return line + bent, 2 * peak - j * t * t, j * t, -j
+        return line - bent, 2 * peak - j * t * t, -j * t, -j
+
+    def _parabola(self, t: int) -> int:
+        """Return six times the position in phase 2."""
+        return (self.acceleration << 16 + PLACES) * (3 * t * (t - self.jerked) + self.jerked**2)
+
+
+def s_curve(distance: int, velocity: int, acceleration: int, jerk: int) -> Phases:
+    """Return the phases of a move: the times of the continuous profile, each rounded up to 2^-PLACES cycle.
+
+    Args:
+        distance: 1/65536 step, positive, as are velocity and acceleration.
+        jerk: 2^-32 step per cycle^3, positive.
+    """
+    d, v, a, j = distance << 16, velocity << 16, acceleration << 16, jerk
+    t4 = 0
+    if v * j >= a * a and d * a * j >= v * (v * j + a * a):  # both maxima are reached
+        t1, fast = ceil(a << PLACES, j), ceil(v << PLACES, a)
+        t2, t4 = fast - t1, ceil(d << PLACES, v) - fast - t1
+    elif v * j < a * a and d * d * j >= 4 * v**3:  # the velocity is
+        t1, t2 = square_root(ceil(v << 2 * PLACES, j)), 0
+        t4 = ceil(d << PLACES, v) - 2 * t1
+    elif d * j * j >= 2 * a**3:  # the acceleration is
+        t1 = ceil(a << PLACES, j)
+        t2 = ceil(square_root(t1 * t1 + ceil(4 * d << 2 * PLACES, a)) - 3 * t1, 2)
+    else:
+        t1, t2 = cube_root(ceil(d << 3 * PLACES, 2 * j)), 0
+    return Phases(t1, max(t2, 0), max(t4, 0), distance * UNIT, velocity, acceleration, jerk)
+
+
+def ceil(a: int, b: int) -> int:
+    """a / b rounded up."""
+    return -(-a // b)
+
+
+def square_root(number: int) -> int:
+    """Return the square root of a positive number, rounded up."""
+    return isqrt(number - 1) + 1
+
+
+def cube_root(number: int) -> int:
+    """Return the cube root of a positive number, rounded up; by Newton's method from above."""
+    root = 1 << ceil(number.bit_length(), 3)
+    while (lower := (2 * root + number // (root * root)) // 3) < root:
+        root = lower
+    return root + (root**3 < number)

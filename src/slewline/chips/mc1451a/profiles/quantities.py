@@ -1,0 +1,210 @@
+r"""Acceleration and jerk of an axis, as its laws have them: asked afterwards, from the runs that are kept.
+
+acceleration     ____                 trapezoid: what each cycle adds to the velocity; a jump (start velocity, a stop
+          ______|    |____      __    at once, the electronic gear) has no acceleration, and is not drawn
+                          |____|
+                  2                   S-curve: of the continuous curve, phase by phase; its jerk holds for a whole
+              1 /---\ 3   4   7       phase, from the instant at which the phase begins, cycle or not
+          ____/      \____    /--
+                          5\_/6
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from itertools import pairwise
+from math import isclose
+from typing import TYPE_CHECKING, NamedTuple
+
+from ....core.motion.quantity import Outline, Quantity
+from ....core.time.timebase import PS_PER_S
+from ..axis.pulses import Past
+from ..motion import Motion
+from ..registers import ONE
+from .curves import PLACES, SCurve
+from .ideal import curve
+from .profile import UNIT, Phases
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class JerkSegment(NamedTuple):
+    """A time in which the jerk holds; the acceleration at its begin, steps/s^2, and the phase of an S-curve, or 0."""
+
+    begin_ps: int
+    acceleration: float
+    jerk: float
+    phase: int = 0
+
+
+class Forces:
+    """The acceleration of one axis over its past, up to now."""
+
+    def __init__(self, motion: Motion, number: int) -> None:
+        self.motion, self.pulses = motion, motion.trajectories[number - 1].pulses
+        self.cycle_clock = motion.cycle_clock
+        self.per_s = self.cycle_clock.per_s
+
+    def ps(self, cycle: int, parts: int = 0) -> int:
+        """Return the instant so many parts (2^-PLACES cycle) behind the begin of a cycle."""
+        cycle_clock = self.cycle_clock
+        if not parts:
+            return cycle_clock.ps(cycle)
+        ticks = (cycle_clock.tick(cycle) << PLACES) + parts * cycle_clock.cycle_ticks
+        return (ticks * PS_PER_S // cycle_clock.clock.hz) >> PLACES
+
+    def cycles(self, start: int, stop: int) -> NDArray[np.int64]:
+        """Return when cycles begin at start <= t <= stop (ps), and in which one `start` lies: (n,) int64 ps."""
+        import numpy as np
+
+        cycle_clock = self.cycle_clock
+        numbers = np.arange(max(cycle_clock.begun(start), 0), cycle_clock.begun(stop) + 1)
+        return cycle_clock.clock.ps_array(numbers * cycle_clock.cycle_ticks, cycle_clock.origin)
+
+    def stretches(self, start: int, stop: int) -> list[JerkSegment]:
+        """Return what begins by `stop` (ps), and what is in force at `start`; ascending, the first before `start`."""
+        self.motion.catch_up()
+        past = self.pulses.past
+        found = [JerkSegment(0, 0.0, 0.0)]
+        if not past or stop < self.ps(past[0].first):
+            return found
+        cycle = self.cycle_clock.begun(start)
+        first = max(bisect_right(past, cycle, key=lambda entry: entry.first) - 2, 0)
+        for entry, before, following in zip(
+            past[first:], [None, *past[first:]], [*past[first + 1 :], None], strict=False
+        ):
+            if self.ps(entry.first) > stop:
+                break
+            if entry.curve is not None and isinstance(entry.law, SCurve):
+                found += self._of_curve(entry, entry.curve, entry.law, following)
+            else:
+                found += self._of_run(entry, before, following)
+        return [stretch for stretch in found if stretch.begin_ps <= stop]
+
+    def _of_run(self, entry: Past, before: Past | None, following: Past | None) -> Iterator[JerkSegment]:
+        """Even changes from cycle to cycle; in the first one from what was before, unless that is a jump."""
+        unit = self.per_s**2 / ONE
+        change = entry.sign * entry.law.velocity(1) - entry.sign * entry.law.velocity(0) if entry.law else 0
+        if not entry.acceleration:
+            change = 0
+        gained = change
+        if before is not None and before.curve is None:
+            gained = velocity(entry, entry.first) - velocity(before, entry.first - 1)
+        if abs(gained) > entry.acceleration:
+            gained = 0
+        yield JerkSegment(self.ps(entry.first), gained * unit, 0.0)
+        if gained != change and (following is None or following.first > entry.first + 1):
+            yield JerkSegment(self.ps(entry.first + 1), change * unit, 0.0)
+
+    def _of_curve(self, entry: Past, phases: Phases, law: SCurve, following: Past | None) -> Iterator[JerkSegment]:
+        """The phases of an S-curve, as far as the run has worked them."""
+        zero = entry.since - law.first  # the cycle in which the curve begins
+        begun, over = entry.first - zero, None if following is None else following.first - zero
+        parts = 0
+        for phase, (length, piece) in enumerate(zip(phases.lengths, curve(phases, self.per_s), strict=True), 1):
+            late = max(begun * UNIT - parts, 0)  # of the phase, worked by an earlier run
+            if length and late < length and (over is None or parts < over * UNIT):
+                acceleration = piece.acceleration + piece.jerk * (late / UNIT / self.per_s)
+                at = self.ps(zero, parts + late)
+                yield JerkSegment(at, entry.sign * acceleration, entry.sign * piece.jerk, phase)
+            parts += length
+        if over is None or parts < over * UNIT:
+            yield JerkSegment(self.ps(zero, parts), 0.0, 0.0)
+
+
+def velocity(entry: Past, cycle: int) -> int:
+    """Return the displacement of a cycle, signed."""
+    return entry.sign * entry.law.velocity(cycle - entry.since) if entry.law is not None else 0
+
+
+class Acceleration(Quantity):
+    """The acceleration of an axis."""
+
+    name, unit, held = "acceleration", "steps/s²", False
+
+    def __init__(self, forces: Forces) -> None:
+        self.forces = forces
+
+    def value(self, stretch: JerkSegment, ps: int) -> float:
+        """Return the value at an instant of a stretch."""
+        return stretch.acceleration + stretch.jerk * (ps - stretch.begin_ps) / PS_PER_S
+
+    def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        import numpy as np
+
+        times = np.asarray(times_ps, np.int64)
+        if not times.size:
+            return times.astype(np.float64)
+        stretches = self.forces.stretches(int(times.min()), int(times.max()))
+        begins = np.array([stretch.begin_ps for stretch in stretches])
+        which = np.searchsorted(begins, times, side="right") - 1
+        values = np.array([self.value(stretch, stretch.begin_ps) for stretch in stretches])[which]
+        slopes = np.array([self.slope(stretch) for stretch in stretches])[which]
+        return np.asarray(values + slopes * (times - begins[which]) / PS_PER_S, np.float64)
+
+    def slope(self, stretch: JerkSegment) -> float:
+        """Return how fast the value grows in a stretch, per second."""
+        return stretch.jerk
+
+    def changes(self, start: int, stop: int) -> Outline:
+        import numpy as np
+
+        points = [(start, float(self.values_at(np.array([start]))[0]))]
+        stretches = self.forces.stretches(start, stop)
+        for before, stretch in pairwise(stretches):
+            if not start < stretch.begin_ps <= stop:
+                continue
+            end, value = self.value(before, stretch.begin_ps), self.value(stretch, stretch.begin_ps)
+            if self.held:
+                points += [(stretch.begin_ps, value)] if value != points[-1][1] else []
+                continue
+            jumps = not isclose(end, value, rel_tol=1e-9, abs_tol=abs(before.jerk) / PS_PER_S)  # by more than rounding
+            if jumps or self.slope(stretch) != self.slope(before):
+                points += [(stretch.begin_ps, end)] if jumps else []
+                points.append((stretch.begin_ps, value))
+        if not self.held:
+            points.append((stop, self.value(stretches[-1], stop)))
+        times, values = zip(*points, strict=True)
+        return Outline(np.array(times, np.int64), np.array(values, np.float64) + 0.0)
+
+    def staircase(self, start: int, stop: int) -> Outline:
+        """Where it grows evenly, a value at the begin of every cycle."""
+        import numpy as np
+
+        stretches = self.forces.stretches(start, stop)
+        parts = [np.array([stretch.begin_ps for stretch in stretches])]
+        for stretch, end in zip(stretches, [*(later.begin_ps for later in stretches[1:]), stop + 1], strict=True):
+            if self.slope(stretch):
+                cycles = self.forces.cycles(max(stretch.begin_ps, start), end - 1)
+                parts.append(cycles[cycles >= stretch.begin_ps])
+        times = np.unique(np.concatenate(parts))
+        times = times[max(int(np.searchsorted(times, start, side="right")) - 1, 0) :]
+        return Outline(np.maximum(times, start), self.values_at(times) + 0.0)
+
+
+class Jerk(Acceleration):
+    """The jerk of an axis: of S-curves, constant over a phase; else 0, for where an acceleration jumps it has none."""
+
+    name, unit, held = "jerk", "steps/s³", True
+
+    def value(self, stretch: JerkSegment, ps: int) -> float:
+        return stretch.jerk
+
+    def slope(self, stretch: JerkSegment) -> float:
+        return 0.0
+
+
+def phases(forces: Forces, start: int, stop: int) -> list[tuple[int, int, str]]:
+    """Return the phases of S-curves between two instants, as far as they lie there: begin and end in ps, and 1 to 7."""
+    found: list[tuple[int, int, str]] = []
+    stretches = forces.stretches(start, stop)
+    for stretch, following in zip(stretches, [*stretches[1:], JerkSegment(stop, 0.0, 0.0)], strict=True):
+        begin, end, text = max(stretch.begin_ps, start), min(following.begin_ps, stop), str(stretch.phase)
+        if stretch.phase and begin < end:
+            if found and found[-1][1:] == (begin, text):
+                begin = found.pop()[0]
+            found.append((begin, end, text))
+    return found

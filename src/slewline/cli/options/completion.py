@@ -1,0 +1,130 @@
+"""What a shell completes besides options: parts, pins, options of a part, commands, parameters, examples.
+
+Nothing is imported for it that only runs with leave: a part that is given as module:Class has no completion.  Whatever
+goes wrong, a shell must not see.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from click.shell_completion import CompletionItem
+
+if TYPE_CHECKING:
+    from ...core.datasheet.table import Sheet
+
+Complete = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
+
+
+def fitting(words: Iterable[tuple[str, str]], begun: str) -> list[CompletionItem]:
+    """Return the words that go on as was begun, each with what it means; capitals do not count."""
+    return [CompletionItem(word, help=says or None) for word, says in words if word.lower().startswith(begun.lower())]
+
+
+def quietly(complete: Complete) -> Complete:
+    """Return a completer that finds nothing where it fails."""
+
+    def completed(ctx: click.Context, param: click.Parameter, begun: str) -> list[CompletionItem]:
+        try:
+            return complete(ctx, param, begun)
+        except Exception:
+            return []
+
+    return completed
+
+
+@quietly
+def parts(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Complete the name of a part."""
+    from ...chips import CATALOGUE, sheet_of
+
+    return fitting(((name, sheet_of(name).title) for name in CATALOGUE.names()), begun)
+
+
+def sheet(ctx: click.Context) -> Sheet | None:
+    """Return the data sheet of the part that the line names, or that the ending of its file does."""
+    from ...chips import CATALOGUE, sheet_of
+
+    known = CATALOGUE.names()
+    # In front of an option that is not complete, click leaves what was given where it is.
+    for given in (ctx.params.get("chip"), ctx.params.get("file"), *ctx.args):
+        for name in (str(given).lower(), Path(str(given)).suffix[1:].lower()):
+            if name in known:
+                return sheet_of(name)
+    return None
+
+
+def of_sheet(words: Callable[[Sheet], Iterable[tuple[str, str]]]) -> Complete:
+    """Return a completer of words that a data sheet has."""
+
+    def complete(ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
+        found = sheet(ctx)
+        return fitting(words(found), begun) if found is not None else []
+
+    return quietly(complete)
+
+
+def inputs(found: Sheet) -> Iterable[tuple[str, str]]:
+    """Yield the inputs of a part, each with a level."""
+    for pin in found.pins:
+        if pin.way in ("in", "both"):
+            yield from ((f"{pin.name}={level}", pin.says) for level in (0, 1))
+
+
+def options(found: Sheet) -> Iterable[tuple[str, str]]:
+    """Yield the options of a part."""
+    return ((f"{row.name}=", row.allowed) for row in found.options)
+
+
+def commands(found: Sheet) -> Iterable[tuple[str, str]]:
+    """Yield the commands of a part."""
+    return ((row.form, row.name) for row in found.commands)
+
+
+def parameters(found: Sheet) -> Iterable[tuple[str, str]]:
+    """Yield what the ramp calculator of a part takes."""
+    from ...chips import ramps_of
+
+    return ((f"{quantity.name}=", quantity.says) for quantity in ramps_of(found.part).quantities)
+
+
+strap = drive = of_sheet(inputs)
+setting = of_sheet(options)
+command = of_sheet(commands)
+parameter = of_sheet(parameters)
+
+
+@quietly
+def pins(ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Complete the last of several names of pins with commas between."""
+    found = sheet(ctx)
+    before, comma, last = begun.rpartition(",")
+    rows = [pin for pin in found.pins if pin.way not in ("power", "none")] if found is not None else []
+    return [
+        CompletionItem(before + comma + str(item.value), help=item.help)
+        for item in fitting(((pin.name, pin.says) for pin in rows), last)
+    ]
+
+
+@quietly
+def example(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Complete the name of an example, or of a folder of them."""
+    from ..examples import files, folder, title
+
+    root = folder()
+    found = {path.relative_to(root).as_posix(): title(path) for path in files(root)}
+    folders = {place.rpartition("/")[0]: "" for place in found if "/" in place}
+    return fitting([*folders.items(), *found.items()], begun)
+
+
+def file(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Leave it to the shell to complete a file."""
+    return [CompletionItem(begun, type="file")]
+
+
+def directory(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Leave it to the shell to complete a directory."""
+    return [CompletionItem(begun, type="dir")]

@@ -1,0 +1,85 @@
+"""Kinds of commands; and what is meant by commands and options that there are not."""
+
+from __future__ import annotations
+
+import click
+
+from ...core.messages.near import hint
+
+MEANT = {  # what is meant by a command, or an option of one, that there is not
+    "plot": "slewline run FILE --plot F.svg draws a run, slewline ramp CHIP ... --plot F.svg a ramp",
+    **dict.fromkeys(("simulate", "sim", "play", "start", "test"), "slewline run FILE"),
+    **dict.fromkeys(("emulate", "server", "port", "listen"), "slewline serve CHIP --tcp 4001"),
+    **dict.fromkeys(("list", "parts", "ls"), "slewline chips lists the chips, slewline examples the examples"),
+    **dict.fromkeys(("info", "show", "doc", "commands", "man"), "slewline describe CHIP"),
+    **dict.fromkeys(("assemble", "compile"), "slewline asm FILE"),
+    **dict.fromkeys(("disassemble", "disasm"), "slewline dis FILE"),
+    **dict.fromkeys(("check", "verify", "validate"), "slewline lint FILE"),
+    **dict.fromkeys(("convert", "vcd"), "slewline run FILE --vcd F.vcd writes a waveform"),
+    "replay": "slewline run --replay JOURNAL",
+    "version": "slewline --version",
+    "run --bench": "a bench file is the FILE itself, slewline run BENCH.toml",
+    "run --part": "--chip names the part",
+    "run --output": "--vcd, --steps, --plot and --json name what is written, and where",
+    "run -o": "--vcd, --steps, --plot and --json name what is written, and where",
+    "run --npz": "--steps F.npz",
+    "run --csv": "--steps F.csv",
+    "run --time": "--until sets the end, such as '2 s'",
+    "serve --port": "--tcp 4001, --serial DEV or --pty LINK",
+    "serve --chip": "CHIP is an argument, not an option: slewline serve PART --tcp 4001",
+    "describe --chip": "CHIP is an argument, not an option: slewline describe PART",
+    "ramp --chip": "CHIP is an argument, not an option: slewline ramp PART NAME=VALUE ...",
+}
+
+
+class HintingCommand(click.Command):
+    """A command that knows what is meant by options that it does not have."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the arguments; name the option that replaces an unknown one."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.MissingParameter as error:
+            if getattr(error.param, "name", "") == "chip":
+                raise click.UsageError("Missing argument 'CHIP': slewline chips lists them", ctx) from None
+            raise
+        except click.NoSuchOption as error:
+            remedy = MEANT.get(f"{ctx.info_name} {error.option_name}")
+            if remedy is None:
+                raise
+            raise click.UsageError(f"No such option '{error.option_name}': {remedy}", ctx) from None
+
+
+class CommandGroup(click.Group):
+    """The commands; one that is not there leads to what is."""
+
+    command_class = HintingCommand
+
+    @property
+    def shown(self) -> list[str]:
+        """The commands that the help lists."""
+        return [name for name, command in self.commands.items() if not command.hidden]
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that is called."""
+        name = args[0]
+        if name not in self.commands and not name.startswith("-"):
+            if name in MEANT:
+                ctx.fail(f"No such command {name!r}: {MEANT[name]}")
+            if not hint(name, self.shown):
+                ctx.fail(f"No such command {name!r}; there are: {', '.join(self.shown)}")
+        return super().resolve_command(ctx, args)
+
+
+class CommandWithGuide(HintingCommand):
+    """A command whose help ends with the guide to run scripts."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the docstring of the script module, as it is, and the exit status."""
+        from ...bench.scripts import script
+
+        formatter.write_paragraph()
+        formatter.write((script.__doc__ or "") + "\n")
+        super().format_epilog(ctx, formatter)

@@ -1,0 +1,160 @@
+"""Values of options that click does not know."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from typing import Any, TypeVar
+
+import click
+from click.shell_completion import CompletionItem
+
+from ...core.time.timebase import hertz, picoseconds
+from ...errors import TimeError
+from . import completion
+
+T = TypeVar("T")
+
+
+class Completed(click.ParamType[T]):
+    """A value with which a shell can go on: `complete` says how."""
+
+    complete: completion.Complete
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return what a shell may go on with."""
+        return self.complete(ctx, param, incomplete)
+
+
+class PathName(Completed[str]):
+    """The name of a file or a directory, which the shell completes."""
+
+    name = "text"
+
+    def __init__(self, complete: completion.Complete) -> None:
+        self.complete = complete
+
+
+FILE, DIRECTORY = PathName(completion.file), PathName(completion.directory)
+
+
+class TimeWithUnit(click.ParamType[int]):
+    """A time with its unit."""
+
+    name = "time"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Return the picoseconds of a time."""
+        try:
+            return picoseconds(value)
+        except TimeError as error:
+            self.fail(str(error), param, ctx)
+
+
+class Frequency(click.ParamType[str]):
+    """A frequency with its unit."""
+
+    name = "frequency"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the frequency as it was written."""
+        try:
+            hertz(value)
+        except TimeError as error:
+            self.fail(str(error), param, ctx)
+        return str(value)
+
+
+class Drive(Completed[tuple[str, int, int]]):
+    """pin=level@time."""
+
+    name = "pin=level@time"
+    complete = staticmethod(completion.drive)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int, int]:
+        """Return (pin, level, picoseconds)."""
+        if isinstance(value, tuple):
+            return value
+        match = re.fullmatch(r"\s*(\w+(?:\.\w+)?)\s*=\s*([01])\s*(?:@(.*))?", value)
+        if match is None:
+            self.fail(f"{value!r}: give pin, level and instant, such as 'abort=0@12 ms' or 'x.abort=1'", param, ctx)
+        try:
+            return match[1], int(match[2]), picoseconds(match[3] or 0)
+        except TimeError as error:
+            self.fail(str(error), param, ctx)
+
+
+class PartName(Completed[str]):
+    """The name of a chip: a part number, or module:Class."""
+
+    name = "chip"
+    complete = staticmethod(completion.parts)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the name as it was written; one with a colon may be found in the current directory."""
+        look_here(None, None, ":" in value)
+        return str(value)
+
+
+def look_here(ctx: click.Context | None, param: click.Parameter | None, wanted: bool) -> bool:
+    """Let modules be found in the current directory, as `python -m` does, after all other places."""
+    if wanted and os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
+    return wanted
+
+
+class Names(Completed[tuple[str, ...]]):
+    """Names with commas between."""
+
+    name = "a,b,c"
+    complete = staticmethod(completion.pins)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
+        """Return the names."""
+        if isinstance(value, tuple):
+            return value
+        names = tuple(name.strip() for name in value.split(","))
+        if not all(re.fullmatch(r"\w+(?:\.\w+)?", name) for name in names):
+            self.fail(
+                f"{value!r}: give names of pins with commas between, such as 'pulse,slew' or 'x.slew'", param, ctx
+            )
+        return names
+
+
+class Strap(Completed[tuple[str, int]]):
+    """pin=level."""
+
+    name = "pin=level"
+    complete = staticmethod(completion.strap)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int]:
+        """Return (pin, level)."""
+        if isinstance(value, tuple):
+            return value
+        match = re.fullmatch(r"\s*(\w+)\s*=\s*([01])\s*", value)
+        if match is None:
+            sheet = None if ctx is None else completion.sheet(ctx)
+            pins = [row.name for row in sheet.pins if row.way in ("in", "both")] if sheet is not None else []
+            like = next(
+                iter({**sheet.plain, **sheet.fastest} if sheet is not None else pins), pins[0] if pins else "chs"
+            )
+            there = f"; the inputs of the {sheet.part}: {', '.join(pins)}" if sheet is not None else ""
+            self.fail(f"{value!r}: give a pin and its level, 0 or 1, such as '{like}=0'{there}", param, ctx)
+        return match[1], int(match[2])
+
+
+class SettingText(Completed[tuple[str, str]]):
+    """name=value, or table.name=value; the part knows what the text means."""
+
+    name = "name=value"
+    complete = staticmethod(completion.setting)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
+        """Return (name, text)."""
+        if isinstance(value, tuple):
+            return value
+        name, equals, text = (part.strip() for part in value.partition("="))
+        if not equals or not all(map(str.isidentifier, name.split("."))):
+            self.fail(f"{value!r}: give an option and its value, such as 'eeprom_time=20 ms'", param, ctx)
+        return name, text
