@@ -46,7 +46,7 @@ def test_every_line_is_asked_and_its_answer_is_said():
         "Po -> Y",
         "S10 -> Y",
         "A4 -> E2 (argument missing, wrong or out of range)",
-        "x -> E4 (unknown, or not now)",
+        "x -> E4 (unknown, or not allowed now)",
         "A1 -> Y",
         "V2 -> V70",
         "Q -> S10 A1 END",

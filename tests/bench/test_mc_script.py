@@ -276,11 +276,11 @@ def test_two_chipsets_of_one_bus():
 @pytest.mark.parametrize(
     ("line", "column", "found"),
     [
-        ("SET_PO 5", 3, "SET_PO is no command of the MC1151A"),
+        ("SET_PO 5", 3, "SET_PO is not a command of the MC1151A"),
         ("SET_POS", 10, "SET_POS without position"),
         ("SET_POS 5e3", 11, "SET_POS position 5e3"),
         ("SET_VEL 0x40000000", 11, "SET_VEL velocity 0x40000000: allowed 0..1073741823"),
-        ("SET_2", 3, "SET_2 is no command of the MC1151A"),
+        ("SET_2", 3, "SET_2 is not a command of the MC1151A"),
         ("wait 20", 3, "time '20': expected a number and a unit"),
         ("wait", 3, "@wait needs an argument"),
         ("wait moving", 3, "no status bit 'moving'"),

@@ -72,7 +72,7 @@ def test_what_the_parts_do_not_have_is_refused(call, program, write):
     ran = call("asm", program, "--format", "binary")
     assert (ran.status, ran.err) == (
         2,
-        "slewline: the GS-C200S takes no binary commands; ascii is what a host sends it\n",
+        "slewline: the GS-C200S takes no binary commands; choose ascii, which is what a host sends it\n",
     )
     ran = call("asm", write("p.cy525", "G"), "--checksum")
     assert (ran.status, ran.err) == (
@@ -175,8 +175,8 @@ def test_errors_are_told_with_their_meaning_and_count_if_strict(call, write):
     assert ran.status == 1
     assert "host     A4 -> E2 (argument missing, wrong or out of range)" in told
     assert "gs_c200  ! E2: A4: output 4, allowed 1..3; the nearest is 3" in told
-    assert "host     f+1 -> E4 (unknown, or not now)" in told
-    assert "host     E -> E4 (unknown, or not now)" in told
+    assert "host     f+1 -> E4 (unknown, or not allowed now)" in told
+    assert "host     E -> E4 (unknown, or not allowed now)" in told
 
 
 def test_inputs_are_told_with_what_waited_for_them(call, write):

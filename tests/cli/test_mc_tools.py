@@ -140,7 +140,7 @@ def test_drive_from_the_command_line(call, write):
 def test_what_is_wrong_is_told_before_anything_runs(call, write):
     ran = call("run", write("x.mc1151a", "SET_POS 5", "  SET_2", "wait moving"))
     assert (ran.status, ran.out) == (2, "")
-    assert "x.mc1151a, line 2, column 3: SET_2 is no command of the MC1151A" in ran.err
+    assert "x.mc1151a, line 2, column 3: SET_2 is not a command of the MC1151A" in ran.err
     assert "x.mc1151a, line 3, column 1: mc1151a has no status bit 'moving'" in ran.err
 
 

@@ -356,8 +356,8 @@ def test_run_hangs_where_lint_warns_of_it(call, write, lines):
         ("A 0}", "bad-number: ABSOLUTE 0}: not a decimal number; ignored; the manual prints } for the return key"),
         ("D", "missing-argument: DELAY needs delay; ignored; in the CY512 D ran the program: here X does"),
         ("X 5", "extra-argument: EXECUTE takes no argument; 5 is ignored; in the CY512 X was the delay: here D is"),
-        ("r 5", "unknown-command: r is no command; the line is ignored; write R: command letters are upper case"),
-        ("K 5", "unknown-command: K is no command; the line is ignored\n"),
+        ("r 5", "unknown-command: r is not a command; the line is ignored; write R: command letters are upper case"),
+        ("K 5", "unknown-command: K is not a command; the line is ignored\n"),
         ("R x", "bad-number: RATE x: not a decimal number; ignored\n"),
     ],
 )

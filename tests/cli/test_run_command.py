@@ -79,7 +79,7 @@ def test_json_is_one_object_with_exactly_the_agreed_keys(call, five):
         "findings": [],
     }
     assert ran.json["pins"]["motion_complete"] == 0
-    assert ran.json["pins"]["db0"] is None, "nobody drives the bus"
+    assert ran.json["pins"]["db0"] is None, "nothing drives the bus"
 
 
 def test_json_shows_program_read_outs_and_findings(call, write):

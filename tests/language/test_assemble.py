@@ -116,7 +116,7 @@ def test_message():
         ("R \u00d8", "RATE \u00d8: allowed 0..127", "the manual prints \u00d8 for the digit zero: write 0"),
         ("\u00d8", "\u00d8 is no command: ", "the manual prints \u00d8 for the digit zero: write 0"),
         ("}", "} is no command: ", "the manual prints } for the return key: leave it out"),
-        ("$A", "$ is no command: ", "$ stands behind the letter of a label, as in A$"),
+        ("$A", "$ is no command: ", "$ follows the letter of a label, as in A$"),
         ("b", "b is no command: ", "write B: command letters are upper case"),
         ("K", "K is no command: ", ""),
     ],

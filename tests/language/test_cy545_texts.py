@@ -61,7 +61,7 @@ def test_the_slash_becomes_part_of_the_number_in_binary():
 def test_a_program_that_begins_too_high_is_told_how_much_room_there_is():
     with pytest.raises(ProgramError, match=r"12 bytes of program from address 65530 on; .* allowed 6 ") as caught:
         assemble("Y 65530\nE\nN 12345\n+\n0\nQ\n", SHEET)
-    assert caught.value.problems[0].remedy == "let it begin at a lower address"
+    assert caught.value.problems[0].remedy == "start it at a lower address"
 
 
 def test_a_second_program_begins_where_the_pointer_is():

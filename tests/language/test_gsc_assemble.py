@@ -158,9 +158,9 @@ def test_the_memory_may_be_filled_to_the_last_location_but_one():
 @pytest.mark.parametrize(
     ("sheet", "text", "remedy"),
     [
-        (C200S, "s10", "write S10: no blanks, and capitals count"),
-        (C200S, "S 10", "write S10: no blanks, and capitals count"),
-        (C200, "g+1", "write G+1: no blanks, and capitals count"),
+        (C200S, "s10", "write S10: no spaces, and case matters"),
+        (C200S, "S 10", "write S10: no spaces, and case matters"),
+        (C200, "g+1", "write G+1: no spaces, and case matters"),
         (C200S, "P", "with this letter it has Po, Px"),
         (C200, "Po", "with this letter it has P"),
         (C200, "j12", "a sister part has this command"),

@@ -55,7 +55,7 @@ def test_tables_are_even(part):
 
 def test_one_command():
     assert describe(SHEETS["gs-c200s"], "jc").splitlines() == [
-        "# JUMP_ON: continue at a location if the user inputs read so",
+        "# JUMP_ON: continue at a location if the user inputs match",
         "",
         "- line: `jc<inputs>,<target>`",
         "- taken: into the program",

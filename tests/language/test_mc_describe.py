@@ -64,9 +64,9 @@ def test_a_command_in_full():
 
 
 def test_a_command_that_is_none_is_refused_with_what_is_meant():
-    with pytest.raises(UnknownName, match="SET_VELO is no command of the MC1151A; write SET_VEL or GET_VEL"):
+    with pytest.raises(UnknownName, match="SET_VELO is not a command of the MC1151A; write SET_VEL or GET_VEL"):
         describe(SHEETS["mc1151a"], "SET_VELO")
-    with pytest.raises(UnknownName, match="SET_3 is no command of the MC1251A; a part with more axes"):
+    with pytest.raises(UnknownName, match="SET_3 is not a command of the MC1251A; a part with more axes"):
         describe(SHEETS["mc1251a"], "SET_3")
 
 
@@ -77,5 +77,5 @@ def test_a_command_is_found_by_its_code(code):
 
 @pytest.mark.parametrize("code", ["ff", "4", "04e", "4g"])
 def test_a_code_without_a_command_is_unknown(code):
-    with pytest.raises(UnknownName, match=f"{code} is no command of the MC1451A"):
+    with pytest.raises(UnknownName, match=f"{code} is not a command of the MC1451A"):
         describe(sheet_of("mc1451a"), code)

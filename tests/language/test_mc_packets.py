@@ -127,7 +127,7 @@ def test_the_mistake_says_what_is_allowed():
         ("SET_VEL 2.75", "bad-number", 8, 12, "0..1073741823 (2^-16 steps/cycle)", "2.75 steps/cycle is 180224"),
         (
             *("SET_STEP_RATIO 0.32", "bad-number", 15, 19, "0..32767 (2^-8 counts/step)"),
-            "0.32 counts/step is 81.92, no whole number; the nearest is 82",
+            "0.32 counts/step is 81.92, not a whole number; the nearest is 82",
         ),
         (
             *("SET_POS 12,345", "bad-number", 8, 14, "-1073741824..1073741823 (steps)"),
@@ -165,7 +165,7 @@ def test_a_line_that_is_no_command_says_where_and_what_instead(line, code, at, e
 @pytest.mark.fact("PMD-CON-ZERO-POS", "PMD-CON-BUF-MTR-CMD")
 def test_names_in_the_manual_that_are_no_commands(name, remedy):
     found = refused(f"{name} 0")
-    assert found.found == f"{name} is no command of the MC1451A-E" and found.remedy == remedy
+    assert found.found == f"{name} is not a command of the MC1451A-E" and found.remedy == remedy
     with pytest.raises(UnknownName, match=f"{name} is no command .*; {remedy}"):
         packets.row(SHEET, name)
 
@@ -314,7 +314,7 @@ def test_a_rate_with_the_wrong_unit_is_refused(line, code, found, remedy):
             1.5,
             "velocity 1.5: allowed a whole number, 0..1073741823 (command reference); 1.5 steps/cycle is 98304",
         ),
-        ("SET_ACC", 0.3, "0.3 steps/cycle^2 is 19660.8, no whole number; the nearest is 19661"),
+        ("SET_ACC", 0.3, "0.3 steps/cycle^2 is 19660.8, not a whole number; the nearest is 19661"),
         ("SET_VEL", float("nan"), "velocity nan: allowed a whole number, 0..1073741823 (command reference)"),
         ("SET_POS", 1.5, "position 1.5: allowed a whole number, -1073741824..1073741823 (command reference)"),
     ],
@@ -414,7 +414,7 @@ def test_a_script_with_mistakes_is_refused_whole():
     with pytest.raises(ProgramError) as error:
         assemble("SET_POS 5\n  set_accel 7\nSET_VEL 1 ; fine\nUPDATE now", SHEET, "a.txt")
     assert str(error.value).split("\n\n") == [
-        "a.txt, line 2, column 3: set_accel is no command of the MC1451A-E (MC1451A-E manual, command reference)\n"
+        "a.txt, line 2, column 3: set_accel is not a command of the MC1451A-E (MC1451A-E manual, command reference)\n"
         "      set_accel 7\n      ^^^^^^^^^\n    write SET_ACC",
         "a.txt, line 4, column 8: now behind UPDATE, which takes no argument (MC1451A-E manual, command reference)\n"
         "    UPDATE now\n           ^^^",

@@ -114,7 +114,7 @@ class EdgeRotor(Part):
         self.followed = field
         turn = (field - self.position) % 4
         if turn == 2:
-            self.finding("rotor-lost", "the field jumped to the opposite side: a real rotor would go either way")
+            self.finding("rotor-lost", "the field jumped to the opposite side: a real rotor could go either way")
         else:
             self.position += {0: 0, 1: 1, 3: -1}[turn]
 
@@ -219,7 +219,7 @@ class EdgeDamping(Part):
         if net.level == 1:
             if now < self.braked_ps:
                 self.finding(
-                    "damping-cut", "a motion begins before the last one is braked: longer pauses or shorter t2"
+                    "damping-cut", "a motion begins before the last one has been braked; use longer pauses or a shorter t2"
                 )
             return
         pulses = [self.t1_ps, *[self.t2_ps] * (self.t2_ps > 0)]

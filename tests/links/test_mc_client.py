@@ -242,7 +242,7 @@ def test_what_goes_wrong_in_a_packet_is_raised(stand):
             host.query("SET_POS")
         with pytest.raises(slewline.UsageError, match="SET_POS position 1073741824: allowed"):
             host.command("SET_POS", 1 << 30)
-        with pytest.raises(UnknownName, match="SET_5 is no command of the MC1451A"):
+        with pytest.raises(UnknownName, match="SET_5 is not a command of the MC1451A"):
             host.command("UPDATE", axis=5)
         with pytest.raises(UnknownName, match="no status bit 'moving'"):
             host.wait("moving")

@@ -72,7 +72,7 @@ def said(reports, *texts, code="E4"):
 
 def test_two_causes_of_a_code_do_not_hide_each_other(stand):
     reports, minutes, told = stand
-    case = "{!r} is no command of the gs-c200s; write {}: no blanks, and capitals count"
+    case = "{!r} is not a command of the gs-c200s; write {}: no spaces, and case matters"
     said(reports, case.format("v1", "V1"), case.format("po", "Po"), "+100 outside a program; begin with Po")
     assert [text.partition("; ")[2][:10] for text in told] == ["write V1: ", "write Po: ", "begin with"]
     said(
@@ -81,7 +81,7 @@ def test_two_causes_of_a_code_do_not_hide_each_other(stand):
     assert len(told) == 3
     minutes.pass_()
     assert told[3:] == [
-        "x: E4: 1 more like this: 'v1' is no command of the gs-c200s",
+        "x: E4: 1 more like this: 'v1' is not a command of the gs-c200s",
         "x: E4: 2 more like this: +100 outside a program",
     ]
 

@@ -445,7 +445,7 @@ FITS = {
         (*SHOWS, *LINES), "a pin that is input 1", comes_and_goes, (("pieces", 1), ("welds", 1), ("change", "100 ms"))
     ),
     **dict.fromkeys(("gear", "carriage"), ALONE),
-    "switch": Fit((*LINES, *PACKETS), "is told that the motor is at its home position", closes, (("low", 3),)),
+    "switch": Fit((*LINES, *PACKETS), "shows the chip that the motor is at its home position", closes, (("low", 3),)),
     "welder": Fit((*LETTERS, *LINES), "a pin that is output 1", welds),
 }  # fmt: skip
 

@@ -67,7 +67,7 @@ def test_three_wires_are_enough(part):
     port.write("V1\r")
     bench.run("100 ms")
     assert bytes(port.received) == (b"V0\r" if part == C200 else b"V+0\r")
-    assert "R2 above 1000 ohm behind a source of 220 to 600 ohm" in sheet_of(part).notes["isolation"]
+    assert "R2 above 1000 ohm, from a source of 220 to 600 ohm" in sheet_of(part).notes["isolation"]
 
 
 @pytest.mark.parametrize("shuffle", [1, 2])

@@ -294,7 +294,7 @@ def test_a_host_works_on_wires_with_nothing_but_a_sheet():
     ("call", "text"),
     [
         (lambda host: host.change_rate(9), r"host: x \(cy525\) takes no rate on the fly: it has no pin for it"),
-        (lambda host: host.read_position(), "tells no position on the fly"),
+        (lambda host: host.read_position(), "gives no position on the fly"),
         (lambda host: host.verify(0), "the part cannot be read, only sent to"),
         (lambda host: host.ask("V 0"), "'V 0' is not answered; the part cannot be read"),
         (lambda host: host.live("B"), "takes no commands while its program runs"),

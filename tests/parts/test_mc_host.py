@@ -279,7 +279,7 @@ def test_text_is_queued_and_comments_are_not(desk):
 
 
 def test_a_wrong_line_is_refused_before_anything_is_queued(desk):
-    with pytest.raises(slewline.UsageError, match="SET_VLE is no command of the MC1451A; write SET_VEL"):
+    with pytest.raises(slewline.UsageError, match="SET_VLE is not a command of the MC1451A; write SET_VEL"):
         desk.host.send("SET_POS 5\nSET_VLE 7")
     assert desk.host.idle
 
@@ -444,7 +444,7 @@ def test_two_chipsets_share_a_data_bus():
 @pytest.mark.parametrize(
     ("call", "kind", "text"),
     [
-        (lambda host: host.command("SET_PO", 1), UnknownName, "SET_PO is no command of the MC1451A; write SET_POS"),
+        (lambda host: host.command("SET_PO", 1), UnknownName, "SET_PO is not a command of the MC1451A; write SET_POS"),
         (lambda host: host.command("SET_POS"), slewline.UsageError, "SET_POS takes position, not 0 values"),
         (lambda host: host.command("SET_VEL", 1 << 30), slewline.UsageError, "allowed 0..1073741823"),
         (lambda host: host.command("SET_VEL", 1.5), slewline.UsageError, "; 1.5 steps/cycle is 98304"),

@@ -226,7 +226,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ('gh.parity = "odd"', "NoSuchAttribute", "host.change_line(...) changes the format of a serial line"),
     ("h.timeout = 1", "NoSuchAttribute", 'host.ask(..., timeout="5 s") takes one'),
     ("h.change_rate(60)", "Timeout", "a rate is taken while the motor slews, in a motion behind H and G"),
-    ("h.read_position()", "Timeout", "it is told while the motor steps; at rest verify(0) reads it"),
+    ("h.read_position()", "Timeout", "it is available while the motor steps; at rest verify(0) reads it"),
     ("h.verify()", "UsageError", "its arguments: group, number, timeout, live; groups are 0 to 3"),
     ("mh.verify(0)", "NoSuchAttribute", "host has no 'verify'; write host.query(\"GET_POS\")"),
     ('mh.live("GET_POS")', "NoSuchAttribute", "a chipset takes commands at any time: host.command(...)"),
@@ -237,7 +237,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "x.reaches(3).__await__()",
         "UsageError",
-        "a condition is not awaited itself: await bench.until(...) waits for it",
+        "a condition cannot be awaited directly; write await bench.until(...)",
     ),
     ("x.steps().times", "NoSuchAttribute", "steps has no 'times'; write steps.times_ps"),
     ("x.motions()[0].start", "NoSuchAttribute", "motion.time_ps, and motion.position where it begins"),
@@ -376,7 +376,7 @@ def test_a_program_that_nobody_ends_is_told_at_rest_unless_it_has_been_kept(part
     bench.run_until_idle()
     bench.run_until_idle()
     (text,) = told(bench, "unfinished")
-    assert text.startswith(f"program entry is open since {enter}: what comes is stored and not performed; {ends}")
+    assert text.startswith(f"program entry is open since {enter}: commands are stored and not executed; {ends}")
     host.ask("M")  # the stand-alone way: what has been entered is in the EEPROM
     bench.run_until_idle()
     host.ask("R20")

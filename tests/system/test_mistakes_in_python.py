@@ -46,7 +46,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ("x.wait", "NoSuchAttribute", "x has no 'wait'; it is a pin: x.pin(\"wait\")"),
     ("x.part", "NoSuchAttribute", "x has no 'part'; write x.sheet.part"),
     ("x.status", "NoSuchAttribute", "x has no 'status'; write x.waiting"),
-    ('x.plot("a.svg")', "NoSuchAttribute", "x has no 'plot'; bench.plot(...) draws what is on it"),
+    ('x.plot("a.svg")', "NoSuchAttribute", "x has no 'plot'; bench.plot(...) draws its signals"),
     ("x.crystal", "NoSuchAttribute", "x has no 'crystal'; write x.crystal_hz"),
     (
         'x.edges("slew")',
@@ -71,7 +71,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'x.pin("slew").level = 0',
         "NoSuchAttribute",
-        "x.slew: level cannot be set, it is what the wire shows; write pin.drive(0)",
+        "x.slew: level cannot be set: it is what the wire shows; write pin.drive(0)",
     ),
     ('x.pin("slew").high()', "NoSuchAttribute", "x.slew has no 'high'; pin.drive(1) drives it, pin.level reads it"),
     ('x.pin("slew").value', "NoSuchAttribute", "x.slew has no 'value'; write pin.level"),
@@ -401,7 +401,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ("mh.axis(1).position", "NoSuchAttribute", "host.axis(1) has no 'position'; it is the chip's: x.axis(1).position"),
     ("mh.axis(5)", "UsageError", "host: axis 5; mc1451a (mc1451a) has 1..4"),
     ('mh.axis("x")', "UsageError", "host: axis 'x'; mc1451a (mc1451a) has 1..4"),
-    ('mh.command("SET_POSITION", 3)', "UnknownName", "SET_POSITION is no command of the MC1451A; write SET_POS"),
+    ('mh.command("SET_POSITION", 3)', "UnknownName", "SET_POSITION is not a command of the MC1451A; write SET_POS"),
     ('mh.command("SET_POS")', "UsageError", "SET_POS takes position, not 0 values"),
     (
         'mh.command("SET_POS", 1.5)',

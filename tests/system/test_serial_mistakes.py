@@ -207,8 +207,8 @@ def row(name: str, surface: Callable[..., str], *data: Any, words: str, **more: 
 RATE = "9600 7O2|(br0=0, br1=0, br2=0)|let the host have 9600 baud, 7 data bits, odd parity, 2 stop bits"
 CHECKED = r"""send b'V1\x17\r'|low seven bits of the sum|--strap chs=0|straps={"chs": 0}"""
 ENDS = r"has come without its carriage return|gs-c200s waits for it|carriage return (\r, 0x0D)"
-CASE = "gs_c200s  E4: 'v1' is no command of the gs-c200s|write V1: no blanks, and capitals count"
-TEXT = "is no command of the gs-c200s|leave out the line feed"
+CASE = "gs_c200s  E4: 'v1' is not a command of the gs-c200s|write V1: no spaces, and case matters"
+TEXT = "is not a command of the gs-c200s|leave out the line feed"
 
 # fmt: off
 MISTAKES = (
@@ -265,8 +265,8 @@ MISTAKES = (
     row("a command of programs", bench, "+100\r", words="E4: +100 outside a program|begin program entry with Po"),
     row("a command of programs", rfc2217, b"S10\r", words="E4: S10 outside a program|begin program entry with Po"),
     row("a command outside of programs", bench, "Po\r", "Z\r", words="E4: Z during program entry|end program entry first, with E or Px"),
-    row("P for Po", bench, "P\r", words="E4: 'P' is no command of the gs-c200s|with this letter it has Po, Px"),
-    row("an unknown command", url, b"N1\r", words="E4: 'N1' is no command of the gs-c200s|its commands begin with A C D"
+    row("P for Po", bench, "P\r", words="E4: 'P' is not a command of the gs-c200s|with this letter it has Po, Px"),
+    row("an unknown command", url, b"N1\r", words="E4: 'N1' is not a command of the gs-c200s|its commands begin with A C D"
     ),
     row("a number that is too large", bench, "Po\r", "R5000\r", words="E2: R5000: ramp 5000, allowed 1..999|the nearest is 999"),
     row("a number that is too small", bench, "Po\r", "S0\r", words="E2: S0: speed 0, allowed 1..1000|the nearest is 1"),
@@ -280,7 +280,7 @@ MISTAKES = (
     # who is spoken to
     row("no address", bench, "V1\r", sel0=0, words="host  address: a line begins with 'V', which is no address of a module here|nobody answers|begin it with 4 (gs_c200s)|strap another"),
     row("a wrong address", bench, "5V1\r", sel0=0, words="a line begins with '5'|begin it with 4 (gs_c200s)"),
-    row("an address where there is none", bench, "4V1\r", words="E4: '4V1' is no command|write V1: no address belongs in front of it"),
+    row("an address where there is none", bench, "4V1\r", words="E4: '4V1' is no command|write V1: leave out the address"),
     # who answers
     row("a question to a running CY545", asked, "? P", part="cy545", over="serial", first="X\r", words="X has started a program|the cy545 takes no command while one runs|wait for its end, or end it with RESET"),
     row("an answer that goes to the bus", asked, "? P", part="cy545", over="serial", first="O 129\r", words="the mode register is 129 and sends answers elsewhere|O 128 sends them here"),

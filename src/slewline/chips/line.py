@@ -1,4 +1,4 @@
-"""What chips on a serial line share: lines in, answers out, one line in work at a time.
+"""What chips on a serial line share: lines in, answers out, one line in progress at a time.
 
     rxd   ... characters ... CR                               characters go into a line until its carriage return;
     txd                         |<- turnround ->| answer CR   then the line is obeyed; its effect shows with it
@@ -107,11 +107,11 @@ class LineInterface:
         self.listener: Task | None = None
         self.receiver: Receiver | None = None
         self.coming = bytearray()  # the line that has not ended
-        self.line_feeds = False  # one has come, and been told of
+        self.line_feeds = False  # one has come, and been reported
 
     @property
     def answering(self) -> bool:
-        """Is a line in work, or its answer on its way?"""
+        """Is a line in progress, or its answer on its way?"""
         return self.worker is not None
 
     @property
@@ -124,7 +124,7 @@ class LineInterface:
         """What to add about a line that has come without its end, where its characters are odd ones, or ""."""
         odd = any(not 0x20 <= byte < 0x7F for byte in self.coming.replace(b"\n", b""))
         in_full = self.straps.setting.in_full
-        return f"; such characters come of another rate or format than {in_full}" if odd else ""
+        return f"; such characters indicate another rate or format than {in_full}" if odd else ""
 
     def listen(self) -> None:
         """Begin to receive, at the rate that the straps say now."""
@@ -171,13 +171,13 @@ class LineInterface:
         if self.line_feeds or (self.lenient and not within) or (self.straps.checked and not self.straps.kept):
             return  # the last: it may be a checksum
         self.line_feeds = True
-        ends = "with LF; this part wants CR" if within else "with CR LF; this part wants CR, and takes LF for a command"
+        ends = "with LF; this part expects CR" if within else "with CR LF; this part expects CR, and treats LF as part of a command"
         self.owner.finding("line-end", f"the host ends its lines {ends}: send \\r alone, without \\n")
 
     def take(self, item: Line | bytes) -> None:
         """A line is complete, or an answer that took its time is ready."""
         if isinstance(item, Line) and len(self.work) > 1:
-            self.owner.finding("line-lost", f"{item.text!r} came while a line was in work and another one waited: lost")
+            self.owner.finding("line-lost", f"{item.text!r} was lost: one line was being processed and another was waiting")
             return
         self.work.append(item)
         if self.worker is None:
@@ -222,7 +222,7 @@ class InLines:
 
     @property
     def answering(self) -> bool:
-        """Is a line in work, or its answer on its way?"""
+        """Is a line in progress, or its answer on its way?"""
         return self.line.answering
 
     @property
@@ -319,5 +319,5 @@ def serial_line(sheet: Sheet) -> SerialLine:
     """
     port = sheet.channel(SerialLine)
     if port is None:
-        raise UsageError(f"{sheet.part}: a chip that is spoken to in lines has a SerialLine among its channels")
+        raise UsageError(f"{sheet.part}: a chip that takes lines needs a SerialLine among its channels")
     return port

@@ -1,6 +1,6 @@
 """What every chip has: a sheet, nets on its pins, a crystal, registers, findings, and one firmware task.
 
-Reset acts through a net: its change kills the firmware after all timed work of that instant; `run()` starts anew later.
+Reset acts through a net: its change kills the firmware after all timed work of that instant; `run()` starts again later.
 """
 
 from __future__ import annotations
@@ -222,7 +222,7 @@ class Chip(Component, OneAxis):
 
     @property
     def answering(self) -> bool:
-        """Is a line of a host in work, or its answer on its way?"""
+        """Is a line of a host in progress, or its answer on its way?"""
         return False
 
     @property
@@ -263,7 +263,7 @@ class Chip(Component, OneAxis):
 
     @property
     def program_counter(self) -> int | None:
-        """The address of the instruction that is in work, or comes next; None: no program runs."""
+        """The address of the instruction that is in progress, or comes next; None: no program runs."""
         return None
 
     def at_instruction(self, address: int | None = None) -> Condition:
@@ -304,7 +304,7 @@ class Chip(Component, OneAxis):
         raise NotImplementedError
 
     def check_wiring(self) -> None:
-        """Report inputs without pull-up that nobody drives as findings: they read low.  Called before time passes."""
+        """Report inputs without pull-up that nothing drives as findings: they read low.  Called before time passes."""
         for row in self.sheet.pins:
             net = self.pins[row.name].net
             if row.way == "in" and row.pull is None and net.tie is None and not net.drivers:
@@ -312,9 +312,9 @@ class Chip(Component, OneAxis):
 
     @property
     def waiting(self) -> str:
-        """What the chip waits for, and since when."""
+        """What the chip is doing or waiting for, and since when."""
         text, since = self._waiting
-        rest = f"; {self.unfinished!r} has come without its {self._lacking}" if self.unfinished else ""
+        rest = f"; {self.unfinished!r} has arrived without its {self._lacking}" if self.unfinished else ""
         return f"{self.name}: {text} since {readable(since)}{rest}"
 
     @property
@@ -346,7 +346,7 @@ class Chip(Component, OneAxis):
             return []
         if not (self._unended and text.startswith(self._unended)):
             self._unended = text  # told once, though it may grow
-        ends = f"{self._unended!r} has come without its {self._lacking}, and the {self.sheet.part} waits for it"
+        ends = f"{self._unended!r} has arrived without its {self._lacking}, and the {self.sheet.part} is waiting for it"
         return [("unfinished", f"{ends}: {self._how_to_end}")]
 
     def conclude(self) -> bool:
@@ -415,7 +415,7 @@ class Chip(Component, OneAxis):
                 self.drivers[row.name].drive(row.reset)
 
     def waits(self, text: str) -> None:
-        """Note what the firmware waits for, since when; `waiting` shows it."""
+        """Note what the firmware is doing or waiting for, and since when; `waiting` shows it."""
         self._waiting = (text, self.kernel.now)
 
     # -------------------------------------------------------------------------------------------------- firmware task
@@ -430,9 +430,9 @@ class Chip(Component, OneAxis):
             UsageError: it has been started already, or the chip has none.
         """
         if type(self).run is Chip.run:
-            raise UsageError(f"{self.name}: a {type(self).__name__} has no firmware to start; run() would be one")
+            raise UsageError(f"{self.name}: a {type(self).__name__} has no firmware to start; give the class a run() method")
         if self.task is not None:
-            raise UsageError(f"{self.name}: the firmware has been started; stop() ends it, start() begins it anew then")
+            raise UsageError(f"{self.name}: the firmware is running already; call stop() before start()")
         self.sync()
         self.task = self.kernel.spawn(self.run, name=self.name)
 

@@ -102,7 +102,7 @@ def input_of(owner: Component, verb: str) -> Callable[..., Any]:
     """
     if verb not in owner._input_names:
         raise UsageError(
-            f"{owner.name}: {verb!r} is no input; allowed {', '.join(sorted(owner._input_names)) or 'none'}; "
-            "a method of your own is declared by @from_outside"
+            f"{owner.name}: {verb!r} is not an input; allowed {', '.join(sorted(owner._input_names)) or 'none'}; "
+            "declare a method of your own with @from_outside"
         )
     return getattr(owner, verb)  # type: ignore[no-any-return]

@@ -73,4 +73,4 @@ class ChipContext(Protocol):
         """Add a finding, now or at an instant of the past (ps): a mistake of a host, or where a manual is silent."""
 
     def waits(self, text: str) -> None:
-        """Note what the firmware waits for, since when."""
+        """Note what the firmware is doing or waiting for, and since when."""

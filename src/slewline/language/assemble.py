@@ -108,15 +108,15 @@ def link(source: Source) -> None:
         for statement in block.statements:
             target = statement.target
             if target is not None and block.address_of(target) is None:
-                found = f"label {target.label} is nowhere"
-                remedy = f"write {dialect.label(target.label)} in front of the instruction that is meant"
+                found = f"label {target.label} is not defined"
+                remedy = f"write {dialect.label(target.label)} in front of its instruction"
                 source.report(target, "missing-label", "error", found, section=section, remedy=remedy)
         over = next((statement for statement in block.statements if statement.end > room > 0), None)
         if over is not None:
             begin = f" from address {block.base} on" if block.base else ""
             found = f"{block.size} {units(sheet)} of program{begin}; this instruction does not fit"
             where, allowed = sheet.buffer_where, f"{room - block.base}"
-            remedy = "let it begin at a lower address" if begin else dialect.shorter(sheet)
+            remedy = "start it at a lower address" if begin else dialect.shorter(sheet)
             source.report(over, "overflow", "error", found, allowed=allowed, section=where, remedy=remedy)
 
 
@@ -151,7 +151,7 @@ def to_ascii(assembly: Assembly, check: bool = False) -> bytes:
 def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
     """What a binary host sends to enter the program: labels as addresses, since binary has none.
 
-    `single_count`: one count for all bytes behind the first opcode, which are sent as they are stored.
+    `single_count`: one count for all bytes after the first opcode, which are sent as they are stored.
 
     Raises:
         UsageError: the part has no binary mode, or keeps no program.
@@ -165,7 +165,7 @@ def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
 def _enterable(sheet: Sheet) -> None:
     if sheet.enter is None:
         part = sheet.part.upper()
-        raise UsageError(f"the {part} keeps no program that could be entered; hex or bin is what a host sends it")
+        raise UsageError(f"the {part} stores no program to be entered; hex and bin write what a host sends it")
 
 
 def _resolved(statement: Statement, block: Block) -> Statement:

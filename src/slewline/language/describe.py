@@ -78,8 +78,8 @@ def _sides(sheet: Sheet) -> str:
     bus, line = sheet.channel(FlowBus), sheet.channel(AdaptiveLine)
     if bus is None or line is None:
         return ""
-    ends = "behind the request for its last byte" if bus.ends == "after" else "with its last byte on the bus"
-    live = "takes commands, behind a first request without a byte" if bus.live else "takes no commands"
+    ends = "after the request for its last byte" if bus.ends == "after" else "with its last byte on the bus"
+    live = "takes commands, after a first request without a byte" if bus.live else "takes no commands"
     rates = ", ".join(map(str, line.bauds))
     return (
         "## Two ways in\n\nBoth at once: a side that has begun a command has the chip until its end.\n\n"
@@ -106,7 +106,7 @@ def _pins(sheet: Sheet) -> str:
         "open",
         "wire to",
         "after reset",
-        "when it is seen",
+        "when it is sampled",
         "manual",
     )
     rows = [
@@ -126,7 +126,7 @@ def _pins(sheet: Sheet) -> str:
         for pin in sheet.pins
     ]
     note = (
-        "A part that is wired `to` the chip finds its pins by their roles. A level behind a role is the one at which\n"
+        "A part that is wired `to` the chip finds its pins by their roles. A level after a role is the one at which\n"
         "it holds, where that is not the active one."
     )
     return f"## Pins\n\n{table(heads, rows)}\n\n{note}" if rows else ""
@@ -205,7 +205,7 @@ def _options(sheet: Sheet) -> str:
 
 
 def option_table(options: Iterable[Option]) -> str:
-    """Options, those of tables behind them, as a table."""
+    """Options, those of tables after them, as a table."""
     heads = ("option", "default", "allowed", "what it is")
     rows = [
         (

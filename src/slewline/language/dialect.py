@@ -71,7 +71,7 @@ class Dialect:
     """How commands are written, sent and stored.  Instructions are tokens, opcode and arguments, unless overridden."""
 
     name = ""
-    mark = ""  # stands behind the letter of a label
+    mark = ""  # follows the letter of a label
     streams = False  # has it a binary form?
     longest = 0  # characters of a line that a part takes; 0: its manual sets no limit
     where = ""  # the section of the manual that describes it
@@ -119,7 +119,7 @@ class Dialect:
         return statement.row.pack(statement.values)
 
     def start(self, said: Sequence[Statement]) -> int:
-        """Return the address at which a program begins that is entered behind these statements."""
+        """Return the address at which a program begins that is entered after these statements."""
         return 0
 
     def placed(self, statement: Statement) -> Statement:
@@ -165,7 +165,7 @@ class Dialect:
         Raises:
             UsageError: the part has no binary form.
         """
-        raise UsageError(f"the {sheet.part.upper()} takes no binary commands; ascii is what a host sends it")
+        raise UsageError(f"the {sheet.part.upper()} takes no binary commands; choose ascii, which is what a host sends it")
 
     def parted(self, lines: list[str], sheet: Sheet) -> list[str]:
         """Return lines of bytes in hexadecimal as a host sends them, one thing at a time."""

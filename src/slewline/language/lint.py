@@ -57,7 +57,7 @@ def explored(block: Block, address: int, states: Sequence[S], step: Callable[[St
 
     Args:
         states: what the registers may hold at first; anything that can be hashed.
-        step: the registers behind an instruction.
+        step: the registers after an instruction.
 
     Returns:
         The states in which the program ends, or if it never does, all that it meets.
@@ -148,7 +148,7 @@ def flow(source: Source) -> None:
         for statement in block.statements:
             here = statement.address in seen
             if above and not here and not stray:  # a branch into the middle of an instruction may lead anywhere
-                found = f"nothing leads to {statement.text}"
+                found = f"{statement.text} is never reached"
                 source.report(statement, "unreachable", "warning", found, section=section(statement.row))
             above = here
 

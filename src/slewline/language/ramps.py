@@ -88,7 +88,7 @@ class Wanted(NamedTuple):
 class RampSegment(NamedTuple):
     """Steps at one rate; of a part that works in cycles, a cycle."""
 
-    begin_ps: int  # since the begin of the first step, or of the first cycle
+    begin_ps: int  # since the start of the first step, or of the first cycle
     position: float  # steps before it
     steps: float
     rate: float  # steps/s
@@ -108,7 +108,7 @@ class Move(ABC):
 
     called = "move"  # in messages
     steps: int
-    time_ps: int  # from the begin of the first step, or cycle, until the part says that it is over
+    time_ps: int  # from the start of the first step, or cycle, until the part says that it is over
     top: float  # the greatest rate, steps/s
     reached: bool  # the rate that is asked for
     legs: Sequence[tuple[str, float]]  # "up", "slew", "down" ...: steps
@@ -118,7 +118,7 @@ class Move(ABC):
         """Return the trains of its steps, in the order in which they are played; the first begins at 0."""
 
     def times(self) -> NDArray[np.int64]:
-        """Return the begin of every step: (n,) int64 ps."""
+        """Return the start of every step: (n,) int64 ps."""
         import numpy as np
 
         return np.concatenate([train.begins() for train in self.trains()])
@@ -132,8 +132,8 @@ class Ramp(ABC):
     values: Values
     crystal_hz: int
     start: float  # the rate of the first steps, steps/s
-    top: float  # the rate behind the ramp, steps/s
-    time_ps: int  # from the begin of the first step, or cycle, to the first one at `top`
+    top: float  # the rate after the ramp, steps/s
+    time_ps: int  # from the start of the first step, or cycle, to the first one at `top`
     steps: float  # before that; a whole number, unless the part works in cycles
 
     def __repr__(self) -> str:
@@ -251,7 +251,7 @@ class Calculator(ABC):
         """
         arg = self.quantity(name).arg
         if arg is None:
-            raise UsageError(f"{name}: is no number; give its row of the calculator an arg, which has a range")
+            raise UsageError(f"{name}: is not a number; give its row of the calculator an arg, which has a range")
         return arg
 
     @abstractmethod

@@ -1,11 +1,11 @@
 """Speeds as people give them, and as the registers of a chip hold them that counts in cycles.
 
-A register with `fraction` bits behind the binary point, whose unit has the cycle in its denominator `cycles` times:
+A register with `fraction` bits after the binary point, whose unit has the cycle in its denominator `cycles` times:
 
     register = rate * 2^fraction / (cycles per second)^cycles           12,345 steps/s: 4.04521 steps/cycle: 265107
 
 Here 25 MHz / 8192 = 3051.7578125 cycles make a second.  A manual may reckon with a round figure in its worked examples,
-3030 (330 us), and cut steps per cycle off behind six digits before it scales them: 4.07425 steps/cycle, 267010.
+3030 (330 us), and cut steps per cycle off after six digits before it scales them: 4.07425 steps/cycle, 267010.
 `manual` does the same; a motor then runs 0.72 % too fast.
 
 Scripts and hosts may write a rate with its unit, `spoken`: 12345 steps/s, 0.5 steps/cycle2, 8e5 steps/s^3.
@@ -47,7 +47,7 @@ def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
     """Return the nearest register value, a half upwards, for a rate as text; None: `text` is none.
 
     Args:
-        text: a decimal number with steps/s or steps/cycle behind it; an acceleration or a jerk has its power there:
+        text: a decimal number with steps/s or steps/cycle after it; an acceleration or a jerk has its power there:
             steps/s2 or steps/s^2, steps/cycle3.
         per_s: cycles in a second.
 
@@ -106,11 +106,11 @@ def step_ratio(arg: Arg, counts: int, steps: int) -> int:
 
 def _number(rate: Rate) -> Fraction:
     if isinstance(rate, bool) or not isinstance(rate, int | float | Fraction | Decimal):
-        raise UsageError(f"{rate!r} is no rate")
+        raise UsageError(f"{rate!r} is not a rate")
     try:
         return Fraction(rate)
     except (ValueError, OverflowError):
-        raise UsageError(f"{rate!r} is no rate") from None
+        raise UsageError(f"{rate!r} is not a rate") from None
 
 
 def _held(arg: Arg, exact: Fraction, shown: object) -> int:

@@ -42,4 +42,4 @@ class Reader:
         raise NotImplementedError
 
     def end(self, labels: tuple[str, ...]) -> None:
-        """Report labels behind which no line comes."""
+        """Report labels after which no line comes."""

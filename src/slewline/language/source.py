@@ -11,7 +11,7 @@ A text holds what a host would send, a command a line, each as the dialect of th
 
 Nothing here raises.  What is wrong with a text becomes a `Problem` with a place, so that all of them can be shown at
 once; a statement that the chip would still take is kept beside its problem, so that the
-addresses behind it are right.
+addresses after it are right.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ class Statement:
 
     @property
     def end(self) -> int:
-        """The address behind it."""
+        """The address after it."""
         return self.address + self.size
 
     @property
@@ -100,7 +100,7 @@ class Block:
 
     @property
     def end(self) -> int:
-        """The address behind its last instruction."""
+        """The address after its last instruction."""
         return self.statements[-1].end if self.statements else self.base
 
     @property
@@ -113,7 +113,7 @@ class Block:
         return self.labels.get(target.label) if target.label else target.value
 
     def loop_start(self, loop: Statement) -> int:
-        """Where a loop without a target begins: behind the mark above it, or at location 0."""
+        """Where a loop without a target begins: after the mark above it, or at location 0."""
         marks = (s.end for s in self.statements if s.row.role == "mark" and s.address < loop.address)
         return max(marks, default=0)
 

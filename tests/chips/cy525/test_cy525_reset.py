@@ -620,9 +620,9 @@ def test_each_register_that_nobody_has_set_is_reported_once(hand):
     h.send("R 10\rF 10\rN 1\rG\rG\rP 42331\r")
     told = [found.text for found in h.x.findings]
     assert told == [
-        "G uses the divisor register, which nobody has set since power-up",
-        "G uses the slope register, which nobody has set since power-up",
-        "P 42331 uses the position register, which nobody has set since power-up",
+        "G uses the divisor register, which has not been set since power-up; its content is undefined",
+        "G uses the slope register, which has not been set since power-up; its content is undefined",
+        "P 42331 uses the position register, which has not been set since power-up; its content is undefined",
     ]
 
 

@@ -332,7 +332,7 @@ def test_a_host_that_ends_its_lines_with_a_line_feed_is_told_of_once(part: str, 
     line = b"FV\n" if chs else b"F\n"
     assert rig.wire(line * 2, wait="1 s") == b""
     assert [(found.code, found.text) for found in rig.x.findings] == [
-        ("line-end", r"the host ends its lines with LF; this part wants CR: send \r alone, without \n")
+        ("line-end", r"the host ends its lines with LF, but this part expects CR: send \r alone, without \n")
     ]
     assert rig.x.waiting.endswith(f"{(line * 2).decode()!r} has come without its carriage return")
     assert rig.x.idle

@@ -102,7 +102,7 @@ def test_a_law_that_errs_stops_the_model_before_a_pulse_and_names_axis_and_run(m
     host, bench = chip()
     monkeypatch.setattr(generator, law, wrong)
     host.command("SET_POS", 20)
-    with pytest.raises(PlanError, match=rf"m axis 2, cycle \d+: CycleRun\(.*does not hold together: .*{says}"):
+    with pytest.raises(PlanError, match=rf"m axis 2, cycle \d+: CycleRun\(.*is inconsistent: .*{says}"):
         host.command("UPDATE")
         bench.run("5 ms")
     assert len(bench["m"].axis(2).steps()) == 0

@@ -17,7 +17,7 @@ TURNS = ("CW", "CCW")
 
 
 class State(NamedTuple):
-    """Modes and registers as far as the text tells."""
+    """Modes and registers as far as the text shows."""
 
     last: str = ""
     home: bool = False
@@ -33,12 +33,12 @@ def remarks(statement: Statement, state: State) -> Iterator[Odd]:
     name = statement.row.name
     if name == "ATHOME" and state.last in TURNS:
         yield Odd(
-            "a-after-direction", "warning", "A right behind a change of direction", "T.2 A", "another one between"
+            "a-after-direction", "warning", "A right after a change of direction", "T.2 A", "a command in between"
         )
     if name == "ATHOME" and state.home:
         yield Odd("a-twice", "warning", "A again without RESET or I", "T.2 A")
     if name == "NUMBER" and state.last == "ATHOME":
-        less = f"N right behind A takes one step less: {statement.values[0] - 1}"
+        less = f"N right after A takes one step less: {statement.values[0] - 1}"
         yield Odd("n-after-a", "warning", less, "T.2 N", "any command between")
     if name == "FACTOR" and state.slope:
         yield Odd("factor-in-slope", "warning", "slopes force the factor to 1", "T.2 S", "S 0 ends them")
@@ -54,7 +54,7 @@ def remarks(statement: Statement, state: State) -> Iterator[Odd]:
 
 
 def after(statement: Statement, state: State) -> State:
-    """The state behind a command."""
+    """The state after a command."""
     value = statement.values[0] if statement.values else 0
     number = value - (state.last == "ATHOME")
     changes: dict[str, dict[str, Any]] = {

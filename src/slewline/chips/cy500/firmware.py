@@ -1,6 +1,6 @@
 """The CY500: the first chip of the family, which an external line may start and stop, step by step, and turn round.
 
-Most of what it does where no source tells is inferred from its successors: see quirks.py.
+Most of what it does where no source states it is inferred from its successors: see quirks.py.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Cy500(Cy5xx):
     _motion_class = Motion
 
     def _twin_class(self) -> type[Stepwise]:
-        """Return the class of the slow twin, which is loaded by who asks for it."""
+        """Return the class of the slow twin, which is loaded on demand."""
         from .twin import Stepwise
 
         return Stepwise

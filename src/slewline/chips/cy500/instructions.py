@@ -54,12 +54,12 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     registers: Registers
     motion: SlopedMoves
     tested = "xss"
-    in_slope = "slopes force the factor to 1, it counts behind them"
+    in_slope = "slopes force the factor to 1, it counts after them"
 
     def do_athome(self) -> None:
         registers = self.registers
         if registers.last in TURNS:
-            self.chip.finding("a-after-direction", "A right behind a change of direction")
+            self.chip.finding("a-after-direction", "A right after a change of direction")
         if registers.home:
             self.chip.finding("a-twice", "A again without RESET or I")
         registers.home = True
@@ -68,7 +68,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     def do_number(self, steps: int) -> None:
         if self.registers.last == "ATHOME" and steps:
             steps -= 1
-            self.chip.finding("n-after-a", f"N right behind A: one step less, {steps}")
+            self.chip.finding("n-after-a", f"N right after A: one step less, {steps}")
         self.registers.target, self.registers.waits = None, False
         super().do_number(steps)
 
@@ -103,7 +103,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.relative() if self.registers.target is None else self.absolute(self.registers.target)
 
     def relative(self) -> Awaitable[None]:
-        """G behind N: so many steps."""
+        """G after N: so many steps."""
         number = self.registers.values["number"]
         if self.chip.options.early_part and number % 256 == 0 and number:
             number -= 256
@@ -111,7 +111,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.takes(number, "G")
 
     def absolute(self, target: int) -> Awaitable[None]:
-        """G behind P: to a position, in the direction that is set, right round if need be."""
+        """G after P: to a position, in the direction that is set, right round if need be."""
         self.check_registers("G", "position")
         way = (target - self.axis.position) * self.sign
         if way < 0:

@@ -1,4 +1,4 @@
-r"""How the CY500 moves: every input is looked at as a step begins.
+r"""How the CY500 moves: every input is sampled as a step begins.
 
 b                              b'
 |______________________________|‾‾‾ held ‾‾‾|______     PULSE, high for 16 us at 6 MHz before each step
@@ -61,7 +61,7 @@ class Motion(sloped.Motion):
         return [(self.inhibit, 1), (self.abort, 0), *[(self.xss, 1)] * jogs, *[turned] * follows]
 
     def first_sample_after(self, net: Net) -> tuple[int, None]:
-        """Every input is looked at as the next step begins."""
+        """Every input is sampled as the next step begins."""
         return self.train.begin(self.train.begun(self.kernel.now)), None
 
     async def look(self, plan: Plan, step: int) -> Plan:

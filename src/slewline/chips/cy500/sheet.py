@@ -30,14 +30,14 @@ _Pin = partial(Pin, trust="inferred")
 _OWN = (
     *(Pin(number, f"nc{number}", "none", says) for number, says in ((5, "not known"), (9, "not known"), (10, "not known; no read-out"), (25, "not known"), (33, "not known; no direction output"), (39, "not known; no read-out"))),
     Pin(28, "xss", "in", "external start/stop: low runs the motor in jog mode; T loops while it is low", active=0, pull=1, seen="as a step begins; by T", where="art. T.2 J, T", role="input2", told=("", "")),
-    Pin(29, "xdir", "in", "external direction behind L; high: CW", active=1, pull=1, seen="as a step begins", where="art. T.2 L", told=("", "")),
+    Pin(29, "xdir", "in", "external direction after L; high: CW", active=1, pull=1, seen="as a step begins", where="art. T.2 L", told=("", "")),
     _Pin(30, "trigger", "in", "high holds the next step", active=1, pull=1, tie=0, seen="as a step begins", where="art. T.2 O; as the CY525", role="enable", sense=0, told=("", "no further step")),
     _Pin(31, "prog", "out", "low during program entry", active=0, reset=1, where="as the CY512", role="program_entry", told=("program entry", "")),
 )
 _ITS: Mapping[str, dict[str, Any]] = {  # other than at the CY525
     "io_request": {"says": "byte strobe", "seen": "level"},
-    "abort": {"says": "ends a motion behind the running step, without ramp", "seen": "as a step begins"},
-    "ready": {"says": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in work"},
+    "abort": {"says": "ends a motion after the running step, without ramp", "seen": "as a step begins"},
+    "ready": {"says": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in progress"},
     "programmable_output": {"where": "art. T.2 B, C", "trust": "stated"},
     "pulse": {"where": "art. T.2 L; as the CY525"},
     "wait": {"says": "tested by U (low)", "active": 0, "sense": 0, "seen": "polled every 8 us at 11 MHz by U", "where": "art. T.1, T.2 U; as the CY525"},
@@ -62,23 +62,23 @@ def _row(letter: str, name: str, says: str, *args: Arg, like: str = "", **its: A
 
 
 COMMANDS = Table(
-    _row("A", "ATHOME", "this place is position zero", like="B"),
+    _row("A", "ATHOME", "set the current position to zero", like="B"),
     _row("B", "BITSET", "programmable output high"),
     _row("C", "CLEARBIT", "programmable output low"),
     _row("D", "DOITNOW", "run the program from its start", like="X"),
     _row("E", "ENTER", "enter program code"),
     _row("F", "FACTOR", "divide the rate; not in a slope", Arg("factor", 1, 1, 255), like="A"),
-    _row("G", "GOSTEP", "step as N or P says"),
+    _row("G", "GOSTEP", "step as N or P specifies"),
     _row("H", "HALFSTEP", "half steps, until I or RESET"),
     _row("I", "INITIALIZE", "command mode, program and modes erased, coils off"),
     _row("J", "JOG", "XSS low runs the motor, until I or RESET", like="B"),
     _row("L", "LEFTRIGHT", "XDIR gives the direction, until I or RESET", like="B"),
-    _row("N", "NUMBER", "number of steps of a relative move; right behind A one less", Arg("steps", 2, 1, 65535)),
-    _row("O", "ONESTEP", "take one step at once", like="B", motion=True),
+    _row("N", "NUMBER", "number of steps of a relative move; right after A, one less", Arg("steps", 2, 1, 65535)),
+    _row("O", "ONESTEP", "take one step immediately", like="B", motion=True),
     _row("P", "POSITION", "target of an absolute move", Arg("position", 2, 0, 65535), motion=False),
     _row("Q", "QUIT", "end program entry; never terminated"),
     _row("R", "RATE", "maximum step rate", Arg("rate", 1, 1, RATE_TOP)),
-    _row("S", "SLOPE", "ramps whose rate changes by so much a step", Arg("slope", 1, 1, 255)),
+    _row("S", "SLOPE", "ramps; the rate changes by this much at each step", Arg("slope", 1, 1, 255)),
     _row("T", "TIL", "run the program from its start while XSS is low", flow="n0"),
     _row("U", "UNTIL", "wait until WAIT is low"),
     _row("+", "CW", "direction clockwise"),
@@ -87,7 +87,7 @@ COMMANDS = Table(
 )
 
 REGISTERS = tuple(replace(row, where=f"art. T.2 {row.letter}") for row in sheet.SLOPED_REGISTERS)
-_SAYS = {"strobe_width": "INSTROBE low", "effect_lead": "effect of a command to READY high", "wait_poll": "U looks at WAIT", "inhibit_poll": "a held step looks at TRIGGER", "step_lead": "READY low to the first step"}
+_SAYS = {"strobe_width": "INSTROBE low", "effect_lead": "effect of a command to READY high", "wait_poll": "U samples WAIT", "inhibit_poll": "a held step samples TRIGGER", "step_lead": "READY low to the first step"}
 TIMES = MappingProxyType({name: replace(time, says=_SAYS.get(name, time.says), where=BUS, trust="inferred") for name, time in sheet.SLOPED_TIMES.items() if name != "millisecond"})
 
 # The rate equation is not printed.  Inferred: the period falls by the same 78.18 us with each unit of the parameter, as
@@ -104,7 +104,7 @@ OPTIONS = (
     Option("early_part", "bool", False, "a part of the first batch: N a multiple of 256 makes 256 steps too few (quirk UND-N256)", where="art. T.2 N"),
     Option("p_starts", "bool", False, "P starts the motion by itself, without G (quirk CON-P)", where="CY525 s.1"),
     *at_power_up(REGISTERS),
-    Option("inferred", "table", MappingProxyType({}), "what no source states, and the model infers: replace it where you know better", table=(*slopes(PERIODS, 1001, sheet.HALF_STEPS, "art. T.2 R"), *clocks(TIMES))),
+    Option("inferred", "table", MappingProxyType({}), "what no source states and the model infers: replace it where you know better", table=(*slopes(PERIODS, 1001, sheet.HALF_STEPS, "art. T.2 R"), *clocks(TIMES))),
 )
 # fmt: on
 

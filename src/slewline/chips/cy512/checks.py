@@ -1,4 +1,4 @@
-"""What only the CY512's linter knows: factors behind a slope, and moves too short for their ramps."""
+"""What only the CY512's linter knows: factors after a slope, and moves too short for their ramps."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .profile import LAW
 
 
 class State(NamedTuple):
-    """Registers as far as the text tells."""
+    """Registers as far as the text shows."""
 
     rate: int | None = None
     slope: int = 0
@@ -26,7 +26,7 @@ def remarks(statement: Statement, state: State) -> Iterator[Odd]:
     """Yield what is odd about a command."""
     name = statement.row.name
     if name == "FACTOR" and state.slope:
-        yield Odd("factor-in-slope", "warning", "F behind S divides the rates of the ramps, too", "s.3 F")
+        yield Odd("factor-in-slope", "warning", "F after S divides the rates of the ramps, too", "s.3 F")
     if name == "POSITION":
         distance = None if state.position is None else abs(statement.values[0] - state.position)
     else:
@@ -39,7 +39,7 @@ def remarks(statement: Statement, state: State) -> Iterator[Odd]:
 
 
 def after(statement: Statement, state: State) -> State:
-    """The registers behind a command."""
+    """The registers after a command."""
     value = statement.values[0] if statement.values else 0
     changes: dict[str, dict[str, Any]] = {
         "ATHOME": {"position": 0},

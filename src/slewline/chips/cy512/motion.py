@@ -5,7 +5,7 @@ r"""How the CY512 moves.  TERMINATE ends a step before its time, so that an enco
     |                       |
     ABORT, I/O REQUEST      the next step, PULSE having been high for 16 us at 6 MHz
 
-TERMINATE is looked at from there on where the step, with PULSE high behind it, lasts for 92 machine cycles.
+TERMINATE is sampled from there on where the step, with PULSE high after it, lasts for 92 machine cycles.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Motion(sloped.Motion):
         self.ways = self.chip.options.inferred
         self.held_high = bool(self.ways["held_pulse"])
         self.terminate = self.chip.pins["terminate"].net
-        self.least = max(self.ticks["terminated"] - self.high, 1)  # clocks, from the begin of a step on
+        self.least = max(self.ticks["terminated"] - self.high, 1)  # clocks, from the start of a step on
 
     # ------------------------------------------------------------------------------------------ before the first step
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
@@ -60,7 +60,7 @@ class Motion(sloped.Motion):
         return plan
 
     def ended(self, option: str, text: str, of: Plan, step: int) -> Plan:
-        """The motion is to end: at once, or behind the way down that the option asks for."""
+        """The motion is to end: at once, or after the way down that the option asks for."""
         self.aborted = True
         self.mark_deviation("command", text)
         down = self.way_down(of, step) if self.ways[option] == "ramp" else ()

@@ -1,7 +1,7 @@
 """What we do not know of the CY512: no manual of it is at hand.  What the model does there, why, which test pins it.
 
 All of it is inferred: from what the CY525 manual says of the CY512, from the CY525 where it leaves the CY512 out, and
-from the CY500.  Times hold at 11 MHz.  UND-...: no source tells.  CON-...: two places disagree.  Data only.
+from the CY500.  Times hold at 11 MHz.  UND-...: no source states it.  CON-...: two places disagree.  Data only.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ QUIRKS = (
     _Q("CY512-UND-RATE-LAW", "s.3, comparison R", "a step takes 200 us at R 255 and 240/11 us more for each unit below; option inferred.periods",
        "it meets 5000 and, with TERMINATE, almost 8000 steps/s; a unit is half that of the CY500", "test_the_law_is_an_option"),
     _Q("CY512-CON-SPEED", "CY512 page against s.1, guide", "5000 steps/s by itself, 8000 with TERMINATE only",
-       "the history tells the two apart", "test_terminate_held_low_makes_almost_8000_steps_a_second"),
-    _Q("CY512-UND-R-256", "s.3, comparison R", "R 256 counts as 255, R 0 is a little slower than R 1; both are told",
+       "the history distinguishes the two", "test_terminate_held_low_makes_almost_8000_steps_a_second"),
+    _Q("CY512-UND-R-256", "s.3, comparison R", "R 256 counts as 255, R 0 is a little slower than R 1; both are reported",
        "the number has one byte", "test_r_256_counts_as_255_and_r_0_is_a_little_slower_than_r_1"),
     _Q("CY512-CON-R-RANGE", "s.3, comparison R", "R goes from 1 to 255",
        "256 does not fit into a byte", "test_r_256_counts_as_255_and_r_0_is_a_little_slower_than_r_1"),
@@ -25,7 +25,7 @@ QUIRKS = (
        "the page promises ramps, the guide calls them exponential", "test_half_the_time_of_a_ramp_is_spent_below_a_tenth_of_the_rate"),
     _Q("CY512-UND-SLOWEST", "s.3, comparison, item 10", "a move is short if it has fewer steps than two ramps: all of it at parameter 1, factor 1; option inferred.ramp_start",
        "that is where ramps begin", "test_a_move_without_room_for_both_ramps_is_made_at_the_slowest_rate"),
-    _Q("CY512-UND-FACTOR-RAMP", "s.3, comparison F", "F multiplies the time of each step; behind S it counts in ramps, too, and is told",
+    _Q("CY512-UND-FACTOR-RAMP", "s.3, comparison F", "F multiplies the time of each step; after S it counts in ramps, too, and is reported",
        "the Factor of the CY500", "test_a_factor_behind_the_slope_counts_in_the_ramp_and_is_told"),
     _Q("CY512-UND-TERMINATE", "CY512 page", "active low, a pin without a number; a step lasts for 92 machine cycles; option inferred.terminated",
        "7971 steps/s are almost 8000", "test_terminate_ends_the_running_step_but_not_before_92_cycles"),
@@ -34,14 +34,14 @@ QUIRKS = (
     # ------------------------------------------------------------------------------------------------------- ends of motions
     _Q("CY512-UND-ABORT", "guide; s.3, comparison, item 9", "pin 6 low ramps down and stops; I/O REQUEST low at the end of a step stops there; options inferred.abort, .request",
        "one stop with a ramp and one without are listed", "test_abort_ramps_down_and_stops_whether_it_is_released_or_not"),
-    _Q("CY512-UND-ABORT-FIRST", "s.3, comparison, item 9", "I/O REQUEST is looked at from the end of the first step on",
+    _Q("CY512-UND-ABORT-FIRST", "s.3, comparison, item 9", "I/O REQUEST is sampled from the end of the first step on",
        "the first step may begin before it is high", "test_a_host_that_leaves_io_request_low_ends_its_motion_behind_the_first_step"),
     _Q("CY512-UND-PULSE", "s.3, comparison, item 6; s.8", "PULSE is high for 16 us at 6 MHz, within the period, and while a step is held; options inferred.pulse_high, .held_pulse",
        "longer than 2.5 us; the 16 us of s.8 are not the CY525's", "test_pulse_is_high_for_96_clocks_between_steps"),
     # ----------------------------------------------------------------------------------------------------- commands, programs
     _Q("CY512-UND-EXPEND", "s.3, comparison D", "X counts milliseconds at 11 MHz, up to 65535; X 0 does not wait; option inferred.millisecond",
        "the delay of the CY525 is set beside it without another unit", "test_a_delay_of_0_is_over_at_once"),
-    _Q("CY512-UND-OFFSET", "s.3, comparison O", "O 0 to 3 are the full steps of the CY525, O 4 to 7 the half step behind each; others are ignored and told; in full steps the next one goes on from the pattern in front",
+    _Q("CY512-UND-OFFSET", "s.3, comparison O", "O 0 to 3 are the full steps of the CY525, O 4 to 7 the half step after each; others are ignored and reported; in full steps the next one goes on from the pattern in front",
        "a program for both parts means the same", "test_offset_shows_one_of_eight_patterns_and_ignores_others"),
     _Q("CY512-CON-O-MEANING", "s.3, comparison O", "O is Offset, without the values that switch the coils off",
        "nothing says what it was", "test_offset_shows_one_of_eight_patterns_and_ignores_others"),
@@ -49,11 +49,11 @@ QUIRKS = (
        "so on the CY500", "test_h_selects_half_steps_until_i"),
     _Q("CY512-UND-L256", "guide", "L 0 and L 256 make 256 passes",
        "a byte holds 256 as 0", "test_a_loop_counts_up_to_256"),
-    _Q("CY512-UND-V-END", "s.6", "behind the end of a group FF is read",
+    _Q("CY512-UND-V-END", "s.6", "past the end of a group FF is read",
        "as on the CY525", "test_program_and_status_are_read_and_ff_behind_the_end"),
     _Q("CY512-UND-READY-PROGRAM", "s.3, comparison, items 4 and 7", "READY stays high while a program runs, and no request is taken until RUN is high",
        "there are no live commands", "test_pin_31_admits_no_live_commands_and_no_request_is_taken_while_a_program_runs"),
-    _Q("CY512-UND-POWERUP", "s.4", "N 0, R 1, S 0, F 1 at power-up; the use of an unset register is told",
+    _Q("CY512-UND-POWERUP", "s.4", "N 0, R 1, S 0, F 1 at power-up; the use of an unset register is reported",
        "chance values would not be repeatable", "test_registers_after_power_up_are_told_at_their_first_use"),
     _Q("CY512-UND-ERRORS", "s.3", "mistakes of the host have the effects that they have on the CY525",
        "commands are built alike", "test_what_is_no_command_takes_its_line_along_and_nothing_else"),

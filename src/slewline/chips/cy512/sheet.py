@@ -52,7 +52,7 @@ def _own(
 
 # fmt: off
 COMMANDS = Table(
-    _own("B", "A", "ATHOME", (), "this place is position zero"),
+    _own("B", "A", "ATHOME", (), "set the current position to zero"),
     _alike("B"),
     _alike("C"),
     _own("X", "D", "DOITNOW", (), "run the program from its start", flow="0", trust="stated", role="run"),
@@ -64,7 +64,7 @@ COMMANDS = Table(
     _alike("J", TARGET),
     _alike("L", Arg("count", 1, 0, 256), TARGET),  # guide: 256, which is 0 in a byte
     _alike("N"),
-    _own("O", "O", "OFFSET", (OFFSET,), "phase pattern: 0-3 full steps, 4-7 the half step behind each"),
+    _own("O", "O", "OFFSET", (OFFSET,), "phase pattern: 0-3 full steps, 4-7 the half step after each"),
     _alike("P"),
     _alike("Q"),
     _own("R", "R", "RATE", (RATE,), "step rate", trust="stated"),
@@ -84,7 +84,7 @@ _ITS: Mapping[str, dict[str, Any]] = {
     "io_request": {"says": "byte strobe; low at the end of a step it ends the motion"},
     "abort": {"says": "ramp down to the lowest rate and stop", "trust": "inferred"},
     "step_inhibit": {"says": "high holds the next step, with PULSE high"},
-    "ready": {"says": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in work"},
+    "ready": {"says": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in progress"},
     "prog": {"way": "out", "pull": None, "says": "low during program entry", "seen": "", "told": ("program entry", "")},
     "io_select": {"says": "low: host writes, high: chip writes", "seen": "level; not in motion"},
 }

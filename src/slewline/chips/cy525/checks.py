@@ -27,7 +27,7 @@ SHORT_CRAWL = 0.1  # seconds at the first rate that are not worth a warning
 
 
 class State(NamedTuple):
-    """Registers as far as the text tells; `halt` is the line of an H that still waits for its motion."""
+    """Registers as far as the text shows; `halt` is the line of an H that still waits for its motion."""
 
     first: int | None = None
     rate: int | None = None
@@ -72,7 +72,7 @@ SETS = {
 
 
 def after(statement: Statement, state: State) -> State:
-    """The registers behind a command."""
+    """The registers after a command."""
     name = statement.row.name
     if name in SETS:
         return state._replace(**{SETS[name]: statement.values[0]})
@@ -118,7 +118,7 @@ def motions(source: Source) -> None:
         endless = judge(source, motion, short)
         if endless and not walk.flight.stopped:
             found = f"{motion.statement.text} runs until ABORT is low, and nothing in this text lowers it"
-            remedy = "@drive abort=0 behind it, or run it with --drive abort=0@2s or --until 2s"
+            remedy = "@drive abort=0 after it, or run it with --drive abort=0@2s or --until 2s"
             source.report(motion.statement, "no-abort", "note", found, section="s.3 H; s.7", remedy=remedy)
             walk.flight.stopped = True  # said once
     unreached(source, short)

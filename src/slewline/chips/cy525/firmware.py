@@ -36,7 +36,7 @@ class Cy525(Cy5xx):
         return PHASES
 
     def _twin_class(self) -> type[Stepwise]:
-        """Return the class of the slow twin, which is loaded by who asks for it."""
+        """Return the class of the slow twin, which is loaded on demand."""
         from .twin import Stepwise
 
         return Stepwise

@@ -1,6 +1,6 @@
 """The CY525's motions: ramps, continuous motion, ABORT, and what a host asks while the motor turns.
 
-On a step, ABORT, I/O REQUEST and I/O SELECT are looked at as it begins, STEP INHIBIT at its end.
+On a step, ABORT, I/O REQUEST and I/O SELECT are sampled as it begins, STEP INHIBIT at its end.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Motion(motion.Motion):
     async def ordered(self) -> None:
         """I/O REQUEST must have been high; then ABORT says whether it counts for this motion."""
         if self.request.level == 0:
-            self.chip.waits(f"{self.text}: io_request=1 before the first step")
+            self.chip.waits(f"waiting for io_request=1 before the first step ({self.text})")
             await self.chip.polled(self.request, 1, 1)
         self.abortable = self.abort.level == 1  # "initially" (s.7, case II): before a hold, which may last
 

@@ -11,7 +11,7 @@
 
 The rate parameter, not the rate, grows linearly; Table VII turns it into steps per second.  Where a step takes longer
 than a unit, units fall due faster than they are taken, and each step is one unit faster than the one before; a unit
-that was late does not move those behind it.  The way down is the mirror of the way up.  Where fewer than 256 steps
+that was late does not move those after it.  The way down is the mirror of the way up.  Where fewer than 256 steps
 would be left for slewing, none is slewed: the way down begins at once and the surplus is made at F (s.8, special
 case).  Where the travel is too short to reach R, both ramps get half of it.
 """

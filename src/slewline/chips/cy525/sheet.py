@@ -63,7 +63,7 @@ VERIFY_BYTES = {0: 5, 1: 48, 2: 6, 3: 6}
 SLIPS = MappingProxyType(
     {
         **sheet.SLIPS,
-        "$": "$ stands behind the letter of a label, as in A$; binary programs have no labels",
+        "$": "$ follows the letter of a label, as in A$; binary programs have no labels",
         "A": "in the CY512 A took no number: write A 0",
         "D": "in the CY512 D ran the program: here X does, and D is the delay",
         "H": "in the CY512 H was half step: the CY525 has none",

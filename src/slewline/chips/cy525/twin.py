@@ -174,7 +174,7 @@ class Stepwise(twin.Stepwise):
         changes, self.changes = self.request.changes - self.changes, self.request.changes
         if self.request.level == 1:
             if self.ramped_over or changes > 1:
-                self.chip.finding("request-withdrawn", "a request that nobody has seen")
+                self.chip.finding("request-withdrawn", "a request that was not seen")
             self.served = self.ramped_over = self.held_reported = False
         elif coming.kind != SLEW and not self.served:
             self.ramped_over = True

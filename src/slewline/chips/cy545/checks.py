@@ -15,16 +15,16 @@ from .ramp_checks import motions
 from .sheet import MB_3, MB_6, MB_ASCII
 
 FORMS = ("binary", "text")
-RESETS = ("power", "reset")  # behind these the mode is that of text
-PASSES_TIME = ("wait", "until", "bytes", "to", "power", "reset")  # behind these a program may have ended
+RESETS = ("power", "reset")  # after these the mode is that of text
+PASSES_TIME = ("wait", "until", "bytes", "to", "power", "reset")  # after these a program may have ended
 
 
 def modes(source: Source) -> None:
-    """Bits of the mode that nobody knows."""
+    """Bits of the mode whose effect is not known."""
     for statement in source.statements:
         mode = mode_of(statement)
         if mode is not None and mode & (MB_6 | MB_3):
-            found = f"O {mode} sets bits of the mode register that nobody knows: they are kept, without effect"
+            found = f"O {mode} sets bits of the mode register whose effect is not known: they are kept, without effect"
             source.report(statement, "mode-bits", "warning", found, section=section(statement.row))
 
 
@@ -50,7 +50,7 @@ def forms(source: Source) -> None:
 
 
 def misread(source: Source, statement: Statement, text: bool | None) -> None:
-    """Report a mode command in a program that makes the chip take what stands behind it for what it is not."""
+    """Report a mode command in a program that makes the chip take what follows it for what it is not."""
     mode, behind = mode_of(statement), source.blocks[statement.block].statements
     if text is None or mode is None or bool(mode & MB_ASCII) is text or statement is behind[-1]:
         return
@@ -94,7 +94,7 @@ def meets(source: Source, item: Statement, started: Statement, live: bool) -> No
         found = f"{item.text}: {begun}, and would ignore it"
         source.report(item, "not-immediate", "warning", found, section="ch.16", remedy="stop it with 0 first")
     elif not live and item.row.role == "stop":
-        found = f"{item.text}: {begun}, and takes no command before it has stopped by itself"
+        found = f"{item.text}: {begun}, and the chip takes no command until it has ended by itself"
         source.report(
             item, "not-heard", "warning", found, section="ch.16", remedy="end the program with a 0 of its own"
         )

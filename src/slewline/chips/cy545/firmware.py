@@ -92,7 +92,7 @@ class Cy545(Chip):
         self._home = seeks(self, ticks, state, self._outputs, law, shown, self._bits)
 
     def _twins(self) -> tuple[type[Stepwise], type[Homewise]]:
-        """Return the classes of the slow twins, which are loaded by who asks for them."""
+        """Return the classes of the slow twins, which are loaded on demand."""
         from .twin import Homewise, Stepwise
 
         return Stepwise, Homewise
@@ -103,7 +103,7 @@ class Cy545(Chip):
 
     # ------------------------------------------------------------------------------------------------ power and reset
     def power(self, on: bool) -> None:
-        """Switch the supply; a chip that is switched on begins anew by itself, unless RESET is driven.
+        """Switch the supply; a chip that is switched on begins again by itself, unless RESET is driven.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -162,7 +162,7 @@ class Cy545(Chip):
 
     @property
     def answering(self) -> bool:
-        """Is a line of the serial host in work, or its answer on its way?"""
+        """Is a line of the serial host in progress, or its answer on its way?"""
         return self._sides.answering
 
     @property
@@ -182,7 +182,7 @@ class Cy545(Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """The address of the command in work, or of the next one while one of the host is performed."""
+        """The address of the command in progress, or of the next one while one of the host is performed."""
         return self._stored.counter
 
     @property

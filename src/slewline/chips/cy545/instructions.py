@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Instructions(instructions.ParameterHandlers):
-    """The handlers.  Those of commands that are no numbers take their characters behind the numbers.
+    """The handlers.  Those of commands that are no numbers take their characters after the numbers.
 
     Args:
         begin: makes everything as after reset, for I.
@@ -81,7 +81,7 @@ class Instructions(instructions.ParameterHandlers):
         """Look at the bits on a grid until they match."""
         chip, poll = self.chip, self.ticks["wait_poll"]
         origin = chip.tick
-        chip.waits(f"W {argument}: bits that match")
+        chip.waits(f"waiting for bits that match (W {argument})")
         while not self.bits.matches(argument):
             nets = self.bits.nets(argument)
             await first_of(chip.kernel, None, *((net, None) for net in nets))
@@ -103,7 +103,7 @@ class Instructions(instructions.ParameterHandlers):
         await self.pause("D", delay)
 
     async def do_initialize(self) -> None:
-        self.chip.waits("I in work")
+        self.chip.waits("I in progress")
         await self.chip.ticks(self.ticks["initialize"])
         self.begin_anew()
 

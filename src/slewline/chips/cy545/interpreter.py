@@ -3,7 +3,7 @@
     idle:     the first byte of a command, from whichever side begins one, or else a step of jog
     program:  on the CY545B a command of the host, if one has begun; else the next one from memory
 
-A command of the host takes its time from its last byte on, then acts; BUSY rises behind that.  A motion, a delay or a
+A command of the host takes its time from its last byte on, then acts; BUSY rises after that.  A motion, a delay or a
 wait takes as long as it lasts.
 """
 
@@ -88,7 +88,7 @@ class Interpreter:
         return found
 
     async def first_letter(self) -> int:
-        """The first byte of a command, while nothing is in work: until it comes, JOG is looked at."""
+        """The first byte of a command, while nothing is in progress: until it comes, JOG is sampled."""
         chip, arbiter, jog = self.chip, self.arbiter, self.jog
         due = chip.tick + self.ticks["jog_test"]
         while True:
@@ -99,7 +99,7 @@ class Interpreter:
                     return byte
                 due = max(due, chip.clock.ticks_from(chip.kernel.now))
             elif chip.tick < due:
-                chip.waits("a look at JOG")
+                chip.waits("waiting for the next sample of JOG")
                 watched = ((arbiter.port.request, 0), (arbiter.serial.arrived, None), *jog.watched)
                 await first_of(chip.kernel, chip.clock.ps(due), *watched)
             else:
@@ -107,9 +107,9 @@ class Interpreter:
             chip.sync_forward()
 
     async def execute(self, command: CommandText) -> None:
-        """Perform a command of the host, and end it; the program that it has started runs behind it."""
+        """Perform a command of the host, and end it; the program that it has started runs after it."""
         chip, arbiter = self.chip, self.arbiter
-        chip.waits(f"{command.text} in work")
+        chip.waits(f"{command.text} in progress")
         chip.on_command(command.text)
         arbiter.executing(True)
         time = command.digits * self.ticks["digit"] + (0 if command.row.motion else self.ticks["command"])
@@ -135,7 +135,7 @@ class Interpreter:
             self.reported_mode = mode
             where = "the parallel port" if device == "parallel" else "the HP display"
             remedy = f"O {mode & ~sheet.MB_PARALLEL} sends answers to TXD"
-            self.chip.finding("answer-elsewhere", f"{command.text} came on RXD, its answer goes to {where}: {remedy}")
+            self.chip.finding("answer-elsewhere", f"{command.text} came on RXD, but its answer goes to {where}: {remedy}")
 
     async def start(self) -> None:
         """A command of the host has started a program: on the CY545 BUSY stays low until it has stopped."""
@@ -151,7 +151,7 @@ class Interpreter:
             found = await self.local_bus.digits(row.form, digits)
             number = sum(digit * 10 ** (digits - 1 - n) for n, digit in enumerate(found))
             if number >= row.args[0].modulus:
-                self.chip.finding("range", f"{command.text}: the switches say {number}; its low bits count")
+                self.chip.finding("range", f"{command.text}: the switches are set to {number}; only the low bits count")
             values = (number % row.args[0].modulus, *values[1:])
         if command.flips:
             values = (values[0] ^ command.flips, *values[1:])
@@ -171,7 +171,7 @@ class Interpreter:
             if entry.ends(byte):
                 return
             arbiter.executing(True)
-            chip.waits(f"a byte stored at {registers.pointer}")
+            chip.waits(f"storing a byte at {registers.pointer}")
             await chip.ticks(self.ticks["fetch"])  # the host has let go of the bus by then
             await self.local_bus.write(registers.pointer, byte)
             registers.pointer += 1
@@ -180,7 +180,7 @@ class Interpreter:
     async def run_program(self) -> None:
         """Fetch commands and perform them until the program stops; between two of them look at the host (CY545B)."""
         program, arbiter = self.program, self.arbiter
-        self.skipped = 0  # bytes FF, one behind the other
+        self.skipped = 0  # bytes FF, one after the other
         arbiter.executing(not self.live)
         while program.running:
             if self.live and arbiter.pending:
@@ -210,7 +210,7 @@ class Interpreter:
         """One command from memory: read it, let its time pass, perform it."""
         chip, program, registers = self.chip, self.program, self.registers
         program.at = registers.pointer
-        chip.waits(f"the command at {program.at}")
+        chip.waits(f"fetching the command at {program.at}")
         byte = await self.fetch()
         if byte == ERASED:
             self.skip()
@@ -222,7 +222,7 @@ class Interpreter:
             found = self.feed(await self.fetch())
         if found is None:
             return
-        chip.waits(f"{found.text} at {program.at} in work")
+        chip.waits(f"{found.text} at {program.at} in progress")
         chip.on_command(found.text)
         self.arbiter.executing(True)
         if not found.row.motion:
@@ -240,9 +240,9 @@ class Interpreter:
     def skip(self) -> None:
         """A byte FF where a command belongs is skipped, as in the empty handshake; a memory full of it ends all."""
         program = self.program
-        program.finding_once("erased-memory", f"FF at address {program.at} where a command belongs: skipped")
+        program.finding_once("erased-memory", f"FF at address {program.at} where a command was expected: skipped")
         self.skipped += 1
         if self.skipped >= sheet.MEMORY_BYTES:
             self.skipped = 0
-            self.chip.finding("no-program", "nothing but FF in the whole memory: the program is given up")
+            self.chip.finding("no-program", "the whole memory reads FF: the program ends")
             program.end()

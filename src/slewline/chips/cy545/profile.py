@@ -90,7 +90,7 @@ def down(of: Plan, step: int, first: int, left: int, law: Law) -> Plan:
     """Return what INHIBIT_ABORT makes of a plan before one of its steps: down to the first rate, and on at it.
 
     The way down is that of the way up as far as it was made; the steps at the first rate, which belong to it, are
-    looked at one by one and so stand in the leg behind it.
+    looked at one by one and so stand in the leg after it.
 
     Args:
         of, step: the plan, and the step that would come next, 1 and more.

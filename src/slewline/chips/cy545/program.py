@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 class Program:
     """A program that runs, or does not.  Its counter is the memory pointer.
 
-    `at` is the address of the command in work; `immediate` tells that a command of the host is performed between two of
+    `at` is the address of the command in progress; `immediate` tells that a command of the host is performed between two of
     the program.
     """
 
@@ -31,12 +31,12 @@ class Program:
 
     @property
     def direct(self) -> bool:
-        """Is the command in work one of the host, whether a program runs or not?"""
+        """Is the command in progress one of the host, whether a program runs or not?"""
         return self.immediate or not self.running
 
     @property
     def counter(self) -> int | None:
-        """The address of the command in work, or the next one while one of the host is performed; None: none runs."""
+        """The address of the command in progress, or the next one while one of the host is performed; None: none runs."""
         if not self.running:
             return None
         return self.registers.pointer if self.immediate else self.at
@@ -49,12 +49,12 @@ class Program:
         self.at = self.registers.pointer
 
     def end(self) -> None:
-        """The program has stopped: the pointer is behind the command that did it."""
+        """The program has stopped: the pointer is after the command that did it."""
         self.running = False
         self.loops.clear()
 
     def go_to(self, target: int) -> None:
-        """Continue at a byte of this page, which is that of the byte behind the branch."""
+        """Continue at a byte of this page, which is that of the byte after the branch."""
         self.registers.pointer = self.registers.pointer // sheet.PAGE_BYTES * sheet.PAGE_BYTES + target
 
     def finding_once(self, code: str, text: str) -> None:
@@ -76,7 +76,7 @@ class Program:
         if address != self.at:
             self.finding_once(
                 "nested-loop",
-                f"{letter} at address {self.at} while the {letter} at {address} is counting: it takes over its count",
+                f"{letter} at address {self.at} while the {letter} at {address} is counting: it takes over the count",
             )
         if left > 1:
             self.loops[letter] = (address, left - 1)

@@ -29,7 +29,7 @@ CHANGES: dict[str, dict[str, Any]] = {
 
 
 class State(NamedTuple):
-    """Registers as far as the text tells; None: it does not."""
+    """Registers as far as the text shows; None: it does not."""
 
     first: int | None
     rate: int | None
@@ -90,7 +90,7 @@ def short(law: Law, hz: int, distance: int, made: tuple[int, int, int]) -> Itera
 
 
 def after(statement: Statement, state: State) -> State:
-    """The registers behind a command."""
+    """The registers after a command."""
     name = statement.row.name
     if name in SETS:
         register: dict[str, Any] = {SETS[name]: value(statement)}

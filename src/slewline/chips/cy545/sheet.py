@@ -27,13 +27,13 @@ PAGE_BYTES = 256  # what J, L, T and Z reach (ch.4)
 POSITIONS = 1 << 24
 
 # ------------------------------------------------------------------------------------------------------------- pins
-# The numbers of the pins stand in a chapter that nobody has at hand: 0.
+# The numbers of the pins are in a chapter that is not at hand: 0.
 PORT, MEMORY, MOTOR = "ch.16, The Parallel Handshake", "ch.16, External Memory", "ch.16, Stepper Motor"
 HP, SWITCHES, SERIAL = "ch.16, HP LED Display", "ch.16, Thumbwheel Switch", "ch.16, The Serial Interface"
 # fmt: off
 PINS = (
-    Pin(0, "io_request", "in", "low: a byte of the host stands on the bus, or one may come", active=0, pull=1, tie=1, seen="between commands, and for every byte of one", where=PORT, role="request"),
-    Pin(0, "busy", "out", "low: a byte has been taken, or is there; a command is in work", active=0, reset=1, sense=1, where=PORT, role="ready"),
+    Pin(0, "io_request", "in", "low: a byte from the host is on the bus, or one may come", active=0, pull=1, tie=1, seen="between commands, and for every byte of one", where=PORT, role="request"),
+    Pin(0, "busy", "out", "low: a byte has been taken, or is there; a command is in progress", active=0, reset=1, sense=1, where=PORT, role="ready"),
     *(Pin(0, f"db{bit}", "both", f"data bus, bit {bit}: host, memory, display, switches; or user bit {bit + 8}", active=1, pull=1, where="ch.16; ch.6", role="data") for bit in range(8)),
     *(Pin(0, f"usrb{bit}", "both", f"user bit {bit}; high: an input, too", active=1, pull=1, reset=1, where="ch.6", told=("", "")) for bit in range(6)),
     Pin(0, "usrb6", "both", "user bit 6; FPL, low: output for the host; or CTS, low: the host may send", active=1, pull=1, reset=1, sense=0, where="ch.16; ch.6", role="flow"),
@@ -45,15 +45,15 @@ PINS = (
     Pin(0, "ale", "out", "its fall latches the low address byte", active=1, reset=0, where=MEMORY, role="address_latch"),
     Pin(0, "rd", "out", "low: what is selected drives the bus", active=0, reset=1, where=MEMORY, role="read_strobe"),
     Pin(0, "wr", "out", "low: what is selected takes the byte on the bus", active=0, reset=1, where=MEMORY, role="write_strobe"),
-    Pin(0, "pulse", "out", "low at the begin of every step", active=0, reset=1, where="ch.16, PULSE and CCW", role="step"),
+    Pin(0, "pulse", "out", "low at the start of every step", active=0, reset=1, where="ch.16, PULSE and CCW", role="step"),
     Pin(0, "ccw", "both", "high: counter-clockwise; may be pulled low from outside", active=1, pull=1, reset=1, sense=0, seen="as a step begins", where="ch.16, PULSE and CCW", role="direction"),
     Pin(0, "stopped", "out", "low while the motor steps, and 5 ms longer", active=1, reset=1, sense=0, where="ch.16, STOPPED", role="moving"),
     Pin(0, "slew", "both", "low at the rate of R; pulled low before a motion: it is continuous", active=0, pull=1, reset=1, seen="before the first step of a motion", where="ch.16, SLEW", role="slewing", told=("at a steady rate", "")),
-    Pin(0, "inhibit_abort", "in", "holds the begin of a motion; slows a running one down, and stops it at the first rate", active=0, pull=1, tie=1, seen="before the first step; at the end of every step", where="ch.16, INHIBIT_ABORT", role="abort", told=("hold or stop the motion", "")),
+    Pin(0, "inhibit_abort", "in", "holds the start of a motion; slows down a running one, and stops it at the first rate", active=0, pull=1, tie=1, seen="before the first step; at the end of every step", where="ch.16, INHIBIT_ABORT", role="abort", told=("hold or stop the motion", "")),
     Pin(0, "cw_limit", "in", "low: no step clockwise", active=0, pull=1, tie=1, seen="before every step", where="ch.16, CW_LIMIT and CCW_LIMIT", role="end_plus", told=("no step clockwise", "")),
     Pin(0, "ccw_limit", "in", "low: no step counter-clockwise", active=0, pull=1, tie=1, seen="before every step", where="ch.16, CW_LIMIT and CCW_LIMIT", role="end_minus", told=("no step counter-clockwise", "")),
-    Pin(0, "jog", "both", "open: off; low: steps clockwise, driven high: counter-clockwise", seen="while no command is in work", where="ch.16, JOG Mode", role="jog"),
-    Pin(0, "reset", "in", "high: state at power-up", active=1, pull=0, tie=0, seen="level, high for 24 clocks", where="no readable page", role="reset", told=("the chip starts anew", "the chip is held in reset"), trust="inferred"),
+    Pin(0, "jog", "both", "open: off; low: steps clockwise, driven high: counter-clockwise", seen="while no command is in progress", where="ch.16, JOG Mode", role="jog"),
+    Pin(0, "reset", "in", "high: state at power-up", active=1, pull=0, tie=0, seen="level, high for 24 clocks", where="no readable page", role="reset", told=("the chip starts again", "the chip is held in reset"), trust="inferred"),
     Pin(0, "xtal1", "power", "crystal", where="ch.16, JOG Mode", trust="inferred"),
     Pin(0, "xtal2", "power", "crystal", where="ch.16, JOG Mode", trust="inferred"),
     Pin(0, "vcc", "power", "+5 V", where="ch.16, JOG Mode"),
@@ -77,7 +77,7 @@ COMMANDS = Table(
     _row("B", "BIT", (BIT,), "set, clear, write, AND, OR user bits or bits of the data bus", "ch.6"),
     _row("C", "CONTINUOUS", (), "the next motion runs until INHIBIT_ABORT ends it", "ch.4; ch.16, SLEW"),
     _row("D", "DELAY", (Arg("delay", 2, 1, 65535, unit="ms at 12 MHz"),), "wait", "ch.10"),
-    _row("E", "ENTER", (), "store what comes in the memory, from the pointer on", "ch.7", role="enter"),
+    _row("E", "ENTER", (), "store what follows in memory, from the pointer on", "ch.7", role="enter"),
     _row("F", "FIRSTRATE", (Arg("rate", 1, 0, 255, unit="rate index"),), "rate at which every motion starts and ends; a twentieth of it for jog and home", "ch.5"),
     _row("G", "GO", (), "take the number of steps set by N", "ch.4", motion=True),
     _row("H", "HOME", (BIT,), "seek the edge of the home sensor", "ch.4; ch.16, Home Signal", motion=True),
@@ -87,7 +87,7 @@ COMMANDS = Table(
     _row("N", "NUMBER", (Arg("steps", 3, 0, POSITIONS - 1, unit="steps"),), "number of steps of a relative motion", "ch.4"),
     _row("O", "MODE", (Arg("mode", 1, 0, 255),), "write the mode register", "ch.9"),
     _row("P", "POSITION", (POSITION,), "step to a position", "ch.4", motion=True),
-    _row("Q", "QUIT", (), "end what E began; never terminated", "ch.7; 2002, Binary format", terminated=False, stored=False, role="leave"),
+    _row("Q", "QUIT", (), "end program entry; never terminated", "ch.7; 2002, Binary format", terminated=False, stored=False, role="leave"),
     _row("R", "RATE", (Arg("rate", 1, 0, 255, unit="rate index"),), "highest step rate", "ch.5"),
     _row("S", "SLOPE", (Arg("slope", 1, 1, 255),), "acceleration, 255 is steepest", "ch.5"),
     _row("T", "TIL", (BIT, TARGET), "branch until the bits match", "ch.4", flow="nt"),
@@ -157,7 +157,7 @@ def rate_law(by_25: int, by_50: int, top: int) -> tuple[int, ...]:
 
     Args:
         by_25: how many rates are 25 steps/s above the one below, from 20 steps/s on.
-        by_50: how many behind them are 50 above.
+        by_50: how many after them are 50 above.
         top: machine cycles of a step at index 255; each index below takes one more.
     """
     slow = [20 + 25 * min(k, by_25) + 50 * max(k - by_25, 0) for k in range(by_25 + by_50 + 1)]
@@ -180,18 +180,18 @@ TIMES = MappingProxyType({
     "command": _T(COMMAND_US, 12, "a command of the host, from its last byte on", _NONE, "inferred"),
     "digit": _T(DIGIT_US, 12, "conversion of one digit", _NONE, "inferred"),
     "fetch": _T(20, 12, "a byte from memory, display or switches", _NONE, "inferred"),
-    "program_command": _T(PROGRAM_US, 12, "a command of a program, behind its last byte", _NONE, "inferred"),
+    "program_command": _T(PROGRAM_US, 12, "a command of a program, after its last byte", _NONE, "inferred"),
     "store": _T(100, 12, "a byte into RAM, read back", _NONE, "inferred"),
     "verify_poll": _T(100, 12, "from one read of a byte that has been written to the next", _NONE, "inferred"),
     "verify_timeout": _T(20_000, 12, "a byte that reads back wrong is given up", _NONE, "inferred"),
     "millisecond": _T(1000, 12, "unit of D", "ch.10"),
-    "wait_poll": _T(20, 12, "W looks at its bits", _NONE, "inferred"),
+    "wait_poll": _T(20, 12, "W samples its bits", _NONE, "inferred"),
     "first_step": _T(100, 12, "G or P to the first PULSE", _NONE, "inferred"),
     "inhibit_release": _T(25, 12, "INHIBIT_ABORT high to the first PULSE that it has held", _NONE, "inferred"),
     "pulse_low": _T(5, 12, "PULSE low", _NONE, "inferred"),
     "ccw_lead": _T(20, 12, "CCW to the next PULSE", _NONE, "inferred"),
     "hold": _T(5000, 12, "end of the last step to STOPPED high", "ch.16, STOPPED"),
-    "jog_test": _T(100, 12, "end of a command, or of a step of jog, to the next look at JOG", _NONE, "inferred"),
+    "jog_test": _T(100, 12, "end of a command, or of a step of jog, to the next sample of JOG", _NONE, "inferred"),
     "shortest_bit": _T(1e6 / 19200, 11, "a bit of the highest rate on RXD; 19200 baud at 11 MHz", SERIAL, "derived"),
     "longest_bit": _T(1e6 / 300, 11, "a bit of the lowest rate on RXD; 300 baud at 11 MHz", SERIAL, "derived"),
     "initialize": _T(1000, 12, "I", _NONE, "inferred"),
@@ -225,7 +225,7 @@ INFERRED = (
 )
 OPTIONS = (
     Option("stepwise", "bool", False, "play every motion step by step instead of whole; slow, and the same to the last edge"),
-    Option("cold", "bool", False, "begin without supply; `power(True)` brings the chip up"),
+    Option("cold", "bool", False, "start without supply; `power(True)` brings the chip up"),
     Option("rate_table", "choice", "20k", "inferred: the rate table, by its top at 12 MHz (quirk CY545-CON-RATE-TOP)", choices=tuple(TABLES), where="ch.16, JOG; guide"),
     Option("ramp_jumps", "bool", True, "take all rate indices that are due when a step begins; else at most one a step, as the CY525", where="2002 p.77"),
     Option("direction", "choice", "-", "inferred: the direction after reset", choices=("-", "+"), where="ch.10"),
@@ -239,7 +239,7 @@ NOTES = MappingProxyType({
     "program": "64K bytes outside, none inside; loops of up to 64K passes; 16 lines for inputs and outputs (guide; the guide's 1.6M steps are 16,777,215, ch.4)",
     "limits": "the limit inputs are no safety device: cut the power of the drivers independently (ch.16)",
     "errors": "the part has no register of errors (overview of the CY550)",
-    "numbers": "pin numbers and electrical data stand in chapters that are not readable",
+    "numbers": "pin numbers and electrical data are in chapters that are not readable",
 })
 SLIPS = MappingProxyType({
     **{letter: f"{says}: there is no such command" for letter, says in MISSING.items()},
@@ -287,7 +287,7 @@ DIFFERENCES = MappingProxyType(
     {  # what the CY545B does in another way (ch.16)
         "FPL": (
             "rises with the last byte put on the bus, before BUSY falls",
-            "rises behind IO_REQUEST of the last byte, before BUSY rises",
+            "rises after IO_REQUEST of the last byte, before BUSY rises",
         ),
         "BUSY": ("low until a program has stopped", "high while a program runs"),
         "immediate commands": ("none while a program runs", "between two commands of a program, over either side"),

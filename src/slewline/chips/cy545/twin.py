@@ -1,12 +1,12 @@
 r"""The CY545's motions and HOME, one step at a time: the oracle of the fast path, slow and obvious.
 
 It shares the outputs with motion.py and home.py, and the numbers of the law, but none of the code that plans, promises
-or looks.  At the begin of a step it works out how long this one is to be; at its end it looks
+or looks.  At the start of a step it works out how long this one is to be; at its end it looks
 at the pins.  No findings.
 
     one step (a look reads the levels from before the instant):
 
-        begin                                       end = begin of the next
+        begin                                       end = start of the next
           |__|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__   PULSE
           position, SLEW                              looks: target? limit? INHIBIT_ABORT?
 """
@@ -87,7 +87,7 @@ class TwinSteps:
         await chip.at_tick(begin + period)
 
     async def rest(self, why: Why | None) -> None:
-        """Behind the last step: STOPPED rises 5 ms later."""
+        """After the last step: STOPPED rises 5 ms later."""
         self.outputs.slew.drive(1)
         await self.chip.ticks(self.ticks["hold"])
         self.outputs.moving(False)
@@ -132,7 +132,7 @@ class Stepwise(TwinSteps):
         self.registers.continuous = False
 
     async def steps(self, at_start: RegistersAtStart) -> Why | None:
-        """Step after step, until the looks behind one say that it was the last; return why."""
+        """Step after step, until the looks after one say that it was the last; return why."""
         periods, first = self.law.periods, at_start.first
         start, slow, fast = self.chip.tick, periods[first], periods[max(first, at_start.rate)]
         up: list[int] = []  # the steps of the way up, one by one
@@ -214,6 +214,6 @@ class Homewise(TwinSteps):
                 return False
 
     async def single(self, period: int) -> None:
-        """A step, and the position behind it."""
+        """A step, and the position after it."""
         await self.step(CRAWL, period)
         await self.shown()

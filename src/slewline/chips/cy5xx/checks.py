@@ -37,7 +37,7 @@ def walk(
 
     Args:
         states: what may hold at first; anything that can be hashed.
-        step: the state behind a command.
+        step: the state after a command.
         directive: is told of every line that is the host's.
     """
     blocks = iter(source.blocks)
@@ -70,7 +70,7 @@ def judged(
     Args:
         state: what holds at first.
         remarks: what is odd about a command in a state.
-        after: the state behind a command.
+        after: the state after a command.
     """
     told = set()
 
@@ -105,7 +105,7 @@ def meant(problem: Problem, sister: str, means: Mapping[str, str], sheet: Sheet)
     if problem.code not in FORMS:
         return False
     letters = {row.name: row.form for row in sheet.commands}
-    command = problem.found.rpartition(" behind ")[2]  # an argument may be a letter as well
+    command = problem.found.rpartition(" after ")[2]  # an argument may be a letter as well
     named = [letters.get(word, word) for word in command.replace(",", " ").split()]
     letter = next((word for word in named if word in means), "$" if problem.code == "bad-label" else "")
     if letter not in means or letter not in NUMBERS or problem.code == "unknown-command":

@@ -72,7 +72,7 @@ class Cy5xx(Chip):
         raise NotImplementedError
 
     def _twin_class(self) -> type[Stepwise]:
-        """Return the class of the slow twin, which is loaded by who asks for it."""
+        """Return the class of the slow twin, which is loaded on demand."""
         raise NotImplementedError
 
     def _moves(self, ticks: Mapping[str, int]) -> Moves:
@@ -148,7 +148,7 @@ class Cy5xx(Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """The byte of the buffer at which the instruction in work begins, or the next one while live commands come."""
+        """The byte of the buffer at which the instruction in progress begins, or the next one while live commands come."""
         return self._stored.counter
 
     def program_rows(self) -> list[ProgramRow]:

@@ -66,7 +66,7 @@ class ParameterHandlers:
     async def pause(self, letter: str, delay: int) -> None:
         """Let milliseconds pass."""
         clocks = delay * self.ticks["millisecond"]
-        self.chip.waits(f"{letter} {delay} ({readable(self.chip.clock.ps(clocks))})")
+        self.chip.waits(f"waiting {readable(self.chip.clock.ps(clocks))} ({letter} {delay})")
         await self.chip.ticks(clocks)
 
     # ----------------------------------------------------------------------------------------------------- motions
@@ -82,12 +82,12 @@ class ParameterHandlers:
         await self.motion.move(number, 1 if clockwise else -1, f"P {position}")
 
     def check_registers(self, text: str, distance: str) -> None:
-        """Parameters of a motion that the manual does not allow, or that nobody has set; each is reported once."""
+        """Parameters of a motion that the manual does not allow, or that has not been set; each is reported once."""
         registers = self.registers
         used = (set(registers.values) - {"number"}) | {distance}
         for name in sorted(used & registers.unset):
             registers.unset.discard(name)
-            self.chip.finding("uninitialised", f"{text} uses the {name} register, which nobody has set since power-up")
+            self.chip.finding("uninitialised", f"{text} uses the {name} register, which has not been set since power-up; its content is undefined")
         for bad, code, what in self.odd():
             if bad and what not in self.said:
                 self.said.add(what)
@@ -138,7 +138,7 @@ class Instructions(ParameterHandlers):
         """U and W: look at WAIT every 8 us; a new low of I/O REQUEST may end the wait too (s.3 item 8)."""
         chip, program, port, poll = self.chip, self.program, self.port, self.ticks["wait_poll"]
         request, ends = port.request, self.request_ends_wait
-        chip.waits(f"{letter}: wait={wanted}")
+        chip.waits(f"waiting for wait={wanted} ({letter})")
         program.waits = ends
         try:
             if ends and not program.running and request.changes == port.accepted:
@@ -207,7 +207,7 @@ class Instructions(ParameterHandlers):
         elif program.loop[0] != program.at:
             self.finding_once(
                 "nested-loop",
-                f"L at byte {program.at} while the L at byte {program.loop[0]} is counting: it takes over its count",
+                f"L at byte {program.at} while the L at byte {program.loop[0]} is counting: it takes over the count",
             )
         left = program.loop[1] - 1
         program.loop = (program.loop[0], left) if left else None

@@ -88,7 +88,7 @@ class Interpreter:
         """Perform a command given by the host, and end its handshake."""
         chip, row = self.chip, command.row
         end = self.port.busy_from + row.time_us * self.per_us + command.digits * self.ticks["digit"]
-        chip.waits(f"{command.text} in work")
+        chip.waits(f"{command.text} in progress")
         chip.on_command(command.text)
         if row.role == "leave":
             await chip.at_tick(end - self.ticks["effect_lead"])
@@ -111,7 +111,7 @@ class Interpreter:
 
     # --------------------------------------------------------------------------------------------- the stored program
     async def run_program(self) -> None:
-        """Fetch and perform instructions until 0, I or reset; between two of them PROG/LIVE is looked at (s.7)."""
+        """Fetch and perform instructions until 0, I or reset; between two of them PROG/LIVE is sampled (s.7)."""
         chip, program = self.chip, self.program
         due = program.run_fell + self.ticks["first_instruction"]
         while program.pc is not None:
@@ -137,7 +137,7 @@ class Interpreter:
         else:
             chip.finding("end-of-program", f"no instruction at byte {at}: run mode, nothing to execute")
         way = "a live 0 or RESET" if program.takes_live else "RESET"
-        chip.waits(f"run mode with nothing to execute: {way}")
+        chip.waits(f"run mode with nothing to execute, waiting for {way}")
         await chip.polled(program.prog_in, 0, self.ticks["wait_poll"])
 
     async def instruction(self, at: int, due: int) -> None:
@@ -155,7 +155,7 @@ class Interpreter:
             return
         values = row.unpack(bytes(buffer[at + 1 : at + row.size]))
         program.pc = program.following = at + row.size
-        chip.waits(f"{row.form} at byte {at} in work")
+        chip.waits(f"{row.form} at byte {at} in progress")
         await chip.at_tick((due if first else chip.tick + row.program_us * self.per_us) - self.lead(row))
         if not (row.motion and self.announces):
             await self.perform(code, values)

@@ -39,9 +39,9 @@ class Program:
         self.prog_in = line_in(chip, "prog" if self.takes_live else "live")  # pulled low by the host
         self.prog_rest = None if self.takes_live else 1
         self.pc: int | None = None
-        self.waits = False  # U or W is in work, which look at I/O REQUEST themselves
+        self.waits = False  # U or W is in progress, which look at I/O REQUEST themselves
         self.run_fell = 0  # tick at which RUN fell
-        self.at = self.following = 0  # addresses of the running instruction and of the one behind it
+        self.at = self.following = 0  # addresses of the running instruction and of the one after it
         self.clear()
 
     def clear(self) -> None:
@@ -97,12 +97,12 @@ class Program:
     # ------------------------------------------------------------------------------------------------------- running
     @property
     def running(self) -> bool:
-        """Is the instruction in work one of the program (not a command of the host)?"""
+        """Is the instruction in progress one of the program (not a command of the host)?"""
         return self.pc is not None and not self.live
 
     @property
     def counter(self) -> int | None:
-        """Where the instruction in work begins, or the next one while live commands come; None: no program runs."""
+        """Where the instruction in progress begins, or the next one while live commands come; None: no program runs."""
         return self.pc if self.pc is None or self.live else self.at
 
     def begin(self, target: int) -> None:
@@ -144,7 +144,7 @@ class Program:
 
     # ------------------------------------------------------------------------------------------------ as others see it
     def began(self) -> None:
-        """Tell of the instruction that is in work from now on."""
+        """Tell of the instruction that is in progress from now on."""
         if self.chip.on_instruction:
             self.chip.on_instruction(self.at)
         if self.chip.on_command:

@@ -28,7 +28,7 @@ PINS = (
     Pin(1, "io_request", "in", "byte strobe; rate request while slewing; ends W and U", active=0, tie=1, seen="level; once per step in motion", where=HANDSHAKE, role="request"),
     Pin(2, "xtal1", "power", "crystal, LC or external clock", where="T.I; s.9"),
     Pin(3, "xtal2", "power", "crystal, LC or external clock", where="T.I; s.9"),
-    Pin(4, "reset", "in", "power-up state", active=0, pull=1, tie=1, seen="level, low for 15 us at 6 MHz", where="T.I; s.9", role="reset", told=("the chip is held in reset", "the chip starts anew")),
+    Pin(4, "reset", "in", "power-up state", active=0, pull=1, tie=1, seen="level, low for 15 us at 6 MHz", where="T.I; s.9", role="reset", told=("the chip is held in reset", "the chip starts again")),
     Pin(5, "nc5", "none", "leave open", where="T.I"),
     Pin(6, "abort", "in", "ramp down to the first rate, then stop if still low", active=0, tie=1, seen="once per step, at its start", where="T.I; s.7", role="abort", told=("stop the motion", "")),
     Pin(7, "vss7", "power", "ground", where="T.I"),
@@ -41,7 +41,7 @@ PINS = (
     *(Pin(21 + n, f"phase{n + 1}", "out", f"stepper drive, phase {n + 1}: low energises", active=0, reset=1, where="T.I; s.7", role=f"phase{n + 1}") for n in range(4)),
     Pin(25, "nc25", "none", "leave open", where="T.I"),
     Pin(26, "vdd", "power", "+5 V", where="T.I"),
-    Pin(27, "ready", "out", "high: ready for a byte; low while a byte or a motion is in work", active=1, reset=1, where="T.I; s.2", role="ready"),
+    Pin(27, "ready", "out", "high: ready for a byte; low while a byte or a motion is in progress", active=1, reset=1, where="T.I; s.2", role="ready"),
     Pin(28, "dowhile", "in", "tested by T: low branches", active=0, pull=1, seen="by T", where="T.I", role="input2", told=("", "")),
     Pin(29, "slew", "out", "low at a steady rate", active=0, reset=1, where="T.I; s.7", role="slewing", told=("at a steady rate", "")),
     Pin(30, "step_inhibit", "in", "high holds the next step", active=1, pull=1, tie=0, seen="in the time-out of every step", where="T.I; s.7", role="enable", sense=0, told=("", "no further step")),
@@ -114,8 +114,8 @@ TIMES = MappingProxyType({
     "digit": _T(40, 11, "conversion of one decimal digit", "T.V note c", "chosen"),
     "millisecond": _T(1000, 11, "unit of D", "s.3 D"),
     "first_instruction": _T(60, 11, "RUN low to the end of the first instruction", "s.7, fig. 7.6"),
-    "wait_poll": _T(8, 11, "W and U look at WAIT", "s.10 (in step to 10 us)", "chosen"),
-    "inhibit_poll": _T(3, 11, "a held step looks at STEP INHIBIT", "s.7", "chosen"),
+    "wait_poll": _T(8, 11, "W and U sample WAIT", "s.10 (in step to 10 us)", "chosen"),
+    "inhibit_poll": _T(3, 11, "a held step samples STEP INHIBIT", "s.7", "chosen"),
     "pulse_high": _T(2.5, 11, "PULSE high between steps", "s.3 item 6"),
     "step_lead": _T(10, 11, "READY low and DIRECTION set to the first step", "s.2, s.7: just before stepping", "chosen"),
     "ready_after_motion": _T(30, 6, "MOTION COMPLETE low to READY high", "s.11, fig. 11.4"),
@@ -141,7 +141,7 @@ LIMITS = (
     Limit("pulse rises", "pulse falls", "PULSE high between two steps", "s.3 item 6", least=2500 * NS, mhz=11),
     Limit("pulse falls", "pulse falls", "a step while SLEW is low, at 9675 steps/s", "T.VII", least=103_359 * NS, mhz=11, given=(("slew", 0),), trust="derived"),
     Limit("motion_complete falls", "ready rises", "end of motion to READY", "s.11, fig. 11.4", typical=30 * US, mhz=6),
-    Limit("motion_complete rises", "io_select falls", "I/O SELECT low again behind a read-out in motion", "s.6", most=50 * US, mhz=11, keeper="host", given=(("ready", 0),), before=(("io_select", 1),)),
+    Limit("motion_complete rises", "io_select falls", "I/O SELECT low again after a read-out in motion", "s.6", most=50 * US, mhz=11, keeper="host", given=(("ready", 0),), before=(("io_select", 1),)),
     Limit("clk15 falls", "clk15 rises", "CLK/15 low", "T.I", least=300 * NS),
     Limit("clk15 rises", "clk15 falls", "CLK/15 high", "T.I", least=300 * NS),
 )
@@ -169,7 +169,7 @@ OPTIONS = (
         False,
         "play every motion step by step instead of whole; slow, and the same to the last edge",
     ),
-    Option("cold", "bool", False, "begin without supply; `power(True)` and RESET low for 10 ms bring the chip up"),
+    Option("cold", "bool", False, "start without supply; `power(True)` and RESET low for 10 ms bring the chip up"),
 )
 
 # How the manual prints commands

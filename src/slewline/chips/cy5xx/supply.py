@@ -62,7 +62,7 @@ class Supply:
         chip.kernel.settle()
         self.inner_reset.net.watch(self._on_inner_reset)
         self.pin.watch(self._on_reset)
-        chip.waits("power")
+        chip.waits("waiting for power")
 
     def switch(self, on: bool) -> None:
         """Switch the supply.  After power-up the registers hold their power-up values, and RESET must be low for 10 ms;
@@ -78,7 +78,7 @@ class Supply:
             self._power_up_reset()
         else:
             self.supplied.driven(False)
-            chip.waits("power")
+            chip.waits("waiting for power")
         self.kernel.settle()
 
     def _power_up_reset(self) -> None:
@@ -86,10 +86,10 @@ class Supply:
         on = self.powered_at = self.kernel.now
         if all(driver.at(self.kernel.seen) is None for driver in self.pin.drivers):
             charged = on + self.power_up.charged_ps
-            self.chip.waits(f"the capacitor at RESET, charged at {readable(charged)}")
+            self.chip.waits(f"waiting for the capacitor at RESET, charged at {readable(charged)},")
             self.kernel.call_at(charged, lambda: self._capacitor_charged(on))
             return
-        self.chip.waits(f"RESET {self.active} for {self._least}")
+        self.chip.waits(f"waiting for RESET {self.active} for {self._least}")
         if self.pin.level == self.sense:
             self._on_reset(self.pin)
         else:
@@ -135,7 +135,7 @@ class Supply:
         if self.powered and self.pin.level == self.sense and self.reset_fell == fell:
             self.reset_valid = True
             if self.cold:
-                self.chip.waits(f"RESET {self.rests}")
+                self.chip.waits(f"waiting for RESET {self.rests}")
             self.inner_reset.drive(0)
 
     def _on_inner_reset(self, net: Net) -> None:
@@ -145,4 +145,4 @@ class Supply:
             return
         self.supplied.cleared()
         self.supplied.driven(self.powered)
-        self.chip.waits(f"RESET {self.rests}" if self.powered else "power")
+        self.chip.waits(f"waiting for RESET {self.rests}" if self.powered else "waiting for power")

@@ -1,4 +1,4 @@
-"""What a module has in work, and what shows it: RDY is low meanwhile."""
+"""What a module is working on, and what shows it: RDY is low meanwhile."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ LINE, PROGRAM, EEPROM, START = "line", "program", "EEPROM", "start"
 
 
 class Activity:
-    """What is in work: a line of the host, a program or a homing, a write to the EEPROM, the start of the module.
+    """What is in progress: a line of the host, a program or a homing, a write to the EEPROM, the start of the module.
 
-    `text` is what is in work besides a line and an instruction of the program: a homing, a write ...
+    `text` is what is in progress besides a line and an instruction of the program: a homing, a write ...
     """
 
     def __init__(self, chip: ChipContext) -> None:

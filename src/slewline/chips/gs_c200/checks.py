@@ -24,7 +24,7 @@ COMMANDS = "command descriptions"
 
 
 class KnownRegisters(NamedTuple):
-    """Registers as far as the text tells."""
+    """Registers as far as the text shows."""
 
     start: int | None = None
     top: int | None = None
@@ -117,9 +117,9 @@ def reach(source: Source, motion: MotionCommand, start: int, top: int, length: i
         source.report(motion.statement, "rate-unreached", "note", found, section=COMMANDS, remedy=remedy)
     elif length == 1:
         found = (
-            f"R1 has no rate between S and T: {RATE_UNIT * start} steps/s, then {RATE_UNIT * top}, and down as suddenly"
+            f"R1 has no rate between S and T: {RATE_UNIT * start} steps/s, then {RATE_UNIT * top}, and back down just as abruptly"
         )
-        source.report(motion.statement, "sudden-ramp", "note", found, section=COMMANDS, remedy="a longer R")
+        source.report(motion.statement, "sudden-ramp", "note", found, section=COMMANDS, remedy="use a longer R")
 
 
 def counter(source: Source, motion: MotionCommand, position: int) -> None:
@@ -133,7 +133,7 @@ def counter(source: Source, motion: MotionCommand, position: int) -> None:
         source.report(statement, "overflow-counter", "error", found, allowed=allowed, section=COMMANDS)
     elif motion.statement.row.name == "VELOCITY":
         left = positions[-1] - position if statement.values[0] > 0 else position
-        found = f"{statement.text} from {position} ends with E5 after {left} steps, if no K or Z comes before"
+        found = f"{statement.text} from {position} ends with E5 after {left} steps unless K or Z comes first"
         source.report(statement, "counter-end", "warning" if left == 0 else "note", found, section=COMMANDS)
 
 
@@ -193,7 +193,7 @@ def heads(source: Source) -> None:
         ahead = next((s for s in block.statements if s.row.form not in SPEEDS), first)
         if ahead.row.name == "UNTIL" and ahead is not first:
             found = (
-                f"{ahead.text} repeats nothing but the speeds above it, until the input is low; then the rest runs once"
+                f"{ahead.text} here repeats only the speed settings above it while the input is high; the rest then runs once"
             )
             remedy = f"{ahead.text} as the last line repeats the whole program"
             source.report(ahead, "until-early", "note", found, section=COMMANDS, remedy=remedy)

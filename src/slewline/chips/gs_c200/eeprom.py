@@ -15,7 +15,7 @@ INVALID = b"\xff"  # no opcode; the first byte that a failed write leaves
 
 
 class ProgramEeprom:
-    """A store for one program, and a check byte behind it.
+    """A store for one program, and a check byte after it.
 
     Args:
         refresh_idle: called when a write is over.
@@ -53,8 +53,8 @@ class ProgramEeprom:
         self.activity.begin(EEPROM)
 
     async def _write(self, program: bytes, written: Callable[[bool], None]) -> None:
-        """Write byte after byte, a check byte behind them, and verify all of it."""
-        self.chip.waits("the EEPROM")
+        """Write byte after byte, a check byte after them, and verify all of it."""
+        self.chip.waits("writing the EEPROM")
         self.activity.works_on("M")
         self.saving = program, self.kernel.now
         await until(self.kernel, self.kernel.now + self.write_ps * (len(program) + 1) // self.full)
@@ -64,7 +64,7 @@ class ProgramEeprom:
         self.task = self.saving = None
         self.activity.works_on("")
         self.activity.end(EEPROM)
-        self.chip.waits("a command")
+        self.chip.waits("waiting for a command")
         written(not self.spoiled)
         self.refresh_idle()
 

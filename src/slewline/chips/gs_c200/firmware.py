@@ -133,9 +133,9 @@ class GsC(InLines, Chip):
             self.finding("test-pin", "pin 10 (test) is not low; wire it to pin 8")
         pull_downs = [driver for driver in self.pins["txd"].net.drivers if driver.name == PULL_DOWN]
         if not pull_downs:
-            self.finding("no-pull-down", "no module has its txpd on this txd: the idle line floats")
+            self.finding("no-pull-down", "no module has its txpd on this txd: the idle line floats; connect one")
         elif len(pull_downs) > 1:
-            self.finding("pull-downs", f"{len(pull_downs)} modules have their txpd on this txd; one is enough")
+            self.finding("pull-downs", f"{len(pull_downs)} modules have their txpd on this txd; connect one only")
         self._supply.check()
 
     # --------------------------------------------------------------------------------------------- power and the start
@@ -157,7 +157,7 @@ class GsC(InLines, Chip):
         raise UsageError(f"{self.name}: RESET of the {self.sheet.part} is an output; use power(False) and power(True)")
 
     def _powered_up(self) -> None:
-        """Start anew, with nothing in program memory, registers and counter."""
+        """Start again, with nothing in program memory, registers and counter."""
         self.up_ps, self.idle = self.kernel.now, False
         self._counter.clear()
         self.start()
@@ -176,18 +176,18 @@ class GsC(InLines, Chip):
         self._activity.clear()
         self._address = 0
         self.idle = True
-        self.waits("its supply")
+        self.waits("waiting for its supply")
 
     async def run(self) -> None:
         """Run the firmware from power-up on: RESET pulse, straps, and what is to be done without a host."""
-        self.waits("the end of the RESET pulse")
+        self.waits("waiting for the end of the RESET pulse")
         self.outputs_reset()
         self._activity.begin(START)
         await self._step_lines.pulse_reset()
         self._address = self.strapped_address()
         self._activity.end(START)
         self.line.listen()
-        self.waits("a command")
+        self.waits("waiting for a command")
         if self.pins["rec"].level == 0:
             self._recall_and_run()
 
@@ -201,7 +201,7 @@ class GsC(InLines, Chip):
             return
         missing = program.unset_before_motion()
         if program.memory[0] != ord("S") or missing:
-            self.finding("no-autorun", f"the recalled program is not run, for it lacks {missing or 'S at its head'}")
+            self.finding("no-autorun", f"the recalled program is not run, because it lacks {missing or 'S at its head'}")
             return
         direction = -1 if self.pins["rxd"].level == 1 else 1
 
@@ -221,7 +221,7 @@ class GsC(InLines, Chip):
 
     @property
     def answering(self) -> bool:
-        """Is a line in work, or its answer on its way?  That to M comes when the EEPROM is written."""
+        """Is a line in progress, or its answer on its way?  That to M comes when the EEPROM is written."""
         return self.line.answering or (self._eeprom.writing and not self.options.early_y)
 
     def refresh_idle(self) -> None:
@@ -281,7 +281,7 @@ class GsC(InLines, Chip):
         if self._entering and not self._stored.kept:
             enter = next(row.form for row in self.sheet.commands if row.role == "enter")
             ends = " or ".join(row.form for row in self.sheet.commands if row.role == "leave")
-            text = f"program entry is open since {enter}: what comes is stored and not performed"
+            text = f"program entry is open since {enter}: commands are stored and not executed"
             found.append(("unfinished", f"{text}; {ends} ends it, and E runs the program"))
         return found
 
@@ -318,7 +318,7 @@ class GsC(InLines, Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """The location at which the instruction in work begins."""
+        """The location at which the instruction in progress begins."""
         return self._stored.at
 
     def program_rows(self) -> list[ProgramRow]:

@@ -5,7 +5,7 @@ r"""The law of motion of the GS-C modules: parameters in, a plan out.  Pure func
                      /|               |\            the interval from step i (from 0) of n to the next is 1/rate(k),
                    _/ |               | \_          k = min(i, n-2-i, R): backwards they read the same
                  _/   |               |   \_
-      S ........|     |               |     |       rest: the start-stop interval behind the last step
+      S ........|     |               |     |       rest: the start-stop interval after the last step
                 | up  |     slew      | down|
     intervals      R    n-1-2R, or 0     R
 
@@ -52,7 +52,7 @@ def period(speed: int) -> int:
 
 @lru_cache(maxsize=256)
 def ramp(start: int, top: int, length: int, law: Law = constant_acceleration) -> Runs:
-    """The way up: intervals behind steps 0 to length-1; empty unless start < top.
+    """The way up: intervals after steps 0 to length-1; empty unless start < top.
 
     Args:
         start, top: S and T, in units of 10 steps/s.
@@ -93,7 +93,7 @@ def move(number: int, start: int, top: int, length: int, law: Law = constant_acc
 
 
 def down(up: Runs, intervals: int) -> Runs:
-    """Return the way down from where `intervals` of the way up led, with the start-stop interval behind the end."""
+    """Return the way down from where `intervals` of the way up led, with the start-stop interval after the end."""
     return (*mirrored(head(up, intervals)), (up[0][0], 1))
 
 

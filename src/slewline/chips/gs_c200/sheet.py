@@ -37,7 +37,7 @@ PINS = (
     Pin(11, "rxd", "in", "received data, RS-232: high is space", active=1, pull=0, seen="level", where=_PD, role="serial_in"),
     Pin(12, "txd", "out", "transmitted data, RS-232: high is space", active=1, where=_PD, role="serial_out"),
     Pin(13, "txpd", "in", "pull-down for txd: on one module of a line", pull=0, where=_PD, role="serial_pull_down"),
-    Pin(14, "rdy", "out", "open collector; low while a command or a program is in work", active=0, tie=1, where=_PD, role="ready"),
+    Pin(14, "rdy", "out", "open collector; low while a command or a program is in progress", active=0, tie=1, where=_PD, role="ready"),
     Pin(15, "vsl_minus", "power", "-12 V out, unregulated, 10 mA", where=_PD),
     Pin(16, "vsl_plus", "power", "+12 V out, unregulated, 10 mA", where=_PD),
     Pin(17, "vs17", "power", "supply, 12 to 40 V", where=_PD),
@@ -87,7 +87,7 @@ DIALECT = Lines(
     answers=MappingProxyType({
         "Y": "accepted", "B": "busy", "R": "ready", "V": "what was asked for", "END": "end of the listing",
         "E1": "parity, checksum or length", "E2": "argument missing, wrong or out of range", "E3": "program memory full",
-        "E4": "unknown, or not now", "E5": "the position counter overflowed", "E6": "the EEPROM failed",
+        "E4": "unknown, or not allowed now", "E5": "the position counter overflowed", "E6": "the EEPROM failed",
     }),
     where="data exchange protocol",
 )
@@ -118,8 +118,8 @@ ROWS = (
     _immediate("F", "FEEDBACK", "ready or busy", when="ipr", role="state"),
     _immediate("H", "HOME", "find the home position", replace(DIRECTION, optional=True), when="i"),
     _immediate("K", "KILL", "end program and motion at once", when="ir"),
-    _stored("L0", "LOOP_START", (), "begin of what a loop repeats", room=2, head="L", code=ord("l"), tail=("0", "o"), role="mark"),
-    _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start, so many passes in all", room=2, flow="nl", role="loop"),
+    _stored("L0", "LOOP_START", (), "start of what a loop repeats", room=2, head="L", code=ord("l"), tail=("0", "o"), role="mark"),
+    _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start; the number is that of all passes", room=2, flow="nl", role="loop"),
     _immediate("M", "MEMORIZE", "program to EEPROM", when="ip"),
     _immediate("Q", "QUERY", "list the program", when="ip", role="list"),
     _stored("R", "RAMP", (Arg("ramp", 3, 1, 999, unit="steps"),), "length of both ramps", room=4),
@@ -130,7 +130,7 @@ ROWS = (
     _stored("W", "WAIT", (INPUT,), "wait until an input is high", room=2),
     _immediate("X", "EXCHANGE", "EEPROM to program memory", when="ip"),
     _immediate("Z", "ZERO_SPEED", "ramp down and end the program", when="ir"),
-    _stored("±", "MOVE", (Arg("steps", 3, -999_999, 999_999, sign="must", zero=False),), "move by so many steps", room=4, code=ord("+"), motion=True),
+    _stored("±", "MOVE", (Arg("steps", 3, -999_999, 999_999, sign="must", zero=False),), "move by a number of steps", room=4, code=ord("+"), motion=True),
 )
 C200_ROWS = (
     _stored("G", "GOTO", (Arg("position", 3, 0, 9_999_999),), "move to a position", room=4, motion=True),
@@ -146,7 +146,7 @@ C200S_ROWS = (
     _stored("g±x", "CONTROLLED_VELOCITY", (DIRECTION, INPUT), "run until an input is low", room=4, head="g", code=ord("x"), motion=True),
     _stored("I", "INITIALIZE", (Arg("what", 1, 1, 3),), "clear counter (1), user outputs (2), both (3)", room=2, when="i"),
     _stored("j", "JUMP", (LOCATION,), "continue at a location", room=2, flow="t"),
-    _stored("jc", "JUMP_ON", (Arg("inputs", 0, 0, 7), LOCATION), "continue at a location if the user inputs read so", room=2, code=0x80, flow="nt"),
+    _stored("jc", "JUMP_ON", (Arg("inputs", 0, 0, 7), LOCATION), "continue at a location if the user inputs match", room=2, code=0x80, flow="nt"),
     _immediate("Po", "PROGRAM", "begin programming; erases the program", when="ip", role="enter"),
     _immediate("Px", "PROGRAM_END", "end programming without a run", when="ip", role="leave"),
 )
@@ -202,7 +202,7 @@ def _ramp_law(law: object) -> str:
 # fmt: off
 OPTIONS = (
     STORE,
-    Option("cold", "bool", False, "begin without supply; `power(True)` brings the module up"),
+    Option("cold", "bool", False, "start without supply; `power(True)` brings the module up"),
     Option("firmware", "text", "2.2", "GS-C200 below 2.2: checksums without the bit that is always set", check=_version, like="'2.1'"),
     Option("address", "int", None, "in place of the SEL straps; 0: point-to-point", low=0, high=7, none=True),
     Option("pin_order", "bool", False, "SEL as the pin description orders it"),
@@ -229,7 +229,7 @@ NOTES = MappingProxyType(
         "logic levels": "inputs: low up to 0.8 V, high 2 to 5 V; outputs: low at most 0.8 V, high 2 to 5 V",
         "supply": "12 to 40 V (never above 42 V), 80 mA typical; 5 V out up to 100 mA, +/-12 V out up to 10 mA each",
         "limits": "0 to 50 degrees C in operation, -40 to 85 in storage, humidity 0 to 90 % without condensation",
-        "isolation": "txd, rxd and ground through two optocouplers; R2 above 1000 ohm behind a source of 220 to 600 ohm",
+        "isolation": "txd, rxd and ground through two optocouplers; R2 above 1000 ohm, from a source of 220 to 600 ohm",
     }
 )
 

@@ -11,7 +11,7 @@ from ...core.context import ChipContext
 class Supplied(NamedTuple):
     """What a module does when its supply comes and goes."""
 
-    powered_up: Callable[[], None]  # it starts anew, with nothing in program memory, registers and counter
+    powered_up: Callable[[], None]  # it starts again, with nothing in program memory, registers and counter
     powered_off: Callable[[], None]  # it ends everything, and lets go of every output
 
 
@@ -44,7 +44,7 @@ class Supply:
         """Report a voltage and loads beyond the limits."""
         options, (low, high) = self.chip.options, self.volts
         if not low <= options.supply <= high:
-            self.chip.finding("supply", f"{options.supply:g} V; the module wants {low} to {high} V")
+            self.chip.finding("supply", f"{options.supply:g} V; the module needs {low} to {high} V")
         for pins, limit in self.loads.items():
             drawn = sum(options.load[pin] for pin in pins)
             if drawn > limit:

@@ -101,7 +101,7 @@ class Stepwise:
     async def home(self, sign: int, text: str) -> None:
         """Go to the end of travel, and back to the home position."""
         lines, speed = self.lines, self.counter.made.start_stop
-        self.chip.waits(f"{text}: the end of travel")
+        self.chip.waits(f"{text}: at the end of travel")
         self.moving = True
         self.ramp, self.number = 0, None
         for switch, way, found in (
@@ -166,12 +166,12 @@ class Stepwise:
         self.moving = False
 
     def index(self, step: int) -> int:
-        """How far up the ramp the interval behind a step is."""
+        """How far up the ramp the interval after a step is."""
         down = self.number - 2 - step if self.number is not None else self.ramp
         return max(min(step, down, self.ramp), 0)
 
     def leg(self, step: int) -> str:
-        """What the interval behind a step belongs to."""
+        """What the interval after a step belongs to."""
         if self.ramp == 0 or self.number == 1:
             return "slew"
         if self.number is not None and step >= max(self.number - 1 - self.ramp, self.number // 2):

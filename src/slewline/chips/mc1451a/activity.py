@@ -1,4 +1,4 @@
-"""What a chipset has in work: a packet, motions, a breakpoint that waits for a time."""
+"""What a chipset is working on: a packet, motions, a breakpoint that waits for a time."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Activity:
         self.refresh()
 
     def serve(self) -> None:
-        """Note that a command or a word of the host is in work."""
+        """Note that a command or a word of the host is in progress."""
         self.serving, self.chip.idle = True, False
 
     def served(self) -> None:
@@ -55,11 +55,11 @@ class Activity:
         states = self.registers.states
         moving = [state.number for state in states if state.in_motion]
         if moving:
-            return f"the motion of {'axis' if len(moving) == 1 else 'axes'} {', '.join(map(str, moving))}"
+            return f"waiting for the end of the motion of {'axis' if len(moving) == 1 else 'axes'} {', '.join(map(str, moving))}"
         for state in states:
             if state.breakpoint == "time":
-                return f"time {state.comparison}, the breakpoint of axis {state.number}"
-        return "a command"
+                return f"waiting for time {state.comparison}, the breakpoint of axis {state.number}"
+        return "waiting for a command"
 
     @property
     def armed(self) -> bool:

@@ -126,8 +126,8 @@ class KnownChipset:
             return
         most = HIGH_RANGE if axis.high_speed else STANDARD_RANGE
         if velocity > most * SCALE:
-            found = f"{velocity / SCALE:.6g} steps/cycle; the pulse range carries {most}, and so fast the axis will be"
-            remedy = "" if axis.high_speed else f"SET_OUTPUT_HIGH carries {HIGH_RANGE}"
+            found = f"{velocity / SCALE:.6g} steps/cycle exceeds the pulse range: the axis will run at {most} steps/cycle"
+            remedy = "" if axis.high_speed else f"SET_OUTPUT_HIGH allows {HIGH_RANGE}"
             self.warn(axis.written["SET_VEL"], "pulse-range", found, remedy)
         if start is not None and start >= velocity and axis.mode != "SET_PRFL_S_CRV":
             found = f"start velocity {start} is not below velocity {velocity}: the whole move is made at {velocity}"
@@ -141,7 +141,7 @@ class KnownChipset:
         if absent and wanted and axis.pending and not axis.pending.keys() & {"STOP", "SMOOTH_STOP"}:
             last = list(axis.pending.values())[-1]
             found = f"{last.text} is updated without {' and '.join(absent)}: the move does not start"
-            self.warn(last, "no-start", found, f"set {' and '.join(absent)} before the update: 0 from RESET on")
+            self.warn(last, "no-start", found, f"set {' and '.join(absent)} before the update: after RESET the value is 0")
 
     def accelerations(self, axis: KnownAxis) -> None:
         """Does the sign of the acceleration count?"""
@@ -149,7 +149,7 @@ class KnownChipset:
             self.starts(axis)
         acceleration = axis.value("SET_ACC") or 0
         if axis.mode == "SET_PRFL_TRAP" and acceleration < 0:
-            found = f"acceleration {acceleration}: its sign counts in velocity contouring only"
+            found = f"acceleration {acceleration}: its sign has an effect in velocity contouring only"
             self.warn(axis.written["SET_ACC"], "acceleration-sign", found, note=True)
 
     def end(self) -> None:
@@ -157,8 +157,8 @@ class KnownChipset:
         for axis in self.axes:
             if pending := forgotten(axis.pending, axis.armed, axis.auto_update):
                 last = axis.pending[pending[-1]]
-                found = f"{last.text} waits for an update, and none follows"
-                self.warn(last, "no-update", found, "UPDATE, MULTI_UPDATE or a breakpoint makes it act")
+                found = f"{last.text} has no effect until an update, and the script has none after it"
+                self.warn(last, "no-update", found, "add UPDATE, MULTI_UPDATE or a breakpoint")
             auto_stop = axis.written.get("SET_AUTO_STOP_ON")
             if auto_stop is not None and self.source.sheet.encoder and not axis.value("SET_STEP_RATIO"):
                 found = "auto stop without SET_STEP_RATIO: while the ratio is 0 no stall is detected"

@@ -3,8 +3,8 @@
 Each object knows those above it in this picture, never one below:
 
     Registers   CycleClock            plain numbers; when cycles begin
-      HostInterrupt   Activity        which axis asks for the host; what is in work
-        Supply                        power and RESET: everything begins anew
+      HostInterrupt   Activity        which axis asks for the host; what is in progress
+        Supply                        power and RESET: everything begins again
           Motion | twin               works the cycles of all axes; the same, cycle by cycle
             Instructions              one method a row of the sheet
               Port                    strobes become packets
@@ -62,7 +62,7 @@ class Chipset(Chip):
             self.finding("crystal", f"{self.crystal_hz / 1e6:g} MHz is outside the 6.7 to 25.6 MHz of the manual")
         if self.options.cold:
             self.idle = True
-            self.waits("its supply")
+            self.waits("waiting for its supply")
         else:
             self._supply.come()
 
@@ -99,7 +99,7 @@ class Chipset(Chip):
         self.outputs_reset()
         self.bus_driver.drive(None)
         self._activity.clear()
-        self.waits("the end of reset")
+        self.waits("waiting for the end of reset")
 
     def _begin(self) -> None:
         """Reset is over: the positions are 0, and cycle 0 begins."""
@@ -122,7 +122,7 @@ class Chipset(Chip):
         for driver in (*self.drivers.values(), self.bus_driver):
             driver.drive(None)
         self.idle = True
-        self.waits("its supply")
+        self.waits("waiting for its supply")
 
     # ------------------------------------------------------------------------------------------------- as others see it
     @property
@@ -160,12 +160,12 @@ class Chipset(Chip):
         for state in self.state.states:
             if pending := forgotten(pending_of(state.buffer), bool(state.breakpoint), state.auto_update):
                 text = f"axis {state.number}: {', '.join(pending)} without an update"
-                found.append(("no-update", f"{text}: UPDATE, MULTI_UPDATE or a breakpoint lets it act"))
+                found.append(("no-update", f"{text}: send UPDATE, MULTI_UPDATE or a breakpoint"))
         return found
 
     @property
     def answering(self) -> bool:
-        """Is a byte or a word of the host in work?"""
+        """Is a byte or a word of the host in progress?"""
         return not self._port.ready
 
 

@@ -131,7 +131,7 @@ class Port:
         driver.play(Wave(driver.at(now), (now + delay_ps,), (level,)))
 
     def _select(self, net: Net) -> None:
-        """HostSlct: report a release later than 2 us behind the last strobe; one within a strobe ends it as none."""
+        """HostSlct: report a release later than 2 us after the last strobe; one within a strobe ends it as none."""
         if net.value == 1 and self.legal:
             self.legal = False
             self._show(None, self.let_go_ps)
@@ -139,7 +139,7 @@ class Port:
         if net.value == 1 and since is not None:
             self.strobed_at = None
             if now - since > RELEASE_PS and self.supply.powered:
-                text = f"hostslct stays low for {(now - since) / NS / 1000:g} us behind a transfer; at most 2 us"
+                text = f"hostslct stays low for {(now - since) / NS / 1000:g} us after a transfer; at most 2 us"
                 self.chip.finding("late-release", text)
 
     # -------------------------------------------------------------------------------------------------------- transfers
@@ -169,7 +169,7 @@ class Port:
             self._early("data read")
             return self.shown
         if self.wanted and not self.half:
-            self.chip.finding("early-read", f"{self._name} waits for words; a word is read: 0000")
+            self.chip.finding("early-read", f"{self._name} is waiting for words, and a word is read: 0000")
         word = 0 if self.wanted or not self.answer else self.answer[0]
         self.shown = word & 0xFF if self.half else word >> 8
         return self.shown
@@ -187,7 +187,7 @@ class Port:
             self.answer.popleft()
 
     def _early(self, what: str) -> None:
-        self.chip.finding("busy-access", f"{what} while HostRdy is low: without effect")
+        self.chip.finding("busy-access", f"{what} while HostRdy is low: no effect")
 
     def _busy(self, then: Callable[[], None]) -> None:
         """Let HostRdy fall, and do what was asked for when it rises."""
@@ -205,7 +205,7 @@ class Port:
         self.kernel.call_at(self.clock.ps(tick), serve)
 
     def _serve(self, then: Callable[[], None]) -> None:
-        """Do what was asked for, and let HostRdy rise; behind RESET the supply does that, ten cycles later."""
+        """Do what was asked for, and let HostRdy rise; after RESET the supply does that, ten cycles later."""
         self.motion.catch_up()
         self.ready = True
         then()
@@ -230,11 +230,11 @@ class Port:
         """Begin a packet with a command byte."""
         if self.bytes:
             self.chip.finding(
-                "odd-byte", f"one byte of a word, {self.bytes[0]:02x}, before command {code:02x}: dropped"
+                "odd-byte", f"a single byte of a word, {self.bytes[0]:02x}, before command {code:02x}: dropped"
             )
             self.bytes = []
         if self.wanted:
-            text = f"command {code:02x} while {self._name} waits for words: {self._name} is dropped"
+            text = f"command {code:02x} while {self._name} is waiting for words: {self._name} is dropped"
             self.chip.finding("aborted-packet", text)
         self.half, self.words, self.wanted, self.code = False, [], 0, code
         self.answer, self.silent = deque(), False
@@ -249,7 +249,7 @@ class Port:
     def _without_row(self, code: int) -> None:
         """Answer a code that is no command of this part."""
         if code in self.codes.illegal:
-            self.chip.finding("illegal-command", f"{code:02x} is no command of the {self.chip.sheet.part}: checksum 0")
+            self.chip.finding("illegal-command", f"{code:02x} is not a command of the {self.chip.sheet.part}: checksum 0")
             self.silent, self.answer = True, deque([0])
             return
         if code not in self.codes.reserved and code not in self.codes.siblings:
@@ -262,7 +262,7 @@ class Port:
         """Take a word that has been written."""
         if not self.wanted:
             if not self.silent:
-                self.chip.finding("extra-word", f"{word:04x} behind {self._name}, which takes no more words: dropped")
+                self.chip.finding("extra-word", f"{word:04x} after {self._name}, which takes no more words: dropped")
             return
         self.words.append(word)
         self.wanted -= 1
@@ -290,5 +290,5 @@ class Port:
         self._answer([value >> 16, value & 0xFFFF] if size == 4 else [value])
 
     def _answer(self, words: list[int]) -> None:
-        """Lay out the words to be read, and the checksum behind them."""
+        """Lay out the words to be read, and the checksum after them."""
         self.answer = deque([*words, checksum(self.code, [*self.words, *words])])

@@ -224,7 +224,7 @@ class ChipsetRamps(Calculator):
         """Yield the values around the one that is wanted; the gentlest of those with the same ramp."""
         if len(search.free) > 1:
             names = " and ".join(search.free)
-            raise UsageError(f"{self.sheet.part}: {names} cannot both be looked for; give one of them")
+            raise UsageError(f"{self.sheet.part}: {names} cannot both be free; give one of them")
         name, wanted = search.free[0], search.wanted
         arg = self.arg(name)
         sign = -1 if wanted.goal == "acceleration" else 1

@@ -133,7 +133,7 @@ class AxisState:
 
         What is buffered takes effect with the next cycle, and so do actions since the last one.
 
-        Whether it may start something is decided now, by the motor: behind MTR_ON the axis stays at rest until a move
+        Whether it may start something is decided now, by the motor: after MTR_ON the axis stays at rest until a move
         is initiated (pulse generation control), whichever cycle sees that.
         """
         self.held = not self.motor_on

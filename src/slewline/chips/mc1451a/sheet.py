@@ -30,7 +30,7 @@ CLKOUT_TICKS = 4
 
 # ------------------------------------------------------------------------------------------------- pin description
 _IO, _CP, _ENC = "I/O chip; pin descriptions", "CP chip; pin descriptions", "ENC chip; pin descriptions"
-_CYCLE, _FILTERED = "once per cycle", "once per cycle, behind a filter of 480 ns"
+_CYCLE, _FILTERED = "once per cycle", "once per cycle, after a filter of 480 ns"
 _STROBE = "at the strobes"
 
 
@@ -68,11 +68,11 @@ PINS = (
     Pin(43, "io_cpreset", "none", "wire it to RESET", active=0, where=_IO),
     *_supply(_IO, "io", (4, 21, 25, 38, 55), (14, 15, 32, 49, 54, 66)),
     *(Pin(number, f"atrest{n}", "out", f"axis {n}: high at rest, low in motion", active=1, reset=1, where=_CP, axis=n, role="moving", sense=0) for n, number in enumerate((56, 55, 54, 53), 1)),
-    *(Pin(number, f"poslimit{n}", "in", f"axis {n}: end of travel in positive direction; SET_LMT_SENSE turns its level", active=1, tie=0, seen=_CYCLE, where=_CP, axis=n, role="end_plus", told=("", "")) for n, number in enumerate((52, 45, 42, 38), 1)),
-    *(Pin(number, f"neglimit{n}", "in", f"axis {n}: end of travel in negative direction; SET_LMT_SENSE turns its level", active=1, tie=0, seen=_CYCLE, where=_CP, axis=n, role="end_minus", told=("", "")) for n, number in enumerate((51, 44, 41, 37), 1)),
+    *(Pin(number, f"poslimit{n}", "in", f"axis {n}: end of travel in positive direction; SET_LMT_SENSE inverts its level", active=1, tie=0, seen=_CYCLE, where=_CP, axis=n, role="end_plus", told=("", "")) for n, number in enumerate((52, 45, 42, 38), 1)),
+    *(Pin(number, f"neglimit{n}", "in", f"axis {n}: end of travel in negative direction; SET_LMT_SENSE inverts its level", active=1, tie=0, seen=_CYCLE, where=_CP, axis=n, role="end_minus", told=("", "")) for n, number in enumerate((51, 44, 41, 37), 1)),
     Pin(24, "clkin", "power", "master clock", where=_CP),
     Pin(19, "clkout", "out", "a quarter of the master clock, for the other chips", where=_CP, role="clock"),
-    Pin(17, "reset", "in", "low resets the chipset; the first time 0.25 s after power at the earliest", active=0, tie=1, seen="level, low for 1 us", where=_CP, role="reset", told=("the chipset is held in reset", "the chipset starts anew")),
+    Pin(17, "reset", "in", "low resets the chipset; after power-up, not before 0.25 s", active=0, tie=1, seen="level, low for 1 us", where=_CP, role="reset", told=("the chipset is held in reset", "the chipset starts again")),
     *_wires(_CP, (16, 18, 68, 67), "cp_iocntrl", "none", "control between the chips"),
     *_wires(_CP, (58, 57, 50, 49, 46, 43, 40, 39, 36, 35), "cp_data", "none", "data between the chips", first=2),
     *_wires(_CP, (28, 9, 6, 5), "cp_ioaddr", "none", "address to the other chips"),
@@ -182,7 +182,7 @@ class RegisterRow(Row):
 
     It `sets` a register to what stands there, `loads` one with the number of the host, of which `bits` are kept (below
     0: with their sign), or `shows` one.  Registers are those of the current axis, of its buffer where the command is
-    buffered; behind other words than "current" in `acts`, those of the chipset.
+    buffered; after other words than "current" in `acts`, those of the chipset.
     """
 
     sets: tuple[str, object] | None = None
@@ -236,7 +236,7 @@ ROWS = (
     _do("SET_EXT_BRK", 0x5E, "breakpoint: HOME is low", sets=("breakpoint", "ext")),
     _do("SET_BRK_OFF", 0x6D, "no breakpoint", sets=("breakpoint", "")),
     _do("SET_BRK_PNT", 0x16, "comparison value of breakpoints", COMPARISON, loads="comparison", bits=32),
-    _do("UPDATE", 0x1A, "what is buffered takes effect with the next cycle"),
+    _do("UPDATE", 0x1A, "buffered values take effect with the next cycle"),
     _do("MULTI_UPDATE", 0x5B, "an update of several axes, in the same cycle", AXES, acts="mask"),
     _do("SET_AUTO_UPDATE_ON", 0x5C, "a breakpoint is an update", sets=("auto_update", True)),
     _do("SET_AUTO_UPDATE_OFF", 0x5D, "a breakpoint only sets its flag", sets=("auto_update", False)),
@@ -327,14 +327,14 @@ TIMES = MappingProxyType({
     "write": Timing(0.05, MHZ, "shortest HostWrite", _AC),
     "read_access": Timing(0.04, MHZ, "HostRead low to the byte on the bus; at most 50 ns", _AC, "chosen"),
     "read_release": Timing(0.04, MHZ, "HostRead high to a free bus; 10 to 50 ns", _AC, "chosen"),
-    "release": Timing(2, MHZ, "longest HostSlct low behind the last strobe of a word", _AC),
+    "release": Timing(2, MHZ, "longest HostSlct low after the last strobe of a word", _AC),
     "filter": Timing(FILTER_TICKS / MHZ, MHZ, "shortest level of HOME, QUADA and QUADB that is seen", "encoder position feedback"),
     "dwell": Timing(0.8, MHZ, "shortest state of an encoder: 1.25 Mcounts/s", _AC),
     "clkout": Timing(CLKOUT_TICKS / MHZ, MHZ, "period of CLKOUT", _AC),
 })
 # The clock's own times (t4, t5) and that from stable power to reset have no edge on a pin; the index of t3 has no pin.
 NS, US = 1000, 1_000_000  # ps
-# A strobe counts for the chip that is selected at its end; t7 and t8 of a write are set-up times, hence below zero behind it.
+# A strobe counts for the chip that is selected at its end; t7 and t8 of a write are set-up times, hence below zero after it.
 _SELECTED = (("hostslct", 0),)
 _WRITE, _READ = (("hostwrite", 0), *_SELECTED), (("hostread", 0), *_SELECTED)
 LIMITS = (
@@ -342,11 +342,11 @@ LIMITS = (
     Limit("hostwrite rises", "hostslct rises", "~HostSlct hold, write", _AC, least=15 * NS, most=2000 * NS, symbol="t6", keeper="host", before=_SELECTED),
     Limit("hostread rises", "hostslct rises", "~HostSlct hold, read", _AC, least=15 * NS, most=2000 * NS, symbol="t6", keeper="host", before=_SELECTED),
     Limit("hostslct falls", "hostwrite falls", "~HostSlct set-up, write", _AC, least=10 * NS, symbol="t7", keeper="host", given=_SELECTED),
-    Limit("hostread falls", "hostslct falls", "~HostSlct behind ~HostRead", _AC, most=20 * NS, symbol="t7", keeper="host", given=(("hostread", 0),)),
-    Limit("hostwrite falls", "hostslct falls", "~HostSlct behind ~HostWrite", _AC, most=-10 * NS, symbol="t7", keeper="host", given=_WRITE),
+    Limit("hostread falls", "hostslct falls", "~HostSlct after ~HostRead", _AC, most=20 * NS, symbol="t7", keeper="host", given=(("hostread", 0),)),
+    Limit("hostwrite falls", "hostslct falls", "~HostSlct after ~HostWrite", _AC, most=-10 * NS, symbol="t7", keeper="host", given=_WRITE),
     Limit("hostcmd changes", "hostwrite falls", "HostCmd set-up, write", _AC, least=10 * NS, symbol="t8", keeper="host", given=_SELECTED),
-    Limit("hostread falls", "hostcmd changes", "HostCmd behind ~HostRead", _AC, most=20 * NS, symbol="t8", keeper="host", given=_READ),
-    Limit("hostwrite falls", "hostcmd changes", "HostCmd behind ~HostWrite", _AC, most=-10 * NS, symbol="t8", keeper="host", given=_WRITE),
+    Limit("hostread falls", "hostcmd changes", "HostCmd after ~HostRead", _AC, most=20 * NS, symbol="t8", keeper="host", given=_READ),
+    Limit("hostwrite falls", "hostcmd changes", "HostCmd after ~HostWrite", _AC, most=-10 * NS, symbol="t8", keeper="host", given=_WRITE),
     Limit("hostwrite rises", "hostcmd changes", "HostCmd hold, write", _AC, least=25 * NS, symbol="t9", keeper="host", before=_SELECTED),
     Limit("hostread rises", "hostcmd changes", "HostCmd hold, read", _AC, least=25 * NS, symbol="t9", keeper="host", before=_SELECTED),
     Limit("hostread falls", "hostdata appears", "read data access", _AC, most=50 * NS, symbol="t10", given=_READ),
@@ -368,7 +368,7 @@ LIMITS = (
 # fmt: off
 OPTIONS = (
     Option("stepwise", "bool", False, "work every cycle instead of those in which something is decided; slow, and the same to the last edge"),
-    Option("cold", "bool", False, "begin without supply; `power(True)` brings the chipset up"),
+    Option("cold", "bool", False, "start without supply; `power(True)` brings the chipset up"),
     Option("busy_ticks", "int", SLICE_TICKS, "how long HostRdy is low after a command or a word; a slice by default", low=1, unit="clocks"),
     Option("reset_cycles", "int", RESET_CYCLES, "how long it is low after reset", low=1, unit="cycles"),
 )
@@ -376,7 +376,7 @@ OPTIONS = (
 POWER_UP_RESET_PS = 250_000_000_000  # 0.25 s of stable power before the end of reset, whatever the clock
 NOTES = MappingProxyType(
     {
-        "pulse range": "16 pulses per cycle (48.828 kpulses/s), or 512 (1.5625 Mpulses/s) behind SET_OUTPUT_HIGH",
+        "pulse range": "16 pulses per cycle (48.828 kpulses/s), or 512 (1.5625 Mpulses/s) after SET_OUTPUT_HIGH",
         "input levels": "high from 2.0 V (CLKIN 3.0 V, RESET 4.0 V), low up to 0.8 V; -0.3 V to VCC + 0.3 V",
         "output levels": "high at least 2.4 V (CP chip at 0.3 mA, I/O chip at 4 mA), low at most 0.33 V (2 mA, 4 mA)",
         "supply": "4.75 to 5.25 V, 100 mA with open outputs; I/O and CP chip together up to 650 mW",

@@ -38,7 +38,7 @@ class Supply:
         self.net = chip.pins["reset"].net
         self.powered = False
         self.starts = 0
-        self.restarting = False  # RESET is the command in work
+        self.restarting = False  # RESET is the command in progress
         self.up_ps = self.fell_ps = 0  # the supply came, RESET fell
         self.net.watch(self._reset_changed)
 
@@ -70,7 +70,7 @@ class Supply:
         self.chip.pins["reset"].pulse(0, self.clock.ps(self.reset_ticks))
 
     def _reset_changed(self, net: Net) -> None:
-        """Begin or end a reset, behind all timed work of this instant."""
+        """Begin or end a reset, after all timed work of this instant."""
         if not self.powered:
             return
         if net.value == 0:
@@ -85,11 +85,11 @@ class Supply:
         self._start_in(0)
 
     def request(self) -> None:
-        """Reset when the packet in work is over: RESET as a command."""
+        """Reset when the packet in progress is over: RESET as a command."""
         self.restarting = True
 
     def restarted(self) -> bool:
-        """Begin anew if RESET was the command whose packet is over now; return whether it was."""
+        """Begin again if RESET was the command whose packet is over now; return whether it was."""
         if not self.restarting:
             return False
         self._clear()

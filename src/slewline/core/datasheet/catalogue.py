@@ -121,7 +121,7 @@ class Catalogue(Generic[T]):
         found = self.brought().get(name, [])
         if len(found) > 1:
             said = ", ".join(f"{package(point)} ({point.value})" for point in found)
-            raise UsageError(f"{self.what} {name!r}: several packages bring it: {said}; give module:Class instead")
+            raise UsageError(f"{self.what} {name!r}: several packages provide it: {said}; give module:Class instead")
         return found[0] if found else None
 
     def unknown(self, name: object) -> UnknownName:

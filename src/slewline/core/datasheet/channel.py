@@ -111,7 +111,7 @@ class FlowBus(Channel):
 
     The pins have the roles "request", "ready" and "flow".  `ends` tells when the line ends a message of the part:
     "before" it answers the request of the last byte, or "after" that request is over.  `live` tells whether the part
-    takes commands while its program runs, behind a first request without a byte.  The line is in use while the mode
+    takes commands while its program runs, after a first request without a byte.  The line is in use while the mode
     register, under the mask `in_use[0]`, is `in_use[1]`; otherwise its pin says something else.
     """
 
@@ -133,7 +133,7 @@ class AdaptiveLine(Channel):
     """A serial port that measures the rate of two carriage returns, unless one of `bauds` is fixed by an option.
 
     `flow_pin` is the part's own: low lets the host send, while the mode register, under the mask `in_use[0]`, is one of
-    the numbers behind it; otherwise the pin says something else.  Answers come over it while the mode register, under
+    the numbers after it; otherwise the pin says something else.  Answers come over it while the mode register, under
     the mask `answers[0]`, is `answers[1]`.
     """
 

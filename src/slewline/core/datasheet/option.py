@@ -41,7 +41,7 @@ EXPECTED: Mapping[Kind, str] = MappingProxyType(
 )
 
 
-SHOWN = 80  # characters of a value in a message; of a longer one the begin is told, and which number is wrong
+SHOWN = 80  # characters of a value in a message; of a longer one the start is told, and which number is wrong
 LIKE: Mapping[Kind, str] = MappingProxyType({"number": "9600 or '37.5'", "time": "'20 ms'", "frequency": "'11 MHz'"})
 
 
@@ -324,7 +324,7 @@ def defaults(rows: Iterable[Option]) -> dict[str, Any]:
 
 
 def flat(rows: Iterable[Option], of: str = "") -> Iterator[tuple[str, Option]]:
-    """Yield every row with its full name, those of a table behind it: ("load.inertia", row)."""
+    """Yield every row with its full name, those of a table after it: ("load.inertia", row)."""
     for row in rows:
         yield f"{of}{row.name}", row
         yield from flat(row.table, f"{of}{row.name}.")

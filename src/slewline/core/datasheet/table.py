@@ -72,7 +72,7 @@ class Arg:
 
     What does not fit into the bytes is cut off, but for the numbers in `alias`, which count as another one: 256 as 255.
 
-    `fraction` bits of the number stand behind the binary point: with 16 it counts 1/65536 of its unit.  The unit has
+    `fraction` bits of the number stand after the binary point: with 16 it counts 1/65536 of its unit.  The unit has
     the chip's cycle in its denominator `cycles` times: once in a speed, twice in an acceleration.
     """
 
@@ -126,14 +126,14 @@ class Row:
     opcode and arguments.  `time_us` is the time that the last byte of the command takes in command mode (at the
     reference crystal, without conversion of digits), `program_us` the time of the instruction in a running program.
 
-    `tail` is fixed text behind the arguments, in the spellings that a host may use, the proper one first.  `when` tells
+    `tail` is fixed text after the arguments, in the spellings that a host may use, the proper one first.  `when` tells
     in which states a host's command is performed at once: "i" idle, "p" in programming mode, "r" while a program runs.
 
-    `flow` tells where a program goes on behind the instruction: "n" the next one, "t" its target, "0" location 0, "l"
+    `flow` tells where a program goes on after the instruction: "n" the next one, "t" its target, "0" location 0, "l"
     the start of its loop; empty where the program ends.
 
     A command that is a packet tells whom it `acts` on: the "current" axis, the axis that it is to "set", the
-    "interrupting" one, those of a "mask", or all ("global").  The host `reads` these values behind the words of the
+    "interrupting" one, those of a "mask", or all ("global").  The host `reads` these values after the words of the
     arguments.  What is `buffered` waits for an update; `encoder` commands are meant for parts with an encoder, but
     accepted by the others.
 

@@ -3,7 +3,7 @@
 :10 0010 00 4E20310D2B0D470D4420323030300D4C 5F        count, address, type, data, checksum
 :00 0000 01 FF                                         the end
 
-A binary image is a dump: the bytes of the part, one behind the other.  What a HEX file leaves out reads FF, as in an
+A binary image is a dump: the bytes of the part, one after the other.  What a HEX file leaves out reads FF, as in an
 erased part.  An image that is as long as a part of SIZES is taken for a dump of such a part.
 """
 
@@ -90,7 +90,7 @@ def from_hex(text: str, where: str) -> bytes:
             _put(image, given, base + address, data, at)
         elif kind not in (START_SEGMENT, START_LINEAR):  # where a processor would begin: a controller begins elsewhere
             raise BenchFileError(f"{at}: a record of type {kind:02X}; allowed 00 to 05")
-    raise BenchFileError(f"{where}: no record of type 01 ends it; the file is cut off: read the part again")
+    raise BenchFileError(f"{where}: it has no end record (type 01); the file is truncated: read the part again")
 
 
 def _record(line: str, at: str) -> tuple[int, int, bytes]:
@@ -100,11 +100,11 @@ def _record(line: str, at: str) -> tuple[int, int, bytes]:
     except ValueError:
         record = b""
     if len(record) < 5:
-        remedy = "a colon and pairs of hexadecimal digits; bytes without addresses go into a file .bin"
-        raise BenchFileError(f"{at}: {line[:40]!r} is no record; one is {remedy}")
+        remedy = "a colon and pairs of hexadecimal digits; bytes without addresses go into a .bin file"
+        raise BenchFileError(f"{at}: {line[:40]!r} is not a record; a record is {remedy}")
     if len(record) != record[0] + 5:
         raise BenchFileError(
-            f"{at}: {len(record) - 5} bytes of data, and the count says {record[0]}; the line is cut off"
+            f"{at}: {len(record) - 5} bytes of data, and the count says {record[0]}; the line is truncated"
         )
     if sum(record) & 0xFF:
         right = -sum(record[:-1]) & 0xFF
@@ -125,7 +125,7 @@ def _put(image: bytearray, given: bytearray, address: int, data: bytes, at: str)
         image.extend(bytes([ERASED]) * (end - len(image)))
     for n, byte in enumerate(data, address):
         if given[n] and image[n] != byte:
-            raise BenchFileError(f"{at}: address {n:04X} is {byte:02X} here and {image[n]:02X} above; take out one")
+            raise BenchFileError(f"{at}: address {n:04X} is {byte:02X} here and {image[n]:02X} above; remove one")
         given[n] = 1
         image[n] = byte
 

@@ -1,8 +1,8 @@
 """What a part keeps without power: a store is handed in by the bench, and the part sees nothing else of it.
 
 content   0 ........ 17 ........ 23            a store holds bytes from address 0 on
-          write: all of them anew
-append:             |new| at 17                some of them, or more behind the last one
+          write: all of them again
+append:             |new| at 17                some of them, or more after the last one
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Memory:
         self._content = bytearray(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Put some bytes into the content from `at` on, by default behind its end.
+        """Put some bytes into the content from `at` on, by default after its end.
 
         Raises:
             UsageError: there would be a hole before `at`.
@@ -154,7 +154,7 @@ class ReplayedStore(Memory):
         super().write(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Put some bytes into the content from `at` on, by default behind its end."""
+        """Put some bytes into the content from `at` on, by default after its end."""
         self._call()
         super().append(data, at)
 

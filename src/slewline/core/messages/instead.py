@@ -118,7 +118,7 @@ def face(cls: type[C]) -> type[C]:
 def _not_set(name: str, one: object, _value: object) -> NoReturn:
     it = called(one)
     to_set: Mapping[str, str] = getattr(one, "_to_set", {})
-    remedy = to_set.get(name, f"{it}.{name} is only read")
+    remedy = to_set.get(name, f"{it}.{name} is read-only")
     raise NoSuchAttribute(f"{it}: {name} cannot be set; {remedy.format(it=it)}")
 
 
@@ -131,14 +131,14 @@ OF_CHIPS = {
     "speed": '{it}.velocity_at("3 ms"), or {it}.velocity_at(bench.now)',
     "edges": 'bench.record() before time passes, then bench.edges("{it}.PIN")',
     "record": "bench.record() records the pins of all chips",
-    **dict.fromkeys(("plot", "figure", "show"), "bench.plot(...) draws what is on it"),
+    **dict.fromkeys(("plot", "figure", "show"), "bench.plot(...) draws its signals"),
     **dict.fromkeys(
         ("on_step", "on_move", "on_motion"),
-        "{it}.on_motion_begin.add(...) hears of motions, {it}.steps() has every step",
+        "{it}.on_motion_begin.add(...) reports motions, {it}.steps() has every step",
     ),
     "crystal": "{it}.crystal_hz",
     "part": "{it}.sheet.part",
-    "straps": "{it}.pin(...).level tells the level of an input",
+    "straps": "{it}.pin(...).level is the level of an input",
     "errors": "{it}.findings",
     "status": "{it}.waiting",
     **dict.fromkeys(

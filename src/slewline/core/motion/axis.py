@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """One step: its instant, +1 clockwise or -1 counter-clockwise, and the position behind it."""
+    """One step: its instant, +1 clockwise or -1 counter-clockwise, and the position after it."""
 
     time_ps: int
     direction: int
@@ -361,7 +361,7 @@ class Axis:
         at = np.asarray(times)
         if at.dtype.kind not in "iu" or (at.size and int(at.max()) > self.kernel.now):
             raise UsageError(
-                f"instants of the past are int64 picoseconds up to {self.kernel.now}, not {at.dtype} or later ones"
+                f"expected instants of the past, int64 picoseconds up to {self.kernel.now}; found {at.dtype}, or later ones"
             )
         if self.since and at.size:
             self.check_kept(int(at.min()))
@@ -499,9 +499,9 @@ def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[ND
 
 
 def _groups(instants: NDArray[np.int64], starts: list[int]) -> Iterator[tuple[int, slice]]:
-    """Which of some ascending instants lie behind which of some starts: the number of a start, and a slice of instants.
+    """Which of some ascending instants lie after which of some starts: the number of a start, and a slice of instants.
 
-    What lies before the first start counts as behind it.
+    What lies before the first start counts as after it.
     """
     import numpy as np
 

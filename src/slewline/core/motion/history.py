@@ -68,7 +68,7 @@ class Staircase(Quantity):
         """Return the values at instants of the past (ps), any order: float64, shape as `times_ps`."""
         last = int(times_ps.max(initial=0))
         if last > self.kernel.now:
-            raise UsageError(f"{self.name}: {readable(last)} is still to come; it is {readable(self.kernel.now)}")
+            raise UsageError(f"{self.name}: {readable(last)} is in the future; the time is {readable(self.kernel.now)}")
         return self._values(times_ps)
 
     def changes(self, start: int, stop: int) -> Outline:
@@ -206,7 +206,7 @@ class History:
     def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the changes at start < t <= stop that are kept: (n,) int64 ps, and (n,) float64 values from there on.
 
-        Where what is kept begins, the value begins anew.
+        Where what is kept begins, the value begins again.
         """
         import numpy as np
 

@@ -72,7 +72,7 @@ class Ideal:
         return np.append(at[at < self.stop], self.stop)
 
     def _pieces(self, times_ps: NDArray[np.int64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-        """Return in which piece each instant lies, and how many seconds behind its begin."""
+        """Return in which piece each instant lies, and how many seconds after its begin."""
         import numpy as np
 
         seconds = (np.clip(np.asarray(times_ps, np.int64), self.start, self.stop) - self.start) / PS_PER_S

@@ -1,4 +1,4 @@
-"""One axis as its user sees it: where it is, where it was, its steps, its motions; whatever stands behind it."""
+"""One axis as its user sees it: where it is, where it was, its steps, its motions; whatever stands after it."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ class OneAxis:
         instants = moments(times)
         last = instants if isinstance(instants, int) else int(instants.max(initial=0))
         if last > self.kernel.now:
-            raise UsageError(f"{self.name}: {readable(last)} is still to come; it is {readable(self.kernel.now)}")
+            raise UsageError(f"{self.name}: {readable(last)} is in the future; the time is {readable(self.kernel.now)}")
         return instants
 
     def quantities(self) -> tuple[Quantity, ...]:

@@ -85,7 +85,7 @@ class Plan:
         return next(leg for leg in self.legs if step < leg.end)
 
     def interval(self, step: int) -> int:
-        """Return the clocks from the begin of a step, counted from 0, to its end."""
+        """Return the clocks from the start of a step, counted from 0, to its end."""
         leg = self.leg(step)
         left = step - leg.first
         for interval, count in leg.runs:
@@ -107,7 +107,7 @@ class Plan:
                 or leg.count != steps(leg.runs)
                 or any(interval < self.shortest or n < 1 for interval, n in leg.runs)
             ):
-                raise PlanError(f"plan {self} does not hold together")
+                raise PlanError(f"plan {self} is inconsistent")
             at = leg.end
         if number is not None and at != number:
             raise PlanError(f"plan {self} takes {at} steps instead of {number}")

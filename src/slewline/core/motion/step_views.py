@@ -8,7 +8,7 @@ __       _________________          _
   |_____|                 |________|    StrobeView: low for the first `low` ticks of each step
   |<--->| low
 __ _______________________ __________
-__X_______________________X__________   PatternView: the next phase from the begin of each step
+__X_______________________X__________   PatternView: the next phase from the start of each step
 __           _____________           _
   |_________|             |_________|   SquareView: high in the second half of each step, of a train of cycles
 """

@@ -6,7 +6,7 @@ arrays are made only of the window that somebody asks for.
     begin k                begin k+1
       |<----- interval ------>|
       |______________      ___|______
-    __|              |____|          PULSE is low from the begin of a step to `high` before its end
+    __|              |____|          PULSE is low from the start of a step to `high` before its end
                      |<-->| high
 
 What the nets of a motor show of it is in step_views.py.
@@ -165,7 +165,7 @@ class StepTrain(Train):
         own = laid(tuple(runs))
         self.starts, self.intervals, self.counts, self.firsts = own.starts, own.intervals, own.counts, own.firsts
         self.steps, self.shown = own.steps, own.shown
-        self.length = own.length  # ticks from the begin of step 0 to the end of the last
+        self.length = own.length  # ticks from the start of step 0 to the end of the last
 
     # ------------------------------------------------------------------------------------------- questions in ticks
     def begin(self, k: int) -> int:
@@ -176,7 +176,7 @@ class StepTrain(Train):
         return self.origin + self.starts[i] + (k - self.firsts[i]) * self.intervals[i]
 
     def interval(self, k: int) -> int:
-        """Return the ticks from the begin of step k to its end."""
+        """Return the ticks from the start of step k to its end."""
         return self.intervals[bisect_right(self.firsts, k) - 1]
 
     def begun_by(self, tick: int) -> int:
@@ -264,7 +264,7 @@ class StepTrain(Train):
 
 
 class Playing:
-    """A train that is being played, shared by its views; at `until` (ps, exclusive) the firmware decides anew."""
+    """A train that is being played, shared by its views; at `until` (ps, exclusive) the firmware decides again."""
 
     __slots__ = ("train", "until")
 

@@ -33,7 +33,7 @@ class Hook(Generic[P]):
             UsageError: it is no function.
         """
         if not callable(listener):
-            raise UsageError(f"a listener {listener!r}; expected a function, which is called when it happens")
+            raise UsageError(f"a listener {listener!r}; expected a function, which is called at each event")
         self.listeners = (*self.listeners, listener)
         return listener
 
@@ -45,7 +45,7 @@ class Hook(Generic[P]):
         """
         listeners = list(self.listeners)
         if listener not in listeners:
-            raise UsageError(f"remove({listener!r}): it does not listen; give what add() was given")
+            raise UsageError(f"remove({listener!r}): it is not a listener; pass what was passed to add()")
         listeners.remove(listener)
         self.listeners = tuple(listeners)
 
@@ -59,7 +59,7 @@ class Hook(Generic[P]):
         """Call every listener."""
         listeners = self.listeners
         if not listeners and args and type(args[0]) in FUNCTIONS:  # what listeners are told is no function
-            raise UsageError(f"a listener {args[0]!r} is given to the hook itself; write .add(...)")
+            raise UsageError(f"the hook is called with a listener, {args[0]!r}; write .add(...)")
         for listener in listeners:
             if self.listeners is listeners or listener in self.listeners:
                 try:

@@ -256,7 +256,7 @@ class Kernel:
             if not (self.pending or self.woken):
                 return
             self._react(self.now, [])
-        raise Endless(f"who listens to on_commit puts something in at {readable(self.now)} whenever it is told")
+        raise Endless(f"a listener of on_commit changes an input at {readable(self.now)} each time it is called, so time cannot pass; let it do so once, or at a later time")
 
     def _rest(self) -> None:
         self.running = False
@@ -278,7 +278,7 @@ class Kernel:
                 return
         names = ", ".join(sorted({repr(task) for task in ready} | {repr(driver.net) for driver in self.pending}))
         raise Endless(
-            f"{ROUNDS_LIMIT} rounds at {readable(time)}: these answer each other without letting time pass: {names}"
+            f"{ROUNDS_LIMIT} rounds at {readable(time)}: these change each other in a loop without delay: {names}; add a delay to one of them"
         )
 
     def _resume(self, ready: list[Any]) -> None:

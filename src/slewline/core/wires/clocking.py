@@ -160,7 +160,7 @@ class ScanWindow:
             self.ps *= 2
 
     def skipped(self, ps: int) -> None:
-        """Take notice of a pause: behind it edges may be many."""
+        """Take notice of a pause: after it edges may be many."""
         if ps > self.ps:
             self.ps = FIRST_PS
 
@@ -168,7 +168,7 @@ class ScanWindow:
 class ScannedEdges(ClockEdges):
     """Edges of any promise, found by walking along it.
 
-    `_starts` are places on the way: instants behind which stretches begin, and `_counts` how many edges lie before.
+    `_starts` are places on the way: instants after which stretches begin, and `_counts` how many edges lie before.
     The last stretch that was expanded is kept, since who asks once asks again near by.
     """
 

@@ -1,7 +1,7 @@
 """Nets: wires with drivers, pulls and promises.
 
 A net is driven by levels (0, 1, or None for floating) or by promises: waveforms that a driver has planned ahead and
-that hold until it decides anew.  A promise costs the kernel nothing while nobody watches its net, and one heap entry
+that hold until it decides again.  A promise costs the kernel nothing while nobody watches its net, and one heap entry
 (its next edge) while somebody does.
 
 Strong drivers that disagree give 0 (wired AND, as open collectors do) and one conflict report.  Without a strong

@@ -56,17 +56,17 @@ class Condition:
         raise self._no_truth()
 
     def __await__(self) -> NoReturn:
-        raise UsageError(f"{self}: a condition is not awaited itself: await bench.until(...) waits for it")
+        raise UsageError(f"{self}: a condition cannot be awaited directly; write await bench.until(...)")
 
     def _no_truth(self) -> UsageError:
         return UsageError(
-            f"{self}: a condition is neither true nor false; bench.run_until waits for it, a | b is either of two, and "
-            "lambda: x.position > 40 asks whatever you like"
+            f"{self}: a condition has no truth value; bench.run_until waits for it, a | b is met by either of two, and "
+            "lambda: x.position > 40 is a condition of your own"
         )
 
     def __or__(self, other: Condition) -> Condition:
         if not isinstance(other, Condition):
-            raise UsageError(f"{self.text} | {other!r}: a condition goes with a condition, such as x.reaches(40)")
+            raise UsageError(f"{self.text} | {other!r}: expected another condition, such as x.reaches(40)")
         return EitherCondition(self, other)
 
 
@@ -130,7 +130,7 @@ class EdgeCondition(Condition):
 
 
 class GotCondition(Condition):
-    """These bytes, or words, have been received one behind the other."""
+    """These bytes, or words, have been received one after the other."""
 
     def __init__(self, name: str, received: bytearray | list[int], data: bytes | list[int]) -> None:
         self.received, self.data, self.text = received, data, f"{name} got {data!r}"
@@ -172,7 +172,7 @@ class Terminal:
     @level.setter
     def level(self, level: int | None) -> None:
         what = "release()" if level is None else f"drive({level!r})"
-        raise NoSuchAttribute(f"{self.name}: level cannot be set, it is what the wire shows; write pin.{what}")
+        raise NoSuchAttribute(f"{self.name}: level cannot be set: it is what the wire shows; write pin.{what}")
 
     def drive(self, level: int, at: Time | None = None) -> None:
         """Drive the pin to 0 or 1 from outside, now or at an instant.
@@ -231,7 +231,7 @@ class Terminal:
         now = self.net.kernel.now
         ps = now if at is None else picoseconds(at)
         if ps < now:
-            raise UsageError(f"{self.name}: {readable(ps)} is over; it is {readable(now)}")
+            raise UsageError(f"{self.name}: {readable(ps)} is in the past; the time is {readable(now)}")
         return ps
 
     def _put(self, level: int | None, ps: int) -> None:
@@ -263,7 +263,7 @@ class Terminal:
         return LevelCondition(self, level)
 
     def edges(self, number: int) -> EdgeCondition:
-        """Return a condition: the pin has changed this many times from the begin of the wait on.
+        """Return a condition: the pin has changed this many times from the start of the wait on.
 
         Raises:
             UsageError: not a whole number, 1 or more.

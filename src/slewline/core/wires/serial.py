@@ -8,7 +8,7 @@ A wire rests at *mark*: 1 on a TTL line, 0 on an RS-232 line, whose mark is the 
 
 Both directions cost the kernel an instant or two a character, however many bits it has: a sender promises all its edges
 at once, and a receiver asks the promise afterwards what the line was in the middle of each bit.  It is exact all the
-same: before anything replaces a promise, the looks that lie behind us are taken from the old one.
+same: before anything replaces a promise, the looks in the past are taken from the old one.
 """
 
 from __future__ import annotations
@@ -123,10 +123,10 @@ def disagreement(who: str, mine: LineSetting, whom: str, ear: ReceivingEnd) -> s
     if str(mine) == str(theirs):  # a stop bit may be 1 or "1"
         return ""
     by = f" ({ear.set_by})" if ear.set_by else ""
-    remedy = f"let the host have {theirs.in_full}"
+    remedy = f"set the host to {theirs.in_full}"
     if str(mine.baud) != str(theirs.baud) and (other := ear.instead(mine.baud)):
-        remedy += f"; {mine.baud} baud it has with {other}"
-    return f"{who} has {mine}, and {whom} listens at {theirs}{by}: {remedy}"
+        remedy += f", or the part to {mine.baud} baud with {other}"
+    return f"{who} is set to {mine}, and {whom} to {theirs}{by}: {remedy}"
 
 
 BAUD = Option("baud", "number", 9600, "rate of the line; sixteen times the rate must be whole hertz")
@@ -246,7 +246,7 @@ class FrameTable:
 
     def __init__(self, clock: Clock, word: CharacterFormat, mark: int) -> None:
         self.word, self.mark = word, mark
-        bits = word.ticks - word.stop_ticks + OVERSAMPLING  # as far as the begin of the stop bit
+        bits = word.ticks - word.stop_ticks + OVERSAMPLING  # as far as the start of the stop bit
         self.times = tuple(clock.ps(n) for n in range(0, bits, OVERSAMPLING))
         self.length = clock.ps(word.ticks)
         self._levels: dict[int, tuple[int, ...]] = {}
@@ -277,7 +277,7 @@ def _frames(hz: int, word: CharacterFormat, mark: int) -> FrameTable:
 async def transmit(
     driver: Driver, clock: Clock, word: CharacterFormat, data: bytes, mark: int, fault: str = ""
 ) -> None:
-    """Send characters, one behind the other, from this instant on; returns at the end of the last one's stop bits.
+    """Send characters, one after the other, from this instant on; returns at the end of the last one's stop bits.
 
     Args:
         fault: "parity": the other parity bit; "framing": space where the first stop bit belongs; in every character.
@@ -311,7 +311,7 @@ class Receiver:
         self.receiving = False
         self.broken = False  # the last character had no stop bit: the line must come to rest first
         self.looks: list[int] = []  # instants of the looks of this character
-        self.seen: list[int] = []  # what those that lie behind us saw
+        self.seen: list[int] = []  # what those in the past saw
         self.taken = 0  # how many
         self.task: Task | None = None
         net.sample(self.before_change)

@@ -5,7 +5,7 @@
     Gated: and      ‾|_|‾|_|‾||_________________      asked, not played
 
 A view knows the promises that it is made of, and nothing else: level, next edge and edges of a window follow from
-theirs, so a million steps behind a gate cost what they cost in front of it.  It is a value.  When an input is driven
+theirs, so a million steps at the output of a gate cost what they cost at its input.  It is a value.  When an input is driven
 otherwise, whoever promised the view bounds it by `until`, so that no edge shows of what was withdrawn, and promises
 another one in the next round (parts/base/follower.py).
 
@@ -69,7 +69,7 @@ class View:
 
     @property
     def bound(self) -> int | None:
-        """Its own bound alone: what else goes on behind `until` goes on."""
+        """Its own bound alone: what else goes on after `until` goes on."""
         return self._bound
 
     def level(self, ps: int) -> Level:

@@ -1,4 +1,4 @@
-"""The dialect of letters: a command is a letter with numbers behind it, as text or in binary form."""
+"""The dialect of letters: a command is a letter with numbers after it, as text or in binary form."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["Decoder", "Label", "Letters", "encode_ascii", "encode_binary", "spel
 
 @dataclass(frozen=True, eq=False)
 class Letters(Dialect):
-    """A command is a letter with numbers behind it.  `mark` stands behind the letter of a label."""
+    """A command is a letter with numbers after it.  `mark` follows the letter of a label."""
 
     mark: str = "$"
 
@@ -66,7 +66,7 @@ class Letters(Dialect):
                 where = f" ({about})" if (about := sheet.sections.get("labels")) else ""
                 raise UsageError(f"a label, while ASCII/BINARY is low: binary programs branch to addresses{where}")
         if not out:
-            raise UsageError(f"{line!r} is no command, so it has no binary form; @bytes sends any bytes")
+            raise UsageError(f"{line!r} is not a command, so it has no binary form; @bytes sends any bytes")
         return out
 
     def shorter(self, sheet: Sheet) -> str:

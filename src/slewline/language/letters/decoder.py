@@ -1,4 +1,4 @@
-"""Letters with numbers behind them: bytes in, commands out.  No time, no pins; the caller says whether they are text.
+"""Letters with numbers after them: bytes in, commands out.  No time, no pins; the caller says whether they are text.
 
 Theory of operation.  Between commands the decoder is *at a letter*.  The command letter decides, together with the
 mode sampled beside it, how the command goes on:
@@ -64,7 +64,7 @@ class Incremental:
     def reset(self) -> None:
         """Forget a half-received command.  Notes that were not drained are kept."""
         self.at_letter = True
-        self._state: Callable[[int], Any]  # takes a byte behind the letter
+        self._state: Callable[[int], Any]  # takes a byte after the letter
         self._row: Row | None = None  # of the command in progress; None: a letter without a command
         self._line = bytearray()  # what follows the letter: text in ASCII, data bytes in binary
         self._left = 0  # data bytes still to come
@@ -152,18 +152,18 @@ class Decoder(Incremental):
             return
         self.at_letter = False
         if not ascii:
-            self._note("unknown-command", f"{shown(byte)} is no command; its count and data are ignored")
+            self._note("unknown-command", f"{shown(byte)} is not a command; its count and data are ignored")
             self._state = self._count
             return
         if byte == LF:
             self._note(
                 "line-feed",
-                "a line feed stands where a command letter belongs and swallows the command: send \\r alone",
+                "a line feed where a command letter belongs: the command after it is lost; send \\r alone",
             )
         else:
             self._note(
                 "unknown-command",
-                f"{shown(byte)} is no command; the line is ignored",
+                f"{shown(byte)} is not a command; the line is ignored",
                 unknown_remedy(self.sheet, chr(byte)),
             )
         self._state = self._skip_line
@@ -181,7 +181,7 @@ class Decoder(Incremental):
         """A line feed within a line: say once what it tells of the host."""
         if not self._line_feeds:
             self._line_feeds = True
-            self._note("line-end", "the host ends its lines with LF; this part wants CR: send \\r alone, without \\n")
+            self._note("line-end", "the host ends its lines with LF, but this part expects CR: send \\r alone, without \\n")
 
     def _in_line(self, byte: int) -> Decoded:
         if byte == CR:
@@ -205,7 +205,7 @@ class Decoder(Incremental):
             self.at_letter = True
             return Label(letter)
         self._note(
-            "unknown-command", f"{letter}{text_of(self._line)}{chr(self._label_mark)} is no label; the line is ignored"
+            "unknown-command", f"{letter}{text_of(self._line)}{chr(self._label_mark)} is not a label; the line is ignored"
         )
         self._state = self._skip_line
         return None
@@ -233,7 +233,7 @@ class Decoder(Incremental):
             )
             return None
         if not body.startswith(b" ") or len(body) != 1 + last + sum(map(len, fields)):
-            self._note("spacing", f"{row.form}{text_of(body)}: one space belongs between letter and argument")
+            self._note("spacing", f"{row.form}{text_of(body)}: expected one space between letter and argument")
         values, digits = [], 0
         for arg, field in zip(row.args, fields, strict=True):
             if field.isdigit():
@@ -267,7 +267,7 @@ class Decoder(Incremental):
         surplus = len(data) - row.data_bytes
         # A whole program may follow its first opcode under one count, so there the count is nobody's mistake.
         if surplus and not (self._entering and self._entry_empty):
-            self._note("count", f"{row.name} takes {row.data_bytes} data bytes, {len(data)} were announced")
+            self._note("count", f"{row.name} takes {row.data_bytes} data bytes; {len(data)} were announced")
         if surplus >= 0 or not self._entering:
             for arg, value in zip(row.args, values, strict=True):
                 self._check(row, arg, value)

@@ -11,7 +11,7 @@ from ..dialogue import directives
 from ..source import read
 from ..statements import Directive, Source, Statement
 
-PASSES_TIME = ("wait", "until", "bytes", "to")  # behind these it is unknown whether a program still runs
+PASSES_TIME = ("wait", "until", "bytes", "to")  # after these it is unknown whether a program still runs
 
 
 def listed(rows: Iterable[Row]) -> str:
@@ -83,7 +83,7 @@ class DialogueState:
     def directive(self, item: Directive) -> None:
         """Follow a directive."""
         if item.verb == "read" and not self.moving:
-            found = "@read position waits for a motion, and nothing above begins one"
+            found = "@read position waits for a motion, and nothing above starts one"
             remedy = "at rest, @verify 0 reads the position"
             section = self.sheet.sections.get("reading", "")
             self.source.report(item, "read-at-rest", "warning", found, section=section, remedy=remedy)

@@ -1,4 +1,4 @@
-"""A line of letters with numbers behind them, taken apart: R 80, A$N 100, L 6,A."""
+"""A line of letters with numbers after them, taken apart: R 80, A$N 100, L 6,A."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ARGUMENTS = re.compile(r"[^ ,]+(?:(?: *, *| +)[^ ,]+)*")
 
 
 class LetterReader(Reader):
-    """Takes one line apart, in which several commands may stand one behind the other."""
+    """Takes one line apart, in which several commands may stand one after the other."""
 
     def __init__(self, source: Source, number: int, column: int, text: str) -> None:
         super().__init__(source, number, column, text)
@@ -41,7 +41,7 @@ class LetterReader(Reader):
                 if operands is not None:
                     self.add(begin, len(self.text), row, operands, labels)
                 return ()
-            else:  # without a terminator, so the next command may stand directly behind it
+            else:  # without a terminator, so the next command may stand directly after it
                 if labels:
                     self.unnamed(begin, at + 1, labels)
                 self.add(at, at + 1, row, (), ())
@@ -67,8 +67,8 @@ class LetterReader(Reader):
             self.error(at, at + 2, "bad-label", f"label {label}", allowed, self.about_labels)
             return False
         if self.text[at + 2 : at + 3].isspace():
-            remedy = f"write the instruction directly behind {label}"
-            self.error(at, at + 2, "bad-label", f"{label} with a space behind it", "", self.about_labels, remedy)
+            remedy = f"write the instruction directly after {label}"
+            self.error(at, at + 2, "bad-label", f"{label} with a space after it", "", self.about_labels, remedy)
             return False
         return True
 
@@ -76,13 +76,13 @@ class LetterReader(Reader):
         letter = self.text[at]
         letters = " ".join(row.form for row in self.sheet.commands)
         remedy = unknown_remedy(self.sheet, letter)
-        self.error(at, at + 1, "unknown-command", f"{letter} is no command", letters, "", remedy)
+        self.error(at, at + 1, "unknown-command", f"{letter} is not a command", letters, "", remedy)
 
     def behind(self, row: Row, at: int) -> None:
         argument = self.text[at:].lstrip()
         first, end = len(self.text) - len(argument), len(self.text)
-        remedy = slip_remedy(self.sheet, argument, row) or f"{row.form} stands alone: it ends by itself"
-        found = f"{argument} behind {row.name}, which takes no argument"
+        remedy = slip_remedy(self.sheet, argument, row) or f"{row.form} takes no argument and no terminator"
+        found = f"{argument} after {row.name}, which takes no argument"
         self.error(first, end, "extra-argument", found, "", row.where, remedy)
 
     def operands(self, row: Row, at: int) -> tuple[Operand, ...] | None:
@@ -92,7 +92,7 @@ class LetterReader(Reader):
         end = len(self.text)
         if len(words) > needed:
             first = at + words[needed].start()
-            found = f"{self.text[first:]} behind {row.name}, which takes {row.takes}"
+            found = f"{self.text[first:]} after {row.name}, which takes {row.takes}"
             self.error(
                 first, end, "extra-argument", found, "", row.where, slip_remedy(self.sheet, self.text[first:], row)
             )

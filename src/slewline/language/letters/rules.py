@@ -71,7 +71,7 @@ def entries(source: Source) -> None:
     for block in source.blocks:
         if block.quit is None and block.entry is not None:
             found = f"a program without {leave}: all that follows is stored"
-            remedy = f"write {leave} behind its last instruction"
+            remedy = f"write {leave} after its last instruction"
             source.report(block.entry, "no-quit", "warning", found, section=block.entry.row.where, remedy=remedy)
         for statement in block.statements:
             for letter in statement.labels:

@@ -55,8 +55,8 @@ def parse(sheet: Sheet, text: str) -> Command | Refusal:
     head = next((head for head in patterns if text.startswith(head)), SIGN if text[:1] in ("+", "-") else None)
     if head is None or not patterns.get(head):
         every = " ".join(dict.fromkeys(row.head for row in sheet.commands))
-        says = f"{text!r} is no command of the {sheet.part}"
-        return Refusal("unknown", says, 0, len(text), f"{text} is no command of the {sheet.part.upper()}", every)
+        says = f"{text!r} is not a command of the {sheet.part}"
+        return Refusal("unknown", says, 0, len(text), f"{text} is not a command of the {sheet.part.upper()}", every)
     rest = text.removeprefix(head)
     closest: Refusal | None = None
     for row, pattern in patterns[head]:

@@ -24,12 +24,12 @@ def remedy(sheet: Sheet, text: str, found: Refusal) -> str:
     if word := slip_remedy(sheet, text):
         return word
     if meant := respelled(sheet, text):
-        return f"write {meant}: no blanks, and capitals count"
+        return f"write {meant}: no spaces, and case matters"
     if is_command(sheet, text[:-1]) and any(ord(text[-1]) == checksum(text[:-1].encode(), kept) for kept in (0, KEPT)):
         pin = _pin(sheet)
         return f"{text[-1]!r} is the checksum of {text[:-1]}: leave it out" + (f", or strap {pin}=1" if pin else "")
     if text[:1].isdigit() and is_command(sheet, text[1:]):
-        return f"write {text[1:]}: no address belongs in front of it"
+        return f"write {text[1:]}: leave out the address"
     if unknown and (rows := alike(sheet, text)):
         return f"with this letter it has {', '.join(map(usage, rows))}"
     if unknown and text.startswith(sheet.foreign):
@@ -38,12 +38,12 @@ def remedy(sheet: Sheet, text: str, found: Refusal) -> str:
 
 
 def arguments(sheet: Sheet, text: str) -> str:
-    """Return what stands behind the head of a line, where it is a command with other arguments."""
+    """Return what stands after the head of a line, where it is a command with other arguments."""
     heads = [row.head for row in sheet.commands if text.startswith(row.head)]
     head = max(heads, key=len, default=SIGN)
     args = {arg.name: range_of(arg) for row in sheet.commands if row.head == head for arg in row.args}
     given = ", ".join(f"{name} {allowed}" for name, allowed in args.items())
-    return f"give {given}" if given else f"{head} stands alone"
+    return f"give {given}" if given else f"{head} takes no argument"
 
 
 def refusal(sheet: Sheet, text: str, found: Refusal) -> str:

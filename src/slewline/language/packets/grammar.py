@@ -1,13 +1,13 @@
 """Packets: lines of a host script in, words out, and back.  No time, no pins.
 
     SET_POS 12345             10  0000 3039     command byte; words, the high one first, each high byte first
-    set_vel $2C000            11  0002 C000     capitals do not count; hexadecimal behind $ or 0x
+    set_vel $2C000            11  0002 C000     capitals do not count; hexadecimal after $ or 0x
     SET_ACC -127795           12  FFFE 0CCD     two's complement; $FFFE0CCD is the same number
     SET_VEL 12345 steps/s     11  0004 0B93     the nearest number, at the crystal of the part; rates.py has the units
     GET_STATUS                31 [0300]         a word that the chipset returns
     UPDATE                    1A
 
-Behind the last word the host may read a checksum: command byte and all words, added up, of which 16 bits are kept.
+After the last word the host may read a checksum: command byte and all words, added up, of which 16 bits are kept.
 Of what a host *sends*, `words` takes nothing that the manual does not allow; who wants to send other words makes them.
 """
 
@@ -56,7 +56,7 @@ class Words(Dialect):
 
 # ------------------------------------------------------------------------------------------------------ words, checksum
 def words(row: Row, values: Sequence[int]) -> tuple[int, ...]:
-    """What a host writes behind the command byte.
+    """What a host writes after the command byte.
 
     Raises:
         UsageError: too few values or too many, or one that is out of range; the message says what is allowed.
@@ -157,7 +157,7 @@ def row(sheet: Sheet, name: str) -> Row:
         UsageError: a code instead of a mnemonic.
     """
     if not isinstance(name, str):
-        raise UsageError(f"command {name!r}: a mnemonic such as 'GET_STATUS' belongs here; a code goes with packet()")
+        raise UsageError(f"command {name!r}: expected a mnemonic such as 'GET_STATUS'; packet() sends a code")
     found = sheet.commands.by_form.get(name.upper())
     if found is None:
         stranger = _stranger(sheet, name)
@@ -221,7 +221,7 @@ def number(text: str, arg: Arg) -> int | None:
 
 
 def _rate(row: Row, text: str, at: int, per_s: Fraction) -> Command | Refusal:
-    """A rate with its unit behind a mnemonic."""
+    """A rate with its unit after a mnemonic."""
     arg, written = row.args[0], text[at:].rstrip()
     says = written if len(written) <= LONGEST else f"{written[:LONGEST]}..."
     try:
@@ -229,18 +229,18 @@ def _rate(row: Row, text: str, at: int, per_s: Fraction) -> Command | Refusal:
     except UsageError as error:
         return _refusal("range", at, at + len(written), f"{row.name} {error}")
     if value is None:
-        remedy = f"write a decimal number with {rates.units(arg)} behind it"
+        remedy = f"write a decimal number with {rates.units(arg)} after it"
         return _refusal("bad-number", at, at + len(written), f"{row.name} {arg.name} {says}", range_of(arg), remedy)
     return Command(row, (value,), 0, b"", spell(row, (value,)))
 
 
 def _arguments(row: Row, text: str, at: int) -> Command | Refusal:
-    """The number behind a mnemonic; it begins at character `at`."""
+    """The number after a mnemonic; it begins at character `at`."""
     found = text[at:].split()
     if len(found) > len(row.args):
         first = text.index(found[len(row.args)], at + sum(map(len, found[: len(row.args)])))
         return _refusal(
-            "extra-argument", first, len(text), f"{text[first:]} behind {row.name}, which takes {row.takes}"
+            "extra-argument", first, len(text), f"{text[first:]} after {row.name}, which takes {row.takes}"
         )
     if len(found) < len(row.args):
         arg = row.args[0]
@@ -270,13 +270,13 @@ def _number_meant(arg: Arg, written: str) -> str:
         return _scaled(arg, written)
     if re.fullmatch(r"[+-]?[0-9][0-9_,']*", written):
         return "write digits, without anything between them"
-    return "write decimal digits, or hexadecimal ones behind 0x or $"
+    return "write decimal digits, or hexadecimal ones after 0x or $"
 
 
 def _scaled(arg: Arg, written: str) -> str:
     """Say which register value a decimal fraction is."""
     scaled = Fraction(written) * (1 << arg.fraction)
-    whole = "" if scaled.denominator == 1 else f"{float(scaled):.8g}, no whole number; the nearest is "
+    whole = "" if scaled.denominator == 1 else f"{float(scaled):.8g}, not a whole number; the nearest is "
     return f"{written} {arg.unit} is {whole}{round(scaled)}"
 
 
@@ -294,4 +294,4 @@ def _stranger(sheet: Sheet, name: str) -> Refusal:
     else:
         remedy = f"slewline describe {sheet.part} lists the commands"
     shown = name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
-    return _refusal("unknown-command", 0, len(name), f"{shown} is no command of the {sheet.part.upper()}", "", remedy)
+    return _refusal("unknown-command", 0, len(name), f"{shown} is not a command of the {sheet.part.upper()}", "", remedy)

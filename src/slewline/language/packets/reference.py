@@ -9,7 +9,7 @@ from ..markdown import mhz, table
 from . import grammar
 
 BUFFERED, WITH_ENCODER = "waits for an update", "needs an encoder; other parts accept it"
-CHECKSUM = "A checksum of 16 bits may be read behind every packet: command byte and words, added up."
+CHECKSUM = "A checksum of 16 bits may be read after every packet: command byte and words, added up."
 
 
 def packet_in_full(sheet: Sheet, row: Row) -> str:
@@ -49,7 +49,7 @@ def _conditions(row: Row) -> list[str]:
 
 
 def packet_table(sheet: Sheet) -> str:
-    """Commands that are packets, the codes without a command behind them."""
+    """Commands that are packets, the codes without a command after them."""
     heads = ("packet", "name", "what it does", "numbers", "acts on", "condition")
     rows = [
         (

@@ -1,6 +1,6 @@
 """The dialect of parts that keep a program as it was sent, character for character, in a memory of their own.
 
-A command is a letter with numbers behind it, as in the dialect of letters.  Beside it there are hexadecimal numbers, a
+A command is a letter with numbers after it, as in the dialect of letters.  Beside it there are hexadecimal numbers, a
 prefix that negates, numbers from switches, queries of a letter, and strings.  Branches go to bytes: no labels.
 """
 
@@ -23,7 +23,7 @@ __all__ = ["CommandText", "Decoder", "Entry", "Verbatim"]
 
 @dataclass(frozen=True, eq=False)
 class Verbatim(Forms):
-    """A command is a letter with numbers behind it, kept as it was written."""
+    """A command is a letter with numbers after it, kept as it was written."""
 
     name = "verbatim"
     streams = True
@@ -62,7 +62,7 @@ class Verbatim(Forms):
         found = [decoder.feed(byte, True) for byte in self.sent(sheet, line)]
         command = next((each for each in found if each is not None), None)
         if command is None:
-            raise UsageError(f"{line!r} is no command, so it has no binary form; @bytes sends any bytes")
+            raise UsageError(f"{line!r} is not a command, so it has no binary form; @bytes sends any bytes")
         if command.switched:
             raise UsageError(f"{line!r}: {self.switches} is text only; binary has no form for switches")
         return self.encoded(command)
@@ -88,7 +88,7 @@ class Verbatim(Forms):
         return statement.text.encode("latin-1") + bytes([CR])
 
     def start(self, said: Sequence[Statement]) -> int:
-        """Return the pointer behind some commands: where a program that is entered now begins."""
+        """Return the pointer after some commands: where a program that is entered now begins."""
         pointer = 0
         for statement in said:
             if statement.block >= 0:
@@ -100,7 +100,7 @@ class Verbatim(Forms):
         return pointer
 
     def placed(self, statement: Statement) -> Statement:
-        """Return a statement of a program with the address to which it branches: one in the page behind it."""
+        """Return a statement of a program with the address to which it branches: one in the page after it."""
         target = statement.target
         if target is None or statement.row.args[-1].size > 1:
             return statement
@@ -109,7 +109,7 @@ class Verbatim(Forms):
         return replace(statement, operands=operands)
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        if stored[at] == OPEN_BUS:  # as many as there are, one behind the other
+        if stored[at] == OPEN_BUS:  # as many as there are, one after the other
             erased = len(stored) - at - len(stored[at:].lstrip(bytes([OPEN_BUS])))
             return Instruction(at, bytes(stored[at : at + erased]), None, ())
         decoder = self.decoder(sheet)
@@ -152,7 +152,7 @@ class Verbatim(Forms):
         return b"".join(self.sent_binary(sheet, line) for line in lines)
 
     def framed(self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement]) -> tuple[list[str], str]:
-        """Return the lines in front of a program, with its address unless that is 0, and the one behind it."""
+        """Return the lines in front of a program, with its address unless that is 0, and the one after it."""
         address = statements[0].address if statements else 0
         pointer = [f"{sheet.acting('pointer')[0].form} {address}"] if address else []
         return [*pointer, framing[0].form], framing[-1].form

@@ -92,21 +92,21 @@ class Decoder(Incremental):
     def _stranger(self, byte: int, ascii: bool) -> None:
         """A byte that is no command letter, or the prefix.  Commands are upper case."""
         if not ascii:
-            self._note("unknown-command", f"{shown(byte)} is no command; its count and data are ignored")
+            self._note("unknown-command", f"{shown(byte)} is not a command; its count and data are ignored")
             self._state = self._count
         elif chr(byte) == self.dialect.negate:
             self._slash = True
             self._state = self._prefixed
         elif byte == LF:
-            self._note("line-feed", "a line feed stands where a command letter belongs and swallows the command")
+            self._note("line-feed", "a line feed where a command letter belongs: the command after it is lost")
             self._state = self._skip_line
         else:
             remedy = unknown_remedy(self.sheet, chr(byte))
-            self._note("unknown-command", f"{shown(byte)} is no command; the line is ignored", remedy)
+            self._note("unknown-command", f"{shown(byte)} is not a command; the line is ignored", remedy)
             self._state = self._skip_line
 
     def _prefixed(self, byte: int) -> CommandText | None:
-        """The letter behind a slash."""
+        """The letter after a slash."""
         if byte == CR:
             self._note("missing-argument", f"{self.dialect.negate} without a command; ignored")
             self.at_letter = True
@@ -139,7 +139,7 @@ class Decoder(Incremental):
     def _behind_string(self, byte: int) -> CommandText | None:
         row = cast("Row", self._row)
         if byte != CR:
-            self._note("extra-argument", f"{shown(byte)} behind a string is ignored")
+            self._note("extra-argument", f"{shown(byte)} after a string is ignored")
             return None
         self.at_letter = True
         quote, data = self.dialect.quote, bytes(self._line)
@@ -172,16 +172,16 @@ class Decoder(Incremental):
         return self._with_numbers(row, body, words[:needed])
 
     def _spacing(self, row: Row, body: str, words: Sequence[str]) -> None:
-        """The printed form has one space behind the letter, and a comma or a space between two arguments."""
+        """The printed form has one space after the letter, and a comma or a space between two arguments."""
         printed = 1 + sum(map(len, words)) + len(words) - 1 if words else 0
         if (
             words
             and (not body.startswith(" ") or len(body) != printed)
             and len(BETWEEN.split(body.strip())) == len(words)
         ):
-            self._note("spacing", f"{row.form}{body}: one space belongs between letter and argument")
+            self._note("spacing", f"{row.form}{body}: expected one space between letter and argument")
         elif not words and body and not body.strip():
-            self._note("spacing", f"spaces behind {row.form}")
+            self._note("spacing", f"spaces after {row.form}")
 
     def _with_numbers(self, row: Row, body: str, words: Sequence[str]) -> CommandText | None:
         values, digits, switched = [], 0, False
@@ -219,7 +219,7 @@ class Decoder(Incremental):
         return CommandText(row, values, 0, b"", row.form + body, words[0].encode("latin-1"))
 
     def _to_display(self, row: Row, body: str, words: Sequence[str]) -> CommandText | None:
-        """[38H,2,65,66: address, count, data; a bracket that closes may stand behind them."""
+        """[38H,2,65,66: address, count, data; a bracket that closes may stand after them."""
         last = [words[-1].removesuffix("]")] if words else []
         numbers = [number(word) for word in [*words[:-1], *last] if word]
         if len(numbers) < 2 or None in numbers:
@@ -232,7 +232,7 @@ class Decoder(Incremental):
     def _data_of(self, row: Row, count: int, data: bytes) -> bytes:
         """The data of a display command: the shorter one counts, of those announced and those there."""
         if count != len(data):
-            self._note("count", f"{row.form}: {count} values announced, {len(data)} there; the fewer count")
+            self._note("count", f"{row.form}: {count} values announced, {len(data)} found; the smaller number counts")
         return data[:count]
 
     # --------------------------------------------------------------------------------------------------- binary
@@ -246,7 +246,7 @@ class Decoder(Incremental):
         if row.form in (self.dialect.query, self.dialect.display):
             return self._binary_text(row, data)
         if len(data) != row.data_bytes:
-            self._note("count", f"{row.name} takes {row.data_bytes} data bytes, {len(data)} were announced")
+            self._note("count", f"{row.name} takes {row.data_bytes} data bytes; {len(data)} were announced")
         values = row.unpack(data)
         for arg, value in zip(row.args, values, strict=True):
             self._check(row, arg, value)

@@ -11,7 +11,7 @@ from .grammar import BETWEEN, LINE_LIMIT, hint, number
 
 
 class VerbatimReader(LetterReader):
-    """Takes one line apart, which is one command, kept as it stands; behind one that ends by itself is another."""
+    """Takes one line apart, which is one command, kept as it stands; after one that ends by itself is another."""
 
     def __init__(self, source: Source, number: int, column: int, text: str) -> None:
         super().__init__(source, number, column, text)
@@ -25,7 +25,7 @@ class VerbatimReader(LetterReader):
         odd = next((at for at, letter in enumerate(text) if ord(letter) > 0xFF), None)
         if odd is not None:
             remedy = slip_remedy(self.sheet, text[odd])
-            self.error(odd, odd + 1, "bad-character", f"{text[odd]!r}, which is no byte", "", "", remedy)
+            self.error(odd, odd + 1, "bad-character", f"{text[odd]!r}, which is not a byte", "", "", remedy)
             return ()
         begin = 0
         while begin < len(text):
@@ -47,7 +47,7 @@ class VerbatimReader(LetterReader):
         return ()
 
     def rest(self, row: Row, at: int) -> tuple[Operand, ...] | None:
-        """What stands behind the letter; None: it cannot be sent so."""
+        """What stands after the letter; None: it cannot be sent so."""
         if row.form == self.spoken.quote:
             return self.string(row, at)
         if row.form == self.spoken.query:
@@ -65,11 +65,11 @@ class VerbatimReader(LetterReader):
         """Characters up to the next quotation mark, which ends the line."""
         end = self.text.find(row.form, at)
         if end < 0:
-            remedy = "a string ends with a quotation mark; a semicolon would begin a comment here"
+            remedy = "a string ends with a quotation mark; a semicolon here would start a comment"
             self.error(0, len(self.text), "no-end-of-string", self.text, "", row.where, remedy)
             return None
         if self.text[end + 1 :]:
-            found = f"{self.text[end + 1 :]} behind a string"
+            found = f"{self.text[end + 1 :]} after a string"
             self.error(end + 1, len(self.text), "extra-argument", found, "", row.where)
         return ()
 
@@ -95,8 +95,8 @@ class VerbatimReader(LetterReader):
             self.error(at, max(len(self.text), at + 1), "bad-number", found, allowed, row.where)
             return None
         if numbers[1] != len(numbers) - 2:
-            found = f"{numbers[1]} values announced, {len(numbers) - 2} there"
-            self.error(at, len(self.text), "count", found, "", row.where, "the fewer would count")
+            found = f"{numbers[1]} values announced, {len(numbers) - 2} found"
+            self.error(at, len(self.text), "count", found, "", row.where, "the smaller number would count")
         return ()
 
     def operand(self, row: Row, arg: Arg, word: str, at: int) -> Operand | None:

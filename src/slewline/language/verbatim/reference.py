@@ -66,7 +66,7 @@ def in_full(sheet: Sheet, row: Row) -> str:
     """Return all about a command."""
     spoken = spoken_by(sheet)
     ends = ", then a carriage return" if row.terminated else ", without a carriage return"
-    time = f"{row.time_us} µs behind the last byte" if not row.motion else "as long as the motion"
+    time = f"{row.time_us} µs after the last byte" if not row.motion else "as long as the motion"
     text = [
         f"# {row.name}: {row.says}",
         "",
@@ -89,7 +89,7 @@ def chapters(sheet: Sheet) -> list[str]:
     """Return how numbers are written."""
     spoken = spoken_by(sheet)
     return [
-        "## Numbers\n\nDecimal (`135`) or hexadecimal, with a digit in front and `H` behind (`87H`, `0ABH`); between "
+        "## Numbers\n\nDecimal (`135`) or hexadecimal, with a digit in front and `H` after (`87H`, `0ABH`); between "
         f"two of them a comma or a space. `{spoken.switches}` for the first one reads thumbwheel switches. "
         f"`{spoken.negate}` in front of {', '.join(spoken.negated)} inverts bit {spoken.flips.bit_length() - 1} of the "
         "first argument. Both are for text only."

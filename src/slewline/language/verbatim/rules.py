@@ -24,7 +24,7 @@ def loops(source: Source) -> None:
 
 
 def pages(source: Source) -> None:
-    """A branch with an address of one byte reaches the page of the byte behind it: it may end in the next one."""
+    """A branch with an address of one byte reaches the page of the byte after it: it may end in the next one."""
     page = spoken_as(source.sheet, Forms).page
     for block in source.blocks:
         for statement in block.statements:

@@ -8,7 +8,7 @@ A step that a train promises is no event.  The part is brought up to an instant 
 when somebody asks; what it promises from there on follows from what the inputs show.
 
 An input that says what a step does (`steers`) may have edges ahead itself.  The clock is then followed up to the first
-of them, and anew from there.
+of them, and again from there.
 """
 
 from __future__ import annotations

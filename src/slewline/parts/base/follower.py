@@ -40,7 +40,7 @@ class Follower:
     Args:
         part: has its pins already.
         inputs: the pins that it looks at; what they show is in `lookaheads`.
-        lay: promises the outputs anew, from this instant on, under the present inputs.
+        lay: promises the outputs again, from this instant on, under the present inputs.
         react: drives the outputs to levels: an input of a part in a circle has changed.
         cut: takes notice of what the inputs have shown up to an instant (ps), at which they cannot be asked again.
         delay_ps: how much later an output shows what follows from the inputs.
@@ -183,7 +183,7 @@ def circle(rule: Follower) -> list[Follower]:
 
     Whoever is driven by edges already promises nothing, so a circle ends there.
     """
-    driven: dict[Follower, list[Follower]] = {}  # those behind a rule, of all that are in front of this one
+    driven: dict[Follower, list[Follower]] = {}  # those downstream of a rule, of all that are upstream of this one
     ahead = [rule]
     while ahead:
         behind = ahead.pop()

@@ -195,4 +195,4 @@ class Part(Component):
     @property
     def waiting(self) -> str:
         """What the part waits for."""
-        return f"{self.name}: nothing" if self.queue is None else self.queue.waiting
+        return f"{self.name}: nothing to do" if self.queue is None else self.queue.waiting

@@ -1,4 +1,4 @@
-"""What a part is asked to do: a queue of requests, which a task works off one behind the other.
+"""What a part is asked to do: a queue of requests, which a task works off one after the other.
 
     queue.post("pauses", wait)                          nobody waits for it: what goes wrong in it ends the run
     request = queue.submit("in 0x340", read)            its result, or its failure, is kept
@@ -87,7 +87,7 @@ class RequestQueue:
             try:
                 await self.requests[0].run()
             except Exception:
-                self.requests.clear()  # what stands behind the one that failed is not done either
+                self.requests.clear()  # what stands after the one that failed is not done either
                 raise
             self.requests.popleft()
             self.begun = False
@@ -101,7 +101,7 @@ class RequestQueue:
     def waiting(self) -> str:
         """The request that is under way, in words, and since when."""
         if not self.requests:
-            return f"{self.name}: nothing"
+            return f"{self.name}: nothing to do"
         return f"{self.name}: {self.requests[0].text}, {len(self.requests)} in the queue, since {readable(self.since)}"
 
     # -------------------------------------------------------------------------------------------------------- waiting
@@ -143,7 +143,7 @@ class RequestQueue:
         while len(self.requests) > number:
             request = self.requests.pop()
             request.done = True
-            request.failure = UsageError(f"{self.name}: {request.text}: forgotten by {why}")
+            request.failure = UsageError(f"{self.name}: {request.text}: dropped by {why}")
 
     def halt(self) -> None:
         """End what is under way, and put the outputs to rest."""

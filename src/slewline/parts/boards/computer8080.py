@@ -72,12 +72,12 @@ def before_stopper(owner: str, data: Data) -> bytes:
     """
     found, stop, _ = as_bytes(owner, data).partition(bytes([STOPPER]))
     if not stop:
-        raise UsageError(f"{owner}: no stopper FF behind {found!r}; the routine would run on through memory")
+        raise UsageError(f"{owner}: no end mark FF after {found!r}; the routine would run on through memory; add FF")
     return found
 
 
 class Host8080(Part):
-    """The smallest host: OUT 0DCH puts seven bits on the bus and bit 7 on I/O REQUEST; READY is looked at."""
+    """The smallest host: OUT 0DCH puts seven bits on the bus and bit 7 on I/O REQUEST; READY is sampled."""
 
     _for_users = ("send", "out", "sent")
     wiring = MappingProxyType({"port": "data", "request": "request", "ready": "ready"})

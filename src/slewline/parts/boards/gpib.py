@@ -59,7 +59,7 @@ class GpibListener(Part):
     )
 
     options = (
-        Option("line_feeds", "bool", False, "let line feeds through, which many controllers send behind each return"),
+        Option("line_feeds", "bool", False, "let line feeds through, which many controllers send after each return"),
     )
 
     def __init__(self, kernel: Kernel, name: str, *, line_feeds: bool) -> None:
@@ -150,7 +150,7 @@ class SourceHandshake:
         await until(self.kernel, self.kernel.now + SETTLING_PS)
         await level(part.net("nrfd"), 1)
         if part.net("ndac").level == 1:
-            part.finding("no-listener", f"{byte:#04x}: NRFD and NDAC are both high; nobody listens")
+            part.finding("no-listener", f"{byte:#04x}: NRFD and NDAC are both high: no device listens")
             return
         pull(part, "dav", True)
         await level(part.net("ndac"), 1)

@@ -172,7 +172,7 @@ class ControllerSource(SourceHandshake):
     negative = True
 
     async def talk_commands(self, data: bytes, hold: bool = False) -> None:
-        """Put bytes out with ATN low; with `hold` the controller stays not ready for data behind them."""
+        """Put bytes out with ATN low; with `hold` the controller stays not ready for data after them."""
         part = self.part
         pull(part, "atn", True)
         await until(self.kernel, self.kernel.now + SETTLING_PS)
@@ -185,7 +185,7 @@ class ControllerSource(SourceHandshake):
         await until(self.kernel, self.kernel.now + SETTLING_PS)
 
     async def accept(self, number: int) -> bytes:
-        """Take bytes from the device that talks; the bus stays not ready behind the last one."""
+        """Take bytes from the device that talks; the bus stays not ready after the last one."""
         part, data, dav = self.part, bytearray(), self.part.net("dav")
         for _ in range(number):
             pull(part, "nrfd", False)

@@ -5,7 +5,7 @@ r"""The ISA board of the chipset's application note: its host port as I/O addres
     clocks     |  0  |  1  |  2  |  3  |  4  |  5  |            of the bus, 8 MHz
     address    ---<================================>            selects the port, and is HostCmd (A1)
     IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾
-    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL cuts it short, so that data are held behind it
+    HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL cuts it short, so that data are held after it
     HostRead   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            the PC takes the byte at its end
 
 The board decodes ten address lines.  It takes sixteen addresses; those without a function read FF and take nothing, and

@@ -100,7 +100,7 @@ class StepCheck(Part):
 
 
 class Damping(Part):
-    """Brakes the last step of a move: a step back and a step forth behind it (figures 22 and 23).
+    """Brakes the last step of a move: a step back and a step forth after it (figures 22 and 23).
 
         a          ‾‾‾‾‾‾‾‾|______________________     high while MOV or RAMP is; it falls with the last step
         b          __________|‾‾‾‾‾‾‾‾‾‾|_________     a low and b high turn DIR round
@@ -130,8 +130,8 @@ class Damping(Part):
         for pin in ("mov", "ramp"):
             self.add_pin(pin, "in", f"{pin.upper()} of the module", pull=0, active=1)
         self.add_pin("a", "out", "high: in motion", initial=0)
-        self.add_pin("b", "out", "high behind a motion: turns the direction round", initial=0)
-        self.add_pin("c", "out", "two pulses behind a motion", initial=1)
+        self.add_pin("b", "out", "high after a motion: turns the direction round", initial=0)
+        self.add_pin("c", "out", "two pulses after a motion", initial=1)
         self.add_pin("clock_out", "out", "CLOCK of the driver", initial=1, role="step")
         self.add_pin("dir_out", "out", "direction of the driver", initial=1, role="direction")
 
@@ -154,7 +154,7 @@ class Damping(Part):
         if net.level == 1:
             if now < self._braked_ps:
                 self.finding(
-                    "damping-cut", "a motion begins before the last one is braked: longer pauses or shorter t2"
+                    "damping-cut", "a motion begins before the last one has been braked; use longer pauses or a shorter t2"
                 )
             return
         pulses = [self._t1_ps, *[self._t2_ps] * (self._t2_ps > 0)]

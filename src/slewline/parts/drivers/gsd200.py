@@ -177,7 +177,7 @@ def beside(total: float, present: float) -> float:
 
 def _rest(total: float, present: float, what: str) -> float:
     if not 0 < total < present:
-        raise UsageError(f"{what}: no resistor does that; allowed are currents on its side of the open input's")
+        raise UsageError(f"{what}: no resistor gives that; allowed are currents on the same side of the open input's")
     return 1 / (1 / total - 1 / present)
 
 
@@ -211,7 +211,7 @@ class PhaseCurrent(Part):
         }
         if self._currents[True, False] > most:
             raise UsageError(
-                f"{name}: {self._currents[True, False]:.3g} A on ramps; the {driver} takes {most:g} A: a greater r1"
+                f"{name}: {self._currents[True, False]:.3g} A on ramps; the {driver} takes {most:g} A; use a greater r1"
             )
         self.add_pin("mov", "in", "high: in motion", pull=0, active=1)
         self.add_pin("ramp", "in", "high: on a ramp", pull=0, active=1)

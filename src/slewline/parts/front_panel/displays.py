@@ -193,7 +193,7 @@ class Lcd(Shows, Part):
                 self._take(character.byte)
             else:
                 self.finding(
-                    "display-garbled", f"{character.byte:#04x} came without its stop bit: is the rate the same?"
+                    "display-garbled", f"{character.byte:#04x} has no stop bit; check that the rates agree"
                 )
 
     def _take(self, byte: int) -> None:

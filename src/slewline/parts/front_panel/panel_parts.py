@@ -77,7 +77,7 @@ class Thumbwheels(Part):
         self._read = 0
         if read and read != there and not self._told:
             self._told = True
-            became = "of a switch that is not there it reads 15" if read > there else "what is behind them does nothing"
+            became = "it reads 15 for a missing switch" if read > there else "the others have no effect"
             what = f"the chip reads {read} digits for {self.letter}, and the bank has {there}: {became}"
             self.finding("digit-count", f"{what}; give it a value of {read} digits")
 

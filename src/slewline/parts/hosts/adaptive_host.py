@@ -69,7 +69,7 @@ class AdaptiveHost(OverUart, Host):
     # -------------------------------------------------------------------------------------------------- out and back
     @from_outside
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters as they are; they go out one behind the other.
+        """Queue characters as they are; they go out one after the other.
 
         Args:
             fault: "parity", "framing" or "late": every one of them goes out with this fault.

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 USUAL_BAUD = 9600
 RETURNS = b"\r\r"  # by which the chip finds the rate
-RESET_PS = 20 * 10**9  # a host gives a chip so long behind a reset, which begins with its supply
+RESET_PS = 20 * 10**9  # a host gives a chip so long after a reset, which begins with its supply
 
 
 class Found(NamedTuple):
@@ -36,7 +36,7 @@ class Found(NamedTuple):
 
     def instead(self, _baud: int | str) -> str:
         """Return what would let it listen at another rate."""
-        return "two carriage returns behind a reset"
+        return "two carriage returns after a reset"
 
 
 class AdaptiveUart(HostUart):
@@ -61,7 +61,7 @@ class AdaptiveUart(HostUart):
         self.news = self.control.news
         self.adapted = self.was_reset = False
         self.fixed_baud: int | str | None = baud
-        self.returns = 0  # carriage returns one behind the other, while no rate is known
+        self.returns = 0  # carriage returns one after the other, while no rate is known
         self.listens_ps = chip.up_ps + POWER_UP_PS  # by then the chip listens
         self._forget()
         reset = sheet.role("reset")
@@ -70,7 +70,7 @@ class AdaptiveUart(HostUart):
 
     # ------------------------------------------------------------------------------------------- what the chip knows
     def switched_on(self) -> None:
-        """Note that the chip begins anew, at this instant."""
+        """Note that the chip begins again, at this instant."""
         self.shadow.reset()
         self.gone.reset()
         self.adapted, self.returns, self.far.compared = False, 0, False
@@ -121,7 +121,7 @@ class AdaptiveUart(HostUart):
 
     # ------------------------------------------------------------------------------------------------------- sending
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters as they are, as an input; they go out one behind the other."""
+        """Queue characters as they are, as an input; they go out one after the other."""
         data = as_bytes(self.name, data)
         super().write(data, fault)
         for byte in data:

@@ -62,7 +62,7 @@ class BusHost(Host):
         self.write(self.chip.name, as_bytes(self.name, data))
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: read-outs have brought these bytes, one behind the other."""
+        """Return a condition for `bench.run_until`: read-outs have brought these bytes, one after the other."""
         return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
     def do(self, action: Callable[[CommandPort], Awaitable[object]]) -> None:
@@ -133,8 +133,8 @@ class BusHost(Host):
         group = self.port.group_of(command) if isinstance(command, str) else None
         if group is None:
             groups = ", ".join(repr(self.port.pointing_at(number)) for number in self.port.sheet.verify_bytes)
-            answered = f"ask {groups}, and send() the rest" if groups else NO_READ_OUT
-            raise UsageError(f"{self.name}: {command!r} is not answered; {answered}")
+            answered = f"ask() takes {groups}, and send() the rest" if groups else NO_READ_OUT
+            raise UsageError(f"{self.name}: {command!r} has no answer; {answered}")
         return self.verify(group, timeout=timeout)
 
     def run_program(self, timeout: Time = "5 s") -> None:
@@ -150,7 +150,7 @@ class BusHost(Host):
         """Give commands to a chip whose program is running, through PROG/LIVE (s.7).
 
         Returns:
-            The groups that V commands among them read, one behind the other.
+            The groups that V commands among them read, one after the other.
 
         Raises:
             UsageError: no command, or one that is no ASCII text; or the part takes none while its program runs.
@@ -163,7 +163,7 @@ class BusHost(Host):
             raise UsageError(f"{self._part} takes no commands while its program runs; wait for its end")
         if self.idle and self.port.running.level != 0 and self.port.ready.level == 1:
             raise UsageError(
-                f"{self.name}: no program of {self.port.chip} runs, which live commands go to; send() sends a command, "
+                f"{self.name}: live commands go to a running program, and none of {self.port.chip} runs; send() sends a command, "
                 "run_program() starts the program"
             )
         found = self.queue.result(self.interject(self.chip.name, commands), timeout)
@@ -206,7 +206,7 @@ class BusHost(Host):
         if value is None or not 0 <= value <= 255:
             raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127 (a byte goes out as it is)")
         self._needs("slewing", "takes no rate on the fly")
-        taken = "a rate is taken while the motor slews, in a motion behind H and G"
+        taken = "a rate is taken while the motor slews, in a motion after H and G"
         self._on_the_fly(self.request_rate(self.chip.name, value), timeout, taken)
 
     def read_position(self, timeout: Time = "5 s") -> int:
@@ -216,8 +216,8 @@ class BusHost(Host):
             UsageError: the part does not tell it.
             Timeout: the motor does not step.
         """
-        self._needs("out_strobe", "tells no position on the fly")
-        taken = "it is told while the motor steps; at rest verify(0) reads it"
+        self._needs("out_strobe", "gives no position on the fly")
+        taken = "it is available while the motor steps; at rest verify(0) reads it"
         return self._on_the_fly(self.request_position(self.chip.name), timeout, taken)
 
     def _on_the_fly(self, request: Request[T], timeout: Time, taken: str) -> T:

@@ -111,7 +111,7 @@ class FlowHost(Host):
         self.write(self.chip.name, as_bytes(self.name, data))
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: messages have brought these bytes, one behind the other."""
+        """Return a condition for `bench.run_until`: messages have brought these bytes, one after the other."""
         return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
     def ask(self, command: str, timeout: Time = "5 s") -> str | bytes:

@@ -69,7 +69,7 @@ class FlowPort:
         self.shadow.reset()
 
     def listen(self) -> None:
-        """Begin to listen, anew."""
+        """Begin to listen, again."""
         if self.listener is not None:
             self.listener.kill()
         self.taken = False
@@ -81,7 +81,7 @@ class FlowPort:
         return self.control.heeds and self.flow.level == 0
 
     def rest(self) -> None:
-        """Let go of the bus, and ask for nothing; listen anew, for whatever was under way was cut short."""
+        """Let go of the bus, and ask for nothing; listen again, for whatever was under way was cut short."""
         self.request.drive(1)
         self.bus.drive(None)
         self.shadow.decoder.reset()
@@ -131,8 +131,8 @@ class FlowPort:
         self.control.heeding = False
         self.finding(
             "no-message",
-            f"the pin of FPL is low, and {self.chip} had nothing to say, but took an empty handshake: the mode is "
-            f"not that which {self.name} has set; heed(True) or heed(None) lets it look at FPL again",
+            f"the pin of FPL is low, and {self.chip} took an empty handshake instead of sending a message: the mode is "
+            f"not the one that {self.name} has set; heed(True) or heed(None) makes it use FPL again",
         )
 
     async def _empty_handshake(self) -> None:

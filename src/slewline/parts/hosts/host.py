@@ -121,7 +121,7 @@ class Host(Part):
 
     @from_outside
     def clear(self) -> None:
-        """Forget what is queued, and let go of the lines: the host's program has been started anew."""
+        """Forget what is queued, and let go of the lines: the host's program has been started again."""
         self.input("clear")
         self.queue.cancel_after(0, "clear()")
         self.queue.halt()

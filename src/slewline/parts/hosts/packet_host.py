@@ -4,7 +4,7 @@
     host.query("GET_STATUS")                31             -> 0300, checksum 0331
     host.ask("GET_STATUS")                  the same, from the text of a command
 
-A packet is over when HostRdy is high again behind its last word.  The host remembers the current axis, so that axis(2)
+A packet is over when HostRdy is high again after its last word.  The host remembers the current axis, so that axis(2)
 sends SET_2 only if the current one is another.  A checksum that does not fit is raised where somebody waits for the
 packet, and is a finding of the host in any case.
 """
@@ -79,7 +79,7 @@ class PacketHost(Host):
         return self.ports[self.chip.name]
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these words have been read, one behind the other.
+        """Return a condition for `bench.run_until`: these words have been read, one after the other.
 
         Args:
             data: words as numbers, 0 to 65535; or as bytes, two a word.
@@ -151,7 +151,7 @@ class PacketHost(Host):
     def packet(
         self, code: int, *words: int, reads: int = 0, checksum: bool = True, axis: int = UNKNOWN, timeout: Time = "5 s"
     ) -> tuple[int, ...]:
-        """Send any packet: a code, and words behind it; returns the words that are read behind those."""
+        """Send any packet: a code, and words after it; returns the words that are read after those."""
         return self.queue.result(self._queue(Packet(code, words, reads, checksum), axis), timeout)
 
     def send(self, data: str | bytes, axis: int = UNKNOWN) -> None:
@@ -169,7 +169,7 @@ class PacketHost(Host):
         """Ask for the status word until a bit of it is 1, or, with "!" before its name, 0; returns the word.
 
         Args:
-            bit: "motion_complete", "!in_motion" ...; behind an update !in_motion waits for the cycle that works it.
+            bit: "motion_complete", "!in_motion" ...; after an update !in_motion waits for the cycle that works it.
             every: pause between two questions.
         """
         packets.status_bit(self.port.sheet, bit.removeprefix("!"))
@@ -185,7 +185,7 @@ class PacketHost(Host):
 
     # ---------------------------------------------------------------------------------------------- single operations
     def write_command(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
-        """Write a command byte and nothing else; the call ends with the strobe, not with the busy time behind it.
+        """Write a command byte and nothing else; the call ends with the strobe, not with the busy time after it.
 
         Args:
             how: low, gap: times of the strobes; ready=False: strobe without looking at HostRdy.

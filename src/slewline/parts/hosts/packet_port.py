@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 NS = 1000  # picoseconds
 SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * NS, 80 * NS
-UNKNOWN = 0  # the current axis, behind what may have changed it
+UNKNOWN = 0  # the current axis, after what may have changed it
 
 
 class Strobes(NamedTuple):
@@ -40,7 +40,7 @@ USUAL = Strobes()
 
 
 class Packet(NamedTuple):
-    """A packet as it goes over the bus: `reads` words are read behind those that are written, then the checksum."""
+    """A packet as it goes over the bus: `reads` words are read after those that are written, then the checksum."""
 
     code: int
     words: tuple[int, ...] = ()
@@ -54,7 +54,7 @@ class Packet(NamedTuple):
         return f"packet {sent}" if row is None else f"{row.name} ({sent})"
 
     def mismatch(self, sheet: Sheet, chip: str, found: Sequence[int], checksum: int) -> str:
-        """Return what is wrong with the checksum that a chip gave behind the words that were read; "": nothing is."""
+        """Return what is wrong with the checksum that a chip gave after the words that were read; "": nothing is."""
         expected = packets.checksum(self.code, (*self.words, *found))
         if checksum == expected:
             return ""
@@ -159,7 +159,7 @@ class PacketPort:
             self.pending[row.name] = None
 
     def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
-        """Note which axis is the current one behind a packet, of which these words were read."""
+        """Note which axis is the current one after a packet, of which these words were read."""
         row = self.sheet.commands.by_code.get(code)
         if row is None:
             return
@@ -234,7 +234,7 @@ class PacketPort:
                 return word
             before, hopeless = hopeless, never()
             if before and hopeless:
-                raise Timeout(f"{self.queue.name}: {bit} of {self.chip} cannot come any more")
+                raise Timeout(f"{self.queue.name}: {bit} of {self.chip} cannot become true any more")
             await until(self.kernel, self.kernel.now + every_ps)
 
 

@@ -83,7 +83,7 @@ class CommandPort:
             found = decoder.feed(byte, True, False)
             if isinstance(found, Command):
                 return encode_binary(found.row, found.values)
-        raise UsageError(f"host: {command!r} is no command; it cannot be put into binary form")
+        raise UsageError(f"host: {command!r} is not a command; it cannot be put into binary form")
 
     def group_size(self, group: int) -> int:
         """Bytes of a verify group in the present mode: the position has five digits, or two bytes in binary mode."""
@@ -153,7 +153,7 @@ class CommandPort:
         """
         await level(self.ready, 1)
         if self.running.level == 0:
-            raise UsageError(f"{self.queue.name}: the program of {self.chip} runs and takes no command; {remedy}")
+            raise UsageError(f"{self.queue.name}: {self.chip} takes no command while its program runs; {remedy}")
 
     async def live(self, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
         """Give commands through PROG/LIVE, read out what they point at; return (group, bytes) of each read-out."""
@@ -170,7 +170,7 @@ class CommandPort:
         data = self.text(last)
         await self.send(data[:-1])
         await level(self.ready, 1)
-        self.prog.drive(None)  # before the last terminator, so that the program goes on behind it
+        self.prog.drive(None)  # before the last terminator, so that the program goes on after it
         await self.send(data[-1:])
         await level(self.ready, 1)
         return found

@@ -56,7 +56,7 @@ class SerialHost(OverUart, Host):
 
     # -------------------------------------------------------------------------------------------------- out and back
     def send(self, data: str | bytes) -> None:
-        """Queue characters as they are, without address and checksum; they go out one behind the other.
+        """Queue characters as they are, without address and checksum; they go out one after the other.
 
         Raises:
             UsageError: text that is not ASCII, or neither text nor bytes.
@@ -65,7 +65,7 @@ class SerialHost(OverUart, Host):
 
     @from_outside
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters, at the rate that the module is strapped for; they go out one behind the other.
+        """Queue characters, at the rate that the module is strapped for; they go out one after the other.
 
         Args:
             fault: "parity", "framing" or "late": every one of them goes out with this fault.

@@ -35,7 +35,7 @@ class Shadow:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew: the part has been reset."""
+        """Begin again: the part has been reset."""
         self.decoder.reset()
         self.entry: Entry | None = None
         self.mode = self.default
@@ -93,7 +93,7 @@ class Shadow:
         match = re.fullmatch(pattern, command) if isinstance(command, str) else None
         if match is None:
             forms = ", ".join(f"{dialect.query} {letter}" for letter in (*letters, dialect.listing))
-            raise UsageError(f"{who}: {command!r} is not answered; ask {forms},n, and send() the rest")
+            raise UsageError(f"{who}: {command!r} has no answer; ask() takes {forms},n, and send() the rest")
         return Query(self.dialect, match[1] or match[2], int(match[3] or 0), self.ascii)
 
 
@@ -110,7 +110,7 @@ class Query:
             self.pattern = rb"%c=.{%d}" % (letter.encode(), dialect.answer_bytes[dialect.queries[letter]])
 
     def answered(self, data: bytes | bytearray, since: int) -> str | bytes | None:
-        """Return the answer that has come behind so many bytes, as text without its last carriage return; None: none.
+        """Return the answer that has come after so many bytes, as text without its last carriage return; None: none.
 
         In binary it is bytes: letter, equals sign, and the value.
         """
@@ -166,4 +166,4 @@ class FlowControl:
         if mode & mask == here:
             return ""
         sends = f"the mode register is {mode} and sends answers elsewhere"
-        return f"as far as {self.owner} knows, {sends}: O {mode & ~mask | here} sends them here"
+        return f"as far as {self.owner} knows, {sends}: send O {mode & ~mask | here} to get them here"

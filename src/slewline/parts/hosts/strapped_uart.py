@@ -187,5 +187,5 @@ def straps_of(chip: Connection) -> Straps:
         UsageError: it has none; the bench hands a host on a line only modules.
     """
     if chip.straps is None:
-        raise UsageError(f"{chip.name}: has no straps; a host on a line speaks to chips with a SerialLine alone")
+        raise UsageError(f"{chip.name}: has no straps; a host on a line works with chips that have a SerialLine")
     return chip.straps

@@ -67,9 +67,9 @@ class FarEnd:
         for byte in data:
             if self.begins and byte not in (RETURN, LF) and chr(byte) not in self.addressed:
                 here = ", ".join(f"{address} ({name})" for address, name in sorted(self.addressed.items()))
-                text = f"a line begins with {chr(byte)!r}, which is no address of a module here: nobody answers"
+                text = f"a line begins with {chr(byte)!r}, which is not the address of a module here: no module answers"
                 if self._is_new(text):
-                    self.near.finding("address", f"{text}; begin it with {here}, or strap another address")
+                    self.near.finding("address", f"{text}; begin it with {here}, or change the address straps")
             self.begins = byte == RETURN
 
     def _is_new(self, text: str) -> bool:

@@ -80,7 +80,7 @@ class HostUart:
 
     # ------------------------------------------------------------------------------------------------------- sending
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters, as an input; they go out one behind the other.
+        """Queue characters, as an input; they go out one after the other.
 
         Raises:
             UsageError: text that is not ASCII, or neither text nor bytes; or no fault that there is.
@@ -95,7 +95,7 @@ class HostUart:
             self.sender = self.kernel.spawn(self._send, name=f"{self.name} sends")
 
     def drop(self, verb: str) -> None:
-        """Forget what is to be sent behind what is on the line already, as this input."""
+        """Forget what is to be sent after what is on the line already, as this input."""
         self.part.input(verb)
         while len(self.outgoing) > 1:
             self.outgoing.pop()
@@ -169,8 +169,8 @@ class HostUart:
         self.on_character(character)
 
     def got(self, data: Data) -> Condition:
-        """Return a condition: these bytes have been received, one behind the other."""
-        mute = "" if self.rxd.net.drivers else " (whose rxd nobody drives: what listens there only receives)"
+        """Return a condition: these bytes have been received, one after the other."""
+        mute = "" if self.rxd.net.drivers else " (nothing drives its rxd: what is connected there only receives)"
         return GotCondition(f"{self.name}{mute}", self.received, as_bytes(self.name, data))
 
 
@@ -199,7 +199,7 @@ class OverUart:
         return self.uart.faulty
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these bytes have been received, one behind the other."""
+        """Return a condition for `bench.run_until`: these bytes have been received, one after the other."""
         return self.uart.got(data)
 
     @from_outside

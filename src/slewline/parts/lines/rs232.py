@@ -57,7 +57,7 @@ class SerialPort(OverUart, Part):
 
     @from_outside
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters; they go out one behind the other.
+        """Queue characters; they go out one after the other.
 
         Args:
             fault: "parity", "framing" or "late": every one of them goes out with this fault.

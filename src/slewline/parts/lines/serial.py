@@ -37,7 +37,7 @@ from ..base.part import Part
 from ..base.request_queue import RequestQueue
 
 GENERATOR_HZ = 2_457_600
-STAGES = 12  # of the CD4040 behind the oscillator
+STAGES = 12  # of the CD4040 after the oscillator
 
 
 def _spelled(baud: Fraction) -> int | str:
@@ -73,7 +73,7 @@ class SerialSender(Part):
 
     @from_outside
     def send(self, data: Data) -> None:
-        """Queue characters; they go out one behind the other."""
+        """Queue characters; they go out one after the other."""
         data = as_bytes(self.name, data)
         self.input("send", data)
         for byte in data:
@@ -147,7 +147,7 @@ class Uart(Part):
     @property
     def waiting(self) -> str:
         """What the part waits for, in words."""
-        return f"{self.name}: {'a start bit' if self.idle else 'in a character'}"
+        return f"{self.name}: {'waiting for a start bit' if self.idle else 'receiving a character'}"
 
     # ------------------------------------------------------------------------------------------------ parallel side
     def _put(self) -> None:
@@ -171,19 +171,19 @@ class Uart(Part):
                 "pe",
                 character.parity_wrong,
                 "uart-parity",
-                f"wrong parity of {byte:#04x}: the UART has {self.setting}; let the host have it, or look for noise",
+                f"wrong parity of {byte:#04x}: the UART has {self.setting}; set the host to the same, or check the line for noise",
             ),
             (
                 "fe",
                 character.framing_wrong,
                 "uart-framing",
-                f"no stop bit behind {byte:#04x}: the UART has {self.setting}; let the host have it, too",
+                f"no stop bit after {byte:#04x}: the UART has {self.setting}; set the host to the same",
             ),
             (
                 "oe",
                 self._available,
                 "uart-overrun",
-                f"{byte:#04x} came before {self.held:#04x} was taken, which is lost",
+                f"{byte:#04x} came before {self.held:#04x} was taken: {self.held:#04x} is lost",
             ),
         ):
             self.drivers[flag].drive(int(wrong))
@@ -193,5 +193,5 @@ class Uart(Part):
         if self.high("rdav"):
             self._set(True)
         else:
-            self.finding("uart-lost", f"{byte:#04x} was complete while READY was low: it is lost; let the host pause")
+            self.finding("uart-lost", f"{byte:#04x} was complete while READY was low: it is lost; let the host pause between characters")
         self._put()

@@ -136,7 +136,7 @@ class Ram(Part):
         """Take nothing, and tell so the first time."""
         if not self._told:
             self._told = True
-            text = f"{byte:02X} is written to address {self._core.address:04X} of an EPROM: nothing happens"
+            text = f"{byte:02X} was written to address {self._core.address:04X} of an EPROM, which is read-only: no effect"
             self.finding("read-only", text)
 
 
@@ -217,7 +217,7 @@ class Eeprom(Part):
         address = self._core.address
         if self.writing is not None:
             busy = f"address {self.writing[0]:04X} is being written"
-            self.finding("memory-busy", f"{byte:02X} for address {address:04X} comes while {busy}: it is lost")
+            self.finding("memory-busy", f"{byte:02X} for address {address:04X} came while {busy}: it is lost")
             return
         self.writing = address, byte
         self._writes = number = self._writes + 1
@@ -246,7 +246,7 @@ class Eeprom(Part):
         try:
             self._kept.flush()
         except OSError as error:
-            self.finding("not-kept", f"{self.unsaved} bytes of the memory are not safe: {error}")
+            self.finding("not-kept", f"{self.unsaved} bytes of the memory are not saved: {error}")
 
     def leave(self) -> None:
         """Flush: the bench is being closed."""

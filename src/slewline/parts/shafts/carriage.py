@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 class Gear(Part):
-    """A gear on a shaft, with a shaft of its own behind it.
+    """A gear on a shaft, with an output shaft of its own.
 
     Args:
         on: what drives it.
         pinion: teeth of the wheel that drives.
         wheel: teeth of the one that is driven.
-        reverse: the shaft behind turns the other way, as it does with two wheels.
+        reverse: the driven shaft turns the other way, as it does with two wheels.
     """
 
     _for_users = ("position",)
@@ -31,7 +31,7 @@ class Gear(Part):
     options = (
         Option("pinion", "int", 1, "teeth of the wheel that drives", low=1),
         Option("wheel", "int", 1, "teeth of the wheel that is driven", low=1),
-        Option("reverse", "bool", False, "the shaft behind turns the other way"),
+        Option("reverse", "bool", False, "the driven shaft turns the other way"),
     )
     quantities, forget = shaft_quantities, forget_shaft
 
@@ -43,7 +43,7 @@ class Gear(Part):
 
     @property
     def position(self) -> float:
-        """Steps that the shaft behind has turned, a step being that of a motor with as many a turn."""
+        """Steps that the driven shaft has turned, a step being that of a motor with as many a turn."""
         return float(self.shaft.place)
 
 

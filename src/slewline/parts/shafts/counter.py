@@ -225,7 +225,7 @@ class StepCounter:
         if self.several:
             begins = np.searchsorted(k, k)
             late = np.arange(b - a) - begins + np.where(begins, 0, a - self._changes(first - 1))
-            following = np.append(instants[1:], np.iinfo(np.int64).max)  # behind the last one nothing has come yet
+            following = np.append(instants[1:], np.iinfo(np.int64).max)  # after the last one nothing has come yet
             times = np.minimum(times + late * DWELL_PS, following[k])
         return times + self.lag_ps, self.count + motion.sign * j
 

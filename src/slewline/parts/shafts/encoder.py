@@ -169,7 +169,7 @@ class Encoder(Part):
         """Start to watch the pins: the part is wired, and time is about to pass."""
         if self._motor is not None:
             if not ((net := self.pins["pulse"].net).drivers or net.joined):
-                self.finding("open-pin", "pulse is open, nothing but push() turns the shaft; give to=x, or on=motor")
+                self.finding("open-pin", "pulse is open, so only push() turns the shaft; give to=x, or on=motor")
             self._motor.rewired()
         self.rule.start()
 
@@ -193,7 +193,7 @@ class Encoder(Part):
     @property
     def waiting(self) -> str:
         """What the part waits for."""
-        return f"{self.name}: {hand} counts by hand" if (hand := self._outputs.hand) else super().waiting
+        return f"{self.name}: turning {hand} more counts by hand" if (hand := self._outputs.hand) else super().waiting
 
     @from_outside
     def block(self) -> None:
@@ -214,7 +214,7 @@ class Encoder(Part):
         """Let the shaft slip: it does not follow the next steps, so many counts long, whatever their direction."""
         check_counts(self, counts)
         if counts < 0:
-            raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 and more (push turns the shaft)")
+            raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 and more (push() turns the shaft)")
         self.input("slip", counts)
         self.shaft.slip(self._outputs.steps(counts))
         self.kernel.settle()
@@ -261,7 +261,7 @@ class Quadrature(Part):
     @property
     def waiting(self) -> str:
         """What the part waits for."""
-        return f"{self.name}: {hand} counts by hand" if (hand := self._outputs.hand) else super().waiting
+        return f"{self.name}: turning {hand} more counts by hand" if (hand := self._outputs.hand) else super().waiting
 
     @from_outside
     def run(self, rate: int) -> None:

@@ -120,7 +120,7 @@ class FollowedSteps(ClockEdges):
                 done += self._work_some(times[done : done + self._many])
 
     def _work_some(self, times: Any) -> int:
-        """Work off the first of some pulses, and those behind it that are followed like it; return how many."""
+        """Work off the first of some pulses, and those after it that are followed like it; return how many."""
         state = self.limits.after(self._state, int(times[0]), self.sign)
         if not state.follows:
             self._state, self._known, self._many = state, self._known + 1, FEW

@@ -15,7 +15,7 @@ class InterlockMonitor:
 
     def __init__(self, part: Part, shaft: Shaft) -> None:
         self.part, self.shaft = part, shaft
-        self._since: int | None = None  # steps behind this instant have not been looked at
+        self._since: int | None = None  # steps after this instant have not been looked at
 
     def hold(self, on: bool) -> None:
         """Watch from now on that the shaft stands; or stop watching."""
@@ -26,7 +26,7 @@ class InterlockMonitor:
             self._since = None
 
     def steps(self) -> Iterator[tuple[int, int, int]]:
-        """Yield the steps since the last question: instant (ps), place before it and behind it."""
+        """Yield the steps since the last question: instant (ps), place before it and after it."""
         import numpy as np
 
         since, seen, shaft = self._since, self.part.kernel.seen, self.shaft

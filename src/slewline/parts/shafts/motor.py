@@ -369,7 +369,7 @@ class Rotor(Part):
         self._followed = field
         turn = (field - self._position) % 4
         if turn == 2:
-            text = "the field jumped to the opposite side: a real rotor would go either way"
+            text = "the field jumped to the opposite side: a real rotor could go either way"
             self.finding("rotor-lost", text, ps)
         else:
             self._position += {0: 0, 1: 1, 3: -1}[turn]

@@ -42,7 +42,7 @@ class Sensor(Follower):
         part: has its pins already.
         shaft: what it sits on; it is followed from the instant on at which time is about to pass.
         show: promises the outputs by `counter`; called with each new motion.
-        cut: takes notice of what `counter` has shown up to an instant (ps), before it begins there anew.
+        cut: takes notice of what `counter` has shown up to an instant (ps), before it begins there again.
     """
 
     def __init__(

@@ -7,7 +7,7 @@ Whoever turns it says so in two strokes, so that nothing is asked of a promise t
     shaft.turn(edges, sign, now)    in the next round: how it turns from there on
 
 All that sits on it hears of both at once: in `on_cut` it follows the old motion up to that instant, in `on_turn` it
-promises anew.  Outputs of what sits on a shaft come later than the step that moves it, if only by 1 ps: so no edge is
+promises again.  Outputs of what sits on a shaft come later than the step that moves it, if only by 1 ps: so no edge is
 the cause of another at its own instant, and it does not matter in which order an instant runs its rounds.
 
 A shaft has no events of its own.  Places are in steps, `per_turn` of them being a turn.
@@ -43,7 +43,7 @@ class Shaft:
 
     `on_cut` hears the instant up to which the motion holds, `on_turn` that there is a new motion.  `on_lost` hears of
     steps that a stop has swallowed, when somebody asks (`look`) or the shaft is cut: the instant of the first one of
-    them, how many, and whether the shaft has come to the stop anew.
+    them, how many, and whether the shaft has come to the stop again.
     """
 
     def __init__(self, kernel: Kernel, per_turn: int = 200) -> None:
@@ -277,7 +277,7 @@ class DrivenShaft(Shaft):
         Raises:
             NotImplementedError: always.
         """
-        raise NotImplementedError("what turns it is the shaft under it")
+        raise NotImplementedError("it turns with the shaft under it")
 
     def block(self) -> None:
         """Block the driving shaft."""
@@ -297,7 +297,7 @@ class DrivenShaft(Shaft):
 
 
 class GearedShaft(DrivenShaft):
-    """A shaft behind a gear: it turns `ratio` times as far, less than 0: the other way."""
+    """A shaft that a gear drives: it turns `ratio` times as far, less than 0: the other way."""
 
     def __init__(self, under: Shaft, ratio: Fraction) -> None:
         super().__init__(under)

@@ -183,7 +183,7 @@ class ShaftMotion:
         )
 
     def geared(self, ratio: Fraction) -> ShaftMotion:
-        """Return the motion of a shaft behind a gear: it turns `ratio` times as far, negative: the other way."""
+        """Return the motion of a shaft that a gear drives: it turns `ratio` times as far, negative: the other way."""
         n, d = abs(ratio.numerator), ratio.denominator
         sign = 1 if ratio > 0 else -1
         return replace(

@@ -30,7 +30,7 @@ class InputArbiter:
         self._show()
 
     def restart(self) -> None:
-        """I: the serial side looks for its rate again; a handshake in work goes on."""
+        """I: the serial side looks for its rate again; a handshake in progress goes on."""
         self.serial.restart()
 
     def killed(self, powered: bool) -> None:
@@ -63,7 +63,7 @@ class InputArbiter:
 
     @property
     def answering(self) -> bool:
-        """Is a command of the serial side in work, or does a character wait that the chip will read by itself?"""
+        """Is a command of the serial side in progress, or does a character wait that the chip will read by itself?"""
         if self.held is self.serial and self.at_work:
             return True
         return bool(self.serial.buffer) and not self.port.host_is_next
@@ -76,7 +76,7 @@ class InputArbiter:
     async def letter(self, *others: tuple[Net, int | None], running: bool = False) -> int:
         """Return the first byte of a command, from whichever side begins one.
 
-        An FF over the bus while a program runs is the empty handshake: the program waits for the letter behind it.  Any
+        An FF over the bus while a program runs is the empty handshake: the program waits for the letter after it.  Any
         other FF is ignored, and leaves the chip to whoever comes next.
 
         Args:
@@ -100,7 +100,7 @@ class InputArbiter:
 
     async def _begins(self, others: tuple[tuple[Net, int | None], ...]) -> bool:
         """Wait, idle, until a side begins a command, or one of the others ends the wait; return whether a side has."""
-        self.chip.waits("a command letter")
+        self.chip.waits("waiting for a command letter")
         self.chip.idle = True
         await first_of(self.chip.kernel, None, (self.port.request, 0), (self.serial.arrived, None), *others)
         self.chip.idle = False
@@ -124,7 +124,7 @@ class InputArbiter:
         if self.held is port:
             await port.done()
             while True:
-                chip.waits("the rest of a command on the bus")
+                chip.waits("waiting for the rest of a command on the bus")
                 chip.idle = not self.program
                 await port.until_request(0)
                 chip.idle = False
@@ -132,7 +132,7 @@ class InputArbiter:
                 if byte >= 0:
                     return byte
         while not serial.buffer:
-            chip.waits("the rest of a command on RXD")
+            chip.waits("waiting for the rest of a command on RXD")
             chip.idle = not self.program
             await edge(serial.arrived)
             chip.idle = False

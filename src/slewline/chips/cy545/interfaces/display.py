@@ -52,7 +52,7 @@ class Display:
         return head + value.to_bytes(sheet.ANSWER_BYTES[digits], "big")
 
     async def position(self) -> None:
-        """Show the position behind a step of jog or home, if the mode says so (ch.16, Automatic Position Display)."""
+        """Show the position after a step of jog or home, if the mode says so (ch.16, Automatic Position Display)."""
         if self.registers.has(sheet.MB_SHOW):
             await self.reply("P", self.chip.axes[0].position)
             self.chip.sync_forward()  # the host, or TXD, has taken its time

@@ -9,7 +9,7 @@ r"""The local bus: cycles on the data bus that reach memory, display and switche
 
 Only the memory has a high address byte, which it takes as XMEM_SEL falls; low addresses are taken as ALE falls.  A
 cycle takes `fetch` clocks, of which a phase is a tenth (inferred).  What a cycle does is promised as it begins; the
-byte of a read is looked at just before RD rises.
+byte of a read is sampled just before RD rises.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class LocalBus:
 
     # ---------------------------------------------------------------------------------------------- parts of a cycle
     def _at(self, phase: int) -> int:
-        """The clocks from the begin of a cycle to a phase."""
+        """The clocks from the start of a cycle to a phase."""
         return self.fetch * phase // PHASES
 
     def _ps(self, start: int, phase: int) -> int:
@@ -139,7 +139,7 @@ class LocalBus:
         self.drivers[pin].wave(1, (self._ps(start, STROBE), self._ps(start, rises)), (0, 1))
 
     def _address(self, start: int, low: int, high: int | None, data: Level) -> None:
-        """Promise both bytes of an address, ALE, and what stands on the bus behind them."""
+        """Promise both bytes of an address, ALE, and what stands on the bus after them."""
         self.drivers["ale"].wave(0, (self._ps(start, LOW), self._ps(start, LATCH)), (1, 0))
         upper = None if high is None else (0xFF, high)
         times = [self._ps(start, phase) for phase in (LOW, DATA, READ)]

@@ -35,14 +35,14 @@ class ParallelPort:
     def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
         self.chip, self.kernel, self.clock, self.ticks, self.bits = chip, chip.kernel, chip.clock, ticks, bits
         channel = chip.sheet.through(FlowBus)
-        self.late = channel.ends == "after"  # FPL goes high behind the rise of IO_REQUEST for the last byte
+        self.late = channel.ends == "after"  # FPL goes high after the rise of IO_REQUEST for the last byte
         self.bus, self.bus_driver, self.busy = chip.bus, chip.bus_driver, chip.drivers["busy"]
         self.request = chip.pins["io_request"].net
         self.request.latched = True  # `changes` and `changed_at` are what the chip goes by
         self.reset()
 
     def reset(self) -> None:
-        """No byte is in work; BUSY and FPL are high."""
+        """No byte is in progress; BUSY and FPL are high."""
         self.open = False  # BUSY is low for a byte of the host
         self.host_is_next = False  # the chip waits for IO_REQUEST, in the middle of a command or of a message
         self.served = -1  # changes of IO_REQUEST when that byte was asked for
@@ -79,15 +79,15 @@ class ParallelPort:
         if running and byte != EMPTY:
             chip.finding(
                 "missing-ff",
-                f"a program runs, and the first handshake brings {byte:#04x}; it should leave the bus alone",
+                f"a program runs, and the first handshake brought {byte:#04x}; the host should leave the bus floating in it",
             )
         self.busy.drive(0)
         self.open, self.served = True, fell
-        chip.waits("a byte in work")
+        chip.waits("handling a byte")
         return byte
 
     async def done(self, tick: int = 0) -> None:
-        """End the handshake of the byte in work, if there is one: BUSY rises, at a tick or later.
+        """End the handshake of the byte in progress, if there is one: BUSY rises, at a tick or later.
 
         It does not rise before IO_REQUEST has.
         """
@@ -96,7 +96,7 @@ class ParallelPort:
         if not self.open:
             return
         if request.changes == self.served:
-            chip.waits("io_request=1 before BUSY rises")
+            chip.waits("waiting for io_request=1 (then BUSY rises)")
             await self.until_request(1)
         rose = request.changed_at if request.changes == self.served + 1 else self.kernel.now
         chip.sync_forward()
@@ -108,10 +108,10 @@ class ParallelPort:
 
     # -------------------------------------------------------------------------------------------------------- bytes out
     async def send(self, message: bytes, each: bool) -> None:
-        """Give bytes to the host, for as long as it takes; a handshake in work ends first.
+        """Give bytes to the host, for as long as it takes; a handshake in progress ends first.
 
         Args:
-            each: FPL goes high behind every byte (binary), else behind each return and behind the last byte.
+            each: FPL goes high after every byte (binary), else after each return and after the last byte.
         """
         for number, byte in enumerate(message, 1):
             self.bits.fpl(0)
@@ -122,7 +122,7 @@ class ParallelPort:
     async def _give(self, byte: int, last: bool) -> bool:
         """Give a byte; False: the request was withdrawn before BUSY fell, so the host has not got it."""
         chip, request = self.chip, self.request
-        chip.waits("io_request=0: FPL is low, the host is to read")
+        chip.waits("waiting for io_request=0 (FPL is low: the host has to read)")
         await next_round(self.kernel)  # a host that asks already, with a letter, lets go of the bus as FPL falls
         await self.until_request(0)
         fell, delay, lead = request.changes, self.ticks["output_delay"], self.ticks["flow_lead"]
@@ -140,7 +140,7 @@ class ParallelPort:
             return False
         self.busy.drive(0)
         self.bus.resolve(self.kernel.seen)  # a host that drives the bus as well is found, whether anybody looks or not
-        chip.waits("io_request=1: the host is to read the byte on the bus")
+        chip.waits("waiting for io_request=1 (the host has to read the byte on the bus)")
         await self.until_request(1)
         self.bits.bus_used()
         chip.sync_forward()

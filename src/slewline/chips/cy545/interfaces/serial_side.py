@@ -63,7 +63,7 @@ class SerialSide:
 
     # ---------------------------------------------------------------------------------------------------------- reset
     def restart(self) -> None:
-        """Begin anew, as after reset: the rate is that of the next two carriage returns, unless it is fixed."""
+        """Begin again, as after reset: the rate is that of the next two carriage returns, unless it is fixed."""
         self.killed()
         self.rest(TTL)
         if self.fixed_baud is not None:
@@ -113,7 +113,7 @@ class SerialSide:
             self.first_bit = None
             if self._untold():
                 came = "a line feed (\\n) between them" if line_feed else "characters before two carriage returns"
-                self.chip.finding("not-adapted", f"{came}: not heard; begin with \\r\\r, without \\n")
+                self.chip.finding("not-adapted", f"{came}: not recognised; start with \\r\\r, without \\n")
             return
         edges.clear()
         first, self.first_bit = self.first_bit, bit
@@ -135,7 +135,7 @@ class SerialSide:
                 self.chip.finding(
                     "wrong-rate",
                     f"two carriage returns at {rate:.0f} baud; it adapts to standard rates from {slowest:.0f} to "
-                    f"{fastest:.0f} baud at {self.chip.crystal_hz / 1e6:g} MHz; let the host have one of these",
+                    f"{fastest:.0f} baud at {self.chip.crystal_hz / 1e6:g} MHz; set the host to one of these",
                 )
             return
         self._listen_at(Clock(round(OVERSAMPLING * rate)))
@@ -159,7 +159,7 @@ class SerialSide:
             character = await receiver.character()
             self.over_ps = character.end_ps
             if character.framing_wrong:
-                self.chip.finding("serial-framing", f"no stop bit behind {character.byte:#04x}: it is lost")
+                self.chip.finding("serial-framing", f"no stop bit after {character.byte:#04x}: it is lost")
             elif len(self.buffer) >= ROOM:
                 self.chip.finding(
                     "serial-overrun", f"{character.byte:#04x} came while {ROOM} characters wait: it is lost"
@@ -177,10 +177,10 @@ class SerialSide:
     async def send(self, message: bytes) -> None:
         """Send characters; without a rate they are lost."""
         if self.clock is None:
-            self.chip.finding("not-adapted", f"{message!r} is to be sent, and no rate is known: it is lost")
+            self.chip.finding("not-adapted", f"{message!r} is lost: it was to be sent before the rate was known")
             return
         chip = self.chip
-        chip.waits("the end of what it sends on TXD")
+        chip.waits("sending on TXD")
         await until(self.kernel, self.over_ps)
         await transmit(self.txd, self.clock, self.word, message, TTL)
         chip.sync_forward()

@@ -6,7 +6,7 @@ r"""HOME: seek the edge of a sensor, always from the same side.
                      |<-----------
                      ->|
 
-The pattern is looked at as each step ends, at the first rate over 20.
+The pattern is sampled as each step ends, at the first rate over 20.
 """
 
 from __future__ import annotations

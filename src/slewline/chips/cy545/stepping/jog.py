@@ -70,7 +70,7 @@ class Jog:
         begin, period = chip.tick + self.lead, single.period
         if self.motion != outputs.motions or not self.axis.log.under_way or way != self.way_of_motion:
             self.motion, self.way_of_motion = outputs.begin("JOG", single.parameters, way), way
-        chip.waits(f"jog={0 if way > 0 else 1}: a step")
+        chip.waits(f"making a step of jog (jog={0 if way > 0 else 1})")
         outputs.point(way > 0)
         outputs.moving(True)
         await chip.at_tick(begin)

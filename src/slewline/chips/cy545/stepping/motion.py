@@ -3,7 +3,7 @@ r"""The CY545's motions: ramps, continuous motion, INHIBIT_ABORT and the limits.
     G or P                                                  a step ends
       |  CCW      INHIBIT_ABORT? limit? SLEW?                |
       |__|_____________.........|_____|______________________|______________________|_____
-                                 20 us PULSE                  limit? INHIBIT_ABORT?   behind the last: 5 ms to STOPPED
+                                 20 us PULSE                  limit? INHIBIT_ABORT?   after the last: 5 ms to STOPPED
                                  STOPPED low
 
 INHIBIT_ABORT low at the end of a step made at the first rate ends the motion; at the end of a faster one it lets the
@@ -80,7 +80,7 @@ class Stepping(motion.Motion):
         self.settle()
         self.outputs.pulse.drive(1)
         self.outputs.slew.drive(1)
-        self.chip.waits(f"STOPPED high after {self.text}")
+        self.chip.waits(f"waiting for STOPPED high after {self.text}")
         await self.chip.ticks(self.ticks["hold"])
         self.shows(False)
         self.over(why)

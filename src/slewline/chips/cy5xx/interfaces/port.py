@@ -35,7 +35,7 @@ class BusPort:
         self.sample = self.strobe + self.width  # the bus is read at the rising edge of INSTROBE
         self.request.latched = self.select.latched = True  # `value` is what a look sees
         self.ascii = True  # pin 36, as it was with the command letter
-        self.requested = self.busy_from = self.busy_ps = 0  # of the byte in work: its request, READY low
+        self.requested = self.busy_from = self.busy_ps = 0  # of the byte in progress: its request, READY low
         self.unanswered = -1  # changes of I/O REQUEST, when it fell in a running program
         self.begin()
 
@@ -68,7 +68,7 @@ class BusPort:
             if request.changed_at < self.busy_ps:
                 chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte counts")
         elif request.value == 0:
-            chip.waits("io_request=1 before READY returns")
+            chip.waits("waiting for io_request=1 (then READY rises)")
             await level(request, 1)
             chip.sync()
         self.ready.drive(1)
@@ -96,7 +96,7 @@ class BusPort:
                 if woken is not None and woken is not request:
                     return -1
             elif request.changes == self.ended_wait and not live:
-                chip.waits("io_request=1, which ended a wait")
+                chip.waits("waiting for io_request=1 (its low ended a wait)")
                 await level(request, 1)  # it has had its effect; it brings no byte
                 continue
             else:
@@ -132,7 +132,7 @@ class BusPort:
             self.ascii = self.mode.level == 1
         chip.tick = self.busy_from = chip.tick + self.busy
         self.busy_ps = self.clock.ps(chip.tick)
-        chip.waits("a byte in work")
+        chip.waits("handling a byte")
         if self.motion_complete.net.value != 1:
             self.motion_complete.drive(1)
         byte: int = self.bus.byte
@@ -150,7 +150,7 @@ class BusPort:
         self.busy_ps = ps(self.busy_from)
         self.ready.wave(1, (self.busy_ps,), (0,))
         self.motion_complete.drive(1)
-        chip.waits("io_request=1 after a verify byte")
+        chip.waits("waiting for io_request=1 (after a verify byte)")
         await chip.at_tick(self.busy_from + width)
         self.bus.resolve(self.kernel.seen)  # a host that drives the bus as well is found, whether anybody looks or not
         if request.changes > self.accepted and request.changed_at < self.busy_ps:

@@ -1,6 +1,6 @@
 r"""How a plan is played: promise it whole, look at the inputs where the manual says so, withdraw when one departs.
 
-When the chip looks, on a step from its begin b to the begin of the next:
+When the chip looks, on a step from its begin b to the start of the next:
 
     b                                   r    b'
     |___________________________________|‾‾‾‾|      PULSE
@@ -63,7 +63,7 @@ class Motion:
             self.port, self.request, self.select = port, port.request, port.select
         self.high = ticks.get("pulse_high", 0)
         self.moving = False
-        self.fresh = False  # a look wants the train to be laid anew
+        self.fresh = False  # a look wants the train to be laid again
         self.playing: Playing | None = None
 
     # ------------------------------------------------------------------------------------- what a part brings
@@ -162,7 +162,7 @@ class Motion:
         self.shows(False)
         self.axis.log.end()
         self.moving = False
-        self.chip.waits(f"READY after {self.text}")
+        self.chip.waits(f"waiting for READY after {self.text}")
         await self.chip.ticks(self.ticks["ready_after_motion"])
 
     def killed(self) -> None:
@@ -223,7 +223,7 @@ class Motion:
 
     # ----------------------------------------------------------------------------------------------- until a decision
     async def until_sample(self, stop: int) -> tuple[int, bool]:
-        """Let the promise run until a decision: at the begin of step `stop` of the plan, or at an earlier look.
+        """Let the promise run until a decision: at the start of step `stop` of the plan, or at an earlier look.
 
         Returns the step of the plan that is about to begin, and whether it needs a new train, because a look within a
         step has changed its length.
@@ -255,7 +255,7 @@ class Motion:
     def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
         """Return the tick of the first look at a net strictly after this instant.
 
-        None beside it: that is the begin of a step.  Else the look lies within a step, and this is done there.
+        None beside it: that is the start of a step.  Else the look lies within a step, and this is done there.
         """
         train, now = self.train, self.kernel.now
         step = train.begun(now)  # steps begun; the running one is step - 1

@@ -76,7 +76,7 @@ class Instructions(instructions.ParameterHandlers):
 
     def do_factor(self, factor: int) -> None:
         if self.registers.slope:
-            self.chip.finding("factor-in-slope", f"F {factor} behind S: {self.in_slope}")
+            self.chip.finding("factor-in-slope", f"F {factor} after S: {self.in_slope}")
         self.registers.load("factor", factor)
 
     def do_halfstep(self) -> None:

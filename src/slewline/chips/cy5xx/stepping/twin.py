@@ -8,7 +8,7 @@ the first.  Findings of a motion are told by the part's own twin, or not at all.
 
     one step (a look reads the levels from before the instant):
 
-        begin                                       end = begin of the next
+        begin                                       end = start of the next
           |                                           |
           |_________________________________      ____|
         ‾‾|                                 |‾‾‾‾|    PULSE

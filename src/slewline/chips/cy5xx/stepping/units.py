@@ -1,9 +1,9 @@
 """Ramps whose rate parameter grows by one with every unit of time.  Pure functions, whole clocks.
 
 rate parameter
-  high .........______      a unit falls due every so many clocks, counted from the first step; it is looked at when a
+  high .........______      a unit falls due every so many clocks, counted from the first step; it is sampled when a
               _/            step begins.  Either all that are due are taken then (`jumps`), or one at most: one that is
-            _/              taken late does not move those behind it.
+            _/              taken late does not move those after it.
   low ...../
 """
 

@@ -72,11 +72,11 @@ class Instructions:
         self.user.outputs[output - 1].drive(0)
 
     async def do_delay(self, tenths: int) -> None:
-        self.chip.waits(f"D{tenths}")
+        self.chip.waits(f"waiting {tenths / 10:g} s (D{tenths})")
         await until(self.kernel, self.kernel.now + tenths * self.times_ps["delay_unit"])
 
     async def do_wait(self, number: int) -> None:
-        self.chip.waits(f"W{number}: ui{number}=1")
+        self.chip.waits(f"waiting for ui{number}=1 (W{number})")
         await polled(self.kernel, self.user.inputs[number - 1], 1, self.times_ps["instruction"])
 
     async def do_until(self, number: int) -> None:
@@ -107,7 +107,7 @@ class Instructions:
             program.loops.pop()
 
     def _check_start(self, passes: int) -> None:
-        """Report once a loop end that stands behind another one, without a start of its own."""
+        """Report once a loop end that stands after another one, without a start of its own."""
         here = self.program.pc - self.loop_size
         before = [row.name for at, row, _ in self.program.fetched() if at < here and row.name in ("LOOP_START", "LOOP")]
         if not self.program.loop_reported and before and before[-1] == "LOOP":

@@ -50,7 +50,7 @@ class Interpreter:
 
     @property
     def under_way(self) -> str:
-        """The instruction of the program that is in work, or what else is; empty: nothing."""
+        """The instruction of the program that is in progress, or what else is; empty: nothing."""
         return self.activity.text if self.program.at is None else self.program.text_at(self.program.at)
 
     # ------------------------------------------------------------------------------------------------ begin and end
@@ -68,7 +68,7 @@ class Interpreter:
         """Nothing runs any more."""
         self.task = self.program.at = None
         self.activity.works_on("")
-        self.chip.waits("a command")
+        self.chip.waits("waiting for a command")
         self.activity.end(PROGRAM)
         self.refresh_idle()
 
@@ -121,7 +121,7 @@ class Interpreter:
                 chip.on_instruction(at)
             if chip.on_command:
                 chip.on_command(self.under_way)
-            chip.waits(f"{row.form} at location {at} in work")
+            chip.waits(f"{row.form} at location {at} in progress")
             await self._instruction_time()
             program.pc = at + row.size
             await self.handlers[row.form](*values)

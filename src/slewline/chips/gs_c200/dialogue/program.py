@@ -24,7 +24,7 @@ def set_first(missing: str) -> str:
 class Program:
     """The stored program: its bytes, whose codes are the model's own, and its run.
 
-    `pc` is the location of the next instruction, `at` that of the one in work, None while no program runs.
+    `pc` is the location of the next instruction, `at` that of the one in progress, None while no program runs.
     """
 
     def __init__(self, sheet: Sheet, registers: Registers) -> None:
@@ -43,7 +43,7 @@ class Program:
 
     # --------------------------------------------------------------------------------------------------- programming
     def store(self, command: Command) -> bool:
-        """Store an instruction behind the others; return whether it fits."""
+        """Store an instruction after the others; return whether it fits."""
         fits = len(self.memory) + command.row.size <= self.sheet.buffer_bytes
         if fits:
             self.memory += command.stored
@@ -65,7 +65,7 @@ class Program:
     def begin(self) -> None:
         """Put a run to its start."""
         self.pc = 0
-        self.ending = False  # it ends behind the instruction in work
+        self.ending = False  # it ends after the instruction in progress
         self.loops: list[list[int]] = []  # [where it begins, passes made]
         self.loop_reported = False  # a loop end without a start has been reported
         self.until: Net | None = None  # U at location 0 repeats the program while this input is 1

@@ -21,7 +21,7 @@ def fault(line: Line, command: str, sheet: Sheet, straps: Straps, longest: int) 
     """
     if line.faulty:
         here = f"{straps.setting.in_full} ({straps.set_by})"
-        return f"a parity or framing fault: this module listens at {here}; let the host do so, or look for noise"
+        return f"a parity or framing fault: this module is set to {here}; set the host to the same rate and format, or check the line for noise"
     if line.too_long:
         return f"more than {longest} characters; end each command with a carriage return"
     if line.checked and line.text[-1] != checksum(line.text[:-1], straps.kept):
@@ -32,9 +32,9 @@ def fault(line: Line, command: str, sheet: Sheet, straps: Straps, longest: int) 
 def _checksum(text: bytes, command: str, sheet: Sheet, straps: Straps) -> str:
     """Return what is wrong with the last character of a line: the host has sent no checksum, or another one."""
     rest, kept, pin = text[:-1], straps.kept, straps.port.checksum_pin
-    wrong = f"checksum {shown(text[-1])}, expected {shown(checksum(rest, kept))} behind {rest!r}"
+    wrong = f"checksum {shown(text[-1])}, expected {shown(checksum(rest, kept))} after {rest!r}"
     meant = text if is_command(sheet, command) else rest
-    came = f"; {command} has come without one" if meant is text else ""
+    came = f"; {command} arrived without one" if meant is text else ""
     rule = f"the low seven bits of the sum of its codes{', bit 4 set' * bool(kept)}"
     return (
         f"{wrong}{came}: send {framed(meant, kept=kept)!r}, whose {shown(checksum(meant, kept))} is {rule}; "

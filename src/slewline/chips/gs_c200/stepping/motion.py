@@ -191,7 +191,7 @@ class Motion:
     async def until_sample(self, stop: int, steps: int, switch: Net | None) -> int:
         """Let the promise run until a decision; returns the step of the plan that is about to begin.
 
-        The decision is at the begin of step `stop`, or earlier when an input departs; the end of the last pulse is one.
+        The decision is at the start of step `stop`, or earlier when an input departs; the end of the last pulse is one.
         """
         kernel, playing = self.kernel, cast("Playing", self.playing)
         train, lines = playing.train, self.lines

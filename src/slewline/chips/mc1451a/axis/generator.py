@@ -20,7 +20,7 @@ AIMS = {TRAPEZOIDAL: "point", VELOCITY: "contour", S_CURVE: "curve"}
 
 
 class ProfileGenerator:
-    """What an axis is up to.  `aim` is empty at rest; `fresh` says: decide anew, run or no run."""
+    """What an axis is up to.  `aim` is empty at rest; `fresh` says: decide again, run or no run."""
 
     def __init__(self, chip: ChipContext, state: AxisState, pulses: Pulses) -> None:
         self.chip, self.state, self.pulses, self.log = chip, state, pulses, pulses.axis.log
@@ -115,7 +115,7 @@ class ProfileGenerator:
         self.aim = ""
 
     def wrapped(self) -> None:
-        """Decide anew where a destination lies: the target has passed an end of its range."""
+        """Decide again where a destination lies: the target has passed an end of its range."""
         self.fresh |= self.aim == "point"
 
     # ------------------------------------------------------------------------------------------------------------- runs
@@ -187,4 +187,4 @@ class ProfileGenerator:
             remaining = self.pulses.sign * (state.active.position * ONE - state.target)
             fault = fault_of_run(law, run, self.limits, before, remaining)
         if fault:
-            raise PlanError(f"{self.chip.name} axis {state.number}, cycle {n}: {run} does not hold together: {fault}")
+            raise PlanError(f"{self.chip.name} axis {state.number}, cycle {n}: {run} is inconsistent: {fault}")

@@ -69,14 +69,14 @@ class Pulses:
         self.turn = 0  # how often the run has wrapped
         self.rounds = 0  # how often the target has, since a position was declared
         self.lead, self.high = 0, False  # target minus emitted position, and PULSE, at the start of the run
-        self.surplus = 0  # of the lead: issued in this cycle for a target that was declared anew since
+        self.surplus = 0  # of the lead: issued in this cycle for a target that was declared again since
         self.curve: Phases | None = None
         self.acceleration = 0
         self.past = [Past(0, 0, 0, 1, None)]
         self.playing: Playing | None = None
 
     def move(self, n: int) -> bool:
-        """Show where the run has come to at the start of a cycle, and how fast: behind its end, how fast it was.
+        """Show where the run has come to at the start of a cycle, and how fast: after its end, how fast it was.
 
         Returns whether the target has passed an end of its range.
         """

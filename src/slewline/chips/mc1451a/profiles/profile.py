@@ -47,7 +47,7 @@ class MoveLimits:
     start: int
 
     def braking(self, speed: int) -> int:
-        """Return B: the distance of a cycle at this speed and of the braking behind it, one cycle at s included."""
+        """Return B: the distance of a cycle at this speed and of the braking after it, one cycle at s included."""
         a, s = self.acceleration, self.start
         cycles = -(-(speed - s) // a) if speed > s else 0
         return cycles * speed - a * cycles * (cycles - 1) // 2 + s
@@ -98,7 +98,7 @@ def trapezoid(limits: MoveLimits, remaining: int, speed: int) -> CycleRun:
         return CycleRun(1, first)
 
     def same(i: int) -> bool:
-        """Does the rule go on like this behind cycle i?"""
+        """Does the rule go on like this after cycle i?"""
         before = first + i * change
         left = remaining - first * (i + 1) - change * (i * (i + 1) // 2)
         if before + change <= 0 or left <= 0 < remaining:

@@ -49,7 +49,7 @@ class Forces:
         self.per_s = self.cycle_clock.per_s
 
     def ps(self, cycle: int, parts: int = 0) -> int:
-        """Return the instant so many parts (2^-PLACES cycle) behind the begin of a cycle."""
+        """Return the instant so many parts (2^-PLACES cycle) after the start of a cycle."""
         cycle_clock = self.cycle_clock
         if not parts:
             return cycle_clock.ps(cycle)
@@ -171,7 +171,7 @@ class Acceleration(Quantity):
         return Outline(np.array(times, np.int64), np.array(values, np.float64) + 0.0)
 
     def staircase(self, start: int, stop: int) -> Outline:
-        """Where it grows evenly, a value at the begin of every cycle."""
+        """Where it grows evenly, a value at the start of every cycle."""
         import numpy as np
 
         stretches = self.forces.stretches(start, stop)

@@ -6,7 +6,7 @@
      x                 x + velocity              which is decided at T_n and evenly spread over the cycle
 
 PULSE shows the target: it rises half a step behind the last step that was made, and falls, which is the next step, a
-whole one behind it.  `lead` is how far the target is ahead of the steps made so far.
+whole one after it.  `lead` is how far the target is ahead of the steps made so far.
 """
 
 from __future__ import annotations
@@ -288,7 +288,7 @@ class TwinAxis:
                 self.finding("start-velocity", "the start velocity is not below the maximum: no ramps")
 
     def does_not_start(self, zero: set[str]) -> None:
-        """Report an update behind which registers that are 0 keep the axis at rest; once, while these are the ones."""
+        """Report an update after which registers that are 0 keep the axis at rest; once, while these are the ones."""
         if zero != self.why:
             self.finding("no-start", f"no motion: {', '.join(sorted(zero))} 0")
         self.why = zero

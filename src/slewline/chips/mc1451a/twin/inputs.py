@@ -1,4 +1,4 @@
-r"""The inputs of the slow twin: HOME and the encoder, behind filters and watched edge by edge, and the limit switches.
+r"""The inputs of the slow twin: HOME and the encoder, after filters and watched edge by edge, and the limit switches.
 
         |<- 12 ->|           clocks
 pin   __/‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_____________
@@ -20,7 +20,7 @@ FORWARD = ((0, 0), (1, 0), (1, 1), (0, 1))  # the encoder's A and B in positive 
 
 
 class Filter:
-    """An input behind its filter: a level counts when it has lasted for three clocks of 160 ns."""
+    """An input after its filter: a level counts when it has lasted for three clocks of 160 ns."""
 
     def __init__(self, chip: ChipContext, name: str) -> None:
         self.chip, self.name = chip, name
@@ -28,7 +28,7 @@ class Filter:
         self.begin()
 
     def begin(self) -> None:
-        """Begin anew: the level at the end of this instant counts, and nothing has been seen."""
+        """Begin again: the level at the end of this instant counts, and nothing has been seen."""
         self.begun = self.chip.kernel.now
         self.level = self.raw = int(self.chip.pins[self.name].net.level or 0)
         self.since = 0  # tick of the last change
@@ -57,7 +57,7 @@ class Filter:
 
 
 class TwinEncoder:
-    """A quadrature encoder behind its filters: four counts a period, up when A is ahead of B."""
+    """A quadrature encoder after its filters: four counts a period, up when A is ahead of B."""
 
     def __init__(self, chip: ChipContext, number: int) -> None:
         self.chip, self.number = chip, number
@@ -65,7 +65,7 @@ class TwinEncoder:
         self.begin()
 
     def begin(self) -> None:
-        """Begin anew."""
+        """Begin again."""
         self.a.begin()
         self.b.begin()
         self.state: tuple[int, int] | None = None  # as the filters see it; not yet known
@@ -96,7 +96,7 @@ class TwinEncoder:
 
 
 class Switches:
-    """The limit switches of an axis.  They are looked at once in a cycle; directions are 1 and -1."""
+    """The limit switches of an axis.  They are sampled once in a cycle; directions are 1 and -1."""
 
     def __init__(self, chip: ChipContext, registers: Registers, state: AxisState) -> None:
         self.chip, self.registers, self.state = chip, registers, state
@@ -115,7 +115,7 @@ class Switches:
         return self.registers.limits_on and level != low
 
     def tripped(self) -> Iterator[int]:
-        """Which switch becomes active; while one of them is in charge, the other one is not looked at."""
+        """Which switch becomes active; while one of them is in charge, the other one is not sampled."""
         for way in (1, -1):
             self.armed[way] |= not self.active(way)
         for way in (1, -1):

@@ -149,11 +149,11 @@ class TwinSCurve:
         return self.end - self.place(8 - phase, ends[6] - t)
 
     def phase(self, cycle: int) -> int:
-        """The phase in which a cycle begins; 8 behind the end."""
+        """The phase in which a cycle begins; 8 after the end."""
         return 1 + sum(end <= cycle for end in self.ends)
 
     def load(self, phase: int, cycle: int) -> list[int]:
-        """The registers at the begin of a cycle: rounded up as long as the axis gains speed, then down."""
+        """The registers at the start of a cycle: rounded up as long as the axis gains speed, then down."""
         if phase == 8:
             return [int(self.end * FINE // 1), 0, 0, 0]
         numbers = [self.place(phase, Fraction(cycle + i)) * FINE for i in range(4)]
