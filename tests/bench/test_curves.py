@@ -72,7 +72,7 @@ def test_quantities_of_axes_and_parts_are_asked_by_name():
     assert bench.quantity("x.position").at(bench.now_ps) == 100
     assert bench.quantity("x.velocity").at("60 ms") == bench["x"].velocity_at("60 ms")
     assert bench.quantity("tank.content").at("12.5 ms") == 12.5
-    with pytest.raises(UsageError, match="current: 3600 s is still to come"):
+    with pytest.raises(UsageError, match="current: 3600 s is in the future"):
         current.at("1 h")
 
 

@@ -138,7 +138,7 @@ def test_dis_reads_what_a_binary_host_sends(call, program):
     ran = call("dis", "p.bin", "--chip", "cy525", "--stream")
     assert (ran.out.splitlines(), ran.err) == (["E", "N 100", "G", "L 6,0", "0", "Q"], "")
     Path("bad.hex").write_text("79 00")
-    assert "unknown-command: y is no command" in call("dis", "bad.hex", "--chip", "cy525", "--stream").err
+    assert "unknown-command: y is not a command" in call("dis", "bad.hex", "--chip", "cy525", "--stream").err
 
 
 SINGLE = "45 00 52 0C 7F 4E 2C 01 2B 47 4E EE 02 2D 47 00 51"  # the example of s.5

@@ -84,10 +84,10 @@ def test_a_firmware_that_runs_is_not_started_a_second_time():
         toy.log.append(toy.kernel.now)
 
     toy = Toy(Kernel(), program)
-    with pytest.raises(UsageError, match=r"^toy: the firmware has been started; stop\(\) ends it"):
+    with pytest.raises(UsageError, match=r"^toy: the firmware is running already; call stop\(\)"):
         toy.start()
     toy.kernel.run(5 * US)
-    with pytest.raises(UsageError, match="has been started"):
+    with pytest.raises(UsageError, match="is running already"):
         toy.start()
     toy.kernel.run(20 * US)
     assert toy.log == [10 * US]
@@ -114,7 +114,7 @@ def test_what_a_chip_does_by_its_supply_is_no_call_of_its_users(part):
     bench.run("30 ms")
     for name in ("cleared", "powered_up", "powered_off", "driven", "clock_runs", "begin_anew", "released"):
         assert not hasattr(x, name)
-    with pytest.raises(UsageError, match="a Mc1451A has no firmware" if part == "mc1451a" else "has been started"):
+    with pytest.raises(UsageError, match="a Mc1451A has no firmware" if part == "mc1451a" else "is running already"):
         x.start()
     bench.run("1 ms")  # and nothing has come of it
 
@@ -189,7 +189,7 @@ def test_mistakes_at_a_pin_are_explained():
     with pytest.raises(UsageError, match=r"level None; allowed 0, 1 \(release\(\) lets go\)"):
         toy.pin("free").drive(None)
     kernel.run(10 * US)
-    with pytest.raises(UsageError, match=r"toy\.free: 9 us is over; it is 10 us"):
+    with pytest.raises(UsageError, match=r"toy\.free: 9 us is in the past; the time is 10 us"):
         toy.pin("free").drive(1, at="9 us")
     with pytest.raises(TimeError, match="float"):
         toy.pin("free").drive(1, at=0.5)
@@ -518,7 +518,7 @@ def test_a_timeout_names_the_condition_the_time_and_who_waits():
         bench.run_until(x.pin("slew").is_(0), timeout="1 s")
     text = str(caught.value)
     assert text.startswith("waited 1 s for x.slew=0; the time is 1 s\n")
-    assert "x: D 9000 (9 s) since " in text
+    assert "x: waiting 9 s (D 9000) since " in text
     assert bench.now_ps == 10**12
 
 

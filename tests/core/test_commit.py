@@ -81,7 +81,7 @@ def test_a_listener_that_always_puts_something_in_is_stopped(monkeypatch):
     kernel = Kernel()
     out = Driver(Net(kernel, "net"), "out")
     kernel.on_commit.add(lambda _: out.drive(0 if out.level else 1))
-    with pytest.raises(Endless, match="who listens to on_commit puts something in at 10 ps whenever it is told"):
+    with pytest.raises(Endless, match="a listener of on_commit changes an input at 10 ps each time it is called"):
         kernel.run(10)
     assert not kernel.running
 

@@ -102,7 +102,7 @@ def test_a_quantity_answers_to_times_as_people_write_them(kernel):
     assert quantity.at("3 ms") == 3000.0 and isinstance(quantity.at(3 * MS), float)
     assert quantity.at(["3 ms", 0, "70 ms"]).tolist() == [3000, 0, 50_000]
     assert quantity.at(np.array([[1, 2], [MS, 0]])).tolist() == [[0, 0], [1000, 0]]
-    with pytest.raises(UsageError, match=r"count: 100\.001 ms is still to come; it is 100 ms"):
+    with pytest.raises(UsageError, match=r"count: 100\.001 ms is in the future; the time is 100 ms"):
         quantity.at(["1 ms", "100.001 ms"])
     with pytest.raises(TimeError, match="float"):
         quantity.at(0.5)

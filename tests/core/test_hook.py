@@ -89,7 +89,7 @@ def test_one_that_was_added_twice_is_removed_once() -> None:
 
 
 def test_who_does_not_listen_cannot_be_removed() -> None:
-    with pytest.raises(ValueError, match="it does not listen"):
+    with pytest.raises(ValueError, match="it is not a listener"):
         Hook().remove(print)
 
 

@@ -59,11 +59,11 @@ def test_a_base_moves_the_addresses_behind_it(base: str, address: int) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        (PRINTED.replace(":00000001FF\n", ""), "no record of type 01 ends it"),
+        (PRINTED.replace(":00000001FF\n", ""), "it has no end record (type 01)"),
         (PRINTED.replace("D2190140", "D2190141"), "line 1: checksum 41, calculated 40"),
         (PRINTED.replace("1928", "28"), "line 2: 15 bytes of data, and the count says 16"),
-        ("hello\n", "line 1: 'hello' is no record"),
-        (":0G\n", "line 1: ':0G' is no record"),
+        ("hello\n", "line 1: 'hello' is not a record"),
+        (":0G\n", "line 1: ':0G' is not a record"),
         (":00000009F7\n", "line 1: a record of type 09; allowed 00 to 05"),
         (":020000040001F9\n:0100000041BE\n:00000001FF\n", "line 2: up to address 10000; allowed FFFF"),
         (":0100000041BE\n:0100000042BD\n:00000001FF\n", "line 2: address 0000 is 42 here and 41 above"),
@@ -97,7 +97,7 @@ def test_the_name_of_a_file_says_how_it_is_written(name: str, tmp_path) -> None:
 
 def test_a_file_that_is_called_hex_is_read_as_such(tmp_path) -> None:
     (tmp_path / "x.hex").write_bytes(b"N 1\r")
-    with pytest.raises(BenchFileError, match=r"x\.hex, line 1: 'N 1' is no record"):
+    with pytest.raises(BenchFileError, match=r"x\.hex, line 1: 'N 1' is not a record"):
         read_image(tmp_path / "x.hex")
     with pytest.raises(BenchFileError, match=r"y\.hex: cannot be read: No such file"):
         read_image(tmp_path / "y.hex")

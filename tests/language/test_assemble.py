@@ -103,22 +103,22 @@ def test_message():
             "DELAY without delay: allowed 1..65535",
             "in the CY512 D ran the program: here X does, and D is the delay",
         ),
-        ("X 5", "5 behind EXECUTE, which takes no argument", "in the CY512 X was the delay: here D is"),
+        ("X 5", "5 after EXECUTE, which takes no argument", "in the CY512 X was the delay: here D is"),
         ("R", "RATE without rate: allowed 0..127", ""),
         ("L 3", "LOOP without target: allowed 0..59 or a label A..E", ""),
-        ("L 3,0 0", "0 behind LOOP, which takes count and target", ""),
-        ("B}", "} behind BITSET, which takes no argument", "the manual prints } for the return key: leave it out"),
+        ("L 3,0 0", "0 after LOOP, which takes count and target", ""),
+        ("B}", "} after BITSET, which takes no argument", "the manual prints } for the return key: leave it out"),
         ("A 0}", "ABSOLUTE 0}: allowed 0..65535", "the manual prints } for the return key: leave it out"),
         ("A}", "ABSOLUTE }: allowed 0..65535", "the manual prints } for the return key: leave it out"),
-        ("X}", "} behind EXECUTE, which takes no argument", "the manual prints } for the return key: leave it out"),
+        ("X}", "} after EXECUTE, which takes no argument", "the manual prints } for the return key: leave it out"),
         ("R x", "RATE x: allowed 0..127", "numbers are decimal digits alone"),
         ("A x", "ABSOLUTE x: allowed 0..65535", "numbers are decimal digits alone"),
         ("R \u00d8", "RATE \u00d8: allowed 0..127", "the manual prints \u00d8 for the digit zero: write 0"),
-        ("\u00d8", "\u00d8 is no command: ", "the manual prints \u00d8 for the digit zero: write 0"),
-        ("}", "} is no command: ", "the manual prints } for the return key: leave it out"),
-        ("$A", "$ is no command: ", "$ follows the letter of a label, as in A$"),
-        ("b", "b is no command: ", "write B: command letters are upper case"),
-        ("K", "K is no command: ", ""),
+        ("\u00d8", "\u00d8 is not a command: ", "the manual prints \u00d8 for the digit zero: write 0"),
+        ("}", "} is not a command: ", "the manual prints } for the return key: leave it out"),
+        ("$A", "$ is not a command: ", "$ follows the letter of a label, as in A$"),
+        ("b", "b is not a command: ", "write B: command letters are upper case"),
+        ("K", "K is not a command: ", ""),
     ],
 )
 def test_what_is_copied_from_the_manual_or_meant_for_a_cy512_gets_a_word(line, says, remedy):
@@ -133,7 +133,7 @@ def test_the_return_sign_behind_q():
     with pytest.raises(ProgramError) as caught:
         assemble("E\n0\nQ }", SHEET)
     (problem,) = caught.value.problems
-    assert problem.says.startswith("} behind QUIT, which takes no argument") and "leave it out" in problem.remedy
+    assert problem.says.startswith("} after QUIT, which takes no argument") and "leave it out" in problem.remedy
 
 
 def test_carets_stand_below_tabs():

@@ -107,7 +107,7 @@ def test_a_binary_stream_is_told_as_commands():
         ("K", "unknown-command", "K is in no list"),
         ("Q X", "extra-argument", "ends by itself"),
         ("N", "missing-argument", "steps"),
-        ("\u2019", "bad-character", "no byte"),
+        ("\u2019", "bad-character", "not a byte"),
     ],
 )
 def test_what_is_wrong_is_told_with_its_place_and_a_remedy(text, code, says):

@@ -112,7 +112,7 @@ def test_severities_and_texts():
     (down,) = problems(f"I1\nP\n{STR}G-\nE", C200)
     (up,) = problems(f"I1\nP\n{STR}G+\nE", C200)
     assert (down.severity, up.severity) == ("warning", "note")
-    assert up.found == "G+ from 0 ends with E5 after 9999999 steps, if no K or Z comes before"
+    assert up.found == "G+ from 0 ends with E5 after 9999999 steps unless K or Z comes first"
     (short,) = problems(stored(STR + "+15"), C200S)
     assert (short.severity, short.found) == (
         "note",

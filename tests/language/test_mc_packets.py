@@ -135,7 +135,7 @@ def test_the_mistake_says_what_is_allowed():
         ),
         (
             *("SET_POS here", "bad-number", 8, 12, "-1073741824..1073741823 (steps)"),
-            "write decimal digits, or hexadecimal ones behind 0x or $",
+            "write decimal digits, or hexadecimal ones after 0x or $",
         ),
         ("get_satus", "unknown-command", 0, 9, "", "write GET_STATUS"),
         ("SET_VELO 1", "unknown-command", 0, 8, "", "write SET_VEL or GET_VEL"),
@@ -166,7 +166,7 @@ def test_a_line_that_is_no_command_says_where_and_what_instead(line, code, at, e
 def test_names_in_the_manual_that_are_no_commands(name, remedy):
     found = refused(f"{name} 0")
     assert found.found == f"{name} is not a command of the MC1451A-E" and found.remedy == remedy
-    with pytest.raises(UnknownName, match=f"{name} is no command .*; {remedy}"):
+    with pytest.raises(UnknownName, match=f"{name} is not a command .*; {remedy}"):
         packets.row(SHEET, name)
 
 
@@ -298,7 +298,7 @@ def test_a_rate_in_seconds_goes_by_the_crystal_and_one_in_cycles_does_not():
             *("SET_VEL 5 step/s", "bad-number", "SET_VEL velocity 5 step/s"),
             "write a decimal number with steps/s or steps/cycle behind it",
         ),
-        ("SET_POS 5 steps/s", "extra-argument", "steps/s behind SET_POS, which takes position", ""),
+        ("SET_POS 5 steps/s", "extra-argument", "steps/s after SET_POS, which takes position", ""),
     ],
 )
 def test_a_rate_with_the_wrong_unit_is_refused(line, code, found, remedy):
@@ -416,7 +416,7 @@ def test_a_script_with_mistakes_is_refused_whole():
     assert str(error.value).split("\n\n") == [
         "a.txt, line 2, column 3: set_accel is not a command of the MC1451A-E (MC1451A-E manual, command reference)\n"
         "      set_accel 7\n      ^^^^^^^^^\n    write SET_ACC",
-        "a.txt, line 4, column 8: now behind UPDATE, which takes no argument (MC1451A-E manual, command reference)\n"
+        "a.txt, line 4, column 8: now after UPDATE, which takes no argument (MC1451A-E manual, command reference)\n"
         "    UPDATE now\n           ^^^",
     ]
 

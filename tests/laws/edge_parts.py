@@ -219,7 +219,8 @@ class EdgeDamping(Part):
         if net.level == 1:
             if now < self.braked_ps:
                 self.finding(
-                    "damping-cut", "a motion begins before the last one has been braked; use longer pauses or a shorter t2"
+                    "damping-cut",
+                    "a motion begins before the last one has been braked; use longer pauses or a shorter t2",
                 )
             return
         pulses = [self.t1_ps, *[self.t2_ps] * (self.t2_ps > 0)]

@@ -225,7 +225,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ("h.baudrate = 19200", "NoSuchAttribute", "bench.host(x, baud=9600) gives it, host.change_line(...) changes it"),
     ('gh.parity = "odd"', "NoSuchAttribute", "host.change_line(...) changes the format of a serial line"),
     ("h.timeout = 1", "NoSuchAttribute", 'host.ask(..., timeout="5 s") takes one'),
-    ("h.change_rate(60)", "Timeout", "a rate is taken while the motor slews, in a motion behind H and G"),
+    ("h.change_rate(60)", "Timeout", "a rate is taken while the motor slews, in a motion after H and G"),
     ("h.read_position()", "Timeout", "it is available while the motor steps; at rest verify(0) reads it"),
     ("h.verify()", "UsageError", "its arguments: group, number, timeout, live; groups are 0 to 3"),
     ("mh.verify(0)", "NoSuchAttribute", "host has no 'verify'; write host.query(\"GET_POS\")"),

@@ -78,7 +78,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ('x.pin("slew").toggle()', "NoSuchAttribute", "x.slew has no 'toggle'; write pin.pulse(1, \"10 us\")"),
     ('x.pin("slew").drive("low")', "UsageError", "x.slew: level 'low'; allowed 0, 1 (release() lets go)"),
     ('x.pin("slew").drive(2)', "UsageError", "x.slew: level 2; allowed 0, 1 (release() lets go)"),
-    ('x.pin("abort").drive(0, at="0 ms")', "UsageError", "x.abort: 0 ps is over; it is 136.046909 ms"),
+    ('x.pin("abort").drive(0, at="0 ms")', "UsageError", "x.abort: 0 ps is in the past; the time is 136.046909 ms"),
     (
         'x.pin("abort").drive(0, at=5)',
         "TimeError",
@@ -118,7 +118,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "TimeError",
         "sec': expected a number and a unit (ps, ns, us, µs, ms, s, min, h), for example '25 us'",
     ),
-    ('x.position_at("99 s")', "UsageError", "x: 99 s is still to come; it is 136.046909 ms"),
+    ('x.position_at("99 s")', "UsageError", "x: 99 s is in the future; the time is 136.046909 ms"),
     (
         "x.velocity_at(0.01)",
         "TimeError",

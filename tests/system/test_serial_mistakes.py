@@ -204,9 +204,9 @@ def row(name: str, surface: Callable[..., str], *data: Any, words: str, **more: 
     return Mistake(name, surface.__name__, lambda: surface(*data, **more), tuple(words.split("|")))
 
 
-RATE = "9600 7O2|(br0=0, br1=0, br2=0)|let the host have 9600 baud, 7 data bits, odd parity, 2 stop bits"
+RATE = "9600 7O2|(br0=0, br1=0, br2=0)|set the host to 9600 baud, 7 data bits, odd parity, 2 stop bits"
 CHECKED = r"""send b'V1\x17\r'|low seven bits of the sum|--strap chs=0|straps={"chs": 0}"""
-ENDS = r"has come without its carriage return|gs-c200s waits for it|carriage return (\r, 0x0D)"
+ENDS = r"has arrived without its carriage return|gs-c200s is waiting for it|carriage return (\r, 0x0D)"
 CASE = "gs_c200s  E4: 'v1' is not a command of the gs-c200s|write V1: no spaces, and case matters"
 TEXT = "is not a command of the gs-c200s|leave out the line feed"
 
@@ -215,52 +215,52 @@ MISTAKES = (
     # rate and format
     row("a higher rate", asked, "V1", baud=19200, words=f"host has 19200 7O2, and gs_c200s listens at {RATE}"),
     row("a lower rate", asked, "V1", baud=1200, words=f"host has 1200 7O2|{RATE}|1200 baud it has with br0=1, br1=1"),
-    row("a higher rate", url, b"V1\r", baudrate=19200, words=f"line has 19200 7O2|gs_c200s listens at {RATE}"),
-    row("a lower rate", url, b"V1\r", baudrate=4800, words=f"line has 4800 7O2|{RATE}|4800 baud it has with br0=1"),
-    row("8N1, which pySerial takes by itself", url, b"V1\r", bytesize=8, parity="N", stopbits=1, words=f"has 9600 8N1|{RATE}"),
-    row("even parity", url, b"V1\r", parity="E", words=f"has 9600 7E2|{RATE}"),
-    row("no parity", url, b"V1\r", parity="N", words=f"has 9600 7N2|{RATE}"),
-    row("one stop bit", url, b"V1\r", stopbits=1, words=f"has 9600 7O1|{RATE}"),
+    row("a higher rate", url, b"V1\r", baudrate=19200, words=f"line is set to 19200 7O2|gs_c200s listens at {RATE}"),
+    row("a lower rate", url, b"V1\r", baudrate=4800, words=f"line is set to 4800 7O2|{RATE}|4800 baud it has with br0=1"),
+    row("8N1, which pySerial takes by itself", url, b"V1\r", bytesize=8, parity="N", stopbits=1, words=f"is set to 9600 8N1|{RATE}"),
+    row("even parity", url, b"V1\r", parity="E", words=f"is set to 9600 7E2|{RATE}"),
+    row("no parity", url, b"V1\r", parity="N", words=f"is set to 9600 7N2|{RATE}"),
+    row("one stop bit", url, b"V1\r", stopbits=1, words=f"is set to 9600 7O1|{RATE}"),
     row("another rate, read without timeout", endless, b"V1\r", baudrate=19200, words=f"no more can come|has 19200 7O2|{RATE}|set a timeout on the port"),
-    row("another rate", fixture, b"V1\r", baudrate=19200, words=f"line has 19200 7O2|{RATE}"),
-    row("another rate", rfc2217, b"V1\r", baudrate=4800, words=f"gs_c200s has 4800 7O2|{RATE}".replace("gs_c200s has", "has")),
-    row("8N1", rfc2217, b"V1\r", bytesize=8, parity="N", stopbits=1, words=f"has 9600 8N1|{RATE}"),
-    row("even parity", rfc2217, b"V1\r", parity="E", words=f"has 9600 7E2|{RATE}"),
-    row("another rate in the settings", pty, b"V1\r", baudrate=19200, words=f"the program has 19200 7O2|{RATE}|passes characters at any rate, a cable does not"),
-    row("a parity fault on the wire", url, b"V1\r", parity="E", words="gs_c200s  E1: b'V1': a parity or framing fault|listens at 9600 baud, 7 data bits, odd parity, 2 stop bits|br0=0|look for noise"),
-    row("a rate that the CY545 has not found", url, b"\r\r? P\r? P\r", part="cy545", bytesize=8, parity="E", stopbits=1, words="line has 9600 8E1|listens at 9600 8N1|two carriage returns|let the host have 9600 baud, 8 data bits, no parity, 1 stop bit"),
-    row("no carriage returns first", url, b"? P\r? R\r? O\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  not-adapted: characters before two carriage returns: not heard|begin with \\r\\r"),
-    row("line feeds while the CY545 looks for the rate", url, b"\r\n\r\n? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words=r"not-adapted: a line feed (\n) between them: not heard|begin with \r\r, without \n"),
-    row("a rate that is none", url, b"\r\r\r", part="cy545", baudrate=1000, bytesize=8, parity="N", stopbits=1, words="cy545  wrong-rate: two carriage returns at 1000 baud|adapts to standard rates from|let the host have one of these"),
+    row("another rate", fixture, b"V1\r", baudrate=19200, words=f"line is set to 19200 7O2|{RATE}"),
+    row("another rate", rfc2217, b"V1\r", baudrate=4800, words=f"gs_c200s is set to 4800 7O2|{RATE}".replace("gs_c200s is set", "is set")),
+    row("8N1", rfc2217, b"V1\r", bytesize=8, parity="N", stopbits=1, words=f"is set to 9600 8N1|{RATE}"),
+    row("even parity", rfc2217, b"V1\r", parity="E", words=f"is set to 9600 7E2|{RATE}"),
+    row("another rate in the settings", pty, b"V1\r", baudrate=19200, words=f"the program is set to 19200 7O2|{RATE}|passes characters at any rate, a cable does not"),
+    row("a parity fault on the wire", url, b"V1\r", parity="E", words="gs_c200s  E1: b'V1': a parity or framing fault|is set to 9600 baud, 7 data bits, odd parity, 2 stop bits|br0=0|check the line for noise"),
+    row("a rate that the CY545 has not found", url, b"\r\r? P\r? P\r", part="cy545", bytesize=8, parity="E", stopbits=1, words="line is set to 9600 8E1|to 9600 8N1|two carriage returns|set the host to 9600 baud, 8 data bits, no parity, 1 stop bit"),
+    row("no carriage returns first", url, b"? P\r? R\r? O\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  not-adapted: characters before two carriage returns: not recognised|start with \\r\\r"),
+    row("line feeds while the CY545 looks for the rate", url, b"\r\n\r\n? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words=r"not-adapted: a line feed (\n) between them: not recognised|start with \r\r, without \n"),
+    row("a rate that is none", url, b"\r\r\r", part="cy545", baudrate=1000, bytesize=8, parity="N", stopbits=1, words="cy545  wrong-rate: two carriage returns at 1000 baud|adapts to standard rates from|set the host to one of these"),
     # ends of lines
     row("no carriage return", bench, "V1", words=f"gs_c200s  unfinished: 'V1' {ENDS}"),
     row("no carriage return", url, b"V1", words=f"'V1' {ENDS}"),
-    row("no carriage return", endless, b"V1", words="'V1' has come without its carriage return|set a timeout on the port"
+    row("no carriage return", endless, b"V1", words="'V1' has arrived without its carriage return|set a timeout on the port"
     ),
     row("no carriage return", tcp, b"V1", words=f"'V1' {ENDS}"),
     row("no carriage return", pty, b"V1", words=f"'V1' {ENDS}"),
     row("no carriage return", rfc2217, b"V1", words=f"'V1' {ENDS}"),
     row("no carriage return", fixture, b"V1", words=f"'V1' {ENDS}"),
-    row("no carriage return, CY525", bench, "A 0", part="cy525", words=r"cy525  unfinished: 'A 0' has come without its carriage return|the cy525 waits for it|(\r, 0x0D)"),
-    row("no carriage return, CY545", bench, "R 10", part="cy545", over="serial", words="cy545  unfinished: 'R 10' has come without its carriage return|end each command"),
-    row("a line feed", bench, "V1\n", words=r"line-end: the host ends its lines with LF; this part wants CR|send \r alone|unfinished: 'V1\n'|not a line feed (\n)"),
-    row("a line feed", tcp, b"V1\n", words=r"ends its lines with LF; this part wants CR|send \r alone, without \n"),
-    row("a line feed, CY525", bench, "A 0\n", part="cy525", words=r"cy525  line-end: the host ends its lines with LF; this part wants CR|send \r alone, without \n"),
-    row("carriage return and line feed", bench, "V1\r\n", "V1\r\n", words=rf"ends its lines with CR LF|takes LF for a command|send \r alone|E4: '\nV1' {TEXT}"),
+    row("no carriage return, CY525", bench, "A 0", part="cy525", words=r"cy525  unfinished: 'A 0' has arrived without its carriage return|the cy525 is waiting for it|(\r, 0x0D)"),
+    row("no carriage return, CY545", bench, "R 10", part="cy545", over="serial", words="cy545  unfinished: 'R 10' has arrived without its carriage return|end each command"),
+    row("a line feed", bench, "V1\n", words=r"line-end: the host ends its lines with LF; this part expects CR|send \r alone|unfinished: 'V1\n'|not a line feed (\n)"),
+    row("a line feed", tcp, b"V1\n", words=r"ends its lines with LF; this part expects CR|send \r alone, without \n"),
+    row("a line feed, CY525", bench, "A 0\n", part="cy525", words=r"cy525  line-end: the host ends its lines with LF; this part expects CR|send \r alone, without \n"),
+    row("carriage return and line feed", bench, "V1\r\n", "V1\r\n", words=rf"ends its lines with CR LF|treats LF as part of a command|send \r alone|E4: '\nV1' {TEXT}"),
     row("carriage return and line feed", pty, b"V1\r\nV1\r\n", words=rf"ends its lines with CR LF|send \r alone|{TEXT}"
     ),
-    row("carriage return and line feed, CY525", bench, "A 0\r\n", "R 10\r\n", part="cy525", words=r"line-feed: a line feed stands where a command letter belongs|send \r alone"),
+    row("carriage return and line feed, CY525", bench, "A 0\r\n", "R 10\r\n", part="cy525", words=r"line-feed: a line feed where a command letter belongs|send \r alone"),
     # checksums
-    row("no checksum", bench, "V1\r", chs=1, words=f"E1: b'V1': checksum '1' (0x31), expected 'V' (0x56) behind b'V'; V1 has come without one|{CHECKED}"),
-    row("no checksum", url, b"V1\r", part="gs-c200s", words=f"V1 has come without one|{CHECKED}"),
-    row("a wrong checksum", bench, "V1x\r", chs=1, words=rf"checksum 'x' (0x78), expected 0x17 behind b'V1'|{CHECKED}"),
+    row("no checksum", bench, "V1\r", chs=1, words=f"E1: b'V1': checksum '1' (0x31), expected 'V' (0x56) after b'V'; V1 arrived without one|{CHECKED}"),
+    row("no checksum", url, b"V1\r", part="gs-c200s", words=f"V1 arrived without one|{CHECKED}"),
+    row("a wrong checksum", bench, "V1x\r", chs=1, words=rf"checksum 'x' (0x78), expected 0x17 after b'V1'|{CHECKED}"),
     row("a checksum where there is none", bench, "V1\x17\r", words=r"'V1\x17' does not fit V<what>|'\x17' is the checksum of V1: leave it out, or strap chs=1"),
     row("a checksum where there is none", tcp, b"A3t\r", words="'A3t' does not fit A<output>|'t' is the checksum of A3: leave it out, or strap chs=1"),
     # what a line says
     row("small letters", bench, "v1\r", words=CASE),
     row("small letters", tcp, b"v1\r", words=CASE),
     row("small letters", fixture, b"v1\r", words=CASE),
-    row("small letters, CY525", bench, "a 0\r", part="cy525", words="cy525  unknown-command: a is no command|write A: command letters are upper case"),
+    row("small letters, CY525", bench, "a 0\r", part="cy525", words="cy525  unknown-command: a is not a command|write A: command letters are upper case"),
     row("a blank", bench, "S 10\r", words="E2: 'S 10' does not fit S<speed>|write S10: no blanks"),
     row("a command of programs", bench, "+100\r", words="E4: +100 outside a program|begin program entry with Po"),
     row("a command of programs", rfc2217, b"S10\r", words="E4: S10 outside a program|begin program entry with Po"),
@@ -278,15 +278,15 @@ MISTAKES = (
     row("a line that is too long", bench, "+100,+200,+300\r", words="gs_c200s  E1: |more than 11 characters|end each command with a carriage return"),
     row("a program while one runs", bench, "Po\rD9\rE\r", "Po\r", words="busy: Po while a program runs|B is the answer, nothing is done|wait until F is answered with R, or end it with K or Z"),
     # who is spoken to
-    row("no address", bench, "V1\r", sel0=0, words="host  address: a line begins with 'V', which is no address of a module here|nobody answers|begin it with 4 (gs_c200s)|strap another"),
+    row("no address", bench, "V1\r", sel0=0, words="host  address: a line begins with 'V', which is no address of a module here|no module answers|begin it with 4 (gs_c200s)|strap another"),
     row("a wrong address", bench, "5V1\r", sel0=0, words="a line begins with '5'|begin it with 4 (gs_c200s)"),
-    row("an address where there is none", bench, "4V1\r", words="E4: '4V1' is no command|write V1: leave out the address"),
+    row("an address where there is none", bench, "4V1\r", words="E4: '4V1' is not a command|write V1: leave out the address"),
     # who answers
     row("a question to a running CY545", asked, "? P", part="cy545", over="serial", first="X\r", words="X has started a program|the cy545 takes no command while one runs|wait for its end, or end it with RESET"),
     row("an answer that goes to the bus", asked, "? P", part="cy545", over="serial", first="O 129\r", words="the mode register is 129 and sends answers elsewhere|O 128 sends them here"),
     row("an answer that goes to TXD", asked, "? P", part="cy545", over="parallel", words="the mode register is 128 and sends answers elsewhere|O 129 sends them here"),
     row("an answer that goes to the bus", url, b"\r\rO 129\r? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  answer-elsewhere: ? P came on RXD|the parallel port|O 128 sends answers to TXD"),
-    row("a question to what only receives", deaf, words="port|whose rxd nobody drives: what listens there only receives"),
+    row("a question to what only receives", deaf, words="port|nothing drives its rxd: what is connected there only receives"),
     row("what only receives", start, "cy525", words="the UART of cy525 only receives: no command is answered|--framing|?0 to ?3 read back"),
     row("what only receives", log, "cy525", words="the chip only receives on this line: it never answers"),
     row("a rate as an option", python, "gs-c200s", baud=9600, words="gs_c200s: no option 'baud': straps set its rate|br0=0, br1=0, br2=0|--strap br0=0"),

@@ -171,13 +171,19 @@ class LineInterface:
         if self.line_feeds or (self.lenient and not within) or (self.straps.checked and not self.straps.kept):
             return  # the last: it may be a checksum
         self.line_feeds = True
-        ends = "with LF; this part expects CR" if within else "with CR LF; this part expects CR, and treats LF as part of a command"
+        ends = (
+            "with LF; this part expects CR"
+            if within
+            else "with CR LF; this part expects CR, and treats LF as part of a command"
+        )
         self.owner.finding("line-end", f"the host ends its lines {ends}: send \\r alone, without \\n")
 
     def take(self, item: Line | bytes) -> None:
         """A line is complete, or an answer that took its time is ready."""
         if isinstance(item, Line) and len(self.work) > 1:
-            self.owner.finding("line-lost", f"{item.text!r} was lost: one line was being processed and another was waiting")
+            self.owner.finding(
+                "line-lost", f"{item.text!r} was lost: one line was being processed and another was waiting"
+            )
             return
         self.work.append(item)
         if self.worker is None:

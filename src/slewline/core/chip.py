@@ -1,6 +1,6 @@
 """What every chip has: a sheet, nets on its pins, a crystal, registers, findings, and one firmware task.
 
-Reset acts through a net: its change kills the firmware after all timed work of that instant; `run()` starts again later.
+Reset acts through a net: its change kills the firmware after all timed work of that instant; `run()` restarts later.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from .wires.waits import first_of, until
 RETURN = "carriage return"
 TO_DRIVE = 'it is a pin: {it}.pin("PIN").drive(0), or drive(1)'
 TO_LOAD = "it is a register; a host sends the command that loads it: bench.host({it}).send(...)"
-CONFLICT_HOLDOFF_PS = 10**9  # without a conflict: the next one on that wire is told again
+CONFLICT_HOLDOFF_PS = 10**9  # without a conflict: the next one on that wire is reported again
 
 
 @face
@@ -291,7 +291,7 @@ class Chip(Component, OneAxis):
         raise NotImplementedError
 
     def _check_switch(self, on: object) -> None:
-        """Check that a supply is told on or off.
+        """Check the value for a supply: on or off.
 
         Raises:
             UsageError: anything but True and False, such as "off", which would count as true.
@@ -430,7 +430,9 @@ class Chip(Component, OneAxis):
             UsageError: it has been started already, or the chip has none.
         """
         if type(self).run is Chip.run:
-            raise UsageError(f"{self.name}: a {type(self).__name__} has no firmware to start; give the class a run() method")
+            raise UsageError(
+                f"{self.name}: a {type(self).__name__} has no firmware to start; give the class a run() method"
+            )
         if self.task is not None:
             raise UsageError(f"{self.name}: the firmware is running already; call stop() before start()")
         self.sync()

@@ -1,4 +1,4 @@
-"""The stored program of a chip, as whoever looks at it sees it."""
+"""The stored program of a chip, as users see it."""
 
 from __future__ import annotations
 

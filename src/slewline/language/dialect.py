@@ -54,7 +54,7 @@ class Command:
 class Refusal:
     """A line that is no command: "unknown", or its "argument" does not fit or is out of "range"; `text` says how.
 
-    The rest is for who shows the place: characters `at` to `end`, what was found there, what would be allowed, and
+    The rest is for showing the place: characters `at` to `end`, what was found there, what would be allowed, and
     what to do.
     """
 
@@ -165,7 +165,9 @@ class Dialect:
         Raises:
             UsageError: the part has no binary form.
         """
-        raise UsageError(f"the {sheet.part.upper()} takes no binary commands; choose ascii, which is what a host sends it")
+        raise UsageError(
+            f"the {sheet.part.upper()} takes no binary commands; choose ascii, which is what a host sends it"
+        )
 
     def parted(self, lines: list[str], sheet: Sheet) -> list[str]:
         """Return lines of bytes in hexadecimal as a host sends them, one thing at a time."""

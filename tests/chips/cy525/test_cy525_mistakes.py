@@ -30,9 +30,13 @@ def test_a_host_that_ends_its_lines_with_a_line_feed_is_told_of_once(rig):
     r.host.send("A 0\nF 10\n")
     r.bench.run_until_idle()
     assert r.codes == ["line-end", "unfinished"]
-    assert r.x.findings[0].text == "the host ends its lines with LF, but this part expects CR: send \\r alone, without \\n"
-    assert r.x.waiting.endswith(r"'A 0\nF 10\n' has come without its carriage return")
-    with pytest.raises(slewline.Timeout, match=r"the rest of a command since .* has come without its carriage return"):
+    assert (
+        r.x.findings[0].text == "the host ends its lines with LF, but this part expects CR: send \\r alone, without \\n"
+    )
+    assert r.x.waiting.endswith(r"'A 0\nF 10\n' has arrived without its carriage return")
+    with pytest.raises(
+        slewline.Timeout, match=r"the rest of a command since .* has arrived without its carriage return"
+    ):
         r.bench.run_until(r.x.reaches(5), "1 s")
 
 
@@ -40,7 +44,7 @@ def test_a_last_line_without_its_return_is_what_the_chip_waits_for(rig):
     r = rig()
     r.host.send("N 5\rR 100")
     r.bench.run_until_idle()
-    assert r.codes == ["unfinished"] and r.x.waiting.endswith("'R 100' has come without its carriage return")
+    assert r.codes == ["unfinished"] and r.x.waiting.endswith("'R 100' has arrived without its carriage return")
     r.host.send("\r")
     r.bench.run_until_idle()
     assert "return" not in r.x.waiting

@@ -494,8 +494,8 @@ def test_a_query_with_too_much_or_oddly_spaced_is_answered_and_told(rig: Rig545,
 
 def test_what_is_missing_of_a_command_is_told(rig: Rig545) -> None:
     rig.send('"open\r')
-    assert rig.x.waiting.endswith("'\"open\\r' has come without its quotation mark")
+    assert rig.x.waiting.endswith("'\"open\\r' has arrived without its quotation mark")
     rig.send('"')
-    assert rig.x.waiting.endswith("'\"open\\r' has come without its carriage return")
+    assert rig.x.waiting.endswith("'\"open\\r' has arrived without its carriage return")
     rig.send("\rR 1")
-    assert rig.x.waiting.endswith("'R 1' has come without its carriage return")
+    assert rig.x.waiting.endswith("'R 1' has arrived without its carriage return")

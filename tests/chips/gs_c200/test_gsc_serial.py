@@ -334,9 +334,9 @@ def test_a_host_that_ends_its_lines_with_a_line_feed_is_told_of_once(part: str, 
     assert [(found.code, found.text) for found in rig.x.findings] == [
         ("line-end", r"the host ends its lines with LF, but this part expects CR: send \r alone, without \n")
     ]
-    assert rig.x.waiting.endswith(f"{(line * 2).decode()!r} has come without its carriage return")
+    assert rig.x.waiting.endswith(f"{(line * 2).decode()!r} has arrived without its carriage return")
     assert rig.x.idle
-    with pytest.raises(slewline.Timeout, match="has come without its carriage return"):
+    with pytest.raises(slewline.Timeout, match="has arrived without its carriage return"):
         rig.bench.run_until(rig.host.got(b"R"), "1 s")
     rig.cycle()
     assert "return" not in rig.x.waiting

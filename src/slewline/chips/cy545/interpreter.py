@@ -135,7 +135,9 @@ class Interpreter:
             self.reported_mode = mode
             where = "the parallel port" if device == "parallel" else "the HP display"
             remedy = f"O {mode & ~sheet.MB_PARALLEL} sends answers to TXD"
-            self.chip.finding("answer-elsewhere", f"{command.text} came on RXD, but its answer goes to {where}: {remedy}")
+            self.chip.finding(
+                "answer-elsewhere", f"{command.text} came on RXD, but its answer goes to {where}: {remedy}"
+            )
 
     async def start(self) -> None:
         """A command of the host has started a program: on the CY545 BUSY stays low until it has stopped."""

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 class Program:
     """A program that runs, or does not.  Its counter is the memory pointer.
 
-    `at` is the address of the command in progress; `immediate` tells that a command of the host is performed between two of
-    the program.
+    `at` is the address of the command in progress; `immediate`: a command of the host is performed between two of the
+    program.
     """
 
     def __init__(self, chip: ChipContext, registers: Registers) -> None:
@@ -36,7 +36,7 @@ class Program:
 
     @property
     def counter(self) -> int | None:
-        """The address of the command in progress, or the next one while one of the host is performed; None: none runs."""
+        """The address of the command in progress, or of the next while the host's is performed; None: none runs."""
         if not self.running:
             return None
         return self.registers.pointer if self.immediate else self.at

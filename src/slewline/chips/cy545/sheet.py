@@ -207,7 +207,7 @@ LIMITS = (
 # ----------------------------------------------------------------------------------------------------------- options
 BAUDS = tuple(300 << k for k in range(7))  # 300 to 19200 (ch.16, The Serial Interface)
 BAUD_TOLERANCE = 0.03  # that a carriage return may be off a standard rate, and two off each other (inferred)
-POWER_UP_PS = 10_000_000_000  # RESET at power-up, when nobody drives it (inferred: no readable page)
+POWER_UP_PS = 10_000_000_000  # RESET at power-up, when nothing drives it (inferred: no readable page)
 
 
 def _rising(given: Sequence[int]) -> str:

@@ -38,7 +38,7 @@ def walk(
     Args:
         states: what may hold at first; anything that can be hashed.
         step: the state after a command.
-        directive: is told of every line that is the host's.
+        directive: is called with every line that is the host's.
     """
     blocks = iter(source.blocks)
     latest: Block | None = None
@@ -50,7 +50,7 @@ def walk(
             continue
         elif item.row.role == "enter":
             if latest and not started:
-                explored(latest, 0, states, step)  # somebody else may have started it
+                explored(latest, 0, states, step)  # another program may have started it
             latest, started = next(blocks), False
         elif latest and (item.row.role == "run" or item.target):
             started = True

@@ -87,7 +87,7 @@ class Cy5xx(Chip):
     # ------------------------------------------------------------------------------------------------ power and reset
     def power(self, on: bool) -> None:
         """Switch the supply.  After power-up the registers hold their power-up values, and RESET must be low for 10 ms;
-        when nobody drives RESET, the capacitor of fig. 9.1 does it.
+        when nothing drives RESET, the capacitor of fig. 9.1 does it.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -148,7 +148,7 @@ class Cy5xx(Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """The byte of the buffer at which the instruction in progress begins, or the next one while live commands come."""
+        """The byte of the buffer at which the running instruction begins, or the next one while live commands come."""
         return self._stored.counter
 
     def program_rows(self) -> list[ProgramRow]:

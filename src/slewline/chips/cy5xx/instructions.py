@@ -87,7 +87,10 @@ class ParameterHandlers:
         used = (set(registers.values) - {"number"}) | {distance}
         for name in sorted(used & registers.unset):
             registers.unset.discard(name)
-            self.chip.finding("uninitialised", f"{text} uses the {name} register, which has not been set since power-up; its content is undefined")
+            self.chip.finding(
+                "uninitialised",
+                f"{text} uses the {name} register, which has not been set since power-up; its content is undefined",
+            )
         for bad, code, what in self.odd():
             if bad and what not in self.said:
                 self.said.add(what)

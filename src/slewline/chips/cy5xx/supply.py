@@ -1,7 +1,7 @@
 """Power and RESET.
 
 RESET low for 15 us (at 6 MHz) is seen; after power-up it takes 10 ms, which the capacitor of fig. 9.1 gives to a chip
-whose RESET nobody drives.  The reset acts through an inner net, so it is the last thing that happens in its instant.
+whose RESET nothing drives.  The reset acts through an inner net, so it is the last thing that happens in its instant.
 A part may have RESET the other way round: `sense` is the level at which it holds.
 """
 
@@ -66,7 +66,7 @@ class Supply:
 
     def switch(self, on: bool) -> None:
         """Switch the supply.  After power-up the registers hold their power-up values, and RESET must be low for 10 ms;
-        when nobody drives RESET, the capacitor of fig. 9.1 does it."""
+        when nothing drives RESET, the capacitor of fig. 9.1 does it."""
         chip = self.chip
         if on == self.powered:
             return
@@ -102,7 +102,7 @@ class Supply:
         return f"{self.power_up.least_ps / 1_000_000_000:g} ms"
 
     def _capacitor_charged(self, on: int) -> None:
-        """RESET ends by itself, unless somebody holds it by now."""
+        """RESET ends by itself, unless something holds it by now."""
         if self.powered and self.cold and self.powered_at == on:
             if self.pin.level == self.sense:
                 self.reset_valid = True

@@ -81,7 +81,7 @@ def motions(source: Source) -> None:
             continue
         if statement.row.role == "enter":
             if block is not None and block.quit is None:
-                explored(block, 0, states, step)  # somebody else may run it
+                explored(block, 0, states, step)  # another program may run it
             block = next(blocks)
         elif statement.row.name == "EXECUTE" and block is not None:
             states = explored(block, 0, states, step)
@@ -116,9 +116,8 @@ def reach(source: Source, motion: MotionCommand, start: int, top: int, length: i
         remedy = f"the move gets as far as {fastest} steps/s; from {2 * length + 2} steps on T is reached"
         source.report(motion.statement, "rate-unreached", "note", found, section=COMMANDS, remedy=remedy)
     elif length == 1:
-        found = (
-            f"R1 has no rate between S and T: {RATE_UNIT * start} steps/s, then {RATE_UNIT * top}, and back down just as abruptly"
-        )
+        speeds = f"{RATE_UNIT * start} steps/s, then {RATE_UNIT * top}"
+        found = f"R1 has no rate between S and T: {speeds}, and back down just as abruptly"
         source.report(motion.statement, "sudden-ramp", "note", found, section=COMMANDS, remedy="use a longer R")
 
 
@@ -192,9 +191,8 @@ def heads(source: Source) -> None:
             source.report(first, "until-first", "note", found, section=COMMANDS)
         ahead = next((s for s in block.statements if s.row.form not in SPEEDS), first)
         if ahead.row.name == "UNTIL" and ahead is not first:
-            found = (
-                f"{ahead.text} here repeats only the speed settings above it while the input is high; the rest then runs once"
-            )
+            repeated = "here repeats only the speed settings above it while the input is high"
+            found = f"{ahead.text} {repeated}; the rest then runs once"
             remedy = f"{ahead.text} as the last line repeats the whole program"
             source.report(ahead, "until-early", "note", found, section=COMMANDS, remedy=remedy)
         if saved is not None and first.row.form != "S":

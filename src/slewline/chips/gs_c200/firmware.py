@@ -201,7 +201,9 @@ class GsC(InLines, Chip):
             return
         missing = program.unset_before_motion()
         if program.memory[0] != ord("S") or missing:
-            self.finding("no-autorun", f"the recalled program is not run, because it lacks {missing or 'S at its head'}")
+            self.finding(
+                "no-autorun", f"the recalled program is not run, because it lacks {missing or 'S at its head'}"
+            )
             return
         direction = -1 if self.pins["rxd"].level == 1 else 1
 

@@ -32,7 +32,7 @@ class Activity:
         self.serving, self.chip.idle = True, False
 
     def served(self) -> None:
-        """Note that it has been worked off."""
+        """Note that it has been processed."""
         self.serving = False
         self.refresh()
 
@@ -55,7 +55,8 @@ class Activity:
         states = self.registers.states
         moving = [state.number for state in states if state.in_motion]
         if moving:
-            return f"waiting for the end of the motion of {'axis' if len(moving) == 1 else 'axes'} {', '.join(map(str, moving))}"
+            axes = f"{'axis' if len(moving) == 1 else 'axes'} {', '.join(map(str, moving))}"
+            return f"waiting for the end of the motion of {axes}"
         for state in states:
             if state.breakpoint == "time":
                 return f"waiting for time {state.comparison}, the breakpoint of axis {state.number}"

@@ -126,7 +126,9 @@ class KnownChipset:
             return
         most = HIGH_RANGE if axis.high_speed else STANDARD_RANGE
         if velocity > most * SCALE:
-            found = f"{velocity / SCALE:.6g} steps/cycle exceeds the pulse range: the axis will run at {most} steps/cycle"
+            found = (
+                f"{velocity / SCALE:.6g} steps/cycle exceeds the pulse range: the axis will run at {most} steps/cycle"
+            )
             remedy = "" if axis.high_speed else f"SET_OUTPUT_HIGH allows {HIGH_RANGE}"
             self.warn(axis.written["SET_VEL"], "pulse-range", found, remedy)
         if start is not None and start >= velocity and axis.mode != "SET_PRFL_S_CRV":
@@ -141,7 +143,9 @@ class KnownChipset:
         if absent and wanted and axis.pending and not axis.pending.keys() & {"STOP", "SMOOTH_STOP"}:
             last = list(axis.pending.values())[-1]
             found = f"{last.text} is updated without {' and '.join(absent)}: the move does not start"
-            self.warn(last, "no-start", found, f"set {' and '.join(absent)} before the update: after RESET the value is 0")
+            self.warn(
+                last, "no-start", found, f"set {' and '.join(absent)} before the update: after RESET the value is 0"
+            )
 
     def accelerations(self, axis: KnownAxis) -> None:
         """Does the sign of the acceleration count?"""

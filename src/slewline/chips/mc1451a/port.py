@@ -249,7 +249,9 @@ class Port:
     def _without_row(self, code: int) -> None:
         """Answer a code that is no command of this part."""
         if code in self.codes.illegal:
-            self.chip.finding("illegal-command", f"{code:02x} is not a command of the {self.chip.sheet.part}: checksum 0")
+            self.chip.finding(
+                "illegal-command", f"{code:02x} is not a command of the {self.chip.sheet.part}: checksum 0"
+            )
             self.silent, self.answer = True, deque([0])
             return
         if code not in self.codes.reserved and code not in self.codes.siblings:

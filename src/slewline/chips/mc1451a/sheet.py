@@ -180,7 +180,7 @@ VERSION = Arg("version", 2, 0, 0xFFFF)
 class RegisterRow(Row):
     """A command, with what it does to a register; one that does more has a method in instructions.py.
 
-    It `sets` a register to what stands there, `loads` one with the number of the host, of which `bits` are kept (below
+    It `sets` a register to the value given there, `loads` one with the number of the host, of which `bits` are kept (below
     0: with their sign), or `shows` one.  Registers are those of the current axis, of its buffer where the command is
     buffered; after other words than "current" in `acts`, those of the chipset.
     """

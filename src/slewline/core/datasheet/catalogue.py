@@ -5,8 +5,8 @@
     my_lab.mx10:Mx10      module:Class
 
 To import a module is to run its code.  A name that the user gives himself, on the command line or as an argument, is
-his word.  A bench file, a journal or a URL may come from anybody: whoever reads names from one says whether modules are
-allowed (`allow_code`).  What the user has installed is allowed everywhere.
+his word.  A bench file, a journal or a URL may come from anywhere: the code that reads names from one says whether
+modules are allowed (`allow_code`).  What the user has installed is allowed everywhere.
 """
 
 from __future__ import annotations

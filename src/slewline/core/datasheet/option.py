@@ -1,4 +1,4 @@
-"""Options of a chip or a part, as rows: checked once, and read by whoever shows or takes them.
+"""Options of a chip or a part, as rows: checked once, and read by the code that shows or takes them.
 
 Option("stepwise", "bool", False, "play every motion step by step; slow, and the same to the last edge")
 Option("ramp_unit", "int", 452, "clocks that one rate unit takes", low=1, high=65535, unit="clocks", where="s.8")
@@ -41,7 +41,7 @@ EXPECTED: Mapping[Kind, str] = MappingProxyType(
 )
 
 
-SHOWN = 80  # characters of a value in a message; of a longer one the start is told, and which number is wrong
+SHOWN = 80  # characters of a value in a message; of a longer one the start is shown, and which number is wrong
 LIKE: Mapping[Kind, str] = MappingProxyType({"number": "9600 or '37.5'", "time": "'20 ms'", "frequency": "'11 MHz'"})
 
 

@@ -1,4 +1,4 @@
-"""Whole numbers as users give them: those of Python and of NumPy, and no others; and as they are told."""
+"""Whole numbers as users give them: those of Python and of NumPy, and no others; and as messages show them."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@
          _____|      |__________|
          note  note   note       note           at, changes: exact, at any instant of the past
 
-A part that is told of every change notes it.  One that can work out any instant of its past keeps no history: it makes
+A part that hears of every change notes it.  One that can work out any instant of its past keeps no history: it makes
 a quantity of two functions.
 """
 

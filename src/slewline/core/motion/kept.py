@@ -48,4 +48,6 @@ class Kept:
             remedy = f"make the bench with more than keep={readable(self.ps)!r}"
         else:
             remedy = f"a server keeps the last {self.stretches} stretches: ask earlier, or replay its journal"
-        return NotRecorded(f"{self.name} at {readable(start)}: the past is kept only from {readable(since)} on; {remedy}")
+        return NotRecorded(
+            f"{self.name} at {readable(start)}: the past is kept only from {readable(since)} on; {remedy}"
+        )

@@ -7,7 +7,7 @@
                      |<-- ideal, from the first step on -->|
                                              departs: the motion follows its ideal no longer
 
-Recording costs an append: names, rates and ideals are made when somebody asks.
+Recording costs an append: names, rates and ideals are made on request.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class MotionEnd:
     `position` is the register, `steps` the way of this motion, negative counter-clockwise.  `why`:
 
         "done"     it has come to its own end
-        "stopped"  it was told to end before that: ABORT, Z, STOP, another profile mode ...
+        "stopped"  it was ordered to end before that: ABORT, Z, STOP, another profile mode ...
         "limit"    a limit switch has ended it, or the end of the position counter
         "changed"  another motion has taken its place, without a rest
         "cut"      K, reset, the motor or the supply switched off: at once, in the midst of a step
@@ -101,7 +101,7 @@ class MotionParameters(NamedTuple):
 
 @dataclass(slots=True)
 class _Started:
-    """A motion as it is kept: what it is made with and its ideal are worked out when somebody asks."""
+    """A motion as it is kept: what it is made with and its ideal are worked out on request."""
 
     time_ps: int
     text: str
@@ -159,12 +159,12 @@ class Motions:
         return bool(self._started) and self._started[-1].end is None
 
     def stop(self) -> None:
-        """Note that the motion under way is told to end early; it ends when it is at rest."""
+        """Note that the motion under way is ordered to end early; it ends when it is at rest."""
         if self._started:
             self._started[-1].asked_to_stop = True
 
     def end(self, why: Why | None = None) -> None:
-        """End the motion under way, if there is one; without a reason it was told to stop, or is done."""
+        """End the motion under way, if there is one; without a reason it was ordered to stop, or is done."""
         if not self.under_way:
             return
         started = self._started[-1]

@@ -1,7 +1,7 @@
 """Step trains: runs of equal intervals, asked rather than expanded.
 
 A move of a hundred thousand steps is a few hundred runs.  "How many steps by t?" is a bisection and a division;
-arrays are made only of the window that somebody asks for.
+arrays are made only of the window asked for.
 
     begin k                begin k+1
       |<----- interval ------>|

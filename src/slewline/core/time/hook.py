@@ -58,7 +58,7 @@ class Hook(Generic[P]):
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> None:
         """Call every listener."""
         listeners = self.listeners
-        if not listeners and args and type(args[0]) in FUNCTIONS:  # what listeners are told is no function
+        if not listeners and args and type(args[0]) in FUNCTIONS:  # what listeners are called with is not a function
             raise UsageError(f"the hook is called with a listener, {args[0]!r}; write .add(...)")
         for listener in listeners:
             if self.listeners is listeners or listener in self.listeners:
@@ -79,7 +79,7 @@ missing(Hook, **dict.fromkeys(("append", "connect", "subscribe", "register", "li
 
 
 class CommandHook(Hook[[str]]):
-    """What a chip works on; "" is nothing, and is told once, whatever ends the work first: its end, reset, supply."""
+    """What a chip works on; "" is nothing, reported once, whatever ends the work first: its end, reset, supply."""
 
     __slots__ = ("text",)
 

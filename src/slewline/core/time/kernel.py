@@ -1,8 +1,8 @@
 """The event kernel: integer time, delta rounds, tasks.
 
 Theory.  An instant T runs in rounds.  Round 1 runs every task that a timer woke; everything still reads as it was
-before T.  Then the edges that were promised for T and the changes made in round 1 commit together, everybody is
-told, and reactions run in rounds 2 and on, until the instant is quiet.  So a look (a timer wake at which firmware
+before T.  Then the edges that were promised for T and the changes made in round 1 commit together, listeners
+hear of it, and reactions run in rounds 2 and on, until the instant is quiet.  So a look (a timer wake at which firmware
 samples) sees the level from before the instant, and the order of tasks inside a round cannot matter.
 
 Rules of this file: no wall clock; nothing global; a heap entry is (time, order, who, token) and is stale, hence
@@ -145,7 +145,7 @@ class Kernel:
         heappush(self.heap, (ps, next(self.order), task, task.token))
 
     def next_time(self) -> int | None:
-        """Return the instant of the next event if nobody interferes (ps); None: there is none."""
+        """Return the instant of the next event if nothing interferes (ps); None: there is none."""
         heap = self.heap
         while heap and heap[0][2].token != heap[0][3]:
             heappop(heap)
@@ -183,7 +183,8 @@ class Kernel:
         """
         if self.running:
             raise UsageError(
-                f"it is {readable(self.now)}, and time passes already: what a run calls cannot let it pass"
+                f"the time is {readable(self.now)}, and a run is in progress: a listener or part that it calls cannot "
+                "run the bench or wait (run_until(), ask() ...); queue it with send(), or call it after the run"
             )
         if self.woken or self.pending:
             self.settle()
@@ -196,7 +197,7 @@ class Kernel:
                     return True
                 _, _, who, token = heappop(heap)
                 if who.token != token:
-                    if not told and self.on_commit.listeners:  # somebody has begun to listen
+                    if not told and self.on_commit.listeners:  # a listener has been added
                         told = True
                         self._committed()
                     continue
@@ -250,13 +251,16 @@ class Kernel:
                     break
 
     def _committed(self) -> None:
-        """Tell that this instant is over; what a listener puts in still belongs to it, and then it is told again."""
+        """Report that this instant is over; what a listener puts in still belongs to it; then it is reported again."""
         for _ in range(ROUNDS_LIMIT):
             self.on_commit(self.now)
             if not (self.pending or self.woken):
                 return
             self._react(self.now, [])
-        raise Endless(f"a listener of on_commit changes an input at {readable(self.now)} each time it is called, so time cannot pass; let it do so once, or at a later time")
+        raise Endless(
+            f"a listener of on_commit changes an input at {readable(self.now)} each time it is called, so time cannot "
+            "pass; let it do so once, or at a later time"
+        )
 
     def _rest(self) -> None:
         self.running = False
@@ -278,7 +282,8 @@ class Kernel:
                 return
         names = ", ".join(sorted({repr(task) for task in ready} | {repr(driver.net) for driver in self.pending}))
         raise Endless(
-            f"{ROUNDS_LIMIT} rounds at {readable(time)}: these change each other in a loop without delay: {names}; add a delay to one of them"
+            f"{ROUNDS_LIMIT} rounds at {readable(time)}: these change each other in a loop without delay: {names}; "
+            "add a delay to one of them"
         )
 
     def _resume(self, ready: list[Any]) -> None:
@@ -300,7 +305,7 @@ class Kernel:
             raise failure
 
     def _commit(self, time: int, nets: list[Any]) -> None:
-        """All changes of the round take effect together; then everybody is told."""
+        """All changes of the round take effect together; then all listeners are called."""
         pending, self.pending = self.pending, []
         changed = []
         for driver in pending:
@@ -337,7 +342,7 @@ class Kernel:
                         self.woken.append(task)
             else:
                 net.tell()
-        for net in nets:  # the next edge is an instant only if somebody still watches
+        for net in nets:  # the next edge is an instant only if something still watches
             if net.promise is not None:
                 net.schedule(time)
 

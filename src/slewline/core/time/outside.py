@@ -1,8 +1,8 @@
-"""The outside of a run: what is told to it from there, and how time passes for whoever stands there.
+"""The outside of a run: the inputs that come from there, and how time passes for a user.
 
-    outside.tell("drive", pin="x.abort", level=0)     a pin, a chip or a part was told something
+    outside.tell("drive", pin="x.abort", level=0)     an input of a pin, a chip or a part
     outside.wait(met, "an answer", "5 s")             a call of a host lets time pass until it is over
-    with outside.nested(): ...                        what follows from an input that was told: a line of a script
+    with outside.nested(): ...                        what follows from a reported input: a line of a script
     with outside.queued(): ...                        calls of hosts only queue; their caller lets time pass
 
 There is one of it on every kernel, so that a pin or a part finds it with or without a bench.
@@ -24,7 +24,7 @@ class Outside:
     """Where a user, a server or a replay stands.
 
     `on_input` hears every input from outside when it is made: what was done, and to what, as plain data that can be
-    written down and done again.  `write` is told last, just before it is done: what a listener puts in, or the time
+    written down and done again.  `write` is called last, just before it is done: what a listener puts in, or the time
     that it lets pass, comes before what it has heard of.  `let_pass` lets time pass until something is met, or raises
     Timeout; None: nobody can.
     """

@@ -1,6 +1,6 @@
 """Time is an integer number of picoseconds; a chip counts its own clock ticks and converts their sum once.
 
-Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused: it would be rounded by somebody else; but
+Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused: it would have been rounded elsewhere; but
 `bench.now`, a float that knows its picoseconds (`Seconds`), is taken.
 Where time is to pass or something is to happen (`picoseconds`), an int from 1 to 999 is refused, too: it was meant to
 have another unit, and "5 ps" can be written.  A question about the past (`moment`) takes any int.

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Event:
-    """Rings at the end of a round: its net changes, and whoever waits for a change goes on."""
+    """Rings at the end of a round: its net changes, and the tasks that wait for a change go on."""
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         self.count, self._driver = 0, Driver(Net(kernel, name), name)
@@ -22,6 +22,6 @@ class Event:
         return self._driver.net
 
     def set(self) -> None:
-        """Wake whoever waits for a change."""
+        """Wake the tasks that wait for a change."""
         self.count += 1
         self._driver.drive(self.count)

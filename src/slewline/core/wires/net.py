@@ -2,7 +2,7 @@
 
 A net is driven by levels (0, 1, or None for floating) or by promises: waveforms that a driver has planned ahead and
 that hold until it decides again.  A promise costs the kernel nothing while nobody watches its net, and one heap entry
-(its next edge) while somebody does.
+(its next edge) while something does.
 
 Strong drivers that disagree give 0 (wired AND, as open collectors do) and one conflict report.  Without a strong
 driver the net takes its tie (the standard wiring of a bare part), without a tie its pull, without a pull it floats.
@@ -75,7 +75,7 @@ class Driver:
                 net.follow()
 
     def renew(self) -> None:
-        """Report that `until` of the promise has moved, to whoever watches or samples the net."""
+        """Report that `until` of the promise has moved, to all that watch or sample the net."""
         net = self.net
         if (net.waiters or net.observers or net.latched or net.before_change or net.joined) and not self.pending:
             self.drive(self.promise)
@@ -108,7 +108,7 @@ class Driver:
 
 
 class WiringChange:
-    """A pending entry of a net whose wiring has changed, as a driver is when it has been told a level (see `join`)."""
+    """A pending entry of a net whose wiring has changed, as a driver is when it has been given a level (see `join`)."""
 
     __slots__ = ("net", "next", "pending")
 
@@ -401,7 +401,7 @@ class Net:
 
 
 class Bus(Net):
-    """Eight wires in one.  A driver puts (mask, value); a wire that nobody drives reads 1, as open TTL does."""
+    """Eight wires in one.  A driver puts (mask, value); a wire that nothing drives reads 1, as open TTL does."""
 
     __slots__ = ()
     width = 8
@@ -428,7 +428,7 @@ class Bus(Net):
         return 0xFF if level is None else int(level[1] | ~level[0] & 0xFF)
 
     def bit(self, number: int) -> int | None:
-        """Return the level of wire 0 to 7, None while nobody drives it."""
+        """Return the level of wire 0 to 7, None while nothing drives it."""
         level = self.level
         if level is None or not level[0] >> number & 1:
             return None

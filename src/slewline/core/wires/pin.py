@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class Condition:
     """A condition that `Bench.run_until` can wait for; `a | b` waits for either.
 
-    `nets` are watched while somebody waits, so that their promised edges become instants.
+    `nets` are watched while something waits, so that their promised edges become instants.
     """
 
     text = ""
@@ -30,7 +30,7 @@ class Condition:
         return self.text
 
     def begin(self) -> None:
-        """Prepare: somebody begins to wait."""
+        """Prepare: a wait begins."""
 
     def met(self) -> bool:
         """Return whether the condition holds now."""
@@ -42,11 +42,11 @@ class Condition:
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """`when`, if promises can say it at all; None: whoever waits looks after every instant."""
+        """`when`, if promises can say it at all; None: it is checked after every instant."""
         return self.when if type(self).when is not Condition.when else None
 
     def belongs(self, kernel: Kernel) -> bool:
-        """Return whether it comes about in the time of a kernel, as far as its nets tell."""
+        """Return whether it is met in the time of a kernel, as far as its nets tell."""
         return all(net.kernel is kernel for net in self.nets)
 
     def __bool__(self) -> NoReturn:

@@ -103,7 +103,7 @@ class LineSetting(NamedTuple):
 
 
 class ReceivingEnd(Protocol):
-    """What listens at the end of a line; how it is set can be seen by whoever has wired it."""
+    """What listens at the end of a line; its settings can be read by a part that is wired to it."""
 
     @property
     def setting(self) -> LineSetting:
@@ -172,7 +172,7 @@ class Character(NamedTuple):
 
 
 class Straps:
-    """What the strap pins of a part on a serial line say at this moment; whoever has wired them may look.
+    """What the strap pins of a part on a serial line say at this moment; the part that has wired them may look.
 
     `setting` is what it has made of them: it looks at them when it is switched on.
 

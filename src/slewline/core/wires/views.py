@@ -5,9 +5,9 @@
     Gated: and      ‾|_|‾|_|‾||_________________      asked, not played
 
 A view knows the promises that it is made of, and nothing else: level, next edge and edges of a window follow from
-theirs, so a million steps at the output of a gate cost what they cost at its input.  It is a value.  When an input is driven
-otherwise, whoever promised the view bounds it by `until`, so that no edge shows of what was withdrawn, and promises
-another one in the next round (parts/base/follower.py).
+theirs, so a million steps at the output of a gate cost what they cost at its input.  It is a value.  When an input is
+driven otherwise, the part that promised the view bounds it by `until`, so that no edge shows of what was withdrawn, and
+promises another one in the next round (parts/base/follower.py).
 
 Edges are exact: each a real change, one at an instant.  `after` may be earlier than the next edge: ask again then.
 """
@@ -137,7 +137,7 @@ class Repeated(View):
 
 
 class Rested(Repeated):
-    """A promise on a wire that a pull or a tie holds while nobody drives it."""
+    """A promise on a wire that a pull or a tie holds while nothing drives it."""
 
     __slots__ = ("rest",)
     floats = False
@@ -250,7 +250,7 @@ class Combined(View):
 
 
 class Wired(Combined):
-    """Several drivers on one wire: low wins, and where nobody drives, the wire rests."""
+    """Several drivers on one wire: low wins, and where nothing drives, the wire rests."""
 
     __slots__ = ("_rest", "_wired")
 
@@ -262,7 +262,7 @@ class Wired(Combined):
 
     @property
     def floats(self) -> bool:  # type: ignore[override]
-        """Does nobody drive the wire at times?"""
+        """Does nothing drive the wire at times?"""
         return self._rest is None and all(map(floats, self.of))
 
     def combined(self, levels: Sequence[Level]) -> Level:

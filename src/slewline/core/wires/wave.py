@@ -41,7 +41,7 @@ class Promise(Protocol):
         """Return when the level may change next, strictly after an instant: there is no edge before.
 
         It is the next edge, or an instant at which to ask again: what looks ahead need not find the edge at once.
-        None: as things stand there is no edge any more.
+        None: at present there is no edge any more.
         """
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:

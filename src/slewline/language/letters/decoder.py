@@ -181,7 +181,9 @@ class Decoder(Incremental):
         """A line feed within a line: say once what it tells of the host."""
         if not self._line_feeds:
             self._line_feeds = True
-            self._note("line-end", "the host ends its lines with LF, but this part expects CR: send \\r alone, without \\n")
+            self._note(
+                "line-end", "the host ends its lines with LF, but this part expects CR: send \\r alone, without \\n"
+            )
 
     def _in_line(self, byte: int) -> Decoded:
         if byte == CR:
@@ -205,7 +207,8 @@ class Decoder(Incremental):
             self.at_letter = True
             return Label(letter)
         self._note(
-            "unknown-command", f"{letter}{text_of(self._line)}{chr(self._label_mark)} is not a label; the line is ignored"
+            "unknown-command",
+            f"{letter}{text_of(self._line)}{chr(self._label_mark)} is not a label; the line is ignored",
         )
         self._state = self._skip_line
         return None

@@ -81,7 +81,7 @@ class LetterReader(Reader):
     def behind(self, row: Row, at: int) -> None:
         argument = self.text[at:].lstrip()
         first, end = len(self.text) - len(argument), len(self.text)
-        remedy = slip_remedy(self.sheet, argument, row) or f"{row.form} takes no argument and no terminator"
+        remedy = slip_remedy(self.sheet, argument, row) or f"{row.form} ends by itself, without an argument"
         found = f"{argument} after {row.name}, which takes no argument"
         self.error(first, end, "extra-argument", found, "", row.where, remedy)
 

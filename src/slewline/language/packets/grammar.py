@@ -239,9 +239,7 @@ def _arguments(row: Row, text: str, at: int) -> Command | Refusal:
     found = text[at:].split()
     if len(found) > len(row.args):
         first = text.index(found[len(row.args)], at + sum(map(len, found[: len(row.args)])))
-        return _refusal(
-            "extra-argument", first, len(text), f"{text[first:]} after {row.name}, which takes {row.takes}"
-        )
+        return _refusal("extra-argument", first, len(text), f"{text[first:]} after {row.name}, which takes {row.takes}")
     if len(found) < len(row.args):
         arg = row.args[0]
         return _refusal("missing-argument", len(text), len(text) + 1, f"{row.name} without {arg.name}", range_of(arg))
@@ -263,7 +261,7 @@ def _refusal(code: str, at: int, end: int, found: str, allowed: str = "", remedy
 
 
 def _number_meant(arg: Arg, written: str) -> str:
-    """What somebody may have meant who wrote something that is no number."""
+    """What may have been meant by a text that is not a number."""
     if re.fullmatch(r"[0-9a-fA-F]{1,8}[hH]?", written):
         return f"hexadecimal is written 0x{written.rstrip('hH').upper()}"
     if arg.fraction and re.fullmatch(r"[+-]?[0-9]{0,9}\.[0-9]{1,9}", written):
@@ -294,4 +292,6 @@ def _stranger(sheet: Sheet, name: str) -> Refusal:
     else:
         remedy = f"slewline describe {sheet.part} lists the commands"
     shown = name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
-    return _refusal("unknown-command", 0, len(name), f"{shown} is not a command of the {sheet.part.upper()}", "", remedy)
+    return _refusal(
+        "unknown-command", 0, len(name), f"{shown} is not a command of the {sheet.part.upper()}", "", remedy
+    )

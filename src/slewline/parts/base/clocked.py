@@ -5,7 +5,7 @@
                                        cut: so many steps by now; lay: from here on each edge counts the other way
 
 A step that a train promises is no event.  The part is brought up to an instant when an input is driven otherwise or
-when somebody asks; what it promises from there on follows from what the inputs show.
+on request; what it promises from there on follows from what the inputs show.
 
 An input that says what a step does (`steers`) may have edges ahead itself.  The clock is then followed up to the first
 of them, and again from there.

@@ -1,11 +1,11 @@
 """Rules of parts that run ahead: what they promise on their outputs follows from what is promised on their inputs.
 
-    input     train ---------------------------->| (a driver is told something else)
+    input     train ---------------------------->| (a driver gets a new value)
     output    view of the train ---------------->|........|  view of what comes now
                                        changed:  cut      lay: in the next round
 
 As long as the inputs promise, such a part costs nothing, and its outputs cost what they cost anywhere: nothing while
-nobody looks.  When a driver of an input is told something else, the part hears of it at once, before that driver
+nothing looks.  When a driver of an input gets another value, the part hears of it at once, before that driver
 forgets: it takes notice of what the inputs have shown up to the instant before (`cut`), and its outputs are bounded, so
 that no edge shows of what was withdrawn.  In the next round it reads the inputs and promises again (`schedule`).
 
@@ -181,7 +181,7 @@ class Stateless(Follower):
 def circle(rule: Follower) -> list[Follower]:
     """Return the rules of parts on circles through one, itself among them; none where there is no circle.
 
-    Whoever is driven by edges already promises nothing, so a circle ends there.
+    A part that is driven by edges already promises nothing, so a circle ends there.
     """
     driven: dict[Follower, list[Follower]] = {}  # those downstream of a rule, of all that are upstream of this one
     ahead = [rule]

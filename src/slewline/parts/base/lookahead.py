@@ -5,8 +5,8 @@
         shown()   train ------------------>|  another train ---------------->
                                            ^ changed(): at once, before the driver forgets
 
-Rules of this file: what is shown is a value.  Whoever keeps it bounds what rests on it when `changed` is called, and
-asks again in the next round.
+Rules of this file: what is shown is a value.  A part that keeps it bounds what rests on it when `changed` is called,
+and asks again in the next round.
 """
 
 from __future__ import annotations

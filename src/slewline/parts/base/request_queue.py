@@ -72,7 +72,7 @@ class RequestQueue:
         self._add(Request(text, action, kept=False))
 
     def submit(self, text: str, action: Callable[[], Awaitable[T]]) -> Request[T]:
-        """Queue something whose result somebody may wait for; `text` says what it does."""
+        """Queue something whose result a call may wait for; `text` says what it does."""
         return self._add(Request(text, action, kept=True))
 
     def _add(self, request: Request[T]) -> Request[T]:

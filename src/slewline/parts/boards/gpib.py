@@ -107,7 +107,7 @@ class SourceHandshake:
         self.requests += net.level == 0
 
     def send(self, data: Data) -> None:
-        """Queue bytes for whoever listens."""
+        """Queue bytes for all listeners."""
         data = as_bytes(self.part.name, data)
         self.part.input("send", data)
         self.queue.post(f"sends {data!r}", lambda: self.talk(data))
@@ -174,7 +174,7 @@ class Talks:
 
     @from_outside
     def send(self, data: Data) -> None:
-        """Queue bytes for whoever listens."""
+        """Queue bytes for all listeners."""
         self._source.send(data)
 
     @from_outside

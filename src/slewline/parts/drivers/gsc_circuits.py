@@ -154,7 +154,8 @@ class Damping(Part):
         if net.level == 1:
             if now < self._braked_ps:
                 self.finding(
-                    "damping-cut", "a motion begins before the last one has been braked; use longer pauses or a shorter t2"
+                    "damping-cut",
+                    "a motion begins before the last one has been braked; use longer pauses or a shorter t2",
                 )
             return
         pulses = [self._t1_ps, *[self._t2_ps] * (self._t2_ps > 0)]

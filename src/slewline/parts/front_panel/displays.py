@@ -7,8 +7,8 @@ The LED display is of the HDSP-211x kind.  Six address lines reach it:
     00 ... 07   flash: bit 0, a character each           the others repeat one of these
 
 The LCD shows texts on its right, and on its left the parameters that were asked for, each on a line of its own.  How a
-CY325 is told where to write is in no readable page; this one sees from the text itself what it is, `X=00123` CR being a
-parameter, so whatever else comes is text.
+CY325 gets the place to write is in no readable page; this one decides by the text itself: `X=00123` CR is a parameter,
+and anything else is text.
 """
 
 from __future__ import annotations
@@ -192,9 +192,7 @@ class Lcd(Shows, Part):
             if character.good:
                 self._take(character.byte)
             else:
-                self.finding(
-                    "display-garbled", f"{character.byte:#04x} has no stop bit; check that the rates agree"
-                )
+                self.finding("display-garbled", f"{character.byte:#04x} has no stop bit; check that the rates agree")
 
     def _take(self, byte: int) -> None:
         """Show what a character makes; what may still become a parameter counts as text as long as it is none."""

@@ -19,7 +19,7 @@ from ..memories.external import BUS_WIRING, BusInterface, start_bus
 
 DIGITS = "0123456789ABCDEF"
 MOST = 8  # digits that a bank may have: what three address bits tell apart
-UPPER_NIBBLE = 0xF0  # of the bus, which nobody drives: it reads high
+UPPER_NIBBLE = 0xF0  # of the bus, which nothing drives: it reads high
 
 
 def switch_address(letter: str, digit: int) -> int:

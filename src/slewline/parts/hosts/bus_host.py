@@ -163,8 +163,8 @@ class BusHost(Host):
             raise UsageError(f"{self._part} takes no commands while its program runs; wait for its end")
         if self.idle and self.port.running.level != 0 and self.port.ready.level == 1:
             raise UsageError(
-                f"{self.name}: live commands go to a running program, and none of {self.port.chip} runs; send() sends a command, "
-                "run_program() starts the program"
+                f"{self.name}: live commands go to a running program, and none of {self.port.chip} runs; send() sends "
+                "a command, run_program() starts the program"
             )
         found = self.queue.result(self.interject(self.chip.name, commands), timeout)
         return b"".join(data for _, data in found or ())

@@ -22,7 +22,7 @@ class Connection:
 
     `pins` are the wires, by the names of the pins, and `bus` are those of the data bus, if there is one; `crystal_hz`
     is on the board.  A chip on a serial line has straps.  `up_ps` is the instant at which it was switched on last: the
-    host is told when it is again.
+    host is informed when it is again.
     """
 
     name: str

@@ -6,7 +6,7 @@ r"""What a host has on a bus that works both ways: commands out, messages in, a 
 
 The empty handshake in front of a command is what a part wants whose program may run, and ignores otherwise.  A host
 that finds FPL low in it takes the message first (ch. 16, Immediate Commands), and so does one with its letter on the
-bus: it lets go, for the part answers somebody on its serial side.  The host goes by FPL while it is in use, as far as
+bus: it lets go, for the part answers a program on its serial side.  The host goes by FPL while it is in use, as far as
 it knows from the mode commands that it has sent itself; `heed` tells it of others.
 """
 
@@ -60,7 +60,7 @@ class FlowPort:
         self.control = FlowControl(chip, chip.sheet.through(FlowBus), self.name, self.shadow)
         self.empty_first = True
         self.turn = Event(self.kernel, f"{self.name}.(turn)")
-        self.taken = False  # somebody is using the lines
+        self.taken = False  # the lines are in use
         self.listener: Task | None = None
         line("reset").watch(lambda _net: self.shadow.reset())
 
@@ -127,7 +127,7 @@ class FlowPort:
             asked = False
 
     def _no_message(self) -> None:
-        """Look at FPL no longer: its pin was low, and nobody drives the bus."""
+        """Look at FPL no longer: its pin was low, and nothing drives the bus."""
         self.control.heeding = False
         self.finding(
             "no-message",

@@ -5,7 +5,7 @@
     host.ask("GET_STATUS")                  the same, from the text of a command
 
 A packet is over when HostRdy is high again after its last word.  The host remembers the current axis, so that axis(2)
-sends SET_2 only if the current one is another.  A checksum that does not fit is raised where somebody waits for the
+sends SET_2 only if the current one is another.  A checksum that does not fit is raised where a call waits for the
 packet, and is a finding of the host in any case.
 """
 

@@ -2,7 +2,7 @@
 
     wait READY high, byte on the bus, I/O REQUEST low, wait READY low, I/O REQUEST high           (s.2, s.11)
 
-A host never hesitates unless it is told to: `delay_ps` is what its program takes before each byte.
+A host never hesitates unless it is set to: `delay_ps` is what its program takes before each byte.
 """
 
 from __future__ import annotations

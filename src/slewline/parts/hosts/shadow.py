@@ -1,7 +1,7 @@
 """Shadow registers: what a host knows of a part from what it has sent, such as its mode register and program entry.
 
-A part that keeps its program as it was sent has no pin that tells its mode, so a host remembers it.  What somebody else
-tells the part, over its other side or by a program, a host does not hear of.
+A part that keeps its program as it was sent has no pin that tells its mode, so a host remembers it.  What another program
+sends the part, over its other side, or what a stored program does, a host does not see.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ class FlowControl:
     """Whether a host goes by the flow line of its chip, FPL or CTS: while the mode register puts it to this use.
 
     `gone` takes bytes as they go out; `news` rings with each of them, and whenever the host goes by the line or no
-    longer; `heeding` is what somebody has said: None, that the host is to go by its own mode commands.
+    longer; `heeding` is what was last set: None, that the host is to go by its own mode commands.
     """
 
     def __init__(self, chip: Connection, channel: FlowBus | AdaptiveLine, owner: str, gone: Shadow) -> None:

@@ -69,7 +69,7 @@ class HostUart:
         self.part.input("change_line", baud, bits, parity, stop)
 
     def lent(self) -> Callable[[], object]:
-        """Return what restores rate and format, when somebody else has spoken over this line."""
+        """Return what restores rate and format, when another program has used this line."""
         baud, word = self.baud, self.word
         return lambda: self.set_line(baud, word)
 

@@ -171,13 +171,14 @@ class Uart(Part):
                 "pe",
                 character.parity_wrong,
                 "uart-parity",
-                f"wrong parity of {byte:#04x}: the UART has {self.setting}; set the host to the same, or check the line for noise",
+                f"wrong parity of {byte:#04x}: the UART is set to {self.setting}; set the host to the same, or check "
+                "the line for noise",
             ),
             (
                 "fe",
                 character.framing_wrong,
                 "uart-framing",
-                f"no stop bit after {byte:#04x}: the UART has {self.setting}; set the host to the same",
+                f"no stop bit after {byte:#04x}: the UART is set to {self.setting}; set the host to the same",
             ),
             (
                 "oe",
@@ -193,5 +194,8 @@ class Uart(Part):
         if self.high("rdav"):
             self._set(True)
         else:
-            self.finding("uart-lost", f"{byte:#04x} was complete while READY was low: it is lost; let the host pause between characters")
+            self.finding(
+                "uart-lost",
+                f"{byte:#04x} was complete while READY was low: it is lost; let the host pause between characters",
+            )
         self._put()

@@ -6,7 +6,7 @@ wr      -----------------\____/-------------      its rise: the byte on the bus 
 rd      -----------------\________/---------      low: what the address selects stands on the bus
 db      ==========|= low =|== data ==|
 
-The latch (a 74LS373) listens whoever is selected: one may serve memory, display and switches.
+The latch (a 74LS373) follows whichever part is selected: one may serve memory, display and switches.
 """
 
 from __future__ import annotations

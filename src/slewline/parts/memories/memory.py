@@ -136,7 +136,9 @@ class Ram(Part):
         """Take nothing, and tell so the first time."""
         if not self._told:
             self._told = True
-            text = f"{byte:02X} was written to address {self._core.address:04X} of an EPROM, which is read-only: no effect"
+            text = (
+                f"{byte:02X} was written to address {self._core.address:04X} of an EPROM, which is read-only: no effect"
+            )
             self.finding("read-only", text)
 
 

@@ -81,7 +81,9 @@ class Prom(Part):
         if self._requesting and not ready:  # I/O REQUEST rises
             self._requesting = False
             if loading:
-                self.finding("load-held", f"load was still low as byte {self.address:#04x} was taken: the byte is sent again")
+                self.finding(
+                    "load-held", f"load was still low as byte {self.address:#04x} was taken: the byte is sent again"
+                )
             else:
                 self.address = (self.address + 1) % ADDRESSES
         if loading:

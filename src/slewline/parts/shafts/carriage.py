@@ -50,7 +50,7 @@ class Gear(Part):
 class Carriage(Part):
     """A carriage that a shaft moves, with backlash, between hard stops.
 
-    Where the shaft turns round it stands still until the backlash is taken up.  At a hard stop the shaft is held:
+    Where the shaft turns round it stops until the backlash is taken up.  At a hard stop the shaft is held:
     further steps are lost, with a finding, and it comes away at once in the other direction.
 
     Args:

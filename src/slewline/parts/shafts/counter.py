@@ -74,7 +74,7 @@ UNKNOWN = Marks(0, 0, 1, ())
 
 
 class Counter(Protocol):
-    """What a motion passes on a scale; whoever turns a shaft in another way brings one of its own."""
+    """What a motion passes on a scale; a part that turns a shaft in another way brings one of its own."""
 
     def at(self, ps: int) -> int:
         """Return the count that is shown at an instant (ps)."""

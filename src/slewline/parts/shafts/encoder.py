@@ -197,7 +197,7 @@ class Encoder(Part):
 
     @from_outside
     def block(self) -> None:
-        """Block the shaft: it stands still, steps are lost."""
+        """Block the shaft: it stops, steps are lost."""
         self.input("block")
         self.shaft.block()
         self.kernel.settle()

@@ -1,9 +1,9 @@
-"""Which pulses a motor follows: a law over the edges of a clock, worked off when somebody asks.
+"""Which pulses a motor follows: a law over the edges of a clock, processed on request.
 
     pulse       |   |   |  | | | |  |   |   |        its rate, from the pulse before, may be `pull_in`, or what the
     followed    1   2   3  4         5   6   7        motor reaches from its present rate in one step
 
-While every pulse is followed the law is worked off in arrays; where one is lost, pulse by pulse until one is followed
+While every pulse is followed the law is processed in arrays; where one is lost, pulse by pulse until one is followed
 again.  What is kept are the runs of pulses that were followed, so a promise can be asked for its past.
 """
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-FEW = 16  # pulses that are worked off together first, and after one was lost
+FEW = 16  # pulses that are processed together first, and after one was lost
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,14 +99,14 @@ class FollowedSteps(ClockEdges):
 
     def __init__(self, clock: ClockEdges, limits: MotorLimits, of: PulseFollowing, sign: int) -> None:
         self.clock, self.limits, self.of, self.sign = clock, limits, of, sign
-        self._known, self._state = 0, of  # pulses that are worked off, and what came of them
+        self._known, self._state = 0, of  # pulses that are processed, and what came of them
         self._firsts: list[int] = []
         self._lasts: list[int] = []
         self._before: list[int] = []
         self._many = FEW
 
     def _made(self, n: int) -> int:
-        """How many of the first n pulses, which are worked off, are followed."""
+        """How many of the first n pulses, which are processed, are followed."""
         i = bisect_right(self._firsts, n) - 1
         return 0 if i < 0 else self._before[i] + min(n, self._lasts[i]) - self._firsts[i] + 1
 

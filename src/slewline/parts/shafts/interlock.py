@@ -1,4 +1,4 @@
-"""Steps that a shaft makes while something forbids it: found when somebody asks, by what the shaft has done."""
+"""Steps that a shaft makes while something forbids it: found on request, by what the shaft has done."""
 
 from __future__ import annotations
 

@@ -142,7 +142,7 @@ class Motor(Part):
 
     A pulse is lost while the step before is under way, and when it comes too fast: its rate, from the pulse before, may
     be `pull_in`, or what the motor reaches from its present rate in one step, sqrt(rate^2 + 2 acceleration).  A motor
-    that loses a step stands still, and starts again when a pulse is no faster than `pull_in`.
+    that loses a step stops, and starts again when a pulse is no faster than `pull_in`.
 
         x   0 1 1 0        the detector, clockwise to the right
         y   0 0 1 1

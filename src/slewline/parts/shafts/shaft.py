@@ -1,7 +1,7 @@
 """A shaft: a thing of its own between what turns it and what sits on it.
 
 A motor turns a shaft; an encoder, a switch, a gear, a carriage sit on it, any number of them, put there at any time.
-Whoever turns it says so in two strokes, so that nothing is asked of a promise that is no more:
+The part that turns it says so in two strokes, so that nothing is asked of a promise that is no more:
 
     shaft.cut(now - 1)              at once, before a driver forgets what it has shown: the motion holds up to there
     shaft.turn(edges, sign, now)    in the next round: how it turns from there on
@@ -42,7 +42,7 @@ class Shaft:
     """A shaft that something turns.
 
     `on_cut` hears the instant up to which the motion holds, `on_turn` that there is a new motion.  `on_lost` hears of
-    steps that a stop has swallowed, when somebody asks (`look`) or the shaft is cut: the instant of the first one of
+    steps that a stop has swallowed, on request (`look`) or the shaft is cut: the instant of the first one of
     them, how many, and whether the shaft has come to the stop again.
     """
 
@@ -319,7 +319,7 @@ class GearedShaft(DrivenShaft):
 
 
 class BacklashShaft(DrivenShaft):
-    """What a shaft moves with a play: turned round, it stands still until the play is taken up.
+    """What a shaft moves with a play: turned round, it stops until the play is taken up.
 
     It begins at `start`, where the shaft has pushed it forward: its place is `start` above that of the shaft, and up to
     `play` more after a way back.

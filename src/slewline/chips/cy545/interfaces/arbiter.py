@@ -77,7 +77,7 @@ class InputArbiter:
         """Return the first byte of a command, from whichever side begins one.
 
         An FF over the bus while a program runs is the empty handshake: the program waits for the letter after it.  Any
-        other FF is ignored, and leaves the chip to whoever comes next.
+        other FF is ignored, and leaves the chip to the side that comes next.
 
         Args:
             others: inputs that end the wait, each with its level.

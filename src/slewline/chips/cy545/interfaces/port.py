@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .user_bits import UserBits
 
 CR = 0x0D
-EMPTY = 0xFF  # what a bus that nobody drives reads as, by its pull-ups
+EMPTY = 0xFF  # what a bus that nothing drives reads as, by its pull-ups
 
 
 class ParallelPort:
@@ -79,7 +79,7 @@ class ParallelPort:
         if running and byte != EMPTY:
             chip.finding(
                 "missing-ff",
-                f"a program runs, and the first handshake brought {byte:#04x}; the host should leave the bus floating in it",
+                f"a program runs, and the first handshake brought {byte:#04x}; the host should leave the bus open",
             )
         self.busy.drive(0)
         self.open, self.served = True, fell

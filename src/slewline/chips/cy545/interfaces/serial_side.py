@@ -141,7 +141,7 @@ class SerialSide:
         self._listen_at(Clock(round(OVERSAMPLING * rate)))
 
     def _untold(self) -> bool:
-        """Return whether nothing of this has been told since the reset; it is from now on."""
+        """Return whether nothing of this has been reported since the reset; it is from now on."""
         told, self.told = self.told, True
         return not told
 
@@ -151,7 +151,7 @@ class SerialSide:
         self.listener = self.kernel.spawn(self._listen, clock, name=f"{self.chip.name} listens")
 
     async def _listen(self, clock: Clock) -> None:
-        if self.watching:  # not as an edge is told: whoever hears of it next would be left out
+        if self.watching:  # not while an edge is reported: the next listener would be left out
             self.watching = False
             self.rxd.unwatch(self._edge)
         receiver = self.receiver = Receiver(self.rxd, clock, self.word, TTL)

@@ -86,7 +86,7 @@ class Stepping(motion.Motion):
         self.over(why)
 
     def over(self, why: Why | None = None) -> None:
-        """End the motion; without a reason it is done, or was told to stop."""
+        """End the motion; without a reason it is done, or was ordered to stop."""
         self.axis.log.end("limit" if self.limited else why)
         self.moving = False
 

@@ -66,7 +66,7 @@ class StepOutputs(steps.StepOutputs):
 
     @property
     def sign(self) -> int:
-        """The direction in which a step would be counted: the level of CCW says it, whoever has pulled it low."""
+        """The direction in which a step would be counted: the level of CCW says it, whatever has pulled it low."""
         return 1 if self.direction_net.level == 0 else -1
 
     def expected(self, sign: int) -> int:

@@ -68,7 +68,7 @@ class Motion:
 
     # ------------------------------------------------------------------------------------- what a part brings
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return what tells the parameters of a motion that begins now, when somebody asks."""
+        """Return what tells the parameters of a motion that begins now, on request."""
         raise NotImplementedError
 
     def planned(self) -> Plan:

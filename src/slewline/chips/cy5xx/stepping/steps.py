@@ -61,7 +61,7 @@ class StepOutputs:
             driver.play(PatternView(playing, column, self.registers.phase, sign, driver.at(seen)))
 
     def renew(self) -> None:
-        """The bound of the train has moved: whoever watches PULSE or a phase must hear of it."""
+        """The bound of the train has moved: all that watch PULSE or a phase must hear of it."""
         self.pulse.renew()
         for driver in self.phases:
             driver.renew()

@@ -2,7 +2,7 @@ r"""Motion one step at a time: the oracle of the fast path, slow and obvious.
 
 The fast path plans whole moves and promises step trains.  A twin plans nothing but a list of single steps, drives
 every edge when it comes, looks at the pins when the chip looks, and so gives a second opinion that shares no code with
-the first.  Findings of a motion are told by the part's own twin, or not at all.
+the first.  Findings of a motion are reported by the part's own twin, or not at all.
 
     move:  I/O REQUEST high? -> direction -> STEP INHIBIT low? -> [step -> looks] ... -> over
 
@@ -79,7 +79,7 @@ class Stepwise:
     held_high = False  # PULSE while STEP INHIBIT holds a step
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return what tells the parameters of a motion that begins now, when somebody asks."""
+        """Return what tells the parameters of a motion that begins now, on request."""
         raise NotImplementedError
 
     def prepare(self) -> None:
@@ -190,7 +190,7 @@ class SlopeStepwise(Stepwise):
     law: Law
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return what tells the parameters of a motion that begins now, when somebody asks."""
+        """Return what tells the parameters of a motion that begins now, on request."""
         self.motion_made = self.registers.at_start(self.chip.crystal_hz, number, self.law)
         return self.motion_made.parameters
 

@@ -18,7 +18,7 @@ class Moves(Protocol):
     """What moves the motor: motion.py, or its slow twin.  `sign` is 1 clockwise, -1 counter-clockwise.
 
     A motion is made with the parameters with which the position counter has set out, just before it.  `moving` is
-    true from MOV high to MOV low; `stopped` tells of the last motion whether it came to rest because it was told to.
+    true from MOV high to MOV low; `stopped` tells of the last motion whether it came to rest because it was ordered to.
     """
 
     moving: bool

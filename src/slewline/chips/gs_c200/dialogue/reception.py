@@ -21,7 +21,8 @@ def fault(line: Line, command: str, sheet: Sheet, straps: Straps, longest: int) 
     """
     if line.faulty:
         here = f"{straps.setting.in_full} ({straps.set_by})"
-        return f"a parity or framing fault: this module is set to {here}; set the host to the same rate and format, or check the line for noise"
+        remedy = "set the host to the same rate and format, or check the line for noise"
+        return f"a parity or framing fault: this module is set to {here}; {remedy}"
     if line.too_long:
         return f"more than {longest} characters; end each command with a carriage return"
     if line.checked and line.text[-1] != checksum(line.text[:-1], straps.kept):

@@ -83,7 +83,7 @@ class PositionCounter:
             self.log.mark(kind, text)
 
     def over(self, stopped: bool) -> None:
-        """The last pulse of a motion is over; `stopped`: it has come to rest as it was told to."""
+        """The last pulse of a motion is over; `stopped`: it has come to rest as it was ordered to."""
         self.log.end("limit" if self.heading and self.full(self.heading, stopped) else None)
 
     def homed(self) -> None:

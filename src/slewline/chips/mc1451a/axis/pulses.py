@@ -1,7 +1,7 @@
 """The run of an axis in progress: what it makes of the registers, and the pulses that it promises.
 
 A displacement chosen once often follows a law for thousands of cycles: a run.  Its pulses are promised whole, its
-position is computed when somebody asks.  When it is cut, what it has left behind (part of a step, PULSE high or low) is
+position is computed on request.  When it is cut, what it has left behind (part of a step, PULSE high or low) is
 what the next one begins with.
 
     target    x0 ____----^^^^          x    PULSE rises where the target passes half a step, and falls, which is the
@@ -48,7 +48,7 @@ class Pulses:
     """The run of one axis, and what is promised of it.
 
     `law` is that of its displacements, None at rest; `sign` its direction.  `acceleration` is what the law may add
-    to the speed in a cycle, for who asks later.
+    to the speed in a cycle, for later questions.
     """
 
     def __init__(self, chip: ChipContext, state: AxisState, cycle_clock: CycleClock) -> None:
@@ -116,7 +116,7 @@ class Pulses:
             self.playing = None
 
     def remember(self, n: int) -> None:
-        """Keep what begins with cycle n, for who asks later."""
+        """Keep what begins with cycle n, for later questions."""
         entry = Past(n, self.since, self.x0, self.sign, self.law, self.curve, self.acceleration)
         if self.past[-1].first == n:
             self.past[-1] = entry

@@ -234,7 +234,7 @@ class TwinAxis:
                 setattr(active, name, getattr(new, name))
 
     def gear_begins(self, cause: str) -> None:
-        """The gear is told to follow; where it may not, that is over at once."""
+        """The gear is switched on; where it may not, that is over at once."""
         begins(self.chip, self.state, cause, 0, self.pulse_range())
         if self.suspended:
             self.axis.log.end("limit" if self.switches.flagged else "cut")
