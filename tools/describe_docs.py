@@ -5,12 +5,12 @@ python tools/describe_docs.py --check    fail where a committed one differs from
 
 docs/reference/cy500.md         the data sheet, and what we do not know
 docs/reference/cy525.md         the data sheet, the rates and the quirks
-docs/reference/cy545.md         the data sheet, what the CY545B does in another way, and what we do not know
+docs/reference/cy545.md         the data sheet, what the CY545B does differently, and what we do not know
 docs/reference/gs-c200.md       the data sheet of both modules, and the quirks
 docs/reference/mc1451a.md       the data sheet of the six chipsets, and the quirks
 docs/reference/cli.md           commands and options
 docs/reference/control.md       the requests of the control port
-docs/reference/parts.md         what stands around a chip
+docs/reference/parts.md         the parts around a chip
 docs/reference/conformance_*.md facts and their tests
 
 And one file that goes with the package: src/slewline/links/control/control.schema.json, the requests once more.
@@ -48,7 +48,7 @@ from slewline.links.control.requests import COMMON, NAMES, REQUESTS, Key, Reques
 from slewline.parts import KINDS, options_of, part_class
 from slewline.parts.base.part import Part
 
-EXAMPLES: dict[str, dict[str, Any]] = {"prom": {"image": ""}, "switch": {"low": 0}}  # parts that must be told something
+EXAMPLES: dict[str, dict[str, Any]] = {"prom": {"image": ""}, "switch": {"low": 0}}  # parts that need an option
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 NOTE = "<!-- Written by tools/describe_docs.py; change the code, not this page. -->\n\n"
 COMPLETION = """\
@@ -72,33 +72,33 @@ RAMP_TIMES = (  # S, computed and measured milliseconds (CY525 manual, s.8)
 
 # ----------------------------------------------------------------------------------------------------------- data sheet
 def older_page(part: str) -> str:
-    """The data sheet of a part of which no manual is at hand, and what no source tells of it."""
+    """The data sheet of a part of which no manual is at hand, and what no source states of it."""
     quirks = quirk_lines(part)
     quirks[:2] = [
         "\n## What we do not know\n",
-        f"No manual of the {part.upper()} is at hand. What no source tells is inferred (UND), most from its sisters;\n"
-        "where two disagree (CON), one is chosen. The numbers among it are replaced in a bench file:\n\n"
+        f"No manual of the {part.upper()} is at hand. What no source states is inferred (UND), most of it from its\n"
+        "sisters; where two disagree (CON), one is chosen. Replace the numbers among it in a bench file:\n\n"
         f'```toml\n[[chip]]\npart = "{part}"\n[chip.options.inferred]\npulse_high = 60\n```\n',
     ]
     return "\n".join([NOTE + describe(sheet_of(part)), *quirks])
 
 
 def cy545_page() -> str:
-    """The data sheet of the CY545, what the CY545B does in another way, the mode register, and what is not known."""
+    """The data sheet of the CY545, what the CY545B does differently, the mode register, and what is not known."""
     heads = ("bit", "mask", "what it does", "trust")
     bits = [(f"MB{mask.bit_length() - 1}", f"{mask:02X}", *of) for mask, of in cy545.MODE_BITS.items()]
     quirks = quirk_lines("cy545")
     quirks[:2] = [
         "\n## What we do not know\n",
-        "Of the manual one chapter is at hand, and single facts of the others. What no readable page tells is\n"
+        "Of the manual one chapter is at hand, and single facts of the others. What no readable page states is\n"
         "inferred (UND); where two disagree (CON), one is chosen. The rates above all: their table, chapter 17, is\n"
-        "not readable. Type it in, and every tool reckons with it (`--options`); so are the times replaced:\n\n"
+        "not readable. Type it in, and every tool uses it (`--options`); replace times in the same way:\n\n"
         '```toml\n[[chip]]\npart = "cy545b"\n[chip.options.inferred]\npulse_low = 72\nfirst_step = 2400\n```\n',
     ]
     return "\n".join(
         [
             NOTE + describe(sheet_of("cy545")),
-            "## CY545B\n\nAll of this holds for the CY545B, but for these.\n",
+            "## CY545B\n\nAll of this holds for the CY545B, except for these.\n",
             table(("", "CY545", "CY545B"), [(what, *both) for what, both in cy545.DIFFERENCES.items()]),
             "\n## Mode register\n\nWritten by `O`, 80 after reset.\n",
             table(heads, bits),
@@ -244,22 +244,22 @@ def coded(says: str) -> str:
 # --------------------------------------------------------------------------------------------------------- control port
 CONTROL = """# Control port
 
-`slewline serve ... --control 127.0.0.1:4002` opens a port on which a program in any language works pins, time and
-faults, and reads how things are. [Virtual serial port](../howto/serve.md#pins-time-and-faults-from-any-language) has an
+`slewline serve ... --control 127.0.0.1:4002` opens a port on which a program in any language controls pins, time and
+faults, and reads the state. [Virtual serial port](../howto/serve.md#pins-time-and-faults-from-any-language) has an
 example.
 
 - A client connects by TCP and sends a JSON object a line, encoded in UTF-8. It gets one a line for each, in order.
-- A reply has `time_ps`, virtual time in picoseconds. One that has `error` says what was wrong; nothing was done then.
+- A reply has `time_ps`, virtual time in picoseconds. One that has `error` says what was wrong; nothing was done.
 - Times are text with a unit (`"250 ms"`) or whole picoseconds. Levels are electrical. Pins have their full names.
-- A client that waits (`advance`, `until`) may send on: what it sends is read when its reply has gone out. Any number of
-  clients may be there.
+- A client that waits (`advance`, `until`) may send more: that is read when its reply has gone out. Any number of
+  clients may be connected.
 - A client that closes its side of the connection still gets every reply. Its last line may lack the line feed.
 
-The first line of a connection must be such an object, or the server hangs up: so no web page can make a browser work
+The first line of a connection must be such an object, or the server hangs up: so no web page can make a browser control
 the pins. Other machines reach the port only if the server was started with `--allow-remote` and with `--token TEXT`, or
 with the token in the environment as `SLEWLINE_TOKEN`, where a list of processes does not show it. Then every client, on
 this machine too, sends `"token"` with its first request; with a wrong one the connection is closed. The token goes over
-the network as it is: it keeps out who does not know it, and not who listens.
+the network as it is: it keeps out clients that do not know it, but not an eavesdropper.
 
 `{"do": "schema"}` returns all this as JSON schema, to make a client from; it is also the file `control.schema.json` in
 `slewline/links`. Its `definitions` have each request and its reply (`drive`, `drive_reply`), and `error`.
@@ -315,7 +315,7 @@ def parts_page() -> str:
         if own := [*own_names(cls)]:
             faces.append((f"`{kind}`", ", ".join(own)))
     text = (
-        "What stands around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`,\n"
+        "The parts around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`,\n"
         "pins that have an arrow are wired to the neighbour's pin in [that role](#roles). It may be a chip or another\n"
         "part; of a chip with several axes it is the axis that the option `axis` names. A part that needs a pin which\n"
         "the neighbour lacks is refused with the reason. Figures are those of the CY525 manual, with GS-C those of\n"
@@ -326,16 +326,16 @@ def parts_page() -> str:
     return (
         f"{NOTE}# Parts: motors, drivers, switches, encoders, hosts\n\n{text}\n{table_of_kinds}\n\n"
         f"## Options\n{''.join(chapters)}\n"
-        "## From Python\n\nWhat a part is asked and told, beside its `name`, `pin(name)`, `pins`, `findings`,\n"
+        "## From Python\n\nThe methods and attributes of a part, besides its `name`, `pin(name)`, `pins`, `findings`,\n"
         "`on_finding`, `quantities()`, `idle` and `waiting`. `help` says more.\n\n"
         f"{table(('kind', ''), faces)}\n\n"
-        "## Roles\n\nWhat pins of chips and parts are for; the tables of pins on the pages of the chips have them.\n\n"
+        "## Roles\n\nWhat pins of chips and parts are for; the tables of pins on the pages of the chips name them.\n\n"
         f"{roles}\n"
     )
 
 
 def own_names(cls: type[Part]) -> Iterator[str]:
-    """What users ask and tell a part of a class, beside what all parts have, as they write it."""
+    """The methods and attributes of a class of parts for users, besides those of all parts, as they are written."""
     for base in reversed(cls.__mro__[: cls.__mro__.index(Part)]):
         for name in vars(base).get("_for_users", ()):
             member = getattr(cls, name, None)
@@ -372,7 +372,7 @@ def conformance_page(folder: str) -> str:
 
 # ---------------------------------------------------------------------------------------------------------------- pages
 CODE = re.compile(r"```.*?^```|`[^`\n]*`|^    .*?$", re.MULTILINE | re.DOTALL)
-MICRO = re.compile(r"(?<!['\"\d.,])(\d[\d.,]*) u(?=[sA]\b)")  # behind a quotation mark it is a text that users type
+MICRO = re.compile(r"(?<!['\"\d.,])(\d[\d.,]*) u(?=[sA]\b)")  # after a quotation mark it is a text that users type
 
 
 def typographic(page: str) -> str:

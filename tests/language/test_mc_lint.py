@@ -192,6 +192,7 @@ def test_a_mistake_is_shown_with_its_place_and_the_manual():
     (problem,) = lint("  SET_VEL 0x200000\nUPDATE", sheet_of("mc1451a"), checks_of("mc1451a"))
     assert (problem.line, problem.column, problem.length, problem.severity) == (1, 3, 16, "warning")
     assert problem.says == (
-        "32 steps/cycle exceeds the pulse range: the axis will run at 16 steps/cycle (MC1451A manual, command reference)"
+        "32 steps/cycle exceeds the pulse range: the axis will run at 16 steps/cycle "
+        "(MC1451A manual, command reference)"
     )
     assert problem.remedy == "SET_OUTPUT_HIGH allows 512"

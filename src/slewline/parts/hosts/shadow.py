@@ -1,7 +1,7 @@
 """Shadow registers: what a host knows of a part from what it has sent, such as its mode register and program entry.
 
-A part that keeps its program as it was sent has no pin that tells its mode, so a host remembers it.  What another program
-sends the part, over its other side, or what a stored program does, a host does not see.
+A part that keeps its program as it was sent has no pin that shows its mode, so a host remembers it.  What another
+program sends the part, over its other side, or what a stored program does, a host does not see.
 """
 
 from __future__ import annotations
