@@ -181,7 +181,7 @@ def test_errors_are_told_with_their_meaning_and_count_if_strict(call, write):
 
 def test_inputs_are_told_with_what_waited_for_them(call, write):
     program = write("p.gs-c200", "@drive ui2=0", "P", "W2", "E", "@wait 30 ms", "@drive ui2=1")
-    assert "UI2 high (W2: ui2=1 since 17.299479 ms)" in call("run", program).out
+    assert "UI2 high (waiting for ui2=1 (W2) since 17.299479 ms)" in call("run", program).out
 
 
 def test_a_bench_of_two_modules(call):

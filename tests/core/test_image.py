@@ -59,7 +59,7 @@ def test_a_base_moves_the_addresses_behind_it(base: str, address: int) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        (PRINTED.replace(":00000001FF\n", ""), "it has no end record (type 01)"),
+        (PRINTED.replace(":00000001FF\n", ""), "it has no end record"),
         (PRINTED.replace("D2190140", "D2190141"), "line 1: checksum 41, calculated 40"),
         (PRINTED.replace("1928", "28"), "line 2: 15 bytes of data, and the count says 16"),
         ("hello\n", "line 1: 'hello' is not a record"),

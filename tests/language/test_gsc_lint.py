@@ -120,7 +120,7 @@ def test_severities_and_texts():
     )
     assert short.remedy == "the move gets as far as 777 steps/s; from 22 steps on T is reached"
     (sudden,) = problems(stored("S10\nT100\nR1\n+9"), C200S)
-    assert (sudden.severity, sudden.remedy) == ("note", "a longer R")
+    assert (sudden.severity, sudden.remedy) == ("note", "use a longer R")
     assert sudden.found == "R1 has no rate between S and T: 100 steps/s, then 1000, and back down just as abruptly"
     assert [problem.severity for problem in problems(stored("D1\nL2"), C200S)] == ["note"]
     assert [problem.severity for problem in problems(stored("L0\nD1\nL3\nD2\nL2"), C200S)] == ["warning"]

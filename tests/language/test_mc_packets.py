@@ -296,7 +296,7 @@ def test_a_rate_in_seconds_goes_by_the_crystal_and_one_in_cycles_does_not():
         ),
         (
             *("SET_VEL 5 step/s", "bad-number", "SET_VEL velocity 5 step/s"),
-            "write a decimal number with steps/s or steps/cycle behind it",
+            "write a decimal number with steps/s or steps/cycle after it",
         ),
         ("SET_POS 5 steps/s", "extra-argument", "steps/s after SET_POS, which takes position", ""),
     ],
@@ -347,7 +347,7 @@ def test_a_rate_that_no_register_holds():
         rates.register(arg("SET_VEL"), 60_000_000, PER_S)
     assert rates.register(arg("SET_ACC"), -67890, PER_S) == -478
     for rate in ("fast", float("nan"), float("inf"), True, None):
-        with pytest.raises(UsageError, match="no rate"):
+        with pytest.raises(UsageError, match="not a rate"):
             rates.register(arg("SET_VEL"), rate, PER_S)
 
 
@@ -424,10 +424,10 @@ def test_a_script_with_mistakes_is_refused_whole():
 def test_there_is_no_program_entry():
     assembly = assemble(TEXT, SHEET)
     for write in (to_ascii, to_binary):
-        with pytest.raises(UsageError, match="the MC1451A-E keeps no program that could be entered; hex or bin"):
+        with pytest.raises(UsageError, match="the MC1451A-E stores no program to be entered; hex and bin"):
             write(assembly)
 
 
 def test_a_code_is_no_mnemonic():
-    with pytest.raises(UsageError, match="command 26: a mnemonic such as 'GET_STATUS' belongs here"):
+    with pytest.raises(UsageError, match="command 26: expected a mnemonic such as 'GET_STATUS'"):
         packets.row(sheet_of("mc1451a"), 26)

@@ -71,7 +71,7 @@ def test_each_pair_of_settings_is_told_once():
         bench.run("1 s")
     told = [found.text for found in bench.findings if found.code == "format"]
     assert [text[:14] for text in told] == ["host has 4800 ", "host has 9600 "]
-    assert "4800 baud it has with br0=1, br1=0, br2=0" in told[0]
+    assert "or the part to 4800 baud with br0=1, br1=0, br2=0" in told[0]
 
 
 def test_a_line_without_end_is_told_once_however_it_grows_and_again_when_it_is_another_one():

@@ -124,12 +124,12 @@ def test_as_printed_the_drill_unit_serves_one_hole(part):
     m = machine(part)
     m.start(*DRILL, name="y")
     m.start(*BAR, name="x")
-    with pytest.raises(slewline.Timeout, match="W2: ui2=1"):
+    with pytest.raises(slewline.Timeout, match=r"waiting for ui2=1 \(W2\)"):
         m.bench.run_until_idle("60 s")
     assert (m.x.position, m.bench.pin("x.rdy").level, m.bench.pin("y.rdy").level) == (370, 0, 1)
     assert m.bar.holes == [250]
     assert m.ask("E", "y") == "Y"  # too late: the request was over long ago
-    with pytest.raises(slewline.Timeout, match="W2: ui2=1"):
+    with pytest.raises(slewline.Timeout, match=r"waiting for ui2=1 \(W2\)"):
         m.bench.run_until_idle("60 s")
     assert m.bar.holes == [250]
 

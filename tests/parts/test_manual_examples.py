@@ -29,7 +29,7 @@ def test_three_slow_steps_a_wait_and_three_faster_ones(circuit):
     begin = c.bench.now_ps
     c.bench.run("3 s")
     assert c.x.position == 3
-    assert c.x.waiting.startswith("x: U: wait=0")
+    assert c.x.waiting.startswith("x: waiting for wait=0 (U)")
     assert c.level(OUT) == 0
     c.x.pin("wait").drive(0)
     released = c.bench.now_ps

@@ -147,7 +147,7 @@ def in_step(start="0 us", masters=PROGRAM, slaves=PROGRAM, **options):
 def test_the_slave_waits_until_the_master_clears_its_output():
     bench, master, slave, host = in_step()
     bench.run("1 s")
-    assert slave.waiting.startswith("slave: U: wait=0")
+    assert slave.waiting.startswith("slave: waiting for wait=0 (U)")
     assert slave.position == 0
     host.send("X\r")
     bench.run_until_idle()

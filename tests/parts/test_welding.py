@@ -68,7 +68,7 @@ def test_a_shorter_row_of_workpieces_ends_earlier(circuit, pieces):
 @pytest.mark.fact("EXAMPLE-WELD-2", "DER-WELD")
 def test_without_workpieces_the_machine_waits_for_ever(circuit):
     c = machine(circuit, pieces=0)
-    with pytest.raises(slewline.Timeout, match="W: wait=1"):
+    with pytest.raises(slewline.Timeout, match=r"waiting for wait=1 \(W\)"):
         c.finish("10 s")
     assert len(c.welder.spots) == 1
 

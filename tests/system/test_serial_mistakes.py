@@ -213,10 +213,10 @@ TEXT = "is not a command of the gs-c200s|leave out the line feed"
 # fmt: off
 MISTAKES = (
     # rate and format
-    row("a higher rate", asked, "V1", baud=19200, words=f"host has 19200 7O2, and gs_c200s listens at {RATE}"),
+    row("a higher rate", asked, "V1", baud=19200, words=f"host has 19200 7O2, and gs_c200s to {RATE}"),
     row("a lower rate", asked, "V1", baud=1200, words=f"host has 1200 7O2|{RATE}|1200 baud it has with br0=1, br1=1"),
-    row("a higher rate", url, b"V1\r", baudrate=19200, words=f"line is set to 19200 7O2|gs_c200s listens at {RATE}"),
-    row("a lower rate", url, b"V1\r", baudrate=4800, words=f"line is set to 4800 7O2|{RATE}|4800 baud it has with br0=1"),
+    row("a higher rate", url, b"V1\r", baudrate=19200, words=f"line is set to 19200 7O2|gs_c200s to {RATE}"),
+    row("a lower rate", url, b"V1\r", baudrate=4800, words=f"line is set to 4800 7O2|{RATE}|or the part to 4800 baud with br0=1"),
     row("8N1, which pySerial takes by itself", url, b"V1\r", bytesize=8, parity="N", stopbits=1, words=f"is set to 9600 8N1|{RATE}"),
     row("even parity", url, b"V1\r", parity="E", words=f"is set to 9600 7E2|{RATE}"),
     row("no parity", url, b"V1\r", parity="N", words=f"is set to 9600 7N2|{RATE}"),
@@ -243,9 +243,9 @@ MISTAKES = (
     row("no carriage return", fixture, b"V1", words=f"'V1' {ENDS}"),
     row("no carriage return, CY525", bench, "A 0", part="cy525", words=r"cy525  unfinished: 'A 0' has arrived without its carriage return|the cy525 is waiting for it|(\r, 0x0D)"),
     row("no carriage return, CY545", bench, "R 10", part="cy545", over="serial", words="cy545  unfinished: 'R 10' has arrived without its carriage return|end each command"),
-    row("a line feed", bench, "V1\n", words=r"line-end: the host ends its lines with LF; this part expects CR|send \r alone|unfinished: 'V1\n'|not a line feed (\n)"),
-    row("a line feed", tcp, b"V1\n", words=r"ends its lines with LF; this part expects CR|send \r alone, without \n"),
-    row("a line feed, CY525", bench, "A 0\n", part="cy525", words=r"cy525  line-end: the host ends its lines with LF; this part expects CR|send \r alone, without \n"),
+    row("a line feed", bench, "V1\n", words=r"line-end: the host ends its lines with LF, but this part expects CR|send \r alone|unfinished: 'V1\n'|not a line feed (\n)"),
+    row("a line feed", tcp, b"V1\n", words=r"ends its lines with LF, but this part expects CR|send \r alone, without \n"),
+    row("a line feed, CY525", bench, "A 0\n", part="cy525", words=r"cy525  line-end: the host ends its lines with LF, but this part expects CR|send \r alone, without \n"),
     row("carriage return and line feed", bench, "V1\r\n", "V1\r\n", words=rf"ends its lines with CR LF|treats LF as part of a command|send \r alone|E4: '\nV1' {TEXT}"),
     row("carriage return and line feed", pty, b"V1\r\nV1\r\n", words=rf"ends its lines with CR LF|send \r alone|{TEXT}"
     ),
@@ -278,7 +278,7 @@ MISTAKES = (
     row("a line that is too long", bench, "+100,+200,+300\r", words="gs_c200s  E1: |more than 11 characters|end each command with a carriage return"),
     row("a program while one runs", bench, "Po\rD9\rE\r", "Po\r", words="busy: Po while a program runs|B is the answer, nothing is done|wait until F is answered with R, or end it with K or Z"),
     # who is spoken to
-    row("no address", bench, "V1\r", sel0=0, words="host  address: a line begins with 'V', which is no address of a module here|no module answers|begin it with 4 (gs_c200s)|strap another"),
+    row("no address", bench, "V1\r", sel0=0, words="host  address: a line begins with 'V', which is not the address of a module here|no module answers|begin it with 4 (gs_c200s)|strap another"),
     row("a wrong address", bench, "5V1\r", sel0=0, words="a line begins with '5'|begin it with 4 (gs_c200s)"),
     row("an address where there is none", bench, "4V1\r", words="E4: '4V1' is not a command|write V1: leave out the address"),
     # who answers

@@ -246,7 +246,8 @@ def test_what_does_not_come_about_says_who_waits_for_what(run):
         bench = bench_of("x")
         bench["x_host"].send("U\r")
         with pytest.raises(
-            Timeout, match=r"waited 2 s for x at position 40; the time is 2 s\n(.*\n)*  x: U: wait=0 since"
+            Timeout,
+            match=r"waited 2 s for x at position 40; the time is 2 s\n(.*\n)*  x: waiting for wait=0 \(U\) since",
         ):
             await bench.until(bench["x"].reaches(40), timeout="2 s")
         assert bench.now == 2

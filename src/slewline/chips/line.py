@@ -172,9 +172,9 @@ class LineInterface:
             return  # the last: it may be a checksum
         self.line_feeds = True
         ends = (
-            "with LF; this part expects CR"
+            "with LF, but this part expects CR"
             if within
-            else "with CR LF; this part expects CR, and treats LF as part of a command"
+            else "with CR LF, but this part expects CR and treats LF as part of a command"
         )
         self.owner.finding("line-end", f"the host ends its lines {ends}: send \\r alone, without \\n")
 

@@ -198,7 +198,7 @@ def test_the_request_that_ends_u_is_served_as_the_first_live_byte(hand):
     p = Program(hand, "U", "B", "0", straps={"wait": 1})
     p.put(20_000, "prog", 0)
     p.run_to(50_000)
-    assert p.waiting == "U: wait=0"  # U goes on waiting
+    assert p.waiting == "waiting for wait=0 (U)"  # U goes on waiting
     p.h.strobe(p.start + 50_000, ord("R"), up=p.start + 60_000)
     p.run_to(60_000)
     look = FIRST + -(-(50_001 - FIRST) // (8 * US)) * 8 * US
@@ -217,7 +217,7 @@ def test_without_a_program_the_line_means_nothing(hand):
     h.send("C\rR 9\r")
     assert h.x.pin("programmable_output").level == 0
     assert h.x.registers["rate"] == 9
-    assert h.x.waiting.startswith("x: a command since ")
+    assert h.x.waiting.startswith("x: waiting for a command since ")
     assert h.x.idle
     assert h.codes == []
 
@@ -428,7 +428,7 @@ def test_run_mode_without_a_program_takes_only_live_commands(hand):
     start = h.now
     h.run(110_000_000)
     assert h.x.pin("run").level == 0
-    assert h.x.waiting.startswith("x: run mode with nothing to execute: a live 0 or RESET since ")
+    assert h.x.waiting.startswith("x: run mode with nothing to execute, waiting for a live 0 or RESET since ")
     assert h.codes == ["end-of-program"]
     h.strobe(h.now, ord("0"), up=h.now + 50_000)
     h.run(100_000)
@@ -513,7 +513,7 @@ def test_verify_in_a_running_program_is_refused_and_changes_nothing(rig):
         each.send(WALK)
         each.host.run_program()
         each.bench.run("120 ms")
-    remedy = r"host: the program of x runs and takes no command; verify\(0, live=True\) reads through PROG/LIVE"
+    remedy = r"host: x takes no command while its program runs; verify\(0, live=True\) reads through PROG/LIVE"
     with pytest.raises(slewline.UsageError, match=remedy):
         r.host.verify(0)
     with pytest.raises(slewline.UsageError, match="wait until RUN is high, or give live commands"):
@@ -534,7 +534,7 @@ def test_run_program_ends_when_run_is_low(rig):
     assert r.x.position == 5 and r.codes == []
     r.host.send("J 0\r")  # queued in front of it
     r.bench.run("1 ms")
-    with pytest.raises(slewline.UsageError, match="runs and takes no command"):
+    with pytest.raises(slewline.UsageError, match="takes no command while its program runs"):
         r.host.run_program()
 
 

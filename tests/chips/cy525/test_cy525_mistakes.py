@@ -35,7 +35,7 @@ def test_a_host_that_ends_its_lines_with_a_line_feed_is_told_of_once(rig):
     )
     assert r.x.waiting.endswith(r"'A 0\nF 10\n' has arrived without its carriage return")
     with pytest.raises(
-        slewline.Timeout, match=r"the rest of a command since .* has arrived without its carriage return"
+        slewline.Timeout, match=r"waiting for the rest of a command since .* has arrived without its carriage return"
     ):
         r.bench.run_until(r.x.reaches(5), "1 s")
 

@@ -154,7 +154,7 @@ def test_open_wait_and_dowhile_read_high(hand):
     h.send("E\rW\rC\rT 0\rU\r0\rQX\r")
     h.run(1_000_000)
     assert h.x.pin("programmable_output").level == 0  # W passed, T did not branch
-    assert h.x.waiting.startswith("x: U: wait=0 since ")
+    assert h.x.waiting.startswith("x: waiting for wait=0 (U) since ")
     h.put(h.now, "wait", 0)
     h.run(10_000)
     assert h.x.pin("run").level == 1

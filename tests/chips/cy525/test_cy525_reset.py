@@ -130,24 +130,24 @@ def ended_wait(h):
 STATES = {
     "idle": ("a command", {}, lambda h: h.run(1000)),
     "INSTROBE is due": ("a command", {}, lambda h: last(h, "B", 170)),
-    "READY is about to fall": ("a byte in work", {}, lambda h: last(h, "B", 200)),
-    "a letter is decoded": ("a byte in work", {}, lambda h: last(h, "B", 1000)),
+    "READY is about to fall": ("handling a byte", {}, lambda h: last(h, "B", 200)),
+    "a letter is decoded": ("handling a byte", {}, lambda h: last(h, "B", 1000)),
     "half a command": ("the rest of a command", {}, lambda h: h.send("R 1")),
-    "a command is stored": ("a byte in work", {}, lambda h: last(h, "E\rN 300\r", 1000)),
-    "I/O REQUEST stays low": ("io_request=1 before READY returns", {}, lambda h: last(h, "B\r", 5000, up=9000)),
-    "a command is in work": ("N 300 in work", {}, lambda h: last(h, "N 300\r", 1000)),
-    "Q is in work": ("Q in work", {}, lambda h: last(h, "E\rQ", 500)),
-    "G is in work": ("G in work", FIVE, lambda h: last(h, "G\r", 3000)),
-    "G sets its lines": ("G in work", FIVE, lambda h: last(h, "G\r", 660 * US - LETTER - LEAD + 10)),
-    "D": ("D 500 (500 ms)", {}, lambda h: last(h, "D 500\r", 100_000)),
-    "O pulses": ("O 200 in work", {}, lambda h: last(h, "O 200\r", BUSY + (80 + 120 - 17) * US + 100)),
-    "U, its request still low": ("U: wait=0", {}, lambda h: last(h, "U\r", 5000, up=9000)),
-    "U": ("U: wait=0", {}, lambda h: last(h, "U\r", 5000)),
-    "U, the look is due": ("U: wait=0", {}, lambda h: (last(h, "U\r", 5000), h.put(h.now + 30, "wait", 0), h.run(31))),
-    "W in a program": ("W: wait=1", {}, lambda h: program(h, "W", "0", clocks=5000, level=0)),
-    "the request that ended U": ("io_request=1, which ended a wait", {}, ended_wait),
+    "a command is stored": ("handling a byte", {}, lambda h: last(h, "E\rN 300\r", 1000)),
+    "I/O REQUEST stays low": ("waiting for io_request=1 (then READY rises)", {}, lambda h: last(h, "B\r", 5000, up=9000)),
+    "a command is in work": ("N 300 in progress", {}, lambda h: last(h, "N 300\r", 1000)),
+    "Q is in work": ("Q in progress", {}, lambda h: last(h, "E\rQ", 500)),
+    "G is in work": ("G in progress", FIVE, lambda h: last(h, "G\r", 3000)),
+    "G sets its lines": ("G in progress", FIVE, lambda h: last(h, "G\r", 660 * US - LETTER - LEAD + 10)),
+    "D": ("waiting 500 ms (D 500)", {}, lambda h: last(h, "D 500\r", 100_000)),
+    "O pulses": ("O 200 in progress", {}, lambda h: last(h, "O 200\r", BUSY + (80 + 120 - 17) * US + 100)),
+    "U, its request still low": ("waiting for wait=0 (U)", {}, lambda h: last(h, "U\r", 5000, up=9000)),
+    "U": ("waiting for wait=0 (U)", {}, lambda h: last(h, "U\r", 5000)),
+    "U, the look is due": ("waiting for wait=0 (U)", {}, lambda h: (last(h, "U\r", 5000), h.put(h.now + 30, "wait", 0), h.run(31))),
+    "W in a program": ("waiting for wait=1 (W)", {}, lambda h: program(h, "W", "0", clocks=5000, level=0)),
+    "the request that ended U": ("waiting for io_request=1 (its low ended a wait)", {}, ended_wait),
     "G, its request still low": (
-        "G: io_request=1 before the first step", FIVE, lambda h: last(h, "G\r", 9000, up=90_000),
+        "waiting for io_request=1 before the first step (G)", FIVE, lambda h: last(h, "G\r", 9000, up=90_000),
     ),
     "inhibited": (
         "G held by step_inhibit=1", FIVE, lambda h: (h.put(h.now, "step_inhibit", 1), last(h, "G\r", 9000)),
@@ -157,7 +157,7 @@ STATES = {
     "ramping": ("G in motion, 800 steps", {**KNOWN, "number": 800, "rate": 60}, lambda h: moving(h, clocks=12 * STEP)),
     "held in a step": ("G held by step_inhibit=1", FIVE, held),
     "a held step ends": ("G held by step_inhibit=1", FIVE, lambda h: held(h, released=True)),
-    "READY is due": ("READY after G", FIVE, lambda h: moving(h, clocks=5 * STEP + 20)),
+    "READY is due": ("waiting for READY after G", FIVE, lambda h: moving(h, clocks=5 * STEP + 20)),
     "endless": ("G runs until abort=0", ENDLESS, lambda h: moving(h, "H\rG\r", 30 * STEP)),
     "endless, ABORT low from the start": (
         "G runs until RESET, abort being low from the start", ENDLESS,
@@ -171,26 +171,26 @@ STATES = {
     "rate zero": (ZERO, ENDLESS, at_rate_zero),
     "rate zero, inhibited": ("G held by step_inhibit=1", ENDLESS, lambda h: at_rate_zero(h, rate=30)),
     "nothing to execute": (
-        "run mode with nothing to execute: a live 0 or RESET", {}, lambda h: program(h, clocks=9000),
+        "run mode with nothing to execute, waiting for a live 0 or RESET", {}, lambda h: program(h, clocks=9000),
     ),
-    "an instruction": ("B at byte 0 in work", {}, lambda h: program(h, "B", "X", clocks=100)),
-    "a later instruction": ("C at byte 1 in work", {}, lambda h: program(h, "B", "C", "X", clocks=600)),
+    "an instruction": ("B at byte 0 in progress", {}, lambda h: program(h, "B", "X", clocks=100)),
+    "a later instruction": ("C at byte 1 in progress", {}, lambda h: program(h, "B", "C", "X", clocks=600)),
     "an unknown opcode": ("byte 1, 7F, is skipped", {}, unknown),
-    "D in a program": ("D 5 (5 ms)", {}, lambda h: program(h, "D 5", "X", clocks=9000)),
-    "O pulses in a program": ("O at byte 0 in work", {}, lambda h: program(h, "O 200", "X", clocks=500)),
+    "D in a program": ("waiting 5 ms (D 5)", {}, lambda h: program(h, "D 5", "X", clocks=9000)),
+    "O pulses in a program": ("O at byte 0 in progress", {}, lambda h: program(h, "O 200", "X", clocks=500)),
     "P in a program sets its lines": (
         "P at byte 1 in work", {**KNOWN, "position": 9},
         lambda h: (program(h, "B", "P 0", "X"), h.until(ready=0)),
     ),
     "G in a program": ("G in motion, 5 steps", FIVE, lambda h: (program(h, "G", "X"), step_in(h))),
-    "READY is due in a program": ("READY after G", FIVE, lambda h: (program(h, "G", "X"), step_in(h, 5 * STEP + 20))),
+    "READY is due in a program": ("waiting for READY after G", FIVE, lambda h: (program(h, "G", "X"), step_in(h, 5 * STEP + 20))),
     "live": ("a live command", {}, live),
     "half a live command": ("the rest of a command", {}, lambda h: (live(h), h.send("R 1"))),
-    "a live command is in work": ("R 50 in work", {}, lambda h: live(h, "R 50\r", 600)),
-    "a live D": ("D 5 (5 ms)", {}, lambda h: live(h, "D 5\r", 9000)),
-    "a verify byte comes": ("io_request=1 after a verify byte", {}, lambda h: reading(h, 200)),
-    "a verify byte stands": ("io_request=1 after a verify byte", {}, lambda h: reading(h, 900)),
-    "a verify byte goes": ("io_request=1 after a verify byte", {}, lambda h: reading(h, 700, up=500)),
+    "a live command is in work": ("R 50 in progress", {}, lambda h: live(h, "R 50\r", 600)),
+    "a live D": ("waiting 5 ms (D 5)", {}, lambda h: live(h, "D 5\r", 9000)),
+    "a verify byte comes": ("waiting for io_request=1 (after a verify byte)", {}, lambda h: reading(h, 200)),
+    "a verify byte stands": ("waiting for io_request=1 (after a verify byte)", {}, lambda h: reading(h, 900)),
+    "a verify byte goes": ("waiting for io_request=1 (after a verify byte)", {}, lambda h: reading(h, 700, up=500)),
 }  # fmt: skip
 
 
@@ -243,12 +243,12 @@ def test_a_reset_in_any_state_brings_the_chip_back(hand, name):
     h.put(low, "reset", 0)
     h.run(RESET)
     assert outputs(h) == HIGH_ALL
-    assert waiting(h) == "RESET high"
+    assert waiting(h) == "waiting for RESET high"
     assert not h.x.idle
     rest(h)
     travel, position = h.x.travel, h.x.position
     h.run(100_000)
-    assert waiting(h) == "RESET high"  # it stays there as long as RESET is low
+    assert waiting(h) == "waiting for RESET high"  # it stays there as long as RESET is low
     assert (h.x.travel, h.x.position) == (travel, position)
     h.put(h.now, "reset", 1)
     recovered(h)
@@ -472,8 +472,8 @@ def test_without_supply_there_is_nothing(hand):
         pin.name: None for pin in SHEET.pins if pin.way == "out"
     }
     assert h.trace == []
-    assert waiting(h) == "power"
-    with pytest.raises(slewline.Timeout, match="x: power since 0 ps"):
+    assert waiting(h) == "waiting for power"
+    with pytest.raises(slewline.Timeout, match="x: waiting for power since 0 ps"):
         h.bench.run_until_idle(timeout="1 ms")
 
 
@@ -486,7 +486,7 @@ def test_after_power_up_reset_must_be_low_for_10_ms(hand, low_ps, valid):
     h.x.pin("reset").drive(0)
     h.x.power(True)
     on = h.bench.now_ps
-    assert waiting(h) == "RESET low for 10 ms"
+    assert waiting(h) == "waiting for RESET low for 10 ms"
     assert outputs(h) == HIGH_ALL
     h.x.pin("reset").drive(1, at=on + low_ps)
     h.bench.run_to(on + 10 * 10**9 - 1)
@@ -514,13 +514,13 @@ def test_without_a_reset_the_chip_stays_inert(hand):
     h = cold(hand)
     h.x.pin("reset").drive(1)
     h.x.power(True)
-    assert waiting(h) == "RESET low for 10 ms"
+    assert waiting(h) == "waiting for RESET low for 10 ms"
     assert h.codes == ["no-power-up-reset"]
     h.bench.run("1 s")
     assert not h.x.idle
     h.x.pin("reset").drive(0)
     h.bench.run("10 ms")
-    assert waiting(h) == "RESET high"
+    assert waiting(h) == "waiting for RESET high"
     h.bench.run("10 ms")
     h.x.pin("reset").drive(1)
     assert waiting(h) == "a command"
@@ -541,7 +541,8 @@ def test_an_open_reset_pin_has_its_capacitor(hand, released):
     h.x.power(True)
     on = h.bench.now_ps
     assert (
-        waiting(h) == f"the capacitor at RESET, charged at {slewline.core.time.timebase.readable(on + POWER_UP_RC_PS)}"
+        waiting(h)
+        == f"waiting for the capacitor at RESET, charged at {slewline.core.time.timebase.readable(on + POWER_UP_RC_PS)}"
     )
     h.bench.run_to(on + POWER_UP_RC_PS - 1)
     assert not h.x.idle
@@ -641,7 +642,7 @@ def test_the_supply_may_fail_in_any_state(hand, name, inside):
     for _ in range(2):
         assert set(outputs(h).values()) == {None}
         assert h.x.pin("clk15").level is None
-        assert waiting(h) == "power"
+        assert waiting(h) == "waiting for power"
         assert h.x.travel == travel
         h.run(20 * STEP)
     rest(h)

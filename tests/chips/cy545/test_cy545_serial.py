@@ -193,7 +193,7 @@ def test_of_what_comes_within_a_long_motion_three_characters_are_left():
     rig.serial.write("B 16\rB 17\rB 18\rB 19\r")
     rig.bench.run("3 s")
     assert rig.codes == ["serial-overrun"] * 17
-    assert rig.x.waiting.startswith("x: the rest of a command on RXD") and rig.x.unfinished == "B 1"
+    assert rig.x.waiting.startswith("x: waiting for the rest of a command on RXD") and rig.x.unfinished == "B 1"
 
 
 def test_a_character_without_a_stop_bit_is_lost_and_told():

@@ -136,7 +136,7 @@ def test_prog_live_is_nobodys_where_there_are_no_live_commands(lab):
     lab.bench.run("20 ms")
     assert lab.x.travel == 3
     assert lab.x.program_counter == 5
-    assert lab.x.waiting.startswith("x: run mode with nothing to execute: RESET since")
+    assert lab.x.waiting.startswith("x: run mode with nothing to execute, waiting for RESET since")
 
 
 def test_a_wait_that_no_request_ends(lab):

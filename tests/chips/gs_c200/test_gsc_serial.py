@@ -348,7 +348,9 @@ def test_a_host_that_ends_its_lines_with_both_is_told_of_once(part: str) -> None
     rig = base(part)
     assert rig.wire("F\r\nF\r\nF\r\n") == b"R\rE4\rE4\r"
     assert rig.codes == ["line-end", "E4", "E4"]
-    assert rig.x.findings[0].text.startswith("the host ends its lines with CR LF; this part wants CR, and takes LF")
+    assert rig.x.findings[0].text.startswith(
+        "the host ends its lines with CR LF, but this part expects CR and treats LF"
+    )
     rig = base(part, options={"lenient": True})
     assert rig.wire("F\r\nF\r\n") == b"R\rR\r" and rig.codes == []
     assert rig.wire("F\n", wait="1 s") == b"" and rig.codes == ["line-end"]

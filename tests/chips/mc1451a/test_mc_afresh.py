@@ -92,7 +92,7 @@ def test_a_motion_that_is_certain_to_come_is_waited_for():
     for name, value in (("SET_POS", 100), ("SET_VEL", 65536), ("SET_ACC", 65536), ("SET_BRK_PNT", 1000)):
         host.command(name, value)
     host.command("SET_TIME_BRK")
-    assert x.waiting.startswith("x: time 1000, the breakpoint of axis 1 since ")
+    assert x.waiting.startswith("x: waiting for time 1000, the breakpoint of axis 1 since ")
     bench.run_until_idle()
     assert x.position == 100
     host.command("SET_POS", 30)

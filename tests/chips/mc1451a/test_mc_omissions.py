@@ -160,7 +160,7 @@ def test_every_buffered_register_and_action_waits(action) -> None:
     rig = mover("mc1151a-e")
     rig.do(action)
     rig.bench.run_until_idle()
-    assert len(left(rig)) == 1 and left(rig)[0].startswith(f"axis 1: {action} without an update: UPDATE, ")
+    assert len(left(rig)) == 1 and left(rig)[0].startswith(f"axis 1: {action} without an update: send UPDATE, ")
 
 
 @pytest.mark.parametrize(

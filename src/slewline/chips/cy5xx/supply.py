@@ -86,7 +86,7 @@ class Supply:
         on = self.powered_at = self.kernel.now
         if all(driver.at(self.kernel.seen) is None for driver in self.pin.drivers):
             charged = on + self.power_up.charged_ps
-            self.chip.waits(f"waiting for the capacitor at RESET, charged at {readable(charged)},")
+            self.chip.waits(f"waiting for the capacitor at RESET, charged at {readable(charged)}")
             self.kernel.call_at(charged, lambda: self._capacitor_charged(on))
             return
         self.chip.waits(f"waiting for RESET {self.active} for {self._least}")
