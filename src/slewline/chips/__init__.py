@@ -111,7 +111,7 @@ def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mappin
         options: of the part; where they replace something in the sheet, such as its rates, it is replaced.
 
     Raises:
-        UnknownName, UsageError: as `chip_class`; or an option that there is not, or a value that is not allowed.
+        UnknownName, UsageError: as `chip_class`; or an option that does not exist, or a value that is not allowed.
     """
     row = _ours(part)
     if row is not None:

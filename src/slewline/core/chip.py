@@ -141,7 +141,7 @@ class Chip(Component, OneAxis):
 
     @classmethod
     def _beside(cls) -> str:
-        """What a chip is given beside its options, in words."""
+        """What a chip is given besides its options, in words."""
         crystal = "crystal, " if cls.sheet.crystal_high_hz else ""
         return f"; beside them {crystal}straps, bare and name"
 
@@ -336,9 +336,9 @@ class Chip(Component, OneAxis):
         return f"end each command with a carriage return (\\r, 0x0D){instead}"
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return what a host has begun and not gone on with: code and text of a finding each.
+        """Return what a host has begun and not completed: code and text of a finding each.
 
-        Asked when everybody rests, or a run is over; nothing may change by that.
+        Asked when all is at rest, or a run is over; the question may change nothing.
         """
         text = self.unfinished
         if not text.strip("\n"):  # a line feed is another finding
@@ -350,7 +350,7 @@ class Chip(Component, OneAxis):
         return [("unfinished", f"{ends}: {self._how_to_end}")]
 
     def conclude(self) -> bool:
-        """Tell what is left over, unless it was the last time; return whether that has changed."""
+        """Report what is left over, unless it was already so the last time; return whether that has changed."""
         before, self._left = self._left, self.left_over()
         for code, text in self._left:
             if (code, text) not in before:

@@ -1,4 +1,4 @@
-"""What stands on a bench, a chip or a part: its name, its findings, and inputs by which users tell it something."""
+"""What is on a bench, a chip or a part: its name, its findings, and the inputs by which users act on it."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Component:
     """A chip or a part.
 
     `_for_users` are the names that `dir` lists, where a class has chosen them; `_to_set` says what to do instead of
-    setting a property.  Who overrides a method that is declared by `@from_outside` need not say so again.
+    setting a property.  A class that overrides a method that is declared by `@from_outside` need not declare it again.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = ()
@@ -95,7 +95,7 @@ class Component:
 
 
 def input_of(owner: Component, verb: str) -> Callable[..., Any]:
-    """Return the method by which a user tells a chip or a part something.
+    """Return a method of a chip or a part that is an input from outside.
 
     Raises:
         UsageError: none that is declared has this name; the message lists those there are.

@@ -1,6 +1,6 @@
 """What a firmware and the objects inside it get of their chip.
 
-Users see of a chip what stands in [the reference](docs/reference/api.md); an object of the firmware is handed the same
+Users see of a chip what is in [the reference](docs/reference/api.md); an object of the firmware is handed the same
 chip as a `ChipContext`, and a type checker proves that it uses no more.  At run time there is no difference.
 """
 

@@ -1,4 +1,4 @@
-"""What stands around a chip: an explicit list without scanning, and guests, found by module:Class or an entry point.
+"""The parts around a chip: an explicit list without scanning, and guests, found by module:Class or an entry point.
 
     bench.part("uart", to="x", baud=9600)
     bench.part("my_lab.lamp:Lamp", to="x")
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class ListedPart:
     """A kind of part: what it is, and where its class is, as `module:name` within this folder.
 
-    `fixed` are options of the class that make it this kind; nobody else gives them.
+    `fixed` are options of the class that make it this kind; nothing else gives them.
     """
 
     says: str

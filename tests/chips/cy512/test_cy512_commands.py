@@ -217,7 +217,7 @@ def test_no_request_ends_a_wait(letter, program):
     r.bench.run("1 ms")
     r.x.pin("io_request").release()
     r.bench.run("20 ms")
-    assert f"{letter}: wait=" in r.x.waiting and r.level("programmable_output") == 0
+    assert f"({letter})" in r.x.waiting and r.level("programmable_output") == 0
     r.drive("wait", letter == "W")
     r.bench.run_until_idle()
     assert r.x.idle

@@ -122,7 +122,7 @@ def test_a_loop_that_is_left_keeps_its_count(rig, back):
     assert r.x.travel == 3
     r.drive("dowhile", 0)
     r.bench.run("50 ms")
-    assert r.x.travel == 3 and r.x.waiting.startswith("x: W")
+    assert r.x.travel == 3 and r.x.waiting.startswith("x: waiting for wait=1 (W)")
     r.drive("dowhile", 1)
     r.drive("wait", 1)
     r.bench.run_until_idle()

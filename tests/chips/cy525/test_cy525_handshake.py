@@ -144,7 +144,7 @@ def test_ready_waits_for_the_request_to_end_however_long(hand):
     start = h.now
     h.strobe(start, 0x0D, up=start + 550_001)
     h.run_to(start + 549_000)
-    assert h.x.waiting.startswith("x: io_request=1 before READY returns since ")
+    assert h.x.waiting.startswith("x: waiting for io_request=1 (then READY rises) since ")
     assert h.x.pin("programmable_output").level == 0  # the effect does not wait
     h.run_to(start + 600_000)
     assert lines(h, start)[-2:] == [(550_001, "io_request", 1), (550_001, "ready", 1)]
@@ -377,7 +377,7 @@ def test_no_step_begins_before_the_request_is_over(hand, up):
     start = h.now
     h.strobe(start, 0x0D, up=start + up)
     h.run_to(start + up - 10)
-    assert h.x.waiting.startswith("x: G: io_request=1 before the first step since ")
+    assert h.x.waiting.startswith("x: waiting for io_request=1 before the first step (G) since ")
     h.run_to(start + up + 10 * STEP)
     assert h.falls("pulse", start) == [up + 1 + n * STEP for n in range(3)]  # looked at with every clock
     assert h.falls("instrobe", start) == [STROBE]  # nor is it a rate request
@@ -410,7 +410,7 @@ def test_a_request_to_a_running_program_is_not_answered_and_holds_the_next_motio
     h.run_to(start + 299_000)
     due = 60 * US + 10 * 11_000 + 40 * US  # G would step here
     assert h.edges("ready", start + EFFECT + 1) == [(due - LEAD - EFFECT - 1, 0)]
-    assert h.x.waiting.startswith("x: G: io_request=1 before the first step since ")
+    assert h.x.waiting.startswith("x: waiting for io_request=1 before the first step (G) since ")
     assert mistakes(h) == ["request-while-running"]
     h.run_to(start + 300_000 + 5 * STEP)
     assert h.falls("pulse", start) == [300_001, 300_001 + STEP]
@@ -425,7 +425,7 @@ def test_a_request_ends_a_waiting_instruction_and_transfers_nothing(hand, letter
     h.send(f"E\r{letter}\rB\rD 1\r0\rQC\rX\r")
     start = h.falls("run")[-1]
     h.run_to(start + 100_000)
-    assert h.x.waiting.startswith(f"x: {letter}: wait={1 - level} since ")
+    assert h.x.waiting.startswith(f"x: waiting for wait={1 - level} ({letter}) since ")
     h.data(start + 100_000, ord("C"))
     h.put(start + 100_000, "io_request", 0)
     h.run_to(start + 200_000)

@@ -92,7 +92,7 @@ def test_the_program_stops_behind_the_running_instruction(hand, low, acts):
     assert [clock for clock, _ in p.edges("programmable_output")] == acts
     assert p.h.x.pin("run").level == 0
     assert p.h.x.pin("ready").level == 1
-    assert p.waiting == "a live command"
+    assert p.waiting == "waiting for a live command"
     assert p.edges("instrobe") == []
 
 
@@ -137,7 +137,7 @@ def test_the_line_is_looked_at_again_as_ready_returns_behind_each_command(hand, 
     p.run_to(400_000)
     assert p.h.x.registers["rate"] == 50
     assert [level for _, level in p.edges("programmable_output")] == [1]  # C changed nothing, B did
-    assert p.waiting == "a live command"
+    assert p.waiting == "waiting for a live command"
     # released one clock before READY returns, or in that very clock, which is too late
     busy = (180 * US + 40 * US * ascii_binary) + BUSY
     ready = p.send_last(last, release=busy + late)
@@ -148,7 +148,7 @@ def test_the_line_is_looked_at_again_as_ready_returns_behind_each_command(hand, 
         assert p.h.x.pin("run").level == 1
     else:
         assert p.edges("programmable_output")[1:] == []
-        assert p.waiting == "a live command"
+        assert p.waiting == "waiting for a live command"
     assert p.mistakes == []
 
 
@@ -187,7 +187,7 @@ def test_a_motion_runs_to_its_end_before_the_program_stops(hand):
     p.put(FIRST + STEP, "prog", 0)
     p.run_to(100 * STEP)
     assert p.falls("pulse") == [FIRST + n * STEP for n in range(5)]
-    assert p.waiting == "a live command"
+    assert p.waiting == "waiting for a live command"
     ready = p.send_last("R 20\r")
     p.run_to(ready + 20 * STEP)
     assert len(p.falls("pulse")) == 10
@@ -227,7 +227,7 @@ def test_a_program_that_starts_with_the_line_low_stops_before_its_first_instruct
     p = Program(hand, "B", "0", prog=0)
     p.run_to(100_000)
     assert p.edges("programmable_output") == []
-    assert p.waiting == "a live command"
+    assert p.waiting == "waiting for a live command"
     ready = p.send_last("R 50\r")
     p.run_to(ready + 1000)
     assert p.edges("programmable_output") == [(ready + NEXT, 1)]
@@ -259,7 +259,7 @@ def test_a_live_0_ends_the_program(hand):
     assert p.h.x.pin("run").level == 0
     ready = p.send("0\r")
     assert p.edges("run") == [(ready - 17 * US, 1)]
-    assert p.waiting == "a command"
+    assert p.waiting == "waiting for a command"
     p.put(ready, "prog", None)
     p.run_to(ready + 20 * STEP)
     p.send("B\r")
@@ -330,7 +330,7 @@ def test_a_live_i_stops_and_erases(hand):
     assert p.edges("run") == [(ready - 17 * US, 1)]
     assert p.h.x.program == b""
     assert p.edges("programmable_output") == []
-    assert p.waiting == "a command"
+    assert p.waiting == "waiting for a command"
 
 
 @pytest.mark.fact("UND-LIVE-QEX", "HS-11")

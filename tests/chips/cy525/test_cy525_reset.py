@@ -128,13 +128,15 @@ def ended_wait(h):
 
 
 STATES = {
-    "idle": ("a command", {}, lambda h: h.run(1000)),
-    "INSTROBE is due": ("a command", {}, lambda h: last(h, "B", 170)),
+    "idle": ("waiting for a command", {}, lambda h: h.run(1000)),
+    "INSTROBE is due": ("waiting for a command", {}, lambda h: last(h, "B", 170)),
     "READY is about to fall": ("handling a byte", {}, lambda h: last(h, "B", 200)),
     "a letter is decoded": ("handling a byte", {}, lambda h: last(h, "B", 1000)),
-    "half a command": ("the rest of a command", {}, lambda h: h.send("R 1")),
+    "half a command": ("waiting for the rest of a command", {}, lambda h: h.send("R 1")),
     "a command is stored": ("handling a byte", {}, lambda h: last(h, "E\rN 300\r", 1000)),
-    "I/O REQUEST stays low": ("waiting for io_request=1 (then READY rises)", {}, lambda h: last(h, "B\r", 5000, up=9000)),
+    "I/O REQUEST stays low": (
+        "waiting for io_request=1 (then READY rises)", {}, lambda h: last(h, "B\r", 5000, up=9000),
+    ),
     "a command is in work": ("N 300 in progress", {}, lambda h: last(h, "N 300\r", 1000)),
     "Q is in work": ("Q in progress", {}, lambda h: last(h, "E\rQ", 500)),
     "G is in work": ("G in progress", FIVE, lambda h: last(h, "G\r", 3000)),
@@ -143,7 +145,9 @@ STATES = {
     "O pulses": ("O 200 in progress", {}, lambda h: last(h, "O 200\r", BUSY + (80 + 120 - 17) * US + 100)),
     "U, its request still low": ("waiting for wait=0 (U)", {}, lambda h: last(h, "U\r", 5000, up=9000)),
     "U": ("waiting for wait=0 (U)", {}, lambda h: last(h, "U\r", 5000)),
-    "U, the look is due": ("waiting for wait=0 (U)", {}, lambda h: (last(h, "U\r", 5000), h.put(h.now + 30, "wait", 0), h.run(31))),
+    "U, the look is due": (
+        "waiting for wait=0 (U)", {}, lambda h: (last(h, "U\r", 5000), h.put(h.now + 30, "wait", 0), h.run(31)),
+    ),
     "W in a program": ("waiting for wait=1 (W)", {}, lambda h: program(h, "W", "0", clocks=5000, level=0)),
     "the request that ended U": ("waiting for io_request=1 (its low ended a wait)", {}, ended_wait),
     "G, its request still low": (
@@ -179,13 +183,15 @@ STATES = {
     "D in a program": ("waiting 5 ms (D 5)", {}, lambda h: program(h, "D 5", "X", clocks=9000)),
     "O pulses in a program": ("O at byte 0 in progress", {}, lambda h: program(h, "O 200", "X", clocks=500)),
     "P in a program sets its lines": (
-        "P at byte 1 in work", {**KNOWN, "position": 9},
+        "P at byte 1 in progress", {**KNOWN, "position": 9},
         lambda h: (program(h, "B", "P 0", "X"), h.until(ready=0)),
     ),
     "G in a program": ("G in motion, 5 steps", FIVE, lambda h: (program(h, "G", "X"), step_in(h))),
-    "READY is due in a program": ("waiting for READY after G", FIVE, lambda h: (program(h, "G", "X"), step_in(h, 5 * STEP + 20))),
-    "live": ("a live command", {}, live),
-    "half a live command": ("the rest of a command", {}, lambda h: (live(h), h.send("R 1"))),
+    "READY is due in a program": (
+        "waiting for READY after G", FIVE, lambda h: (program(h, "G", "X"), step_in(h, 5 * STEP + 20)),
+    ),
+    "live": ("waiting for a live command", {}, live),
+    "half a live command": ("waiting for the rest of a command", {}, lambda h: (live(h), h.send("R 1"))),
     "a live command is in work": ("R 50 in progress", {}, lambda h: live(h, "R 50\r", 600)),
     "a live D": ("waiting 5 ms (D 5)", {}, lambda h: live(h, "D 5\r", 9000)),
     "a verify byte comes": ("waiting for io_request=1 (after a verify byte)", {}, lambda h: reading(h, 200)),
@@ -223,7 +229,7 @@ def recovered(h):
     assert outputs(h) == HIGH_ALL
     assert h.x.pin("prog").level == 1
     assert h.x.bus.level is None
-    assert waiting(h) == "a command"
+    assert waiting(h) == "waiting for a command"
     assert h.x.idle
     assert h.x.program == b""
     registers = {**h.x.registers}
@@ -523,7 +529,7 @@ def test_without_a_reset_the_chip_stays_inert(hand):
     assert waiting(h) == "waiting for RESET high"
     h.bench.run("10 ms")
     h.x.pin("reset").drive(1)
-    assert waiting(h) == "a command"
+    assert waiting(h) == "waiting for a command"
     assert works(h)
     h.x.reset()  # from now on a short reset is enough
     h.bench.run("1 ms")

@@ -70,7 +70,7 @@ def test_the_byte_stays_as_long_as_the_request(hand):
     h.put(h.now, "io_request", 0)
     h.run(1_000_000)
     assert h.x.bus.level == (0xFF, 0x55)
-    assert h.x.waiting.startswith("x: io_request=1 after a verify byte since ")
+    assert h.x.waiting.startswith("x: waiting for io_request=1 (after a verify byte) since ")
     h.put(h.now, "io_request", 1)
     h.run(SAMPLE - 1)
     assert h.x.bus.level == (0xFF, 0x55)

@@ -70,7 +70,7 @@ def after(statement: Statement, state: State) -> State:
 
 
 def warnings(source: Source) -> None:
-    """Run the text, and tell of what the article warns of."""
+    """Run the text, and report what the article warns of."""
     judged(source, State(), remarks, after)
 
 

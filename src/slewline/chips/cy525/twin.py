@@ -50,7 +50,7 @@ class Stepwise(twin.Stepwise):
         await super().play()
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return what tells the parameters of a motion that begins now, on request."""
+        """Return a function for the parameters of a motion that begins now, on request."""
         self.motion_made = at_start(self.chip.crystal_hz, self.registers.values, number, self.law)
         return self.motion_made.parameters
 

@@ -36,7 +36,7 @@ def mode_of(statement: Statement) -> int | None:
 
 def forms(source: Source) -> None:
     """A host sends text or binary as its mode says; a program stays as it was entered, and is read as its own says."""
-    text: bool | None = True  # as the host sends; None: nobody knows
+    text: bool | None = True  # as the host sends; None: not known
     for item in source.items:
         if isinstance(item, Directive):
             text = True if item.verb in RESETS else None if item.verb == "bytes" else text

@@ -80,7 +80,7 @@ class Interpreter:
         return found
 
     def feed(self, byte: int) -> CommandText | None:
-        """Give a byte to the decoder, and tell what was wrong with the command."""
+        """Give a byte to the decoder, and report what was wrong with the command."""
         found = self.decoder.feed(byte, self.registers.ascii)
         if self.decoder.notes:
             for note in self.decoder.take_notes():

@@ -42,7 +42,7 @@ class TwinSteps:
         self.moving = False
 
     def killed(self) -> None:
-        """Reset in mid-motion: whatever has begun by now stands, nothing follows."""
+        """Reset in mid-motion: whatever has begun by now counts, nothing follows."""
         self.log.end("cut")
         self.moving = False
 

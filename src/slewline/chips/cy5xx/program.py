@@ -23,7 +23,7 @@ class Moves(Protocol):
         """Take steps; return when READY may rise."""
 
     def killed(self) -> None:
-        """Reset: whatever has begun by now stands, nothing follows."""
+        """Reset: whatever has begun by now counts, nothing follows."""
 
 
 class Program:
@@ -144,7 +144,7 @@ class Program:
 
     # ------------------------------------------------------------------------------------------------ as others see it
     def began(self) -> None:
-        """Tell of the instruction that is in progress from now on."""
+        """Report the instruction that is in progress from now on."""
         if self.chip.on_instruction:
             self.chip.on_instruction(self.at)
         if self.chip.on_command:

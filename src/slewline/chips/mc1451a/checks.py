@@ -1,7 +1,7 @@
 """What only the linter of the MC1451A family knows: what an update finds in the registers of its axis.
 
 A script is read as the chipset would take it, packet by packet.  A register that the text has not written yet holds
-what was there before, which nobody knows (None) unless RESET stands above; no rule speaks about it then.  Two things
+what was there before, which is not known (None) unless RESET is above; no rule speaks about it then.  Two things
 are taken as they are at power-up until the script says otherwise: the pulse range is the standard one, and a script
 that gives destination and velocity, but no acceleration, has none.
 """
@@ -32,7 +32,7 @@ SCALE = 1 << 16
 
 @dataclass
 class KnownAxis:
-    """What the text tells about an axis: statements by the name of their command."""
+    """What the text shows about an axis: statements by the name of their command."""
 
     written: dict[str, Statement] = field(default_factory=dict)  # the last ones
     pending: dict[str, Statement] = field(default_factory=dict)  # those that wait for an update

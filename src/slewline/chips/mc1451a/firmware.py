@@ -155,7 +155,7 @@ class Chipset(Chip):
         return self._activity.armed
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return what waits for an update that nobody announces."""
+        """Return what waits for an update that the host does not announce."""
         found = []
         for state in self.state.states:
             if pending := forgotten(pending_of(state.buffer), bool(state.breakpoint), state.auto_update):

@@ -1,6 +1,6 @@
 """The commands of the chipset, in the order of the manual, that do more than to set, load or show a register.
 
-What the others do stands in their rows.  A handler is named after its row.  It gets the number that the host has
+What the others do is in their rows.  A handler is named after its row.  It gets the number that the host has
 written (words put together, unsigned) if its row has one, and returns the number to be read, if its row has one.
 `self.state` is the current axis.
 """

@@ -1,7 +1,7 @@
 """MC1151A, MC1251A, MC1451A and their -E parts as data.  Source: the chipset's manual (PMD, doc. rev. 12.02, Nov. 1997).
 
 One sheet for six parts, which differ in the number of axes and in the encoder chip (-E).  A part is a set of packages:
-I/O chip, CP chip and, with encoders, ENC chip; `where` tells to which a pin belongs.  Pins that carry no signal of the
+I/O chip, CP chip and, with encoders, ENC chip; `where` says to which a pin belongs.  Pins that carry no signal of the
 model, such as the wires between the packages, have the package before their name.
 
 The chipset counts clocks: 8192 of them are a cycle, 2048 a time slice.  Speeds are steps per cycle, in 2^-16.

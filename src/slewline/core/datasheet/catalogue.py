@@ -4,8 +4,8 @@
     mx10                  an entry point of a package that the user has installed
     my_lab.mx10:Mx10      module:Class
 
-To import a module is to run its code.  A name that the user gives himself, on the command line or as an argument, is
-his word.  A bench file, a journal or a URL may come from anywhere: the code that reads names from one says whether
+To import a module is to run its code.  A name that users give themselves, on the command line or as an argument, is
+trusted.  A bench file, a journal or a URL may come from anywhere: the code that reads names from one says whether
 modules are allowed (`allow_code`).  What the user has installed is allowed everywhere.
 """
 

@@ -109,8 +109,8 @@ class SerialLine(Channel):
 class FlowBus(Channel):
     """A data bus with a request and an answer for every byte, and a line that says which way the bytes go.
 
-    The pins have the roles "request", "ready" and "flow".  `ends` tells when the line ends a message of the part:
-    "before" it answers the request of the last byte, or "after" that request is over.  `live` tells whether the part
+    The pins have the roles "request", "ready" and "flow".  `ends` says when the line ends a message of the part:
+    "before" it answers the request of the last byte, or "after" that request is over.  `live` says whether the part
     takes commands while its program runs, after a first request without a byte.  The line is in use while the mode
     register, under the mask `in_use[0]`, is `in_use[1]`; otherwise its pin says something else.
     """

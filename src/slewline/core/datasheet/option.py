@@ -41,7 +41,7 @@ EXPECTED: Mapping[Kind, str] = MappingProxyType(
 )
 
 
-SHOWN = 80  # characters of a value in a message; of a longer one the start is shown, and which number is wrong
+SHOWN = 80  # characters of a value in a message; of a longer one the start, and which number is wrong
 LIKE: Mapping[Kind, str] = MappingProxyType({"number": "9600 or '37.5'", "time": "'20 ms'", "frequency": "'11 MHz'"})
 
 
@@ -265,11 +265,11 @@ def checked(
     """Return every option of some rows: what is given, checked, and the defaults of the others.
 
     Args:
-        beside: what else may be given where these options are, for the message about one that there is not.
+        beside: what else may be given where these options are, for the message about one that does not exist.
         elsewhere: returns what sets something that is no option, with its value; empty: nothing does.
 
     Raises:
-        UsageError: an option that there is not, a value that is not allowed, or one that is missing.
+        UsageError: an option that does not exist, a value that is not allowed, or one that is missing.
     """
     known = {row.name: row for row in rows}
     for name in given:

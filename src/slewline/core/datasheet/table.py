@@ -67,7 +67,7 @@ class Arg:
     """An argument: `low` to `high`, in `size` bytes; with `label`, a letter may stand for it.
 
     `sign` says how a sign is written: "no", "may" (missing is plus), "must", or "alone" (a direction: + is 1, - is -1).
-    An argument of size 0 is added to the opcode instead.  `zero` tells whether 0 counts as within the range;
+    An argument of size 0 is added to the opcode instead.  `zero` says whether 0 counts as within the range;
     an `optional` argument that is missing is `high`.
 
     What does not fit into the bytes is cut off, but for the numbers in `alias`, which count as another one: 256 as 255.
@@ -121,18 +121,18 @@ class Arg:
 class Row:
     """One form of a command.
 
-    `form` is what a host sends first (a letter), or, where a letter has several forms, what tells them apart (`head` is
-    then what is sent).  `code` is the opcode in the program memory, `room` the bytes that it takes there, if more than
-    opcode and arguments.  `time_us` is the time that the last byte of the command takes in command mode (at the
+    `form` is what a host sends first (a letter), or, where a letter has several forms, what distinguishes them (`head`
+    is then what is sent).  `code` is the opcode in the program memory, `room` the bytes that it takes there, if more
+    than opcode and arguments.  `time_us` is the time that the last byte of the command takes in command mode (at the
     reference crystal, without conversion of digits), `program_us` the time of the instruction in a running program.
 
-    `tail` is fixed text after the arguments, in the spellings that a host may use, the proper one first.  `when` tells
+    `tail` is fixed text after the arguments, in the spellings that a host may use, the proper one first.  `when` says
     in which states a host's command is performed at once: "i" idle, "p" in programming mode, "r" while a program runs.
 
-    `flow` tells where a program goes on after the instruction: "n" the next one, "t" its target, "0" location 0, "l"
+    `flow` says where a program goes on after the instruction: "n" the next one, "t" its target, "0" location 0, "l"
     the start of its loop; empty where the program ends.
 
-    A command that is a packet tells whom it `acts` on: the "current" axis, the axis that it is to "set", the
+    A command that is a packet says what it `acts` on: the "current" axis, the axis that it is to "set", the
     "interrupting" one, those of a "mask", or all ("global").  The host `reads` these values after the words of the
     arguments.  What is `buffered` waits for an update; `encoder` commands are meant for parts with an encoder, but
     accepted by the others.
@@ -286,7 +286,7 @@ class Limit:
     trust: Trust = "stated"
 
     def at(self, crystal_hz: int) -> tuple[int | None, int | None, int | None]:
-        """Return at least, typically, at most with a crystal, in ps, rounded in favour of who keeps it."""
+        """Return at least, typically, at most with a crystal, in ps, rounded in favour of the keeper."""
         if not self.mhz:
             return self.least, self.typical, self.most
         up, down = self.mhz * 10**6, crystal_hz

@@ -1,4 +1,4 @@
-"""What is wrong with a call: arguments that a function does not take, told as everything else is."""
+"""What is wrong with a call: arguments that a function does not take, reported in the words of all messages."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def parameters_of(function: Callable[..., object]) -> list[str]:
 
 
 def misfit(function: Callable[..., object], *args: object, **kwargs: object) -> str:
-    """Return why a function cannot be called so; empty: it can, or nobody knows."""
-    from inspect import signature  # who calls well has no use for it
+    """Return why a function cannot be called so; empty: it can, or that is not known."""
+    from inspect import signature  # a correct call has no use for it
 
     try:
         signature(function).bind(*args, **kwargs)

@@ -1,4 +1,4 @@
-"""Names that a class has not, and what it has instead; and the names of those that users are meant to use.
+"""Names that a class does not have, and what it has instead; and the names of those that users are meant to use.
 
     missing(Chip, send="bench.host({it}).send(...)")
 
@@ -41,7 +41,7 @@ def called(one: object) -> str:
 
 
 class Instead:
-    """A name that a class has not."""
+    """A name that a class does not have."""
 
     def __init__(self, name: str, remedy: str) -> None:
         self.name, self.remedy = name, remedy
@@ -54,7 +54,7 @@ NOTHING = Instead("", "")
 
 
 class Never(Instead):
-    """A name that a class has not, and that no object of it may be given."""
+    """A name that a class does not have, and that no object of it may be given."""
 
     def __init__(self, name: str, remedy: str, to_set: str) -> None:
         super().__init__(name, remedy)

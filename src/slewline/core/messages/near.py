@@ -1,4 +1,4 @@
-"""Which name may be meant by one that there is not."""
+"""Which name may be meant by one that does not exist."""
 
 from __future__ import annotations
 

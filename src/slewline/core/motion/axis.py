@@ -104,7 +104,7 @@ class Segment:
 
     `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.  A
     train that plays a plan from one of its steps on tells of both.  Where a motion is cut off, its step in progress is,
-    too: from `halted` on the motor stands.
+    too: from `halted` on the motor is at rest.
     """
 
     start: int
@@ -150,7 +150,7 @@ class Axis:
         self.on_forget: Hook[[int]] = Hook()  # the past before an instant is dropped
         self.kept = Kept()
         self.forgotten = 0  # steps of the past that is not kept
-        self.log = Motions(kernel, self.stands, self.halt)  # what a chip tells of its motions
+        self.log = Motions(kernel, self.stands, self.halt)  # what a chip reports of its motions
 
     @property
     def travel(self) -> int:
@@ -216,7 +216,7 @@ class Axis:
         return position, stretch.travel + stretch.sign * begun
 
     def halt(self) -> None:
-        """Cut off the step in progress, if there is one: from now on the motor stands."""
+        """Cut off the step in progress, if there is one: from now on the motor is at rest."""
         if self.past[-1].halted is None:
             self.past[-1].halted = self.kernel.now
 

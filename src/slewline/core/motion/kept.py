@@ -1,6 +1,6 @@
 """How much of the past of an axis is kept: the last hours, the last so many stretches of travel, or all of it.
 
-What is older is dropped when the list has doubled since the last time; nobody gets to see it even before.
+What is older is dropped when the list has doubled since the last time; it cannot be seen even before.
 """
 
 from __future__ import annotations

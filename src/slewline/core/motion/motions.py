@@ -55,7 +55,7 @@ class MotionStart:
     5978.0), `notes` further parameters ("S" -> 200); `ideal` is the part's ideal of this motion, as far as the motion
     has followed it, None where the part defines none or nothing has moved yet.  `changes` are other rates that came
     into force on the way, in place of these: since when, in ps, and all of them.  `position` is the register as the
-    motion begins, `direction` 1 clockwise, -1 counter-clockwise, 0 where it is not said; `end` tells how the motion has
+    motion begins, `direction` 1 clockwise, -1 counter-clockwise, 0 where it is not said; `end` says how the motion has
     ended, None while it goes on.
     """
 

@@ -94,7 +94,7 @@ class OneAxis:
             times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
 
         Raises:
-            UsageError: an instant is still to come.
+            UsageError: an instant is in the future.
             NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         instants = self._past(times)
@@ -112,7 +112,7 @@ class OneAxis:
             A float for one instant, (n,) float64 for many.
 
         Raises:
-            UsageError: an instant is still to come.
+            UsageError: an instant is in the future.
             NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         instants = self._past(times)

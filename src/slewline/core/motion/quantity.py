@@ -68,7 +68,7 @@ class Quantity:
 
         Raises:
             TimeError: not a time.
-            UsageError: an instant is still to come.
+            UsageError: an instant is in the future.
         """
         import numpy as np
 

@@ -18,7 +18,7 @@ class Hook(Generic[P]):
     """Listeners, called in the order in which they were added.
 
     A listener may add and remove others, or itself, while it is called: what is removed is not called any more, what is
-    added is called from the next time on.  Who calls a hook often asks first whether anybody listens: `if hook: ...`.
+    added is called from the next time on.  Code that calls a hook often checks first for listeners: `if hook: ...`.
     """
 
     __slots__ = ("listeners",)

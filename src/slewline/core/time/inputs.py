@@ -1,4 +1,4 @@
-"""The methods by which a user tells a chip or a part something.
+"""The methods by which a user acts on a chip or a part.
 
     @from_outside
     def press(self, key: str) -> None:

@@ -84,8 +84,8 @@ class Call:
 class CommitHook(Hook[[int]]):
     """The hook of committed time.
 
-    A run looks once whether anybody listens; who is first to do so in the middle of it leaves a mark in the heap, so
-    that an instant costs nothing more while nobody listens.
+    A run checks once for listeners; the first one that is added in the middle of it leaves a mark in the heap, so
+    that an instant costs nothing more without listeners.
     """
 
     __slots__ = ("kernel", "mark")

@@ -39,7 +39,7 @@ class Outside:
 
     @property
     def heard(self) -> bool:
-        """Does anybody hear of an input made now?"""
+        """Is an input made now reported to anything?"""
         return not self._inside and (self.write is not None or bool(self.on_input.listeners))
 
     def tell(self, do: str, **what: Any) -> None:

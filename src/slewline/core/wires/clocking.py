@@ -169,7 +169,7 @@ class ScannedEdges(ClockEdges):
     """Edges of any promise, found by walking along it.
 
     `_starts` are places on the way: instants after which stretches begin, and `_counts` how many edges lie before.
-    The last stretch that was expanded is kept, since who asks once asks again near by.
+    The last stretch that was expanded is kept, since one question is often followed by another near by.
     """
 
     def __init__(self, promise: Any, level: int, since: int) -> None:

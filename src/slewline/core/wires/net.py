@@ -7,7 +7,7 @@ that hold until it decides again.  A promise costs the kernel nothing while nobo
 Strong drivers that disagree give 0 (wired AND, as open collectors do) and one conflict report.  Without a strong
 driver the net takes its tie (the standard wiring of a bare part), without a tie its pull, without a pull it floats.
 
-Nets that are joined are one wire from then on: they share drivers, tie and pull, and each keeps who looks at it and
+Nets that are joined are one wire from then on: they share drivers, tie and pull, and each keeps what watches it and
 what it has recorded, so that nobody who holds one of them need hear of the others.
 """
 
@@ -59,14 +59,14 @@ class Driver:
     def wave(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
         """Promise edges (ps, level) that all lie in the future; until the first one the output shows `before`.
 
-        Nobody can see them yet, so the promise takes effect at once.
+        They cannot be seen yet, so the promise takes effect at once.
         """
         net = self.net
         promise = self.promise
         if self.pending or net._log is not None or net.before_change or net.joined:
             self.drive(Wave(before, times, levels))
         elif type(promise) is Wave and not (net.waiters or net.observers or net.latched):
-            promise.before, promise.times, promise.levels = before, times, levels  # nobody holds the old one
+            promise.before, promise.times, promise.levels = before, times, levels  # nothing holds the old one
         else:
             self.promise = Wave(before, times, levels)
             net.sort_drivers()
@@ -173,11 +173,11 @@ class Net:
         self.active: list[Driver] = []  # those drivers that drive at all
         self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
         self.renewed = False  # samplers are called because a bound has moved: what was promised so far remains true
-        self.latched = False  # `changes` and `changed_at` count even while nobody waits for the net
+        self.latched = False  # `changes` and `changed_at` count even while nothing waits for the net
 
     @property
     def log(self) -> list[tuple[int, Any]] | None:
-        """A recorder's raw material: (from, level or promise); None: nobody records."""
+        """A recorder's raw material: (from, level or promise); None: nothing is recorded."""
         return self._log
 
     @log.setter
@@ -186,7 +186,7 @@ class Net:
         self.sort_drivers()
 
     def sort_drivers(self) -> None:
-        """Note who drives, which promise counts, and whether a commit can take the short way."""
+        """Note what drives, which promise counts, and whether a commit can take the short way."""
         self.active = [driver for driver in self.drivers if driver.promise is not None or driver.level is not None]
         self.promise = next((driver.promise for driver in self.active if driver.promise is not None), None)
         self.contention &= len(self.active) > 1

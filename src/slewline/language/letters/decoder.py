@@ -268,7 +268,7 @@ class Decoder(Incremental):
             return None
         values = row.unpack(data)
         surplus = len(data) - row.data_bytes
-        # A whole program may follow its first opcode under one count, so there the count is nobody's mistake.
+        # A whole program may follow its first opcode under one count, so there the count is not a mistake.
         if surplus and not (self._entering and self._entry_empty):
             self._note("count", f"{row.name} takes {row.data_bytes} data bytes; {len(data)} were announced")
         if surplus >= 0 or not self._entering:

@@ -123,7 +123,7 @@ class LetterReader(Reader):
 
     def operand(self, row: Row, arg: Arg, word: str, at: int) -> Operand | None:
         named = f"{row.name} {arg.name} {word}" if len(row.args) > 1 else f"{row.name} {word}"
-        section = row.where.split("; ")[-1]  # ranges stand in the table, which is named last
+        section = row.where.split("; ")[-1]  # ranges are in the table, which is named last
         place = self.spot(at, at + len(word))
         if word.isascii() and word.isdigit():
             number = int(word)

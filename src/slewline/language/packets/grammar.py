@@ -1,14 +1,14 @@
 """Packets: lines of a host script in, words out, and back.  No time, no pins.
 
     SET_POS 12345             10  0000 3039     command byte; words, the high one first, each high byte first
-    set_vel $2C000            11  0002 C000     capitals do not count; hexadecimal after $ or 0x
+    set_vel $2C000            11  0002 C000     case is ignored; hexadecimal after $ or 0x
     SET_ACC -127795           12  FFFE 0CCD     two's complement; $FFFE0CCD is the same number
     SET_VEL 12345 steps/s     11  0004 0B93     the nearest number, at the crystal of the part; rates.py has the units
     GET_STATUS                31 [0300]         a word that the chipset returns
     UPDATE                    1A
 
 After the last word the host may read a checksum: command byte and all words, added up, of which 16 bits are kept.
-Of what a host *sends*, `words` takes nothing that the manual does not allow; who wants to send other words makes them.
+Of what a host *sends*, `words` takes nothing that the manual does not allow; to send other words, make them.
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ def status_bit(sheet: Sheet, name: str) -> Bits:
 
 # ------------------------------------------------------------------------------------------------------------- commands
 def row(sheet: Sheet, name: str) -> Row:
-    """The row of a command by its mnemonic; capitals do not count.
+    """The row of a command by its mnemonic; case is ignored.
 
     Raises:
         UnknownName: the part has no such command; the message says what may be meant.

@@ -39,7 +39,7 @@ def _halves(args: Iterable[Arg]) -> list[str]:
 
 
 def _acted_on(row: Row) -> str:
-    """Whom the command is for."""
+    """Which axes the command is for."""
     axes = {"set": "the axis that it sets", "mask": "the axes in its mask", "global": "all axes"}
     return axes.get(row.acts, f"the {row.acts} axis")
 

@@ -37,7 +37,7 @@ class Clocked(Follower):
         acts: those of them that act without a step, too.
         advance: takes up what the clock has done up to an instant (ps); after that it does nothing any more until
             `follow`.
-        step: takes the edge of the clock at this instant, which nobody promised.
+        step: takes the edge of the clock at this instant, which was not promised.
         follow: takes up a clock from this instant on, and promises what follows.
     """
 

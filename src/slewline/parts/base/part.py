@@ -4,9 +4,9 @@
 which `bench.part(..., to=...)` joins them, on the part's option `axis`, if it has one; those in `optional` stay open
 where no pin has that role.  Pins of parts have roles themselves, so that a part attaches to a part.
 
-What a user tells a part (a text, a key) comes by a method declared by `@from_outside`, which reports it to `input`, so
+What a user gives a part (a text, a key) comes by a method declared by `@from_outside`, which reports it to `input`, so
 that a journal can repeat it; `verbs` are the methods
-by which a run script tells it something, with a whole number or nothing.  `options` are the rows of what its
+by which a run script acts on it, with a whole number or nothing.  `options` are the rows of what its
 constructor takes: it gets all of them, checked.
 """
 

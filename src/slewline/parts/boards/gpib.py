@@ -1,4 +1,4 @@
-"""A chip as a simple IEEE-488 listener, and a talker that speaks to it (s.12, figs. 12.1 to 12.4).
+"""A chip as a simple IEEE-488 listener, and a talker for it (s.12, figs. 12.1 to 12.4).
 
     NRFD  = READY                       low: not ready for data
     DAV  -> I/O REQUEST                 unless ATN is low, or the byte is a line feed that is to be kept away
@@ -88,7 +88,7 @@ class GpibListener(Part):
 
 
 class SourceHandshake:
-    """The source handshake of a part (fig. 12.3), byte by byte; what a user tells it is an input of the part.
+    """The source handshake of a part (fig. 12.3), byte by byte; what a user asks of it is an input of the part.
 
     `requests` counts the falls of SRQ.
     """
@@ -159,7 +159,7 @@ class SourceHandshake:
 
 
 class Talks:
-    """What a part with such a handshake lets its user tell it."""
+    """The inputs of a part with such a handshake."""
 
     _source: SourceHandshake
 
@@ -189,7 +189,7 @@ class Talks:
 
 
 class GpibTalker(Talks, Part):
-    """A talker and controller that knows nothing of addresses."""
+    """A talker and controller that uses no addresses."""
 
     _for_users = ("send", "command", "clear", "requests")
     wiring = MappingProxyType({name: name for name in ("dio", *HANDSHAKE, *MANAGEMENT)})

@@ -93,7 +93,7 @@ class GpibDevice(Part):
 
     # ------------------------------------------------------------------------------------------------------- acceptor
     async def _accept(self, commanded: bool) -> None:
-        """Take one byte: an interface message for everybody, or data for the chip; a change of ATN ends the wait."""
+        """Take one byte: an interface message for all devices, or data for the chip; a change of ATN ends the wait."""
         atn, dav, ready = (self.pin(name).net for name in ("atn", "dav", "ready"))
         change = (atn, 1 if commanded else 0)
         if not commanded:
@@ -260,7 +260,7 @@ class GpibController(Talks, Part):
         self.queue.post(f"polls {address}", action)
 
     def device_clear(self) -> None:
-        """Queue a device clear for everybody."""
+        """Queue a device clear for all devices."""
         self.command([DEVICE_CLEAR])
 
     def trigger(self, address: int) -> None:

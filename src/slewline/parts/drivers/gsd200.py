@@ -10,7 +10,7 @@ Half step goes through all states.  Full step leaves the lowest bit of the count
 phases are on; at an even one, one phase.  The state advances with the rise of CLOCK, and RESET makes it 1.
 
 Phase current.  The set-point input is a divider inside the driver, 10 kohm from 5 V and `ground` to ground; the current
-is 2 A for each volt on it.  Around it stand the resistors of figure 11:
+is 2 A for each volt on it.  Around it are the resistors of figure 11:
 
     5 V --- 10k ---.--- ground --- 0 V         MOV RAMP   on
     5 V - Tr1 - R1 -                            0   0     Tr2        rest

@@ -1,4 +1,4 @@
-"""What stands on the front of a machine: thumbwheel switches, and a switch for jogging.
+"""The parts on the front of a machine: thumbwheel switches, and a switch for jogging.
 
 Thumbwheels are read a digit at a time, at an address of eight bits that no readable page gives.  Here it is
 
@@ -113,13 +113,13 @@ class JogSwitch(Part):
     """A three-position switch for jogging: open in the middle, to ground for clockwise, to +5 V the other way.
 
     Args:
-        position: where it stands at the beginning.
+        position: where it is at the start.
     """
 
     _for_users = ("cw", "ccw", "off", "position")
     wiring = MappingProxyType({"out": "jog"})
     verbs = ("cw", "ccw", "off")
-    options = (Option("position", "choice", "off", "where it stands at the beginning", choices=("off", "cw", "ccw")),)
+    options = (Option("position", "choice", "off", "where it is at the start", choices=("off", "cw", "ccw")),)
     _LEVELS = MappingProxyType({"off": None, "cw": 0, "ccw": 1})
 
     def __init__(self, kernel: Kernel, name: str, *, position: str = "off") -> None:

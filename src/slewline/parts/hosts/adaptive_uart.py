@@ -170,7 +170,7 @@ class AdaptiveUart(HostUart):
         self.shadow.decoder.reset()
         self.gone.decoder.reset()
 
-    # ----------------------------------------------------------------------------------------- as a test has need of it
+    # ----------------------------------------------------------------------------------------- for tests
     def spoken(self, command: str) -> bytes:
         """Return a query as it goes over the wire, in the format of the chip from now on.
 

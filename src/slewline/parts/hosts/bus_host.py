@@ -117,7 +117,7 @@ class BusHost(Host):
 
     @from_outside
     def request_position(self, chip: str) -> Request[int]:
-        """Queue a look at the position of a chip that moves."""
+        """Queue a read-out of the position of a moving chip."""
         port = served(self.name, self.ports, chip)
         self.input("request_position", chip)
         return self.queue.submit(f"reads the position of {chip} on the fly", port.read_position)
@@ -213,7 +213,7 @@ class BusHost(Host):
         """Return the position, read on the fly (s.6): two bytes, 0 to 65535, while the motor steps.
 
         Raises:
-            UsageError: the part does not tell it.
+            UsageError: the part does not give it.
             Timeout: the motor does not step.
         """
         self._needs("out_strobe", "gives no position on the fly")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Connection:
-    """A chip that is reached over a channel, as a host sees it who is wired to its board.
+    """A chip that is reached over a channel, as a host that is wired to its board sees it.
 
     `pins` are the wires, by the names of the pins, and `bus` are those of the data bus, if there is one; `crystal_hz`
     is on the board.  A chip on a serial line has straps.  `up_ps` is the instant at which it was switched on last: the

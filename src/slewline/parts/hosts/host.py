@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 class Host(Part):
     """A host computer of one chip, or of several that share a bus or a line.
 
-    It stands on a bench by a class of its own for each channel, which has the calls of that channel: so hosts are four
+    It is on a bench by a class of its own for each channel, which has the calls of that channel: so hosts are four
     deep, as chips are.
     """
 
@@ -101,7 +101,7 @@ class Host(Part):
         Raises:
             UsageError: no command that is answered.
             ChecksumError: a checksum does not fit, or a character came with a fault.
-            Timeout: no answer within `timeout`; the message says who waits for what.
+            Timeout: no answer within `timeout`; the message says what was being waited for.
         """
         raise NotImplementedError
 

@@ -79,7 +79,7 @@ class SerialHost(OverUart, Host):
 
         Raises:
             ChecksumError: the answer has a wrong checksum, or a character of it came with a fault.
-            Timeout: no answer; the message says who waits for what.
+            Timeout: no answer; the message says what was being waited for.
         """
         uart = self.uart
         uart.begin()

@@ -70,7 +70,7 @@ class StrappedUart(HostUart):
         self.fixed_baud = baud
 
     def lent(self) -> Callable[[], object]:
-        """Return what restores rate and format, and who has chosen the rate."""
+        """Return what restores rate and format, and what has chosen the rate."""
         restore, fixed = super().lent(), self.fixed_baud
 
         def restored() -> None:
@@ -159,7 +159,7 @@ class StrappedUart(HostUart):
         else:
             self.line.append(character.byte)
 
-    # ----------------------------------------------------------------------------------------- as a test has need of it
+    # ----------------------------------------------------------------------------------------- for tests
     def spoken(self, command: str) -> bytes:
         """Return a command as it goes over the wire, and speak as the module is strapped from now on."""
         self.fixed_baud = None

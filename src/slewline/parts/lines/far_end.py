@@ -1,7 +1,7 @@
 """The far end of a serial line, as its board shows it: rate, format, addresses; does it understand this end?
 
 A connector asks once for each pair of settings, before characters go out at them, so that a line on which both ends
-agree costs nothing.  What does not fit is a finding of the connector, whatever stands between the two.
+agree costs nothing.  What does not fit is a finding of the connector, whatever is between the two.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class FarEnd:
         return "; ".join(filter(None, (disagreement(who, setting, name, ear) for name, ear in self.ears.items())))
 
     def compare(self) -> None:
-        """Report a disagreement of the settings, each one once; look who has which address."""
+        """Report a disagreement of the settings, each one once; note which module has which address."""
         self.compared = True
         if self._is_new(text := self.disagreement):
             self.near.finding("format", text)

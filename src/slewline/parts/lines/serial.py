@@ -51,7 +51,7 @@ GENERATOR = MappingProxyType(
 
 
 class SerialSender(Part):
-    """The serial output of a host: it sends without asking anybody."""
+    """The serial output of a host: it sends without any handshake."""
 
     _for_users = ("send", "pause")
     wiring = MappingProxyType({"txd": "serial_in"})

@@ -1,1 +1,1 @@
-"""Gates, delay lines and latches: what stands between a chip and its neighbours."""
+"""Gates, delay lines and latches: what goes between a chip and its neighbours."""

@@ -3,7 +3,7 @@ r"""What a chip reads and writes on a bus of its own: an address latch, and an o
 select  ----\____________________________/----    its fall latches the byte on the bus as a high address
 ale     _________/--\_______________________      its fall latches the byte on the bus as a low address
 wr      -----------------\____/-------------      its rise: the byte on the bus is taken, by parts that can be written
-rd      -----------------\________/---------      low: what the address selects stands on the bus
+rd      -----------------\________/---------      low: what the address selects is on the bus
 db      ==========|= low =|== data ==|
 
 The latch (a 74LS373) follows whichever part is selected: one may serve memory, display and switches.
@@ -42,7 +42,7 @@ class BusInterface:
     Args:
         part: gets the pins.
         selects: what a low `select` means.
-        read: returns the byte at the address, 0 to 255; None: nobody is at this address, and the bus floats.
+        read: returns the byte at the address, 0 to 255; None: nothing is at this address, and the bus floats.
         write: takes a byte at the address; None: the part cannot be written.
         on_latch: called when `ale` has changed, its fall having latched the low byte of an address.
         on_select: called when `select` has changed, before the part drives the bus, or lets go of it.

@@ -73,7 +73,7 @@ class Prom(Part):
 
     @property
     def ended(self) -> bool:
-        """The counter stands at the end of a program."""
+        """The counter is at the end of a program."""
         return (self.address if self._by_address else self.image[self.address]) == STOPPER
 
     def _react(self, _net: Net | None = None) -> None:

@@ -161,7 +161,7 @@ class Encoder(Part):
         return motor.shaft
 
     def attached(self, own: str, row: Pin) -> None:
-        """Tell the motor inside which pin one of its own has been joined with."""
+        """Let the motor inside know which pin one of its own has been joined with."""
         if self._motor is not None and own in MOTOR:
             self._motor.attached(MOTOR[own], row)
 
@@ -269,7 +269,7 @@ class Quadrature(Part):
         check_counts(self, rate)
         self.input("run", rate)
         now = self.kernel.now
-        self.shaft.cut(now)  # what comes at this instant is known: nobody else turns the shaft
+        self.shaft.cut(now)  # what comes at this instant is known: nothing else turns the shaft
         self.shaft.turn(UniformEdges(now, abs(rate)) if rate else NoEdges(), 1 if rate > 0 else -1, now)
         self.kernel.settle()
 

@@ -18,7 +18,7 @@ class InterlockMonitor:
         self._since: int | None = None  # steps after this instant have not been looked at
 
     def hold(self, on: bool) -> None:
-        """Watch from now on that the shaft stands; or stop watching."""
+        """Watch from now on that the shaft is at rest; or stop watching."""
         if on:
             self._since = self.part.kernel.now if self._since is None else self._since
         elif self._since is not None:

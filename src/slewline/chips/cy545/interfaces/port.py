@@ -8,9 +8,9 @@ A byte of the host, and one for the host (times at 12 MHz):
                    |25 us|     |25 us|       BUSY        ‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾
                                                             |25 us| |25 us|
 
-BUSY falls as an answer to the host and for nothing else: one who has lowered IO_REQUEST takes it for that.  The bus is
-that of memory, display and switches as well: the host drives it from its request to the fall of BUSY, and leaves it
-open in the first handshake of a command that may meet a running program, which reads as FF.
+BUSY falls as an answer to the host and for nothing else: a host that has lowered IO_REQUEST takes it for that.  The
+bus is that of memory, display and switches as well: the host drives it from its request to the fall of BUSY, and leaves
+it open in the first handshake of a command that may meet a running program, which reads as FF.
 """
 
 from __future__ import annotations
@@ -139,7 +139,9 @@ class ParallelPort:
             self.bits.fpl(0)
             return False
         self.busy.drive(0)
-        self.bus.resolve(self.kernel.seen)  # a host that drives the bus as well is found, whether anybody looks or not
+        self.bus.resolve(
+            self.kernel.seen
+        )  # a host that drives the bus as well is found, whether anything samples it or not
         chip.waits("waiting for io_request=1 (the host has to read the byte on the bus)")
         await self.until_request(1)
         self.bits.bus_used()

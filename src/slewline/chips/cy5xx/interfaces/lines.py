@@ -14,7 +14,7 @@ def line_in(chip: ChipContext, name: str, level: int = 1) -> Net:
 
 
 def line_out(chip: ChipContext, name: str) -> Driver:
-    """Return the driver of an output; of one that the part lacks, one of a net that nobody sees."""
+    """Return the driver of an output; of one that the part lacks, one of a net that is not seen."""
     if name in chip.drivers:
         return chip.drivers[name]
     return Driver(Net(chip.kernel, f"{chip.name}.({name})"), chip.name)

@@ -1,4 +1,4 @@
-r"""The command port: bytes in by the two-line handshake, verify bytes out.  Nobody else drives READY.
+r"""The command port: bytes in by the two-line handshake, verify bytes out.  Nothing else drives READY.
 
 A byte comes in (fig. 7.3; times of the CY525 at 11 MHz):
 
@@ -89,7 +89,7 @@ class BusPort:
         while True:
             if request.value != 0:
                 chip.idle = idle
-                chip.waits(awaited)
+                chip.waits(f"waiting for {awaited}")
                 others = self.others if letter else ()
                 woken = await (first_of(kernel, None, (request, 0), *others) if others else level(request, 0))
                 chip.idle = False
@@ -118,7 +118,7 @@ class BusPort:
             return byte
 
     def early(self, live: bool) -> None:
-        """I/O REQUEST is low already as the chip begins to wait for it; tell of it if that is a mistake."""
+        """I/O REQUEST is low already as the chip begins to wait for it; report it if that is a mistake."""
         if self.request.changes == self.unanswered:  # READY may have been high: it is low for motions only
             self.chip.finding("request-while-running", "I/O REQUEST is still low as the program ends: it is served now")
         elif self.accepted >= 0 and not live:
@@ -152,7 +152,9 @@ class BusPort:
         self.motion_complete.drive(1)
         chip.waits("waiting for io_request=1 (after a verify byte)")
         await chip.at_tick(self.busy_from + width)
-        self.bus.resolve(self.kernel.seen)  # a host that drives the bus as well is found, whether anybody looks or not
+        self.bus.resolve(
+            self.kernel.seen
+        )  # a host that drives the bus as well is found, whether anything samples it or not
         if request.changes > self.accepted and request.changed_at < self.busy_ps:
             chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte was on the bus all the same")
         if request.changes == self.accepted:

@@ -1,4 +1,4 @@
-"""The verify groups: what the chip tells about itself, byte by byte (s.6)."""
+"""The verify groups: what the chip reports about itself, byte by byte (s.6)."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Motion:
 
     # ------------------------------------------------------------------------------------- what a part brings
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return what tells the parameters of a motion that begins now, on request."""
+        """Return a function for the parameters of a motion that begins now, on request."""
         raise NotImplementedError
 
     def planned(self) -> Plan:
@@ -166,7 +166,7 @@ class Motion:
         await self.chip.ticks(self.ticks["ready_after_motion"])
 
     def killed(self) -> None:
-        """Reset in mid-motion: steps of this instant stand, later ones do not."""
+        """Reset in mid-motion: steps of this instant count, later ones do not."""
         if self.playing is not None and self.moving:
             bound = self.kernel.now + 1
             if self.playing.until is None or bound < self.playing.until:

@@ -79,7 +79,7 @@ class Stepwise:
     held_high = False  # PULSE while STEP INHIBIT holds a step
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return what tells the parameters of a motion that begins now, on request."""
+        """Return a function for the parameters of a motion that begins now, on request."""
         raise NotImplementedError
 
     def prepare(self) -> None:
@@ -111,7 +111,7 @@ class Stepwise:
 
     # ------------------------------------------------------------------------------------------------ a whole motion
     def killed(self) -> None:
-        """Reset in mid-motion: whatever has begun by now stands, nothing follows."""
+        """Reset in mid-motion: whatever has begun by now counts, nothing follows."""
         self.axis.log.end("cut")
         self.moving = False
 
@@ -190,7 +190,7 @@ class SlopeStepwise(Stepwise):
     law: Law
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return what tells the parameters of a motion that begins now, on request."""
+        """Return a function for the parameters of a motion that begins now, on request."""
         self.motion_made = self.registers.at_start(self.chip.crystal_hz, number, self.law)
         return self.motion_made.parameters
 

@@ -40,7 +40,7 @@ class Moves(Protocol):
         """End the motion without a ramp; the pulse in progress is completed."""
 
     def cut(self) -> None:
-        """The supply is gone: steps of this instant stand, later ones do not."""
+        """The supply is gone: steps of this instant count, later ones do not."""
 
 
 class Instructions:

@@ -1,4 +1,4 @@
-"""The program memory: what programming stores, and where a run of it stands."""
+"""The program memory: what programming stores, and where a run of it is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with a line as it was received (E1), before anybody looks at what it says."""
+"""What is wrong with a line as it was received (E1), before its content is examined."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def fault(line: Line, command: str, sheet: Sheet, straps: Straps, longest: int) 
     """Return what is wrong with a line, and what to do; empty: nothing.
 
     Args:
-        command: the line without address, with whatever stands where a checksum belongs.
+        command: the line without address, with whatever is where a checksum belongs.
     """
     if line.faulty:
         here = f"{straps.setting.in_full} ({straps.set_by})"

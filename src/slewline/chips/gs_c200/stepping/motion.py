@@ -128,7 +128,7 @@ class Motion:
         self.lines.rest()
 
     def cut(self) -> None:
-        """The supply is gone: steps of this instant stand, later ones do not."""
+        """The supply is gone: steps of this instant count, later ones do not."""
         self.end_by(self.kernel.now + 1)
         self.counter.mark_deviation()
         self.counter.cut()

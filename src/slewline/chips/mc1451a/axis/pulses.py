@@ -124,7 +124,7 @@ class Pulses:
             self.past.append(entry)
 
     def forget(self, before: int) -> None:
-        """Forget the cycles before an instant, for which nobody asks any more."""
+        """Forget the cycles before an instant, which will not be asked for any more."""
         cycle = self.cycle_clock.begun(before)
         del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
 

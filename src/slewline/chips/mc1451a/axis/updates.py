@@ -1,4 +1,4 @@
-"""What the host tells an axis to do: settings that act at once, updates, stops."""
+"""What the host commands an axis to do: settings that act at once, updates, stops."""
 
 from __future__ import annotations
 
