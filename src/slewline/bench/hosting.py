@@ -233,8 +233,8 @@ def connect(circuit: Circuit, connector: Part, chips: Sequence[Chip]) -> None:
 
 
 def _connect(circuit: Circuit, connector: Part, chips: Sequence[Any]) -> None:
+    from ..parts.hosts.ends.strapped_uart import straps_of
     from ..parts.hosts.serial_host import SerialHost
-    from ..parts.hosts.strapped_uart import straps_of
     from ..parts.lines.rs232 import SerialPort
 
     out, rxd = in_role(connector, "computer_out").net, in_role(connector, "computer_in").net
