@@ -17,12 +17,13 @@ from slewline.core.motion.step_views import PulseView, StrobeView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.timebase import Clock
 from slewline.core.wires.net import Driver, Net, Wave
+from slewline.parts import KINDS
 
-from .edge_driven import placed
+from .edge_driven import LAWS, placed
 
 CLOCK = Clock(10**12)  # a tick is a picosecond
 END = 400
-GATES = ("and", "or", "nand", "nor", "inverter", "delay")
+GATES = (*LAWS, "delay")
 
 
 def circuit(bench, random: Random, sources: list[str], parts: int, *, twin: bool, longest_ps: int) -> list[str]:
@@ -279,3 +280,7 @@ def test_a_thousand_circuits_between_chips_agree() -> None:
 def test_four_thousand_circuits_agree() -> None:
     for seed in range(10_000, 14_000):
         agree(seed)
+
+
+def test_every_gate_has_its_law() -> None:
+    assert {kind for kind, listed in KINDS.items() if listed.at == "logic.gates:Gate"} == set(LAWS)
