@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ....core.context import ChipContext
 from ....core.motion.history import History
 from ..cycle_clock import CycleClock
 from ..registers import ONE, AxisState, signed
 from .enc import QuadratureCounter
 from .pulses import RANGE, Pulses
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 STEPS = RANGE // ONE  # of a round of the target
 
@@ -45,6 +51,23 @@ class Feedback:
         self.counts, self.whole = counts, whole
         state.actual = signed(counts + self.offset, 31)
         state.error = self.error8 >> 8
+
+    def errors_coming(self, n: int, last: int) -> NDArray[np.int64]:
+        """Return the position errors of cycles `n` ... `last`: as `read` will find them, `n` being what it read last.
+
+        Args:
+            last: the counts are known until it begins, and so is the run.
+        """
+        import numpy as np
+
+        encoder, pulses, law = self.encoder, self.pulses, self.pulses.law
+        assert encoder is not None
+        cycles = np.arange(n, last + 1)
+        error8 = (encoder.coming(self.cycle_clock.origin + cycles * self.cycle_clock.cycle_ticks) - self.counts) * 256
+        if law is not None:
+            whole = (pulses.x0 + pulses.sign * law.travels(cycles - pulses.since)) // ONE
+            error8 -= self.state.step_ratio * (whole - whole[0])
+        return np.clip(self.error8 + error8 >> 8, -0x8000, 0x7FFF)
 
     def declare(self, n: int, value: int) -> None:
         """Make the actual position a whole number of steps from now on, as the target is; the position error is 0."""
