@@ -45,7 +45,6 @@ if TYPE_CHECKING:
 MUCH = 64  # changes; more are worth arrays
 FILTER_TICKS = sheet.FILTER_TICKS
 DWELL_TICKS = sheet.TIMES["dwell"].ticks  # the shortest state within the specification
-LEAST = 4  # cycles of the first window, and of the first one behind a window that was dropped
 Edges = tuple[Any, Any]  # instants and levels, as a reading has them
 
 
@@ -249,15 +248,15 @@ class QuadratureCounter:
         finding: is told what an encoder does that the chip is not specified for.
     """
 
+    least: ClassVar[int] = 4  # cycles of the first window, and of the first one behind a window that was dropped
     most: ClassVar[int] = 256  # cycles of a window; twice as many are hardly quicker, and more to be dropped
 
     def __init__(self, a: Terminal, b: Terminal, clock: Clock, finding: Callable[[str, str], object]) -> None:
         self.a, self.b = FilteredInput(a, clock), FilteredInput(b, clock)
         self.clock, self.finding = clock, finding
         self._history = History()  # the counts, by ticks of the chip
-        self._window: Window | None = None
         self._asked = self._done = 0  # the ticks of the last question, and before which all has been worked off
-        self.watch(self._told)
+        self.watch(self._drop)
         self.begin()
 
     def begin(self) -> None:
@@ -269,8 +268,7 @@ class QuadratureCounter:
         self.counts = 0  # before the tick of the last question
         self._history.note(self.clock.ticks_from(self.a.begun), 0)
         self._asked = self._done = 0
-        self._reach = LEAST  # cycles of the next window
-        self._refused = 0  # the end of a window that would have found something
+        self._drop()
 
     def watch(self, told: Callable[[], object]) -> None:
         """Call a function when a driver of A or B is told something: who sleeps while all is quiet must wake."""
@@ -348,24 +346,25 @@ class QuadratureCounter:
         decoder = self.decoder.copy()
         ticks, counts = decoder.count(stop, a[:2], b[:2])
         if decoder.found:
-            self._refused, self._reach = stop, LEAST
+            self._refused, self._reach = stop, self.least
         else:
             self._window = Window(stop, self.counts, ticks, counts, decoder, (a[2], b[2]))
 
     def _adopt(self, window: Window) -> None:
         """Stand at the end of a window, as if all up to there had been read."""
         ps = self.clock.ps(window.stop) - 1
-        for channel, of, level in zip((self.a, self.b), (window.decoder.a, window.decoder.b), window.levels, strict=True):
-            channel.filter = of
+        self.decoder = decoder = window.decoder
+        self.a.filter, self.b.filter = decoder.a, decoder.b
+        for channel, level in zip((self.a, self.b), window.levels, strict=True):
             channel.reading.skip(ps, level)
-        self.decoder = window.decoder
         self._history.note_many(window.ticks, window.counts)
         self._window, self._reach = None, min(2 * self._reach, self.most)
 
-    def _told(self) -> None:
-        """Drop what was to come: a driver is told something else."""
-        if self._window is not None or self._refused:
-            self._window, self._refused, self._reach = None, 0, LEAST
+    def _drop(self) -> None:
+        """Forget what was to come: a driver is told something else."""
+        self._window: Window | None = None
+        self._reach = self.least  # cycles of the next window
+        self._refused = 0  # the end of a window that would have found something
 
     def _work_off(self) -> None:
         """Read what has happened up to the last question, of which a window has known before."""

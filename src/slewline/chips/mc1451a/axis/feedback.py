@@ -53,10 +53,11 @@ class Feedback:
         state.error = self.error8 >> 8
 
     def errors_coming(self, n: int, last: int) -> NDArray[np.int64]:
-        """Return the position errors of cycles `n` ... `last`: as `read` will find them, `n` being what it read last.
+        """Return the position errors of cycles `n` + 1 ... `last`, as `read` will find them; it has read `n` last.
 
         Args:
-            last: the counts are known until it begins, and so is the run.
+            last: the counts are known until it begins.  Behind the end of the run, which is due by itself, the errors
+                are what they were if it went on.
         """
         import numpy as np
 
@@ -67,7 +68,7 @@ class Feedback:
         if law is not None:
             whole = (pulses.x0 + pulses.sign * law.travels(cycles - pulses.since)) // ONE
             error8 -= self.state.step_ratio * (whole - whole[0])
-        return np.clip(self.error8 + error8 >> 8, -0x8000, 0x7FFF)
+        return np.clip(self.error8 + error8[1:] >> 8, -0x8000, 0x7FFF)  # as `saturated` has it
 
     def declare(self, n: int, value: int) -> None:
         """Make the actual position a whole number of steps from now on, as the target is; the position error is 0."""

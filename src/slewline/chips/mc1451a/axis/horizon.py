@@ -77,8 +77,7 @@ class Horizon:
 
     def error_due(self, n: int) -> int:
         """Return when the position error may pass its limit, one way or the other; it has not passed it before."""
-        state, feedback, pulses = self.state, self.feedback, self.pulses
-        encoder = feedback.encoder
+        state, feedback, encoder = self.state, self.feedback, self.feedback.encoder
         if encoder is None or not state.step_ratio:
             return NEVER
         if encoder.quiet:
@@ -89,10 +88,8 @@ class Horizon:
             return n + max((margin << 24) // rate, 1)
         clock = feedback.cycle_clock
         last = (encoder.known - clock.origin) // clock.cycle_ticks
-        if pulses.law is not None:
-            last = min(last, pulses.since + pulses.cycles)
         if last <= n + 1:
             return n + 1
         beyond = abs(feedback.errors_coming(n, last)) > state.pos_err
         passes = (beyond != state.motion_error).nonzero()[0]
-        return n + int(passes[0]) if len(passes) else last
+        return n + 1 + int(passes[0]) if len(passes) else last

@@ -73,7 +73,7 @@ class PinEdges:
 
     def skip(self, ps: int, level: Level) -> None:
         """Take up to an instant (ps) for asked: what has come is what was promised, with this level in the end."""
-        self._read, self._level = max(self._read, ps), level
+        self._read, self._level = ps, level
 
     @property
     def quiet(self) -> bool:
