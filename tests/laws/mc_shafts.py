@@ -11,7 +11,7 @@ from random import Random
 from typing import Any
 
 import slewline
-from slewline.chips.mc1451a.enc import QuadratureCounter
+from slewline.chips.mc1451a.axis.enc import QuadratureCounter
 from slewline.core.motion.history import Staircase
 
 from . import mc_dialogues
@@ -19,9 +19,9 @@ from .mc_dialogues import CRYSTALS, CYCLE, ONE, Dialogue, Event, Maker, Talked
 
 STILL = ("GET_ACTL_POS", "GET_ACTL_POS_ERR", "GET_STATUS", "GET_TRGT_POS", "GET_INTRPT", "GET_TIME")
 SAID = (
-    *STILL * 3, *("velocities", "recover", "stops", "breakpoint", "move") * 2, "SET_POS_ERR", "SET_POS_ERR", "CLR_STATUS",
-    "SET_STEP_RATIO", "SET_ACTL_POS", "SET_AUTO_STOP_ON", "SET_AUTO_STOP_OFF", "SYNCH_PRFL", "MTR_ON", "RST_INTRPT",
-    "SET_PRFL_VEL", "SET_PRFL_GEAR", "SET_RATIO", "RESET",
+    *STILL * 3, *("velocities", "recover", "stops", "breakpoint", "move") * 2, "SET_POS_ERR", "SET_POS_ERR",
+    "CLR_STATUS", "SET_STEP_RATIO", "SET_ACTL_POS", "SET_AUTO_STOP_ON", "SET_AUTO_STOP_OFF", "SYNCH_PRFL", "MTR_ON",
+    "RST_INTRPT", "SET_PRFL_VEL", "SET_PRFL_GEAR", "SET_RATIO", "RESET",
 )  # fmt: skip
 RATES = (300, 1000, -3000, 5000, 20_000, -40_000)  # counts/s
 GAPS = (0, 1, 2, 3, 5, 10, 30, 70)  # cycles between two things that are said or done
@@ -44,7 +44,7 @@ class ShaftMaker(Maker):
         self.dialogue.kinds.add(kind)
 
     def velocity(self) -> int:
-        """Speeds at which the twin, edge by edge, takes no minutes, and seldom one that the encoder chip cannot take."""
+        """Speeds at which the twin takes no minutes, and seldom one that is too fast for the encoder chip."""
         rnd = self.rnd
         if rnd.random() < 0.02:
             return 90 * ONE
@@ -77,7 +77,7 @@ class ShaftMaker(Maker):
         rnd = self.rnd
         loop = self.dialogue.shaft is not None and self.dialogue.shaft[0] == "encoder"  # a gear that follows itself
         values = {
-            "SET_RATIO": (ONE // 20, -ONE // 30) if loop else (ONE, -ONE, ONE // 3, 5 * ONE),
+            "SET_RATIO": (ONE // 20, -ONE // 30) if loop else (ONE, -ONE, ONE // 3, 5 * ONE, 60 * ONE),
             "SET_POS_ERR": (0, 1, 3, 10, 100, 32767),
             "SET_STEP_RATIO": (self.ratio, 256, 1, rnd.randrange(1, 32768)),
         }

@@ -1,4 +1,4 @@
-"""A chipset that knows what its encoders are about to do leaves what its cycle-by-cycle twin leaves, however far it looks."""
+"""A chipset that looks ahead at its encoders leaves what its cycle-by-cycle twin leaves, however far it looks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from . import mc_shafts
 from .dialogues import differences
 
-KINDS = {"encoder": 2500, "quadrature": 800, "wires": 800, "encoder-fast": 2000, "encoder-illegal": 2000}  # of 5,000
+KINDS = {"encoder": 2500, "quadrature": 700, "wires": 800, "encoder-fast": 5000, "encoder-illegal": 1500}  # of 5,000
 REACHES = (1, 2, 3, 4, 7, 16, 50, 64, 256)  # cycles
 
 

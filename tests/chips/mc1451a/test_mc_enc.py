@@ -327,9 +327,10 @@ def windows(i, cycles):
     found = []
     for n in cycles:
         i.counts(n * CYCLE)
-        if i.counter.known and (not found or i.counter.known != found[-1][1]):
-            found.append((n, i.counter.known))
-    return [known // CYCLE - n for n, known in found]
+        window = i.counter.window
+        if window is not None and (not found or window.stop != found[-1][1]):
+            found.append((n, window.stop))
+    return [stop // CYCLE - n for n, stop in found]
 
 
 def test_a_window_is_twice_as_long_as_the_one_before_and_short_again_when_a_driver_is_told_something(monkeypatch):
@@ -346,7 +347,7 @@ def test_asked_for_the_past_it_has_counted_up_to_the_last_question_and_goes_on()
     i = Inputs()
     i.quadrature(100 * US, 2000)
     assert [i.counts(n * CYCLE) for n in range(1, 9)] == [3 * n + (n * 27_680) // 100_000 for n in range(1, 9)]
-    assert i.counter.known > 9 * CYCLE
+    assert i.counter.window.stop > 9 * CYCLE
     history = [*i.counter.history]
     assert [count for _, count in history] == [*range(27)] and history[-1][0] < 8 * CYCLE
     assert i.counts(9 * CYCLE) == 29 and i.counter.history.last == 29
@@ -360,7 +361,7 @@ def test_a_window_that_would_find_something_is_refused_and_what_is_found_is_told
     told = []
     for n in range(1, 12):
         i.counts(n * CYCLE)
-        told.append((len(i.findings), bool(i.counter.known)))
+        told.append((len(i.findings), i.counter.window is not None))
     assert told == [(0, False)] * 3 + [(1, False)] + [(1, True)] * 7
 
 
@@ -370,11 +371,11 @@ def test_a_reset_in_a_window_begins_anew(asked):
     i.quadrature(100 * US, 2000)
     for n in range(1, asked + 1):
         before = i.counts(n * CYCLE)
-    assert i.counter.known == 13 * CYCLE
+    assert i.counter.window.stop == 13 * CYCLE
     i.run(asked * CYCLE + 300)
     i.counter.begin()
     i.kernel.settle()
-    assert i.counter.known == 0
+    assert i.counter.window is None
     assert i.counts((asked + 1) * CYCLE) == 3
     assert [count for _, count in i.counter.history] == [*range(before + 1), 0, 1, 2, 3]
 

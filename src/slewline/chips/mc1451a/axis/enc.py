@@ -240,6 +240,12 @@ class Window(NamedTuple):
         i = bisect_left(self.ticks, tick)
         return int(self.counts[i - 1]) if i else self.before
 
+    def coming(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the counts as they are before some ticks: (n,) int64."""
+        import numpy as np
+
+        return np.append(self.before, self.counts).astype(np.int64)[np.searchsorted(self.ticks, ticks)]
+
 
 class QuadratureCounter:
     """The channels A and B of an encoder, counted fourfold.
@@ -254,6 +260,9 @@ class QuadratureCounter:
     def __init__(self, a: Terminal, b: Terminal, clock: Clock, finding: Callable[[str, str], object]) -> None:
         self.a, self.b = FilteredInput(a, clock), FilteredInput(b, clock)
         self.clock, self.finding = clock, finding
+        self.window: Window | None = None  # what is known of the counts to come
+        self._reach = self.least  # cycles of the next window
+        self._refused = 0  # the end of a window that would have found something
         self._history = History()  # the counts, by ticks of the chip
         self._asked = self._done = 0  # the ticks of the last question, and before which all has been worked off
         self.watch(self._drop)
@@ -278,7 +287,7 @@ class QuadratureCounter:
     @property
     def quiet(self) -> bool:
         """Will there be no count after the last question, unless a driver of A or B is told something?"""
-        window = self._window
+        window = self.window
         if window is None:
             return self.a.quiet and self.b.quiet
         if len(window.ticks) and window.ticks[-1] >= self._asked:
@@ -291,7 +300,7 @@ class QuadratureCounter:
         """The counts as they were before a tick, none of which is earlier than the one asked before."""
         if tick == self._asked:
             return self.counts
-        self._asked, window = tick, self._window
+        self._asked, window = tick, self.window
         if window is not None and tick < window.stop:
             self.counts = window.counts_before(tick)
         else:
@@ -317,23 +326,6 @@ class QuadratureCounter:
             self.finding(code, f"{self.a.pin.name} and {self.b.pin.name} {what} by {readable(self.clock.ps(at))}")
 
     # ------------------------------------------------------------------------------------------------------- look ahead
-    @property
-    def known(self) -> int:
-        """The tick before which all counts are known, unless a driver of A or B is told something; 0: none is."""
-        return self._window.stop if self._window is not None else 0
-
-    def coming(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the counts before some ticks to come, none of them behind `known`: (n,) int64."""
-        import numpy as np
-
-        window = self._window
-        assert window is not None
-        i = np.searchsorted(window.ticks, ticks)
-        found = np.full(len(ticks), window.before)
-        if len(window.ticks):
-            found[i > 0] = np.asarray(window.counts, np.int64)[i[i > 0] - 1]
-        return found
-
     def _look_ahead(self, tick: int) -> None:
         """Work off what is promised from a tick on, up to which all has been read."""
         if tick < self._refused:
@@ -348,7 +340,7 @@ class QuadratureCounter:
         if decoder.found:
             self._refused, self._reach = stop, self.least
         else:
-            self._window = Window(stop, self.counts, ticks, counts, decoder, (a[2], b[2]))
+            self.window = Window(stop, self.counts, ticks, counts, decoder, (a[2], b[2]))
 
     def _adopt(self, window: Window) -> None:
         """Stand at the end of a window, as if all up to there had been read."""
@@ -358,16 +350,16 @@ class QuadratureCounter:
         for channel, level in zip((self.a, self.b), window.levels, strict=True):
             channel.reading.skip(ps, level)
         self._history.note_many(window.ticks, window.counts)
-        self._window, self._reach = None, min(2 * self._reach, self.most)
+        self.window, self._reach = None, min(2 * self._reach, self.most)
 
     def _drop(self) -> None:
         """Forget what was to come: a driver is told something else."""
-        self._window: Window | None = None
-        self._reach = self.least  # cycles of the next window
-        self._refused = 0  # the end of a window that would have found something
+        self.window = None
+        self._reach = self.least
+        self._refused = 0
 
     def _work_off(self) -> None:
         """Read what has happened up to the last question, of which a window has known before."""
         if self._done < self._asked:
-            self._window = None
+            self.window = None
             self._read(self._asked)

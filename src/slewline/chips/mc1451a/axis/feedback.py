@@ -8,7 +8,7 @@ from ....core.context import ChipContext
 from ....core.motion.history import History
 from ..cycle_clock import CycleClock
 from ..registers import ONE, AxisState, signed
-from .enc import QuadratureCounter
+from .enc import QuadratureCounter, Window
 from .pulses import RANGE, Pulses
 
 if TYPE_CHECKING:
@@ -52,23 +52,21 @@ class Feedback:
         state.actual = signed(counts + self.offset, 31)
         state.error = self.error8 >> 8
 
-    def errors_coming(self, n: int, last: int) -> NDArray[np.int64]:
-        """Return the position errors of cycles `n` + 1 ... `last`, as `read` will find them; it has read `n` last.
+    def errors_coming(self, n: int, window: Window) -> NDArray[np.int64]:
+        """Return the position errors of the cycles behind `n` in a window, as `read` will find them: (n,) int64.
 
-        Args:
-            last: the counts are known until it begins.  Behind the end of the run, which is due by itself, the errors
-                are what they were if it went on.
+        It has read `n` last.  Behind the end of the run, which is due by itself, they are what they were if it went on.
         """
         import numpy as np
 
-        encoder, pulses, law = self.encoder, self.pulses, self.pulses.law
-        assert encoder is not None
-        cycles = np.arange(n, last + 1)
-        error8 = (encoder.coming(self.cycle_clock.origin + cycles * self.cycle_clock.cycle_ticks) - self.counts) * 256
+        clock, pulses, law = self.cycle_clock, self.pulses, self.pulses.law
+        cycles = np.arange(n, clock.begun_by(window.stop) + 1)
+        error8 = (window.coming(clock.origin + cycles * clock.cycle_ticks) - self.counts) * 256
         if law is not None:
             whole = (pulses.x0 + pulses.sign * law.travels(cycles - pulses.since)) // ONE
             error8 -= self.state.step_ratio * (whole - whole[0])
-        return np.clip(self.error8 + error8[1:] >> 8, -0x8000, 0x7FFF)  # as `saturated` has it
+        found: NDArray[np.int64] = np.clip(self.error8 + error8[1:] >> 8, -0x8000, 0x7FFF)  # as `saturated` has it
+        return found
 
     def declare(self, n: int, value: int) -> None:
         """Make the actual position a whole number of steps from now on, as the target is; the position error is 0."""

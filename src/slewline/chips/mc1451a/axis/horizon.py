@@ -86,10 +86,8 @@ class Horizon:
                 return NEVER
             margin = abs(state.pos_err - abs(state.error)) - state.step_ratio // 256 - 2  # a step counts all at once
             return n + max((margin << 24) // rate, 1)
-        clock = feedback.cycle_clock
-        last = (encoder.known - clock.origin) // clock.cycle_ticks
-        if last <= n + 1:
+        if encoder.window is None:  # something is about to be found, which is to be told when it is
             return n + 1
-        beyond = abs(feedback.errors_coming(n, last)) > state.pos_err
+        beyond = abs(feedback.errors_coming(n, encoder.window)) > state.pos_err
         passes = (beyond != state.motion_error).nonzero()[0]
-        return n + 1 + int(passes[0]) if len(passes) else last
+        return n + (1 + int(passes[0]) if len(passes) else len(beyond))
