@@ -8,8 +8,8 @@ has shown so far.  So an edge costs no event, whatever drives the net, and none 
     wire        _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|_____________|‾‾‾‾‾‾|__
     read                   ^ asked       ^ replaced    ^ replaced   ^ asked
 
-Rules of this file: nothing past the last committed instant is read, only looked at (`coming`); what comes and goes within
-one instant is not seen.
+Rules of this file: nothing past the last committed instant is read, only looked at (`coming`); what comes and goes
+within one instant is not seen.
 """
 
 from __future__ import annotations
