@@ -15,7 +15,7 @@ import pytest
 import slewline
 from slewline.chips import PARTS
 from slewline.errors import WiringError
-from slewline.parts import KINDS
+from slewline.parts import KINDS, part_class
 
 STEPS, BACK = 12, 3
 LETTERS = ("cy525", "cy512")
@@ -390,7 +390,7 @@ class Fit:
 
 MOVED = tuple(part for part in PARTS if part != "cy500")
 ALONE = Fit(needs="has no standard wiring; (connect|it has no pins)")
-ON_A_SHAFT = ("gear", "carriage", "switch")
+ON_A_SHAFT = tuple(kind for kind in KINDS if part_class(kind).sits == "must")
 ON_THE_BUS = "a pin that (is a wire of the data bus|says when the low byte of an address is on the bus)|data bus"
 HOSTLIKE = "a pin that asks for a byte to be taken"
 FITS = {

@@ -8,7 +8,7 @@ import pytest
 
 import slewline
 from slewline.errors import UnknownName
-from slewline.parts.hosts.packet_port import Packet
+from slewline.parts.hosts.ends.packet_port import Packet
 
 NS, US, MS = 10**3, 10**6, 10**9  # picoseconds
 BUSY = 81_920 * NS

@@ -229,6 +229,8 @@ def test_the_command_line_takes_a_guest_wherever_it_takes_a_chip(lab, call):
     status, out, _ = call("run", "feed.txt", "--chip", NAME)
     assert status == 0 and "P -> 40" in out and "mx10 (mx10): position 40, 40 steps" in out
     assert call("lint", "feed.txt", "--chip", NAME)[:2] == (0, "feed.txt: no problems found\n")
+    status, out, err = call("asm", "feed.txt", "--chip", NAME)
+    assert status == 1 and "the MX10 stores no programs: its host sends the lines, as slewline run does" in err
     assert call("describe", NAME, "V")[1].startswith("# SPEED: steps/s\n")
     written("far.txt", "V500\nN0\n")
     status, out, _ = call("lint", "far.txt", "--chip", NAME)

@@ -201,7 +201,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.part("switch")',
         "UsageError",
-        "switch: a switch needs a shaft; name its part: on=motor, or on='the name of a part'",
+        "switch: this switch needs a shaft; name its part, on=motor or on='its name'",
     ),
     ('b.part("inverter", on=x)', "UsageError", "inverter: a inverter takes no shaft; leave out on="),
     ('b.part("uart", speed=9600)', "UsageError", "uart: no option 'speed'; its options: baud, bits, parity, stop"),

@@ -194,7 +194,7 @@ class Circuit:
         """The shaft that a new part sits on, as an argument of its constructor; none, if it sits on none."""
         if on is None:
             if sits == "must":
-                raise UsageError(f"{name}: a {kind} needs a shaft; name its part: on=motor, or on='the name of a part'")
+                raise UsageError(f"{name}: this {kind} needs a shaft; name its part, on=motor or on='its name'")
             return {}
         if not sits:
             raise UsageError(f"{name}: a {kind} takes no shaft; leave out on=")

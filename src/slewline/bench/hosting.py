@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ..core.chip import Chip
-from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, SerialLine
+from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, SerialLine, row_for
 from ..core.messages.calls import answering
 from ..core.time.timebase import Time, picoseconds
 from ..errors import UsageError, WiringError
@@ -125,7 +125,9 @@ def host(
     elif baud is not None or line is not None:
         wrong = f"baud {baud!r}" if baud is not None else "line"
         raise UsageError(f"host: {wrong}; {chips[0].name} has no serial line{_else_over(chips[0])}")
-    return HOSTS[type(channel)](HostRequest(circuit, chips, channel, name, delay, baud, line, over))
+    return row_for(channel, HOSTS, "makes a host for")(
+        HostRequest(circuit, chips, channel, name, delay, baud, line, over)
+    )
 
 
 def _bus_host(request: HostRequest) -> BusHost:
@@ -157,8 +159,8 @@ def _on_bus(request: HostRequest, kind: type[OnBus]) -> OnBus:
     name, delay_ps = request.new_name(), picoseconds(request.delay)
     for chip in request.chips[1:]:
         request.chips[0].bus.join(chip.bus)
-    request.tell(name, delay_ps=delay_ps)
     host = kind(request.circuit.kernel, name, request.connections(), delay_ps)
+    request.tell(name, delay_ps=delay_ps)  # once it is sure that there will be one
     request.circuit.place(host)
     request.circuit.kernel.settle()
     return host
@@ -231,8 +233,8 @@ def connect(circuit: Circuit, connector: Part, chips: Sequence[Chip]) -> None:
 
 
 def _connect(circuit: Circuit, connector: Part, chips: Sequence[Any]) -> None:
+    from ..parts.hosts.ends.strapped_uart import straps_of
     from ..parts.hosts.serial_host import SerialHost
-    from ..parts.hosts.strapped_uart import straps_of
     from ..parts.lines.rs232 import SerialPort
 
     out, rxd = in_role(connector, "computer_out").net, in_role(connector, "computer_in").net

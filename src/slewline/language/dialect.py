@@ -235,6 +235,8 @@ def slip_remedy(sheet: Sheet, written: str, row: Row | None = None) -> str:
 def state_remedy(sheet: Sheet, entering: bool) -> str:
     """Return what lets a command come that belongs outside program entry, or into it; empty: it stores no program."""
     if entering:
+        if sheet.enter is None:
+            return f"the {sheet.part.upper()} stores no programs: its host sends the lines, as slewline run does"
         return f"end program entry first, with {' or '.join(row.form for row in sheet.leave)}"
     return f"begin program entry with {sheet.enter.form}" if sheet.enter is not None else ""
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 from ..bench.hosting import channel_over
 from ..core.chip import Chip
 from ..core.component import Finding
-from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort
+from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, row_for
 from ..core.datasheet.channel import SerialLine as SerialChannel
 from ..core.wires.pin import strapped
 from ..errors import UsageError
@@ -125,7 +125,7 @@ class Server:
             if len(chips) > 1 and not isinstance(channel, SerialChannel):
                 has = "a line of its own" if isinstance(channel, AdaptiveLine) else "a bus"
                 raise UsageError(f"{name}: {chip.name} has {has}; give it a port of its own")
-        line = LINES[type(channels[0])](self, name, chips, framing, over)
+        line = row_for(channels[0], LINES, "serves")(self, name, chips, framing, over)
         for other in self.lines.values():
             if any(chip in other.chips for chip in chips):
                 other.beside.append(line)

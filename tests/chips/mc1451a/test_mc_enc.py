@@ -319,3 +319,70 @@ def test_a_train_costs_no_event_until_it_is_asked_for():
     i.run(25_000_000)
     assert i.kernel.next_time() is None
     assert i.counter.counts_before(25_000_000) == (25_000_000 - 13) // 20
+
+
+# ---------------------------------------------------------------------------------------------------------- look ahead
+def windows(i, cycles):
+    """The lengths of the windows, in cycles, out of which the counter answers, asked in each of some cycles."""
+    found = []
+    for n in cycles:
+        i.counts(n * CYCLE)
+        window = i.counter.window
+        if window is not None and (not found or window.stop != found[-1][1]):
+            found.append((n, window.stop))
+    return [stop // CYCLE - n for n, stop in found]
+
+
+def test_a_window_is_twice_as_long_as_the_one_before_and_short_again_when_a_driver_is_told_something(monkeypatch):
+    monkeypatch.setattr(QuadratureCounter, "most", 16)
+    i = Inputs()
+    i.quadrature(100 * US, 2000)
+    assert windows(i, range(1, 60)) == [4, 8, 16, 16, 16]
+    i.quadrature(100 * US, 2000)
+    assert windows(i, range(60, 70)) == [4, 8]
+    assert i.findings == []
+
+
+def test_asked_for_the_past_it_has_counted_up_to_the_last_question_and_goes_on():
+    i = Inputs()
+    i.quadrature(100 * US, 2000)
+    assert [i.counts(n * CYCLE) for n in range(1, 9)] == [3 * n + (n * 27_680) // 100_000 for n in range(1, 9)]
+    assert i.counter.window.stop > 9 * CYCLE
+    history = [*i.counter.history]
+    assert [count for _, count in history] == [*range(27)] and history[-1][0] < 8 * CYCLE
+    assert i.counts(9 * CYCLE) == 29 and i.counter.history.last == 29
+
+
+def test_a_window_that_would_find_something_is_refused_and_what_is_found_is_told_when_it_has_happened():
+    i = Inputs()
+    both = 3 * CYCLE + 100
+    i.wave("quada1", [500, both, 4 * CYCLE], [1, 0, 1])
+    i.wave("quadb1", [both, 4 * CYCLE + 40], [1, 0])
+    told = []
+    for n in range(1, 12):
+        i.counts(n * CYCLE)
+        told.append((len(i.findings), i.counter.window is not None))
+    assert told == [(0, False)] * 3 + [(1, False)] + [(1, True)] * 7
+
+
+@pytest.mark.parametrize("asked", [5, 7])  # there it is asked last: where a window begins, and in it
+def test_a_reset_in_a_window_begins_anew(asked):
+    i = Inputs()
+    i.quadrature(100 * US, 2000)
+    for n in range(1, asked + 1):
+        before = i.counts(n * CYCLE)
+    assert i.counter.window.stop == 13 * CYCLE
+    i.run(asked * CYCLE + 300)
+    i.counter.begin()
+    i.kernel.settle()
+    assert i.counter.window is None
+    assert i.counts((asked + 1) * CYCLE) == 3
+    assert [count for _, count in i.counter.history] == [*range(before + 1), 0, 1, 2, 3]
+
+
+def test_a_count_at_the_very_tick_of_the_question_is_still_to_come():
+    i = Inputs()
+    i.wave("quada1", [2 * CYCLE - 12], [1])
+    assert (i.counts(CYCLE), i.counter.quiet) == (0, False)
+    assert (i.counts(2 * CYCLE), i.counter.quiet) == (0, False)
+    assert (i.counts(3 * CYCLE), i.counter.quiet) == (1, True)

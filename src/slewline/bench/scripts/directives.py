@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, SerialLine
+from ...core.datasheet.channel import BusHandshake, Channel, HostPort, SerialLine
 from ...core.datasheet.table import Arg
 from ...core.messages.near import hint
 from ...core.time.timebase import picoseconds, readable
@@ -40,13 +40,6 @@ MEANT = {  # the chips that a directive is for, by the channel
     SerialLine: "a directive for a module on a serial line",
     HostPort: "for a chipset that takes packets",
 }
-INSTEAD: dict[type[Channel], str] = {  # what the host is on instead
-    BusHandshake: "has a bus",
-    SerialLine: "is on a serial line",
-    HostPort: "has a bus",
-    FlowBus: "is queried by its own commands",
-    AdaptiveLine: "is queried by its own commands",
-}
 LETTERS = "a directive for a chip that takes letters"  # where packets are taken instead
 
 
@@ -62,7 +55,7 @@ def _over(kind: type[Channel]) -> Fits:
 
 
 def _refuse(kind: type[Channel], found: type[Channel], chip: Chip) -> None:
-    meant, instead = MEANT[kind], INSTEAD[found]
+    meant, instead = MEANT[kind], found.instead
     if kind is HostPort:
         instead = "takes none"
     elif found is HostPort and kind is BusHandshake:

@@ -57,6 +57,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from ...core.datasheet.channel import row_for
 from ...core.messages.near import hint
 from ...errors import SlewlineError, UsageError
 from ...language.dialect import dialect_of
@@ -80,6 +81,10 @@ LONGEST = 1000  # characters of a line; no chip takes as many
 EXAMPLES = re.findall(r"^    (@(\w+).*?)  +\S", __doc__ or "", re.MULTILINE)
 
 
+def _runner(bench: Bench, host: Host, script: Script) -> ScriptRunner:
+    return ScriptRunner(bench, host, script, row_for(host.channel, SPEECH, "runs scripts over"))
+
+
 def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], where: str = "script") -> None:
     """Queue a script on a host; it plays while time passes, side by side with those of other hosts.
 
@@ -94,7 +99,7 @@ def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], w
         script = read_script(script if isinstance(script, str) else "\n".join(script), where)
     check_script(bench, host, script)
     bench.kernel.outside.tell("script", host=host.name, args=[host.chip.name, script.text, script.where])
-    runner = ScriptRunner(bench, host, script, SPEECH[type(host.channel)])
+    runner = _runner(bench, host, script)
     following = [*script.steps[1:], None]
     for runner.step, then in zip(script.steps, following, strict=False):
         runner.directed = then is not None and then.directs
@@ -116,7 +121,7 @@ def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
     `run` plays nothing of a script with such lines, and `lint` calls each of them an error.
     """
     found = list(script.problems)
-    runner, chip = ScriptRunner(bench, host, script, SPEECH[type(host.channel)]), bench.chips[host.chip.name]
+    runner, chip = _runner(bench, host, script), bench.chips[host.chip.name]
     for step in script.steps:
         if step.to in host.chips:
             chip = bench.chips[step.to]

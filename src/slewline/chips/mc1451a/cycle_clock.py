@@ -27,4 +27,8 @@ class CycleClock:
 
     def begun(self, ps: int) -> int:
         """Return the last cycle that has begun by an instant; below 0 before cycle 0."""
-        return (self.clock.ticks_until(ps) - self.origin) // self.cycle_ticks
+        return self.begun_by(self.clock.ticks_until(ps))
+
+    def begun_by(self, tick: int) -> int:
+        """Return the last cycle that has begun by a tick; below 0 before cycle 0."""
+        return (tick - self.origin) // self.cycle_ticks

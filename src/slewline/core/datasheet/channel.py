@@ -1,4 +1,4 @@
-"""How a host reaches a part: the channels of a data sheet.  Data only; what makes a host of one is in bench/reach.py.
+"""How a host reaches a part: the channels of a data sheet.  Data only; what makes a host of one is in bench/hosting.py.
 
 A sheet may have several: a part with a bus and a serial port takes commands over both, and each has its own host.
 """
@@ -7,15 +7,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, TypeVar
+
+from ...errors import UsageError
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """A way to reach a part.  `name` is what `bench.host(x, over=name)` calls it, `says` what messages do."""
+    """A way to reach a part.  `name` is what `bench.host(x, over=name)` calls it, `says` what messages do.
+
+    The pins that every such channel has are found by their roles; those that only some parts have it names.  `instead`
+    says what a chip has, where a directive is for another channel.
+    """
 
     name: ClassVar[str]
     says: ClassVar[str]
+    instead: ClassVar[str]
 
     @property
     def fastest(self) -> dict[str, int]:
@@ -38,6 +47,7 @@ class BusHandshake(Channel):
 
     name = "bus"
     says = "a bus"
+    instead = "has a bus"
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +56,7 @@ class HostPort(Channel):
 
     name = "port"
     says = "a port for packets"
+    instead = "has a bus"
 
 
 def ways(pin: str) -> str:
@@ -63,6 +74,7 @@ class SerialLine(Channel):
 
     name = "serial"
     says = "a serial line"
+    instead = "is on a serial line"
 
     bits: int
     parity: str
@@ -117,6 +129,7 @@ class FlowBus(Channel):
 
     name = "parallel"
     says = "a bus that works both ways"
+    instead = "is queried by its own commands"
 
     ends: Literal["before", "after"] = "after"
     live: bool = True
@@ -139,6 +152,7 @@ class AdaptiveLine(Channel):
 
     name = "serial"
     says = "a serial line that finds its rate"
+    instead = "is queried by its own commands"
 
     bauds: tuple[int, ...]
     bits: int = 8
@@ -148,3 +162,20 @@ class AdaptiveLine(Channel):
     in_use: tuple[int, ...] = (0, 0)
     answers: tuple[int, int] = (0, 0)
     where: str = ""
+
+
+def row_for(channel: Channel, table: Mapping[type[Channel], T], what: str) -> T:
+    """Return the row of a table for a channel, or for the channel that its class is derived from.
+
+    Args:
+        what: what the rows do, for the message: "makes a host for".
+
+    Raises:
+        UsageError: no row.
+    """
+    for kind in type(channel).__mro__:
+        if kind in table:
+            return table[kind]
+    raise UsageError(
+        f"nothing {what} {type(channel).__name__} ({channel.says}); allowed {', '.join(k.__name__ for k in table)}"
+    )

@@ -187,6 +187,18 @@ class Net:
 
     def sort_drivers(self) -> None:
         """Note what drives, which promise counts, and whether a commit can take the short way."""
+        if len(self.drivers) == 1 and not self.joined:  # most nets, and each commit of a promise comes by here
+            driver = self.drivers[0]
+            promise = self.promise = driver.promise
+            self.contention, self.plain = False, None
+            if promise is None and driver.level is None:
+                self.active = []
+                return
+            if not self.active:
+                self.active = [driver]
+            if promise is None and self._log is None and not self.before_change:
+                self.plain = driver
+            return
         self.active = [driver for driver in self.drivers if driver.promise is not None or driver.level is not None]
         self.promise = next((driver.promise for driver in self.active if driver.promise is not None), None)
         self.contention &= len(self.active) > 1

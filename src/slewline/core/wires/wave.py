@@ -85,6 +85,8 @@ class Wave:
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
         """Return the edges at start < t <= stop (ps), as two lists."""
+        if self.until is None and self.times and start < self.times[0] and self.times[-1] <= stop:
+            return [*self.times], [*self.levels]
         pairs = [
             p
             for p in zip(self.times, self.levels, strict=True)

@@ -21,7 +21,7 @@ from ...core.time.timebase import PS_PER_S, Time, picoseconds
 from ...errors import ChecksumError, Timeout, UsageError
 from ...language import packets
 from ...language.source import host_lines
-from ...parts.hosts.packet_port import Packet, packet_of, updates
+from ...parts.hosts.ends.packet_port import Packet, packet_of, updates
 from .chipset_port import ChipsetPort
 
 

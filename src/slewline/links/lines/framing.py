@@ -37,7 +37,7 @@ from .pace import Pace
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...parts.base.request_queue import Request
-    from ...parts.hosts.port import CommandPort
+    from ...parts.hosts.ends.port import CommandPort
 
 LONGEST = 256  # characters of a line
 BACKLOG = 4096  # lines that may wait for the chip

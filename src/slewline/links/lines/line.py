@@ -17,7 +17,7 @@ from ...bench.runner import Wait
 from ...core.wires.serial import Character
 from ...language.dialect import dialect_of
 from ...parts.hosts.adaptive_host import AdaptiveHost
-from ...parts.hosts.adaptive_uart import AdaptiveUart
+from ...parts.hosts.ends.adaptive_uart import AdaptiveUart
 from ...parts.hosts.serial_host import SerialHost
 from ...parts.lines.host_uart import LATE_PS
 from ...parts.lines.noise import LINKED, Noise

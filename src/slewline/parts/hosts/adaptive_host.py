@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ...core.time.inputs import from_outside
 from ...errors import Timeout
 from ..lines.host_uart import OverUart
-from .adaptive_uart import AdaptiveUart
+from .ends.adaptive_uart import AdaptiveUart
 from .host import Host
 
 if TYPE_CHECKING:

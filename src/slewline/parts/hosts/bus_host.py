@@ -12,8 +12,8 @@ from ...core.wires.pin import Condition, GotCondition
 from ...errors import Timeout, UsageError
 from ..base.data import Data, as_bytes
 from ..base.part import served
+from .ends.port import CommandPort
 from .host import Host
-from .port import CommandPort
 
 if TYPE_CHECKING:
     from ...core.time.kernel import Kernel

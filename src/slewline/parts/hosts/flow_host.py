@@ -10,7 +10,7 @@ from ...core.wires.pin import Condition, GotCondition
 from ...errors import Timeout, UsageError
 from ..base.data import Data, as_bytes
 from ..base.part import served
-from .flow_port import FlowPort
+from .ends.flow_port import FlowPort
 from .host import Host
 
 if TYPE_CHECKING:

@@ -25,8 +25,8 @@ from ...language import packets
 from ...language.source import host_lines
 from ..base.data import Data, as_bytes
 from ..base.part import served
+from .ends.packet_port import GAP_PS, LOW_PS, UNKNOWN, USUAL, Packet, PacketPort, Strobes, operations, packet_of
 from .host import Host
-from .packet_port import GAP_PS, LOW_PS, UNKNOWN, USUAL, Packet, PacketPort, Strobes, operations, packet_of
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Sheet

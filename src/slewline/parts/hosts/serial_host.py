@@ -10,8 +10,8 @@ from ...core.time.kernel import Kernel
 from ...core.wires.serial import Straps
 from ...errors import ChecksumError, Timeout
 from ..lines.host_uart import OverUart
+from .ends.strapped_uart import StrappedUart
 from .host import Host
-from .strapped_uart import StrappedUart
 
 if TYPE_CHECKING:
     from ...core.time.timebase import Time

@@ -298,7 +298,10 @@ def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop
         if promised:
             end = entries[number][0] - 1 if number < len(entries) else stop
             ahead = what.edges(max(since, start - 1), end)
-            if len(ahead[0]):
+            if isinstance(ahead[0], list):  # so few that an array of their own costs more than they do
+                times += ahead[0]
+                levels += ahead[1]
+            elif len(ahead[0]):
                 parts += [columns(probe, times, levels), columns(probe, *ahead)]
                 times, levels = [], []
     parts.append(columns(probe, times, levels))

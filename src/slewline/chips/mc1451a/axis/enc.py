@@ -7,15 +7,29 @@
 A level counts when it has lasted for three clocks of the chip, and from then on: a change at tick t is seen from tick
 t + 12 on.  A change of both channels that the filters let through at one tick is no step of a shaft: it is not counted.
 
-Rules of this file: the inputs are read when the CP chip asks, once per cycle.  What has happened since then is worked
-off at once, plainly where it is little, in arrays where it is much.
+Inputs are read when the CP chip asks, at the start of a cycle, and what has happened since then is worked off at once:
+plainly where it is little, in arrays where it is much.  That costs most of a cycle, however little comes of it.  So the
+counter looks ahead: what A and B promise for the next cycles it works off in one pass, with the same filters and the
+same decoder, and answers out of this window.  What was found holds unless a driver of A or B is told something.
+
+    promised   _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_
+    windows    | 4    | 8          | 16            x              cycles: each twice as long as the one before
+    asked      ^   ^  ^  ^  ^      ^  ^   ^   ^        ^ read     x: told something; the window is dropped, what has
+                                                                  happened is read, and the next window is short again
+
+At its end a window is adopted: that is where filters and decoder stand then.  Until then it is but what is to come; who
+asks for the past (`history`) makes the counter read up to the last question what has happened.
+
+Rules of this file: a window that would find something is refused, so that findings are told when it has happened, not
+before.  Nothing that a window has found is kept before its end.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from typing import Any
+from copy import copy
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 from ....core.motion.history import History
 from ....core.time.timebase import Clock, readable
@@ -24,54 +38,47 @@ from ....core.wires.wave import real_edges
 from .. import sheet
 from .pin_edges import PinEdges
 
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
 MUCH = 64  # changes; more are worth arrays
+FILTER_TICKS = sheet.FILTER_TICKS
+DWELL_TICKS = sheet.TIMES["dwell"].ticks  # the shortest state within the specification
+Edges = tuple[Any, Any]  # instants and levels, as a reading has them
 
 
-class FilteredInput:
-    """An input behind its filter: HOME, or a channel of an encoder.  An open one reads low."""
+class Filter:
+    """The filter of an input: the level behind it, and the edges that it holds back; their ticks and levels.
 
-    def __init__(self, pin: Terminal, clock: Clock) -> None:
-        self.pin, self.clock = pin, clock
-        self.filter_ticks = sheet.FILTER_TICKS
-        self.reading = PinEdges(pin)
-        self.begin()
+    The level is that before the tick of the last question; None: not known yet.
+    """
 
-    def begin(self) -> None:
-        """What is on the pin at the end of this instant is what the filter has seen for long."""
-        self.reading.begin()
-        self.begun = self.pin.net.kernel.now
-        self.level: int | None = None  # behind the filter, before the tick of the last question
-        self.late: tuple[list[int], list[Any]] = ([], [])  # edges that the filter holds back: ticks and levels
+    __slots__ = ("clock", "late", "level")
 
-    @property
-    def quiet(self) -> bool:
-        """Will nothing pass the filter any more, unless a driver of the pin is told something?"""
-        return not self.late[0] and self.reading.quiet
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+        self.level: int | None = None
+        self.late: tuple[list[int], list[Any]] = ([], [])
 
-    def level_before(self, tick: int) -> int:
-        """The level behind the filter as it was before a tick, none of which is earlier than the one asked before."""
-        self.changes_before(tick)
-        return self.level or 0
+    def passed(self, tick: int, edges: Edges) -> Sequence[int] | Any:
+        """Return the ticks at which the level behind the filter has changed since the last question, before a tick.
 
-    def changes_before(self, tick: int) -> Sequence[int] | Any:
-        """The ticks at which the level behind the filter has changed since the last question, before a tick."""
-        clock, filter_ticks = self.clock, self.filter_ticks
-        if clock.ps(tick) <= self.begun:
-            return []  # the first level is not known before the end of its instant
-        times, levels = self.reading.edges_until(clock.ps(tick) - 1)
-        if self.level is None:
-            self.level = int(bool(self.reading.first))
+        Args:
+            edges: those that have come since the last question.
+        """
+        times, levels = edges
         if len(times) > MUCH:
             return self._passed_many(tick, times, levels)
-        ticks = self.late[0] + clock.ticks_list(times if isinstance(times, list) else times.tolist())
+        ticks = self.late[0] + self.clock.ticks_list(times if isinstance(times, list) else times.tolist())
         levels = [*self.late[1], *levels]
-        passed = bisect_left(ticks, tick - filter_ticks)
+        passed = bisect_left(ticks, tick - FILTER_TICKS)
         self.late, found = (ticks[passed:], levels[passed:]), []
         here, following = self.level, [*ticks[1 : passed + 1], tick]  # what came last has lasted until the question
         for begin, end, shown in zip(ticks[:passed], following, levels, strict=False):
             level = 1 if shown else 0
-            if level != here and end - begin >= filter_ticks:
-                found.append(begin + filter_ticks)
+            if level != here and end - begin >= FILTER_TICKS:
+                found.append(begin + FILTER_TICKS)
                 here = level
         self.level = here
         return found
@@ -84,16 +91,160 @@ class FilteredInput:
         if self.late[0]:
             ticks = np.concatenate((np.array(self.late[0], np.int64), ticks))
             levels = np.concatenate((np.array(self.late[1], bool), levels))
-        passed = int(ticks.searchsorted(tick - self.filter_ticks))
+        passed = int(ticks.searchsorted(tick - FILTER_TICKS))
         self.late = ticks[passed:].tolist(), levels[passed:].tolist()
-        lasting = ticks[1 : passed + 1] - ticks[:passed][: len(ticks) - 1] >= self.filter_ticks
+        lasting = ticks[1 : passed + 1] - ticks[:passed][: len(ticks) - 1] >= FILTER_TICKS
         ticks, levels = ticks[:passed], levels[:passed]
         if not lasting.all():
             lasting = np.concatenate((lasting, [True]))[:passed]  # what came last has lasted until the question
             ticks, levels = ticks[lasting], levels[lasting]
         ticks, levels = real_edges(ticks, levels.view(np.int8), self.level)
         self.level = int(levels[-1]) if len(levels) else self.level
-        return ticks + self.filter_ticks
+        return ticks + FILTER_TICKS
+
+
+class FilteredInput:
+    """An input behind its filter: HOME, or a channel of an encoder.  An open one reads low."""
+
+    def __init__(self, pin: Terminal, clock: Clock) -> None:
+        self.pin, self.clock = pin, clock
+        self.reading = PinEdges(pin)
+        self.begin()
+
+    def begin(self) -> None:
+        """What is on the pin at the end of this instant is what the filter has seen for long."""
+        self.reading.begin()
+        self.begun = self.pin.net.kernel.now
+        self.filter = Filter(self.clock)
+
+    @property
+    def quiet(self) -> bool:
+        """Will nothing pass the filter any more, unless a driver of the pin is told something?"""
+        return not self.filter.late[0] and self.reading.quiet
+
+    def level_before(self, tick: int) -> int:
+        """The level behind the filter as it was before a tick, none of which is earlier than the one asked before."""
+        self.filter.passed(tick, self.edges_before(tick))
+        return self.filter.level or 0
+
+    def edges_before(self, tick: int) -> Edges:
+        """Return the edges in front of the filter since the last question, before a tick."""
+        clock = self.clock
+        if clock.ps(tick) <= self.begun:
+            return [], []  # the first level is not known before the end of its instant
+        edges = self.reading.edges_until(clock.ps(tick) - 1)
+        if self.filter.level is None:
+            self.filter.level = int(bool(self.reading.first))
+        return edges
+
+
+class Decoder:
+    """Counts quadrature states, A and B each behind its filter.  `found` is what it has found: code, text, tick."""
+
+    __slots__ = ("a", "b", "burst", "counts", "found", "since")
+
+    def __init__(self, a: Filter, b: Filter) -> None:
+        self.a, self.b = a, b
+        self.counts = 0
+        self.since: int | None = None  # the tick at which the present state came
+        self.burst = False  # states are too short; over when one lasts twice as long as it must
+        self.found: list[tuple[str, str, int]] = []
+
+    def copy(self) -> Self:
+        """Return one that goes on from here by itself."""
+        twin = copy(self)
+        twin.a, twin.b, twin.found = copy(self.a), copy(self.b), []
+        return twin
+
+    def count(self, tick: int, of_a: Edges, of_b: Edges) -> tuple[Any, Any]:
+        """Count what has come in front of the filters since the last question, before a tick.
+
+        Returns:
+            The ticks at which there was a count, and the counts from there on: two lists, or two arrays.
+        """
+        a, b = self.a.passed(tick, of_a), self.b.passed(tick, of_b)
+        if len(a) + len(b) > MUCH:
+            return self._count_many(a, b)
+        return self._count(a, b) if len(a) or len(b) else ([], [])
+
+    def _differed_before(self, a: Sequence[int], b: Sequence[int]) -> bool:
+        """Did A and B differ before some changes up to the present levels?"""
+        return bool(((self.a.level or 0) ^ (self.b.level or 0) ^ len(a) ^ len(b)) & 1)
+
+    def _count(self, a: Sequence[int], b: Sequence[int]) -> tuple[list[int], list[int]]:
+        """Work off changes of A and B, one after the other."""
+        differ = self._differed_before(a, b)
+        of_a = set(a)
+        both = of_a.intersection(b)
+        count, since, ticks, counts = self.counts, self.since, [], []
+        for tick in sorted(of_a.union(b)):
+            if since is not None and (tick - since < DWELL_TICKS or self.burst):
+                self._check_states([tick - since], tick)
+            since = tick
+            if tick in both:
+                self.found.append(("encoder-illegal", "changed at once, which is not counted,", tick))
+                continue
+            differ = not differ
+            count += 1 if differ is (tick in of_a) else -1
+            ticks.append(tick)
+            counts.append(count)
+        self.counts, self.since = count, since
+        return ticks, counts
+
+    def _count_many(self, a: Any, b: Any) -> tuple[Any, Any]:
+        """The same of many."""
+        import numpy as np
+
+        ticks = np.concatenate([np.asarray(a, np.int64), np.asarray(b, np.int64)])
+        order = np.argsort(ticks, kind="stable")
+        ticks, of_b = ticks[order], order >= len(a)
+        lasted = ticks[1:] - ticks[:-1]
+        if not lasted.all():  # both at one tick
+            return self._count(np.asarray(a).tolist(), np.asarray(b).tolist())
+        differ = self._differed_before(a, b)  # every change turns that round
+        up = (np.arange(1, len(ticks) + 1) + differ & 1 == 1) != of_b
+        counts = self.counts + np.cumsum(np.where(up, 1, -1))
+        self.counts = int(counts[-1])
+        if self.since is not None:
+            lasted = np.concatenate(([ticks[0] - self.since], lasted))
+        if self.burst or lasted.min() < DWELL_TICKS:
+            told = lasted[(lasted < DWELL_TICKS) | (lasted >= 2 * DWELL_TICKS)]
+            turns = np.diff(told < DWELL_TICKS, prepend=self.burst)  # where a burst begins or ends
+            self._check_states(told[turns].tolist(), int(ticks[-1]))
+        self.since = int(ticks[-1])
+        return ticks, counts
+
+    def _check_states(self, lasted: Sequence[int], tick: int) -> None:
+        """Report bursts of short states.  `lasted`: how long each was, in clocks; the last one ended at a tick."""
+        for state in lasted:
+            if state >= 2 * DWELL_TICKS:
+                self.burst = False
+            elif state < DWELL_TICKS and not self.burst:
+                self.burst = True
+                text = f"made a state of {state} clocks, less than {DWELL_TICKS},"
+                self.found.append(("encoder-fast", text, tick))
+
+
+class Window(NamedTuple):
+    """What A and B promise before a tick, worked off: the counts, from ticks on, and where all stand at its end."""
+
+    stop: int
+    before: int  # counts at its start
+    ticks: Any
+    counts: Any
+    decoder: Decoder
+    levels: tuple[Any, Any]  # in front of the filters
+
+    def counts_before(self, tick: int) -> int:
+        """Return the counts as they are before a tick."""
+        i = bisect_left(self.ticks, tick)
+        return int(self.counts[i - 1]) if i else self.before
+
+    def coming(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the counts as they are before some ticks: (n,) int64."""
+        import numpy as np
+
+        return np.append(self.before, self.counts).astype(np.int64)[np.searchsorted(self.ticks, ticks)]
 
 
 class QuadratureCounter:
@@ -103,22 +254,30 @@ class QuadratureCounter:
         finding: is told what an encoder does that the chip is not specified for.
     """
 
+    least: ClassVar[int] = 4  # cycles of the first window, and of the first one behind a window that was dropped
+    most: ClassVar[int] = 256  # cycles of a window; twice as many are hardly quicker, and more to be dropped
+
     def __init__(self, a: Terminal, b: Terminal, clock: Clock, finding: Callable[[str, str], object]) -> None:
         self.a, self.b = FilteredInput(a, clock), FilteredInput(b, clock)
         self.clock, self.finding = clock, finding
-        self.dwell_ticks = sheet.TIMES["dwell"].ticks  # the shortest state within the specification
-        self.history = History()  # the counts, by ticks of the chip
+        self.window: Window | None = None  # what is known of the counts to come
+        self._reach = self.least  # cycles of the next window
+        self._refused = 0  # the end of a window that would have found something
+        self._history = History()  # the counts, by ticks of the chip
+        self._asked = self._done = 0  # the ticks of the last question, and before which all has been worked off
+        self.watch(self._drop)
         self.begin()
 
     def begin(self) -> None:
         """Count from 0; the state at the end of this instant is the first one."""
+        self._work_off()
         self.a.begin()
         self.b.begin()
-        self.counts = 0
-        self.history.note(self.clock.ticks_from(self.a.begun), 0)
-        self._asked: int | None = None  # the tick of the last question
-        self._since: int | None = None  # the tick at which the present state came
-        self._burst = False  # states are too short; over when one lasts twice as long as it must
+        self.decoder = Decoder(self.a.filter, self.b.filter)
+        self.counts = 0  # before the tick of the last question
+        self._history.note(self.clock.ticks_from(self.a.begun), 0)
+        self._asked = self._done = 0
+        self._drop()
 
     def watch(self, told: Callable[[], object]) -> None:
         """Call a function when a driver of A or B is told something: who sleeps while all is quiet must wake."""
@@ -128,77 +287,79 @@ class QuadratureCounter:
     @property
     def quiet(self) -> bool:
         """Will there be no count after the last question, unless a driver of A or B is told something?"""
-        return self.a.quiet and self.b.quiet
+        window = self.window
+        if window is None:
+            return self.a.quiet and self.b.quiet
+        if len(window.ticks) and window.ticks[-1] >= self._asked:
+            return False
+        ps = self.clock.ps(window.stop) - 1
+        ends = self.a.reading.ends_by(ps) and self.b.reading.ends_by(ps)
+        return ends and not (window.decoder.a.late[0] or window.decoder.b.late[0])
 
     def counts_before(self, tick: int) -> int:
         """The counts as they were before a tick, none of which is earlier than the one asked before."""
         if tick == self._asked:
             return self.counts
-        self._asked = tick
-        a, b = self.a.changes_before(tick), self.b.changes_before(tick)
-        if len(a) + len(b) > MUCH:
-            self._count_many(a, b)
-        elif len(a) or len(b):
-            self._count(a, b)
+        self._asked, window = tick, self.window
+        if window is not None and tick < window.stop:
+            self.counts = window.counts_before(tick)
+        else:
+            if window is not None:
+                self._adopt(window)
+            self._read(tick)
+            self._look_ahead(tick)
         return self.counts
 
-    def _differed_before(self, a: Sequence[int], b: Sequence[int]) -> bool:
-        """Did A and B differ before some changes up to the present levels?"""
-        return bool(((self.a.level or 0) ^ (self.b.level or 0) ^ len(a) ^ len(b)) & 1)
+    @property
+    def history(self) -> History:
+        """The counts up to the last question, by ticks of the chip."""
+        self._work_off()
+        return self._history
 
-    def _count(self, a: Sequence[int], b: Sequence[int]) -> None:
-        """Work off changes of A and B, one after the other."""
-        differ = self._differed_before(a, b)
-        of_a = set(a)
-        both, shortest = of_a.intersection(b), self.dwell_ticks
-        count, since, ticks, counts = self.counts, self._since, [], []
-        for tick in sorted(of_a.union(b)):
-            if since is not None and (tick - since < shortest or self._burst):
-                self._check_states([tick - since], tick)
-            since = tick
-            if tick in both:
-                self.finding("encoder-illegal", self._told("changed at once, which is not counted,", tick))
-                continue
-            differ = not differ
-            count += 1 if differ is (tick in of_a) else -1
-            ticks.append(tick)
-            counts.append(count)
-        self.counts, self._since = count, since
-        self.history.note_many(ticks, counts)
+    def _read(self, tick: int) -> None:
+        """Work off what has happened before a tick."""
+        decoder, self._done = self.decoder, tick
+        self._history.note_many(*decoder.count(tick, self.a.edges_before(tick), self.b.edges_before(tick)))
+        self.counts = decoder.counts
+        found, decoder.found = decoder.found, []
+        for code, what, at in found:
+            self.finding(code, f"{self.a.pin.name} and {self.b.pin.name} {what} by {readable(self.clock.ps(at))}")
 
-    def _count_many(self, a: Any, b: Any) -> None:
-        """The same of many."""
-        import numpy as np
-
-        ticks = np.concatenate([np.asarray(a, np.int64), np.asarray(b, np.int64)])
-        order = np.argsort(ticks, kind="stable")
-        ticks, of_b = ticks[order], order >= len(a)
-        lasted = ticks[1:] - ticks[:-1]
-        if not lasted.all():  # both at one tick
-            self._count(np.asarray(a).tolist(), np.asarray(b).tolist())
+    # ------------------------------------------------------------------------------------------------------- look ahead
+    def _look_ahead(self, tick: int) -> None:
+        """Work off what is promised from a tick on, up to which all has been read."""
+        if tick < self._refused:
             return
-        differ = self._differed_before(a, b)  # every change turns that round
-        up = (np.arange(1, len(ticks) + 1) + differ & 1 == 1) != of_b
-        counts = self.counts + np.cumsum(np.where(up, 1, -1))
-        self.history.note_many(ticks, counts)
-        self.counts = int(counts[-1])
-        if self._since is not None:
-            lasted = np.concatenate(([ticks[0] - self._since], lasted))
-        if self._burst or lasted.min() < self.dwell_ticks:
-            told = lasted[(lasted < self.dwell_ticks) | (lasted >= 2 * self.dwell_ticks)]
-            turns = np.diff(told < self.dwell_ticks, prepend=self._burst)  # where a burst begins or ends
-            self._check_states(told[turns].tolist(), int(ticks[-1]))
-        self._since = int(ticks[-1])
+        stop = tick + min(self._reach, self.most) * sheet.CYCLE_TICKS
+        ps = self.clock.ps(stop) - 1
+        a, b = self.a.reading.coming(ps), self.b.reading.coming(ps)
+        if a is None or b is None:
+            return
+        decoder = self.decoder.copy()
+        ticks, counts = decoder.count(stop, a[:2], b[:2])
+        if decoder.found:
+            self._refused, self._reach = stop, self.least
+        else:
+            self.window = Window(stop, self.counts, ticks, counts, decoder, (a[2], b[2]))
 
-    def _check_states(self, lasted: Sequence[int], tick: int) -> None:
-        """Report bursts of short states.  `lasted`: how long each was, in clocks; the last one ended at a tick."""
-        for state in lasted:
-            if state >= 2 * self.dwell_ticks:
-                self._burst = False
-            elif state < self.dwell_ticks and not self._burst:
-                self._burst = True
-                text = f"made a state of {state} clocks, less than {self.dwell_ticks},"
-                self.finding("encoder-fast", self._told(text, tick))
+    def _adopt(self, window: Window) -> None:
+        """Stand at the end of a window, as if all up to there had been read."""
+        ps = self.clock.ps(window.stop) - 1
+        self.decoder = decoder = window.decoder
+        self.a.filter, self.b.filter = decoder.a, decoder.b
+        for channel, level in zip((self.a, self.b), window.levels, strict=True):
+            channel.reading.skip(ps, level)
+        self._history.note_many(window.ticks, window.counts)
+        self.window, self._reach = None, min(2 * self._reach, self.most)
 
-    def _told(self, what: str, tick: int) -> str:
-        return f"{self.a.pin.name} and {self.b.pin.name} {what} by {readable(self.clock.ps(tick))}"
+    def _drop(self) -> None:
+        """Forget what was to come: a driver is told something else."""
+        self.window = None
+        self._reach = self.least
+        self._refused = 0
+
+    def _work_off(self) -> None:
+        """Read what has happened up to the last question, of which a window has known before."""
+        if self._done < self._asked:
+            self.window = None
+            self._read(self._asked)

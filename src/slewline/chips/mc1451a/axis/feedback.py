@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ....core.context import ChipContext
 from ....core.motion.history import History
 from ..cycle_clock import CycleClock
 from ..registers import ONE, AxisState, signed
-from .enc import QuadratureCounter
+from .enc import QuadratureCounter, Window
 from .pulses import RANGE, Pulses
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 STEPS = RANGE // ONE  # of a round of the target
 
@@ -45,6 +51,22 @@ class Feedback:
         self.counts, self.whole = counts, whole
         state.actual = signed(counts + self.offset, 31)
         state.error = self.error8 >> 8
+
+    def errors_coming(self, n: int, window: Window) -> NDArray[np.int64]:
+        """Return the position errors of the cycles behind `n` in a window, as `read` will find them: (n,) int64.
+
+        It has read `n` last.  Behind the end of the run, which is due by itself, they are what they were if it went on.
+        """
+        import numpy as np
+
+        clock, pulses, law = self.cycle_clock, self.pulses, self.pulses.law
+        cycles = np.arange(n, clock.begun_by(window.stop) + 1)
+        error8 = (window.coming(clock.origin + cycles * clock.cycle_ticks) - self.counts) * 256
+        if law is not None:
+            whole = (pulses.x0 + pulses.sign * law.travels(cycles - pulses.since)) // ONE
+            error8 -= self.state.step_ratio * (whole - whole[0])
+        found: NDArray[np.int64] = np.clip(self.error8 + error8[1:] >> 8, -0x8000, 0x7FFF)  # as `saturated` has it
+        return found
 
     def declare(self, n: int, value: int) -> None:
         """Make the actual position a whole number of steps from now on, as the target is; the position error is 0."""

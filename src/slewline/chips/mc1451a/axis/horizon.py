@@ -76,14 +76,18 @@ class Horizon:
         return NEVER
 
     def error_due(self, n: int) -> int:
-        """Return when the position error may pass its limit, one way or the other."""
-        state, encoder = self.state, self.feedback.encoder
+        """Return when the position error may pass its limit, one way or the other; it has not passed it before."""
+        state, feedback, encoder = self.state, self.feedback, self.feedback.encoder
         if encoder is None or not state.step_ratio:
             return NEVER
-        rate = self.generator.fastest * state.step_ratio  # 2^-24 counts per cycle
-        if not encoder.quiet:
-            rate += self.counts_per_cycle << 24
-        if not rate:
-            return NEVER
-        margin = abs(state.pos_err - abs(state.error)) - state.step_ratio // 256 - 2  # a step counts all at once
-        return n + max((margin << 24) // rate, 1)
+        if encoder.quiet:
+            rate = self.generator.fastest * state.step_ratio  # 2^-24 counts per cycle
+            if not rate:
+                return NEVER
+            margin = abs(state.pos_err - abs(state.error)) - state.step_ratio // 256 - 2  # a step counts all at once
+            return n + max((margin << 24) // rate, 1)
+        if encoder.window is None:  # something is about to be found, which is to be told when it is
+            return n + 1
+        beyond = abs(feedback.errors_coming(n, encoder.window)) > state.pos_err
+        passes = (beyond != state.motion_error).nonzero()[0]
+        return n + (1 + int(passes[0]) if len(passes) else len(beyond))

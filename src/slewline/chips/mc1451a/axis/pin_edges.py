@@ -8,7 +8,8 @@ has shown so far.  So an edge costs no event, whatever drives the net, and none 
     wire        _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|_____________|‾‾‾‾‾‾|__
     read                   ^ asked       ^ replaced    ^ replaced   ^ asked
 
-Rules of this file: nothing past the last committed instant is read; what comes and goes within one instant is not seen.
+Rules of this file: nothing past the last committed instant is read, only looked at (`coming`); what comes and goes
+within one instant is not seen.
 """
 
 from __future__ import annotations
@@ -59,11 +60,31 @@ class PinEdges:
             return np.concatenate([times for times, _ in edges]), np.concatenate([levels for _, levels in edges])
         return [ps for times, _ in edges for ps in times], [level for _, levels in edges for level in levels]
 
+    def coming(self, ps: int) -> tuple[Any, Any, Level] | None:
+        """Return the edges that are promised behind those that were asked for, up to an instant (ps) to come.
+
+        Returns:
+            Times in ps and the levels after them, and the last level; None: it cannot be known before the end of this
+                instant what the drivers are told.
+        """
+        if self._first or self._changed is not None or self._edges:
+            return None
+        times, levels = self._real(*self.pin.net.edges_ahead(self._read, ps))
+        return times, levels, levels[-1] if len(levels) else self._level
+
+    def skip(self, ps: int, level: Level) -> None:
+        """Take up to an instant (ps) for asked: what has come is what was promised, with this level in the end."""
+        self._read, self._level = ps, level
+
     @property
     def quiet(self) -> bool:
         """Is no edge promised behind those that were asked for?  Then none comes unless a driver is told something."""
+        return self._changed is None and self.ends_by(self._read)
+
+    def ends_by(self, ps: int) -> bool:
+        """Return whether no edge is promised behind an instant (ps)."""
         promises = (driver.promise for driver in self.pin.net.active if driver.promise is not None)
-        return self._changed is None and all(promise.after(self._read) is None for promise in promises)
+        return all(promise.after(ps) is None for promise in promises)
 
     def _before_change(self) -> None:
         now = self.pin.net.kernel.now
@@ -87,12 +108,16 @@ class PinEdges:
                 self._keep(*net.edges_ahead(self._read, ps))
             self._read = ps
 
-    def _keep(self, times: Any, levels: Any) -> None:
-        """Keep the edges that are real: a list may hold others."""
+    def _real(self, times: Any, levels: Any) -> tuple[Any, Any]:
+        """Edges that are real: a list may hold others."""
         if isinstance(times, list):
             real = [*map(ne, levels, [self._level, *levels])]
             if not all(real):
-                times, levels = [*compress(times, real)], [*compress(levels, real)]
+                return [*compress(times, real)], [*compress(levels, real)]
+        return times, levels
+
+    def _keep(self, times: Any, levels: Any) -> None:
+        times, levels = self._real(times, levels)
         if len(times) > 0:
             self._level = levels[-1]
             self._edges.append((times, levels))

@@ -75,13 +75,13 @@ def encoder_of(motion: Motion, number: int) -> tuple[Quantity, ...]:
     encoder, offsets = feedback.encoder, feedback.offsets
     if encoder is None or len(encoder.history) < 2:
         return ()
-    history, clock = encoder.history, encoder.clock
+    clock = encoder.clock
 
     def values(times: NDArray[np.int64]) -> NDArray[np.float64]:
-        return history.values_at(clock.ticks_array(times + 1) - 1) + offsets.values_at(times)
+        return encoder.history.values_at(clock.ticks_array(times + 1) - 1) + offsets.values_at(times)
 
     def changes(start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        ticks, _ = history.changes(clock.ticks_until(start), clock.ticks_until(stop))
+        ticks, _ = encoder.history.changes(clock.ticks_until(start), clock.ticks_until(stop))
         times = np.union1d(clock.ps_array(ticks), offsets.changes(start, stop)[0])
         return times, values(times)
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from ...core.wires.event import Event
-from ...core.wires.serial import RS232, Character, CharacterFormat, LineSetting, Straps
-from ...core.wires.waits import first_of, until
-from ...errors import ChecksumError, UsageError
-from ...language.dialect import spoken_as
-from ...language.lines import Lines, checksum, framed
-from ..lines.host_uart import POWER_UP_PS, SILENCE_PS, HostUart
+from ....core.wires.event import Event
+from ....core.wires.serial import RS232, Character, CharacterFormat, LineSetting, Straps
+from ....core.wires.waits import first_of, until
+from ....errors import ChecksumError, UsageError
+from ....language.dialect import spoken_as
+from ....language.lines import Lines, checksum, framed
+from ...lines.host_uart import POWER_UP_PS, SILENCE_PS, HostUart
 
 if TYPE_CHECKING:
-    from ..base.part import Part
-    from .connection import Connection
+    from ...base.part import Part
+    from ..connection import Connection
 
 
 class StrappedUart(HostUart):

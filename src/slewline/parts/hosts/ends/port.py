@@ -11,13 +11,13 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ...core.wires.net import Driver, Net
-from ...core.wires.waits import first_of, level, until
-from ...errors import UsageError
+from ....core.wires.net import Driver, Net
+from ....core.wires.waits import first_of, level, until
+from ....errors import UsageError
 
 if TYPE_CHECKING:
-    from ..base.request_queue import RequestQueue
-    from .connection import Connection
+    from ...base.request_queue import RequestQueue
+    from ..connection import Connection
 
 SETTLED_US = 100  # READY high for longer than any instruction takes to begin: the chip is between two of them
 
@@ -71,8 +71,8 @@ class CommandPort:
 
     def text(self, command: str) -> bytes:
         """Return a command as this port takes it now: ASCII, or letter, count and data in binary mode."""
-        from ...language.dialect import Command
-        from ...language.letters import Decoder, encode_binary
+        from ....language.dialect import Command
+        from ....language.letters import Decoder, encode_binary
 
         line = command.encode("ascii") + b"\r"
         if self.mode.level == 1:

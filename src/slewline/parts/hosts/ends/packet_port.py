@@ -12,16 +12,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...core.wires.net import Driver, Net
-from ...core.wires.waits import level, until
-from ...errors import ChecksumError, Timeout
-from ...language import packets
-from ...language.dialect import spoken_as
+from ....core.wires.net import Driver, Net
+from ....core.wires.waits import level, until
+from ....errors import ChecksumError, Timeout
+from ....language import packets
+from ....language.dialect import spoken_as
 
 if TYPE_CHECKING:
-    from ...core.datasheet.table import Row, Sheet
-    from ..base.request_queue import RequestQueue
-    from .connection import Connection
+    from ....core.datasheet.table import Row, Sheet
+    from ...base.request_queue import RequestQueue
+    from ..connection import Connection
 
 NS = 1000  # picoseconds
 SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * NS, 80 * NS

@@ -12,16 +12,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...core.datasheet.channel import AdaptiveLine
-from ...core.wires.serial import TTL, Character, CharacterFormat, LineSetting
-from ...core.wires.waits import edge, first_of, until
-from ..base.data import as_bytes
-from ..lines.host_uart import POWER_UP_PS, SILENCE_PS, HostUart
+from ....core.datasheet.channel import AdaptiveLine
+from ....core.wires.serial import TTL, Character, CharacterFormat, LineSetting
+from ....core.wires.waits import edge, first_of, until
+from ...base.data import as_bytes
+from ...lines.host_uart import POWER_UP_PS, SILENCE_PS, HostUart
 from .shadow import FlowControl, Shadow
 
 if TYPE_CHECKING:
-    from ..base.part import Part
-    from .connection import Connection
+    from ...base.part import Part
+    from ..connection import Connection
 
 USUAL_BAUD = 9600
 RETURNS = b"\r\r"  # by which the chip finds the rate

@@ -10,16 +10,16 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from ...core.datasheet.channel import AdaptiveLine, FlowBus
-from ...core.wires.event import Event
-from ...errors import UsageError
-from ...language.dialect import spoken_as
-from ...language.verbatim import Entry, Verbatim
+from ....core.datasheet.channel import AdaptiveLine, FlowBus
+from ....core.wires.event import Event
+from ....errors import UsageError
+from ....language.dialect import spoken_as
+from ....language.verbatim import Entry, Verbatim
 
 if TYPE_CHECKING:
-    from ...core.datasheet.table import Sheet
-    from ..base.part import Part
-    from .connection import Connection
+    from ....core.datasheet.table import Sheet
+    from ...base.part import Part
+    from ..connection import Connection
 
 TEXT = 0x80  # in the mode register: commands in ASCII
 MODE, RESET = "MODE", "INITIALIZE"  # the commands that a host remembers

@@ -14,17 +14,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ...core.datasheet.channel import FlowBus
-from ...core.wires.event import Event
-from ...core.wires.net import Driver, Net
-from ...core.wires.waits import edge, first_of, level, until
+from ....core.datasheet.channel import FlowBus
+from ....core.wires.event import Event
+from ....core.wires.net import Driver, Net
+from ....core.wires.waits import edge, first_of, level, until
 from .shadow import FlowControl, Query, Shadow
 
 if TYPE_CHECKING:
-    from ...core.time.kernel import Task
-    from ..base.part import Part
-    from ..base.request_queue import RequestQueue
-    from .connection import Connection
+    from ....core.time.kernel import Task
+    from ...base.part import Part
+    from ...base.request_queue import RequestQueue
+    from ..connection import Connection
 
 EMPTY = 0xFF
 

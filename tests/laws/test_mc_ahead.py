@@ -1,0 +1,47 @@
+"""A chipset that looks ahead at its encoders leaves what its cycle-by-cycle twin leaves, however far it looks."""
+
+from __future__ import annotations
+
+from collections import Counter
+from random import Random
+
+import pytest
+
+from . import mc_shafts
+from .dialogues import differences
+
+KINDS = {"encoder": 2500, "quadrature": 700, "wires": 800, "encoder-fast": 5000, "encoder-illegal": 1500}  # of 5,000
+REACHES = (1, 2, 3, 4, 7, 16, 50, 64, 256)  # cycles
+
+
+def agree(seeds: range, reaches: int) -> Counter[str]:
+    """Compare dialogues; each is played with so many bounds of the windows, always with the one in use."""
+    counted: Counter[str] = Counter()
+    for seed in seeds:
+        dialogue, rnd = mc_shafts.made(seed), Random(seed)
+        twin = mc_shafts.play(dialogue, stepwise=True, shuffle=seed)
+        bounds = [(4, 256), *((rnd.randint(1, most), most) for most in rnd.sample(REACHES, reaches))]
+        asked = None
+        for least, most in bounds:
+            fast = mc_shafts.play(dialogue, least=least, most=most)
+            found = differences(fast, twin)
+            assert not found, f"{least} to {most}: {found[:3]}\n  {dialogue}"
+            asked = fast.actual if asked is None else asked
+            assert fast.actual == asked, f"{least} to {most}: what is asked of the past\n  {dialogue}"
+        counted.update(dialogue.kinds)
+        counted.update(code for _, code in twin.state()["found"])
+    return counted
+
+
+@pytest.mark.parametrize("block", range(4))
+def test_windows_of_any_length_and_the_twin_agree(block: int) -> None:
+    agree(range(block * 10, block * 10 + 10), 2)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3000)
+@pytest.mark.parametrize("block", range(10))
+def test_five_thousand_dialogues_about_shafts_agree(block: int) -> None:
+    """A tenth of them, which reaches a tenth of everything."""
+    counted = agree(range(10_000 + block * 500, 10_500 + block * 500), 5)
+    assert all(counted[kind] * 10 >= wanted for kind, wanted in KINDS.items()), counted
