@@ -197,7 +197,7 @@ def encoders() -> list[Row]:
             actual, error = (host.axis(n).query(name) for name in ("GET_ACTL_POS", "GET_ACTL_POS_ERR"))
             assert actual == chip.axis(n).position > velocity * 3000 // ONE and abs(error) <= 1
         name = f"stall detection, four encoders at {counts} counts/s"
-        bound = f"counts worked off for up to 256 cycles at once, {wall / 4 / 3052 * 1e6:.1f} µs a cycle and axis"
+        bound = f"counts processed for up to 256 cycles at once, {wall / 4 / 3052 * 1e6:.1f} µs a cycle and axis"
         if polls:
             name, bound = f"{name}, each read every 10 ms", f"{bound}; {4 * polls} packets"
         rows.append(Row(name, 1 / wall, REAL, goal, True, bound))

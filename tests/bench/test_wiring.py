@@ -78,7 +78,7 @@ def test_what_is_missing_is_said_with_the_reason_and_nothing_is_put_on_the_bench
     x = bench.add("cy525", name="x")
     drivers = {name: len(pin.net.drivers) for name, pin in x.pins.items()}
     with pytest.raises(
-        WiringError, match=r"a part of kind damping needs a pin that tells that the motor is under way; x \(cy525\) has"
+        WiringError, match=r"a part of kind damping needs a pin that shows that the motor is moving; x \(cy525\) has"
     ):
         bench.part("damping", to=x)
     assert bench.parts == {}

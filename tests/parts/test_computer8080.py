@@ -148,7 +148,7 @@ def test_a_port_or_a_buffer_that_cannot_be_is_refused(circuit):
     for port, value in ((0xEE, 1), (CONTROL, 6), (CONTROL, 0x80)):
         with pytest.raises(slewline.UsageError, match=r"allowed 0xEC \(data\), 0xEF \(codes 0 to 5 and 8 to 15\)"):
             sdk.out(port, value)
-    with pytest.raises(slewline.UsageError, match="no stopper FF"):
+    with pytest.raises(slewline.UsageError, match="no end mark FF"):
         sdk.sendparallel(b"C\r")
     assert sdk.idle
 
@@ -213,7 +213,7 @@ def test_the_smallest_host_sends_a_string_up_to_its_end_mark(circuit):
     assert c.level("x.programmable_output") == 0
     assert host.sent == 2
     assert c.bench.findings == []
-    with pytest.raises(slewline.UsageError, match="no stopper FF"):
+    with pytest.raises(slewline.UsageError, match="no end mark FF"):
         host.send("C\r")
 
 

@@ -254,7 +254,7 @@ def test_a_push_turns_the_shaft_one_count_after_the_other():
     rig.kernel.run(10 * US)
     rig.encoder.push(3)
     assert not rig.encoder.idle
-    assert rig.encoder.waiting == "enc: 2 counts by hand"
+    assert rig.encoder.waiting == "enc: turning 2 more counts by hand"
     rig.run(1 * MS)
     assert rig.edges() == [(11 * US, "a", 1), (13 * US, "b", 1), (15 * US, "a", 0)]
     rig.encoder.push(-5)
@@ -631,7 +631,9 @@ def test_mistakes_are_refused_with_what_is_allowed():
     enc, master = bench.part("encoder", name="enc"), bench.part("quadrature", name="master")
     with pytest.raises(slewline.UsageError, match=r"enc: 0.5 counts; expected a whole number"):
         enc.push(0.5)
-    with pytest.raises(slewline.UsageError, match=r"enc: slips -1 counts; allowed 0 and more \(push turns the shaft\)"):
+    with pytest.raises(
+        slewline.UsageError, match=r"enc: slips -1 counts; allowed 0 and more \(push\(\) turns the shaft\)"
+    ):
         enc.slip(-1)
     with pytest.raises(slewline.UsageError, match=r"master: True counts"):
         master.run(True)

@@ -392,17 +392,17 @@ MOVED = tuple(part for part in PARTS if part != "cy500")
 ALONE = Fit(needs="has no standard wiring; (connect|it has no pins)")
 ON_A_SHAFT = tuple(kind for kind in KINDS if part_class(kind).sits == "must")
 ON_THE_BUS = "a pin that (is a wire of the data bus|says when the low byte of an address is on the bus)|data bus"
-HOSTLIKE = "a pin that asks for a byte to be taken"
+HOSTLIKE = "a pin that asks the part to take a byte"
 FITS = {
     **dict.fromkeys(("inverter", "and", "or", "nand", "nor", "latch8", "delay"), ALONE),
     "uart": Fit(
-        SHOWS, "a pin that (is a wire of the data bus|tells that a byte is being read)|" + HOSTLIKE, talks_uart
+        SHOWS, "a pin that (is a wire of the data bus|shows that a byte is being read)|" + HOSTLIKE, talks_uart
     ),
     "serial_sender": Fit(
-        OUTSIDE, "a pin that takes characters from a computer|is active high, and txd means low", talks_sender
+        OUTSIDE, "a pin that receives characters from a computer|is active high, and txd means low", talks_sender
     ),
     "serial_port": Fit(
-        LINES, "a pin that takes characters from a computer|is active low, and txd means high", talks_lines
+        LINES, "a pin that receives characters from a computer|is active low, and txd means high", talks_lines
     ),
     "rs232_line": Fit((), "a pin that is the output of a computer's serial port"),
     "prom": Fit(SHOWS, HOSTLIKE + "|data bus|is active high, and load means low", commands, (("image", ""),)),
@@ -412,11 +412,11 @@ FITS = {
     "thumbwheels": Fit(OUTSIDE, ON_THE_BUS, sets, (("letter", "N"), ("value", f"{STEPS:08}"))),
     "hp_display": Fit(OUTSIDE, ON_THE_BUS, shows_text),
     "lcd": Fit(
-        OUTSIDE, "a pin that gives characters to a computer|is active high, and rxd means low", shows_parameters
+        OUTSIDE, "a pin that sends characters to a computer|is active high, and rxd means low", shows_parameters
     ),
     "parallel_card": Fit(OUTSIDE, "needs a pin that|data bus", hands_over),
     "jog_switch": Fit(OUTSIDE, "a pin that", jogs),
-    "position_latch": Fit(LETTERS, "a pin that tells that a byte is put on the data bus|data bus", catches),
+    "position_latch": Fit(LETTERS, "a pin that shows that a byte is being put on the data bus|data bus", catches),
     "phase_latch": Fit(SHOWS, "a pin that energises phase 1", latches),
     "translator": Fit(MOVED, "", turns),
     "rotor": Fit(SHOWS, "a pin that energises phase 1", follows),
@@ -426,10 +426,10 @@ FITS = {
     "gs_d200": Fit(
         tuple(part for part in MOVED if part not in OUTSIDE), "is active low, and direction means high", energises
     ),
-    "phase_current": Fit(LINES, "a pin that tells that (the motor is under way|it speeds up)", chooses),
+    "phase_current": Fit(LINES, "a pin that shows that the motor is (moving|accelerating)", chooses),
     "two_clocks": Fit((*LETTERS, *LINES), "is active low, and dir means high|rests at the level of a step", splits),
-    "step_check": Fit((*LETTERS, *LINES), "a pin that lets the next step be made", holds),
-    "damping": Fit(LINES, "a pin that tells that (the motor is under way|it speeds up)", brakes),
+    "step_check": Fit((*LETTERS, *LINES), "a pin that enables the next step", holds),
+    "damping": Fit(LINES, "a pin that shows that the motor is (moving|accelerating)", brakes),
     "bar": Fit((*LETTERS, *LINES), "a pin that is output 1", cuts),
     "drill": Fit(LINES, "a pin that is output 2", drills, (("gap", 5),)),
     "ppi8255": Fit(LETTERS, "needs a pin that", commands),
@@ -440,7 +440,7 @@ FITS = {
     "gpib_talker": Fit((), "a pin that is a data line of an IEEE-488 bus"),
     "gpib_device": Fit(LETTERS, "needs a pin that", talks_gpib),
     "gpib_controller": Fit((), "a pin that is a data line of an IEEE-488 bus"),
-    "gpib_interrupts": Fit(SHOWS, "a pin that tells that a motion is complete|lets the next step", stops_at_a_limit),
+    "gpib_interrupts": Fit(SHOWS, "a pin that shows that a motion is complete|enables the next step", stops_at_a_limit),
     "workpieces": Fit(
         (*SHOWS, *LINES), "a pin that is input 1", comes_and_goes, (("pieces", 1), ("welds", 1), ("change", "100 ms"))
     ),

@@ -70,7 +70,7 @@ def test_each_pair_of_settings_is_told_once():
             host.write(b"\r")
         bench.run("1 s")
     told = [found.text for found in bench.findings if found.code == "format"]
-    assert [text[:14] for text in told] == ["host has 4800 ", "host has 9600 "]
+    assert [text[:19] for text in told] == ["host is set to 4800", "host is set to 9600"]
     assert "or the part to 4800 baud with br0=1, br1=0, br2=0" in told[0]
 
 

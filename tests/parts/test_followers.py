@@ -178,7 +178,7 @@ def edge_driven(bench):
 def test_inverters_on_a_ring_never_come_to_rest_and_the_message_names_them(bench, count, monkeypatch):
     monkeypatch.setattr("slewline.core.time.kernel.ROUNDS_LIMIT", 1000)
     ring(bench, ["inverter"] * count)
-    with pytest.raises(Endless, match=r"these answer each other without letting time pass: <Net g\d\.out"):
+    with pytest.raises(Endless, match=r"these change each other in a loop without delay: <Net g\d\.out"):
         bench.run("1 us")
 
 

@@ -177,7 +177,7 @@ def test_the_resistor_of_the_ramp_current_follows_from_the_divider():
     assert isclose(set_point(), 1 / 0.9333, rel_tol=1e-4)  # 12/11.2 A with nothing around: where 1 - 0.933 I is 0
     assert isclose(to_supply(1.5, 937), 4245, rel_tol=1e-3)
     assert isclose(set_point(937, to_supply=4245), 1.501, rel_tol=1e-3)
-    with pytest.raises(slewline.UsageError, match=r"1\.2 A by a resistor to ground: no resistor does that"):
+    with pytest.raises(slewline.UsageError, match=r"1\.2 A by a resistor to ground: no resistor gives that"):
         to_ground(1.2)
     with pytest.raises(slewline.UsageError, match=r"0\.4 A by a resistor to 5 V"):
         to_supply(0.4, 937)
@@ -195,7 +195,7 @@ def test_the_numbers_of_the_example_belong_to_the_driver_with_1200_ohm():
 
 def test_a_driver_is_not_asked_for_more_than_it_gives():
     bench = slewline.Bench()
-    with pytest.raises(slewline.UsageError, match=r"c: 2\.1 A on ramps; the gs-d200 takes 2 A: a greater r1"):
+    with pytest.raises(slewline.UsageError, match=r"c: 2\.1 A on ramps; the gs-d200 takes 2 A; use a greater r1"):
         bench.part("phase_current", "c", r1=to_supply(2.1, 937))
     with pytest.raises(slewline.UsageError, match="driver 'gs-d300'; allowed gs-d200, gs-d200s"):
         bench.part("phase_current", "c", driver="gs-d300")

@@ -131,7 +131,7 @@ def test_clear_forgets_all_and_lets_go_of_the_lines_and_the_host_can_speak_again
 def test_who_waits_for_what_is_dropped_is_told(desk):
     desk.send(1)
     desk.bench.at(desk.bench.now_ps + 10**7, desk.host.drop)
-    with pytest.raises(slewline.UsageError, match=r"host: .*: forgotten by (drop|clear)\(\)"):
+    with pytest.raises(slewline.UsageError, match=r"host: .*: dropped by (drop|clear)\(\)"):
         desk.host.ask(desk.question)
 
 
@@ -140,7 +140,7 @@ def test_nobody_answers_a_question_that_is_none(desk):
     if desk.x.sheet.part == "gs-c200":
         assert desk.host.ask("%") == "E4"  # the module says so
         return
-    with pytest.raises(slewline.UsageError, match=r"is not answered|returns nothing"):
+    with pytest.raises(slewline.UsageError, match=r"has no answer|returns nothing"):
         desk.host.ask({"cy525": "R 20", "mc1451a": "UPDATE"}[desk.x.sheet.part])
     assert desk.host.idle and not desk.host.received
 
@@ -296,7 +296,7 @@ def test_a_host_works_on_wires_with_nothing_but_a_sheet():
         (lambda host: host.change_rate(9), r"host: x \(cy525\) takes no rate on the fly: it has no pin for it"),
         (lambda host: host.read_position(), "gives no position on the fly"),
         (lambda host: host.verify(0), "the part cannot be read, only sent to"),
-        (lambda host: host.ask("V 0"), "'V 0' is not answered; the part cannot be read"),
+        (lambda host: host.ask("V 0"), "'V 0' has no answer; the part cannot be read"),
         (lambda host: host.live("B"), "takes no commands while its program runs"),
     ],
 )
@@ -338,5 +338,5 @@ def test_a_host_asks_the_sheet_for_the_letter_that_points_at_a_group():
     bench = slewline.Bench()
     host = bench.host(bench.add(Other, number=300))
     assert host.verify(3)[:2] == host.ask("Y 3")[:2] == bytes([1, 44])
-    with pytest.raises(slewline.UsageError, match="'V 3' is not answered; ask 'Y 0', 'Y 1'"):
+    with pytest.raises(slewline.UsageError, match="'V 3' has no answer; ask\(\) takes 'Y 0', 'Y 1'"):
         host.ask("V 3")

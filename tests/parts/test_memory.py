@@ -115,7 +115,7 @@ def test_an_eprom_takes_nothing_and_says_so_once() -> None:
     bus.write(0x0002, 0x41)
     assert bus.part.content[:4] == b"N 1\r"
     assert [found.code for found in bus.part.findings] == ["read-only"]
-    assert "41 is written to address 0001 of an EPROM" in bus.part.findings[0].text
+    assert "41 was written to address 0001 of an EPROM" in bus.part.findings[0].text
     bus.part.load(b"N 2\r")  # out of its socket, a programmer writes it
     assert bus.read(2) == ord("2")
 
@@ -146,7 +146,7 @@ def test_a_byte_that_comes_while_another_is_written_is_lost_and_told() -> None:
     bus.pass_time("20 ms")
     assert bus.part.content[:3] == b"\xff\x41\xff"
     assert [str(found).split("  ", 2)[2] for found in bus.part.findings] == [
-        "memory-busy: 42 for address 0002 comes while address 0001 is being written: it is lost"
+        "memory-busy: 42 for address 0002 came while address 0001 is being written: it is lost"
     ]
 
 
@@ -228,7 +228,7 @@ def test_a_store_that_refuses_is_told_and_gets_everything_with_the_next_flush() 
     bus.write(1, 0x41)
     bus.pass_time("1 s")
     assert [found.code for found in bus.part.findings] == ["not-kept"]
-    assert "1 bytes of the memory are not safe: the disk is full" in bus.part.findings[0].text
+    assert "1 bytes of the memory are not saved: the disk is full" in bus.part.findings[0].text
     store.refuses = False
     bus.write(9, 0x42)
     bus.pass_time("1 s")

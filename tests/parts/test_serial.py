@@ -263,7 +263,7 @@ def test_a_character_that_is_complete_while_ready_is_low_leaves_no_request_behin
     c.bench.run_until_idle()
     c.bench.run("10 ms")
     assert c.level("uart.dav") == 0
-    assert c.x.waiting.startswith("x: a command")  # not the C
+    assert c.x.waiting.startswith("x: waiting for a command")  # not the C
 
 
 @pytest.mark.fact("DER-UART-LOSS")

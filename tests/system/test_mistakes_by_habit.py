@@ -30,7 +30,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ("x.speed = 5", "NoSuchAttribute", "x has no 'speed'; x.velocity_at(\"3 ms\"), or x.velocity_at(bench.now)"),
     ('x.crystal = "11 MHz"', "NoSuchAttribute", "x has no 'crystal'; write x.crystal_hz"),
     ('x.program = "A 0"', "NoSuchAttribute", "a host sends it, instruction after instruction: bench.host(x).send(...)"),
-    ("x.moving = False", "NoSuchAttribute", "x: moving cannot be set; x.moving is only read"),
+    ("x.moving = False", "NoSuchAttribute", "x: moving cannot be set; x.moving is read-only"),
     ("x.registers = {}", "NoSuchAttribute", "a host sends the commands that load them: bench.host(x).send(...)"),
     ('x.registers["rate"] = 5', "NoSuchAttribute", "a host sends the command that loads one: bench.host(x).send(...)"),
     ("x.registers.update(rate=5)", "NoSuchAttribute", "registers cannot be set here; a host sends the command that"),
@@ -126,13 +126,13 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "b.run_until(x.reaches(3) or x.reaches(4))",
         "UsageError",
-        "x at position 3: a condition is neither true nor false; bench.run_until waits for it",
+        "x at position 3: a condition has no truth value; bench.run_until waits for it",
     ),
-    ("assert x.reaches(3)", "UsageError", "x at position 3: a condition is neither true nor false"),
+    ("assert x.reaches(3)", "UsageError", "x at position 3: a condition has no truth value"),
     (
         "b.run_until(x.reaches(3) & x.reaches(4))",
         "UsageError",
-        "x at position 3: a condition is neither true nor false",
+        "x at position 3: a condition has no truth value",
     ),
     (
         "mb.run_until(x.reaches(3))",
@@ -155,16 +155,16 @@ MISTAKES = [  # the line, the error, the end of its message
         "x at instruction 99, where there is none: no program is stored; the time is",
     ),
     # -------------------------------------------------------------------------------------------------------- hooks
-    ("x.on_step", "NoSuchAttribute", "x.on_motion_begin.add(...) hears of motions, x.steps() has every step"),
+    ("x.on_step", "NoSuchAttribute", "x.on_motion_begin.add(...) reports motions, x.steps() has every step"),
     ("b.on_finding.append(print)", "NoSuchAttribute", "hook has no 'append'; write hook.add(function)"),
     (
         "b.on_finding(print)",
         "UsageError",
-        "a listener <built-in function print> is given to the hook itself; write .add(...)",
+        "the hook is called with a listener, <built-in function print>; write .add(...)",
     ),
-    ("x.on_finding(lambda found: 0)", "UsageError", "is given to the hook itself; write .add(...)"),
+    ("x.on_finding(lambda found: 0)", "UsageError", "the hook is called with a listener, <function"),
     ("b.on_finding += print", "UsageError", "a hook += <built-in function print>; write .add(...)"),
-    ("b.on_finding.remove(print)", "UsageError", "it does not listen; give what add() was given"),
+    ("b.on_finding.remove(print)", "UsageError", "it is not a listener; pass what was passed to add()"),
     (
         'b.on_finding.add(lambda: 0); h.send("R 300\\r"); b.run_until_idle()',
         "UsageError",
@@ -175,7 +175,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'h.live("R 5")',
         "UsageError",
-        "no program of x runs, which live commands go to; send() sends a command, run_program() starts the program",
+        "live commands go to a running program, and none of x runs; send() sends a command, run_program() starts the program",
     ),
     ("h.verify(True)", "UsageError", "host: verify(True, None); allowed groups 0 to 3, and 0 or more bytes"),
     ("h.verify(1.0)", "UsageError", "host: verify(1.0, None); allowed groups 0 to 3, and 0 or more bytes"),

@@ -388,7 +388,11 @@ MISTAKES = [  # the line, the error, the end of its message
     ('h.run("1 s")', "NoSuchAttribute", "host has no 'run'; time is the bench's: bench.run_until_idle()"),
     ("h.send(3)", "UsageError", "host: 3; expected text, bytes, or a list of numbers 0 to 255"),
     ('h.send("Größe\\r")', "UsageError", "host: 'ö' at character 3 is not ASCII; give bytes for raw values"),
-    ('h.ask("A 0")', "UsageError", "host: 'A 0' is not answered; ask 'V 0', 'V 1', 'V 2', 'V 3', and send() the rest"),
+    (
+        'h.ask("A 0")',
+        "UsageError",
+        "host: 'A 0' has no answer; ask() takes 'V 0', 'V 1', 'V 2', 'V 3', and send() the rest",
+    ),
     ("h.verify(77)", "UsageError", "host: verify(77, None); allowed groups 0 to 3, and 0 or more bytes"),
     ('h.to("y")', "UnknownName", "host has no chip 'y'; it serves x"),
     ("mh.set_pos(1000)", "NoSuchAttribute", "host has no 'set_pos'; write host.command(\"SET_POS\", position)"),

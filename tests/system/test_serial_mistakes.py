@@ -213,8 +213,8 @@ TEXT = "is not a command of the gs-c200s|leave out the line feed"
 # fmt: off
 MISTAKES = (
     # rate and format
-    row("a higher rate", asked, "V1", baud=19200, words=f"host has 19200 7O2, and gs_c200s to {RATE}"),
-    row("a lower rate", asked, "V1", baud=1200, words=f"host has 1200 7O2|{RATE}|1200 baud it has with br0=1, br1=1"),
+    row("a higher rate", asked, "V1", baud=19200, words=f"host is set to 19200 7O2, and gs_c200s to {RATE}"),
+    row("a lower rate", asked, "V1", baud=1200, words=f"host is set to 1200 7O2|{RATE}|or the part to 1200 baud with br0=1, br1=1"),
     row("a higher rate", url, b"V1\r", baudrate=19200, words=f"line is set to 19200 7O2|gs_c200s to {RATE}"),
     row("a lower rate", url, b"V1\r", baudrate=4800, words=f"line is set to 4800 7O2|{RATE}|or the part to 4800 baud with br0=1"),
     row("8N1, which pySerial takes by itself", url, b"V1\r", bytesize=8, parity="N", stopbits=1, words=f"is set to 9600 8N1|{RATE}"),
@@ -261,7 +261,7 @@ MISTAKES = (
     row("small letters", tcp, b"v1\r", words=CASE),
     row("small letters", fixture, b"v1\r", words=CASE),
     row("small letters, CY525", bench, "a 0\r", part="cy525", words="cy525  unknown-command: a is not a command|write A: command letters are upper case"),
-    row("a blank", bench, "S 10\r", words="E2: 'S 10' does not fit S<speed>|write S10: no blanks"),
+    row("a blank", bench, "S 10\r", words="E2: 'S 10' does not fit S<speed>|write S10: no spaces"),
     row("a command of programs", bench, "+100\r", words="E4: +100 outside a program|begin program entry with Po"),
     row("a command of programs", rfc2217, b"S10\r", words="E4: S10 outside a program|begin program entry with Po"),
     row("a command outside of programs", bench, "Po\r", "Z\r", words="E4: Z during program entry|end program entry first, with E or Px"),
@@ -278,13 +278,13 @@ MISTAKES = (
     row("a line that is too long", bench, "+100,+200,+300\r", words="gs_c200s  E1: |more than 11 characters|end each command with a carriage return"),
     row("a program while one runs", bench, "Po\rD9\rE\r", "Po\r", words="busy: Po while a program runs|B is the answer, nothing is done|wait until F is answered with R, or end it with K or Z"),
     # who is spoken to
-    row("no address", bench, "V1\r", sel0=0, words="host  address: a line begins with 'V', which is not the address of a module here|no module answers|begin it with 4 (gs_c200s)|strap another"),
+    row("no address", bench, "V1\r", sel0=0, words="host  address: a line begins with 'V', which is not the address of a module here|no module answers|begin it with 4 (gs_c200s)|change the address straps"),
     row("a wrong address", bench, "5V1\r", sel0=0, words="a line begins with '5'|begin it with 4 (gs_c200s)"),
     row("an address where there is none", bench, "4V1\r", words="E4: '4V1' is not a command|write V1: leave out the address"),
     # who answers
     row("a question to a running CY545", asked, "? P", part="cy545", over="serial", first="X\r", words="X has started a program|the cy545 takes no command while one runs|wait for its end, or end it with RESET"),
-    row("an answer that goes to the bus", asked, "? P", part="cy545", over="serial", first="O 129\r", words="the mode register is 129 and sends answers elsewhere|O 128 sends them here"),
-    row("an answer that goes to TXD", asked, "? P", part="cy545", over="parallel", words="the mode register is 128 and sends answers elsewhere|O 129 sends them here"),
+    row("an answer that goes to the bus", asked, "? P", part="cy545", over="serial", first="O 129\r", words="the mode register is 129 and sends answers elsewhere|send O 128 to get them here"),
+    row("an answer that goes to TXD", asked, "? P", part="cy545", over="parallel", words="the mode register is 128 and sends answers elsewhere|send O 129 to get them here"),
     row("an answer that goes to the bus", url, b"\r\rO 129\r? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  answer-elsewhere: ? P came on RXD|the parallel port|O 128 sends answers to TXD"),
     row("a question to what only receives", deaf, words="port|nothing drives its rxd: what is connected there only receives"),
     row("what only receives", start, "cy525", words="the UART of cy525 only receives: no command is answered|--framing|?0 to ?3 read back"),

@@ -79,7 +79,7 @@ def test_a_controller_asks_and_asserts(on):
         module.assert_reply("? P", "P=00000000")
         with pytest.raises(AssertionError, match="R=00100"):
             module.assert_reply("? R", "R=00001")
-        with pytest.raises(slewline.UsageError, match="is not answered"):
+        with pytest.raises(slewline.UsageError, match="has no answer"):
             module.ask("R 5")
     finally:
         module.close()

@@ -434,7 +434,7 @@ def test_a_request_ends_a_waiting_instruction_and_transfers_nothing(hand, letter
     assert h.edges("instrobe", start + EFFECT) == []
     assert h.x.pin("run").level == 1  # the program is over, but this request brings no byte
     assert h.edges("ready", start + EFFECT + 1) == []
-    assert h.x.waiting.startswith("x: io_request=1, which ended a wait since ")
+    assert h.x.waiting.startswith("x: waiting for io_request=1 (its low ended a wait) since ")
     h.put(h.now, "io_request", 1)
     h.send("C\r")
     assert h.x.pin("programmable_output").level == 0
