@@ -270,6 +270,6 @@ def test_a_chip_of_ones_own_on_a_serial_line_needs_pins_with_the_roles_of_it(ben
         )
 
     x = bench.add(Deaf, name="x")
-    with pytest.raises(WiringError, match="has no pin that takes characters from a computer"):
+    with pytest.raises(WiringError, match="has no pin that receives characters from a computer"):
         bench.host(x)
     assert bench.parts == {}

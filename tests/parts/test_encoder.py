@@ -262,7 +262,7 @@ def test_a_push_turns_the_shaft_one_count_after_the_other():
     rig.encoder.push(2)
     rig.run(1 * MS)
     assert (rig.encoder.counts, rig.encoder.idle) == (0, True)
-    assert rig.encoder.waiting == "enc: nothing"
+    assert rig.encoder.waiting == "enc: nothing to do"
 
 
 def test_pushes_come_one_after_the_other():

@@ -338,5 +338,5 @@ def test_a_host_asks_the_sheet_for_the_letter_that_points_at_a_group():
     bench = slewline.Bench()
     host = bench.host(bench.add(Other, number=300))
     assert host.verify(3)[:2] == host.ask("Y 3")[:2] == bytes([1, 44])
-    with pytest.raises(slewline.UsageError, match="'V 3' has no answer; ask\(\) takes 'Y 0', 'Y 1'"):
+    with pytest.raises(slewline.UsageError, match=r"'V 3' has no answer; ask\(\) takes 'Y 0', 'Y 1'"):
         host.ask("V 3")

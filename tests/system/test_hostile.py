@@ -87,7 +87,7 @@ def mark(tmp_path, monkeypatch):
 def test_a_journal_calls_no_method_but_inputs(part, verb, args):
     with pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: ") as error:
         replayed(ADD, HOST, MOTOR, told(part, verb, *args))
-    assert "is no input; allowed " in str(error.value) or "input: verb: found " in str(error.value)
+    assert "is not an input; allowed " in str(error.value) or "input: verb: found " in str(error.value)
 
 
 def test_an_attribute_of_a_bench_is_no_part():
@@ -174,7 +174,10 @@ def test_a_part_of_ones_own_declares_its_inputs():
     bench.part(LoudBell, "bell").ring(2)
     again = slewline.replay("j.jsonl", allow_code=True)
     assert bench["bell"].rung == again["bell"].rung == 4
-    with pytest.raises(UsageError, match=r"bell: 'knock' is no input; allowed ring; .* declared by @from_outside"):
+    with pytest.raises(
+        UsageError,
+        match=r"bell: 'knock' is not an input; allowed ring; .* declare a method of your own with @from_outside",
+    ):
         bench["bell"].knock()
 
 

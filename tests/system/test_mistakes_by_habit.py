@@ -175,7 +175,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'h.live("R 5")',
         "UsageError",
-        "live commands go to a running program, and none of x runs; send() sends a command, run_program() starts the program",
+        "live commands go to a running program, and none of x runs; send() sends a command, run_program() starts",
     ),
     ("h.verify(True)", "UsageError", "host: verify(True, None); allowed groups 0 to 3, and 0 or more bytes"),
     ("h.verify(1.0)", "UsageError", "host: verify(1.0, None); allowed groups 0 to 3, and 0 or more bytes"),

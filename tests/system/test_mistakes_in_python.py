@@ -39,7 +39,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "UsageError",
         "allowed a whole number, the random seed; add() puts a chip on a bench",
     ),
-    ('b.on_finding.add("print")', "UsageError", "expected a function, which is called when it happens"),
+    ('b.on_finding.add("print")', "UsageError", "expected a function, which is called at each event"),
     ('x.write("A 0\\r")', "NoSuchAttribute", "x has no 'write'; bench.host(x).send(...)"),
     ('x.query("V 0")', "NoSuchAttribute", "x has no 'query'; bench.host(x).ask(...)"),
     ("x.rate", "NoSuchAttribute", "x has no 'rate'; it is a register: x.registers[\"rate\"]"),
