@@ -103,7 +103,7 @@ def test_straps_decide_on_address_and_checksum(gs_c200s):
 
 def test_no_answer(gs_c200s):
     gs_c200s.chip.power(False)
-    with pytest.raises(Timeout, match=r"'F': no whole answer in 5 s, received b''; gs_c200s: its supply"):
+    with pytest.raises(Timeout, match=r"'F': no whole answer in 5 s, received b''; gs_c200s: waiting for its supply"):
         gs_c200s.ask("F")
 
 
@@ -197,7 +197,7 @@ def test_a_lost_byte_to_the_module(gs_c200s):
 
 def test_a_lost_byte_to_the_host(gs_c200s):
     gs_c200s.faults.lost_byte(to="host", count=3)
-    with pytest.raises(Timeout, match="'F': no whole answer in 5 s, received b''; gs_c200s: a command"):
+    with pytest.raises(Timeout, match="'F': no whole answer in 5 s, received b''; gs_c200s: waiting for a command"):
         gs_c200s.ask("F")
     gs_c200s.assert_reply("F", "R")
 
@@ -233,7 +233,7 @@ def test_a_garbled_byte_depends_on_the_seed_alone(slewline_module):
 def test_a_wrong_parity(gs_c200s):
     gs_c200s.faults.wrong_parity()
     gs_c200s.assert_reply("F", "E1")
-    assert gs_c200s.bench.findings[-1].text.startswith("b'FV': a parity or framing fault: this module listens")
+    assert gs_c200s.bench.findings[-1].text.startswith("b'FV': a parity or framing fault: this module is set to")
 
 
 @pytest.mark.parametrize("to", ["module", "host"])

@@ -213,7 +213,7 @@ def test_a_break_is_a_character_without_stop_bit(opened):
     assert port.bench.now_ps - began == 50 * 10**9
     port.write(b"\r")
     assert port.read_until(b"\r") == framed("E1")
-    assert port.bench.findings[-1].text.startswith(r"b'\x00': a parity or framing fault: this module listens at 9600")
+    assert port.bench.findings[-1].text.startswith(r"b'\x00': a parity or framing fault: this module is set to 9600")
 
 
 def test_a_break_comes_behind_what_was_written(opened):
@@ -304,7 +304,9 @@ def test_a_read_without_timeout_waits_as_long_as_something_is_coming(opened):
 def test_a_read_without_timeout_says_that_nothing_is_coming(opened):
     port = opened(timeout=None)
     port.write(framed("F"))
-    with pytest.raises(Timeout, match=r"read\(4\) without timeout got 3, .* can come \(gs_c200s: a command"):
+    with pytest.raises(
+        Timeout, match=r"read\(4\) without timeout got 3, .* can come \(gs_c200s: waiting for a command"
+    ):
         port.read(4)
     assert port.read(3) == b"RR\r"
 
