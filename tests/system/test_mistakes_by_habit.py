@@ -182,7 +182,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'h.write("A 0\\r")',
         "UsageError",
-        "its arguments: chip, data; host.send(...) sends to the chip that is spoken to",
+        "its arguments: chip, data; host.send(...) sends to the selected chip",
     ),
     ("h.close()", "NoSuchAttribute", "there is nothing to open or close; host.clear() forgets what is queued"),
     # --------------------------------------------------------------------------- habits of other libraries, once more

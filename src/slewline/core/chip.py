@@ -143,7 +143,7 @@ class Chip(Component, OneAxis):
     def _beside(cls) -> str:
         """What a chip is given besides its options, in words."""
         crystal = "crystal, " if cls.sheet.crystal_high_hz else ""
-        return f"; beside them {crystal}straps, bare and name"
+        return f"; also {crystal}straps, bare and name"
 
     def __repr__(self) -> str:
         state = "in motion" if self.moving else "idle" if self.idle else self._waiting[0]
@@ -345,7 +345,7 @@ class Chip(Component, OneAxis):
             self._unended = ""
             return []
         if not (self._unended and text.startswith(self._unended)):
-            self._unended = text  # told once, though it may grow
+            self._unended = text  # reported once, though it may grow
         ends = f"{self._unended!r} has arrived without its {self._lacking}, and the {self.sheet.part} is waiting for it"
         return [("unfinished", f"{ends}: {self._how_to_end}")]
 

@@ -51,7 +51,7 @@ class Problem:
 
     @property
     def says(self) -> str:
-        """What was found, what is allowed, and who says so, in one line."""
+        """What was found, what is allowed, and where that is stated, in one line."""
         allowed = f": allowed {self.allowed}" if self.allowed else ""
         where = f" ({self.where})" if self.where else ""
         return f"{self.found}{allowed}{where}"

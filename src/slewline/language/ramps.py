@@ -43,7 +43,7 @@ _WHOLE = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?\d+")
 class RampParameter:
     """A parameter of a ramp, a number within the range of `arg`, or one of the names in `choices`.
 
-    `default` holds where nothing is said.  A `free` one may be looked for.  `per_s` tells how many times a second is in
+    `default` holds where nothing is said.  A `free` one may be looked for.  `per_s` says how many times a second is in
     the denominator of what it stands for: 1 in a rate, 2 in an acceleration.  One that is `only` for a choice, such as
     ("profile", "s-curve"), does not exist with another.
     """

@@ -60,7 +60,7 @@ def read(text: str, sheet: Sheet, bare: bool = False) -> Source:
 
 
 def _lay_out(source: Source, bare: bool) -> None:
-    """Tell programs from command mode, and give the instructions of each program their addresses."""
+    """Separate programs from command mode, and give the instructions of each program their addresses."""
     items, source.items = source.items, []
     has_entry = any(isinstance(item, Statement) and item.row.role == "enter" for item in items)
     block = Block() if bare and not has_entry else None

@@ -27,7 +27,7 @@ QUIRKS = (
     _Q("CON-QCR-LIST", "s.7 against s.3 Q", "Q has no terminator",
        "the listing that prints one counts eleven characters without it",
        "test_quit_ends_program_entry_by_itself_in_175_us"),
-    _Q("UND-NOSPACE", "s.3", "no space, several spaces and trailing spaces are forgiven",
+    _Q("UND-NOSPACE", "s.3", "no space, several spaces and trailing spaces are accepted",
        "the digits are the same", "test_a_badly_written_number"),
     _Q("UND-NOARG", "s.3", "a command without its number is ignored",
        "no value can be guessed", "test_a_badly_written_number"),

@@ -50,7 +50,7 @@ class Interpreter:
         channel = chip.sheet.channel(FlowBus)
         self.live = channel is not None and channel.live  # immediate commands are taken while a program runs
         self.decoder = Decoder(chip.sheet)
-        self.reported_mode = -1  # with which it has been told that answers go elsewhere
+        self.reported_mode = -1  # with which it has been reported that answers go elsewhere
         self.handlers: dict[str, Callable[..., Awaitable[None] | None]] = {
             row.form: getattr(instructions, row.handler) for row in chip.sheet.commands
         }

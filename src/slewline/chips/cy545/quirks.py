@@ -140,7 +140,7 @@ QUIRKS = (
     _Q("CY545-UND-IMM-POLL", "ch.16, CY545B", "before each command of the program the bus is sampled, then the serial side",
        "stated: after the command in progress", "test_of_two_sides_that_ask_the_parallel_one_is_heard_first"),
     _Q("CY545-UND-IMM-SET", "ch.16, CY545B", "E, Q, X, Y, J, L, T and Z of a host are refused while a program runs, and reported",
-       "the program goes its own way", "test_commands_that_would_lead_a_program_elsewhere_are_refused"),
+       "the program runs by itself", "test_commands_that_would_lead_a_program_elsewhere_are_refused"),
     _Q("CY545-UND-IMM-DRIVEN", "ch.16, CY545B", "a byte in the first handshake is taken as the letter, and reported",
        "nothing is lost so", "test_a_letter_in_the_first_handshake_is_taken_and_told"),
     # ------------------------------------------------------------------------------------------------------ the serial side

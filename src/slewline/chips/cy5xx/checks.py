@@ -14,7 +14,12 @@ from ...language.statements import Block, Directive, Source, Statement
 from .letters import ALIKE, NUMBERS, exchanged
 
 S = TypeVar("S")
-FORMS = ("missing-argument", "extra-argument", "unknown-command", "bad-label")  # of problems that tell of a sister part
+FORMS = (
+    "missing-argument",
+    "extra-argument",
+    "unknown-command",
+    "bad-label",
+)  # of problems that indicate a sister part
 
 
 class Odd(NamedTuple):

@@ -212,15 +212,15 @@ OPTIONS = (
     Option("dir_setup", "time", TIMES["dir_setup"].ticks, "DIR and MOV to the first step"),
     Option("eeprom_time", "time", TIMES["eeprom"].ticks, "what M takes with a full memory; less with less"),
     Option("eeprom_fault", "bool", False, "programming the EEPROM fails"),
-    Option("lenient", "bool", False, "forgives LF between lines, and P0 for Po"),
+    Option("lenient", "bool", False, "accepts LF between lines, and P0 for Po"),
     Option("direct", "bool", False, "delayed commands act at once outside programming"),
     Option("early_y", "bool", False, "M answers before it writes"),
     Option("pad7", "bool", False, "GS-C200: V1 with leading zeros"),
-    Option("mov_hold", "bool", False, "MOV and RAMP high until the last interval is over"),
+    Option("mov_hold", "bool", False, "MOV and RAMP high until the end of the last interval"),
     Option("plain_u", "bool", False, "U at location 0 is a plain test, too"),
     Option("nested_loops", "bool", False, "an L0 inside a loop begins a loop of its own"),
     Option("supply", "float", 24, "the supply voltage", unit="V"),
-    Option("load", "table", {}, "what is drawn from pins that supply something", table=tuple(Option(pin, "float", 0, f"from pin {pin}", unit="mA") for pins in LOADS_MA for pin in pins)),
+    Option("load", "table", {}, "current drawn from supply output pins", table=tuple(Option(pin, "float", 0, f"from pin {pin}", unit="mA") for pins in LOADS_MA for pin in pins)),
     Option("stepwise", "bool", False, "every motion step by step instead of whole; slow, and the same to the last edge"),
 )
 # fmt: on

@@ -192,7 +192,7 @@ class RegisterRow(Row):
 
 
 def _do(name: str, code: int, says: str, *args: Arg, reads: Arg | None = None, acts: str = "current", **more: Any) -> RegisterRow:  # fmt: skip
-    """A command: what it takes (`args`), what it `reads`, whom it `acts` on."""
+    """A command: what it takes (`args`), what it `reads`, what it `acts` on."""
     found = () if reads is None else (reads,)
     return RegisterRow(name, name, args, BUSY_US, says, "command reference", code=code, stored=False, acts=acts, reads=found, **more)  # fmt: skip
 

@@ -75,7 +75,7 @@ class JournaledStore:
     Calls are numbered from `begin` on; in a replay `ReplayedStore` does at the same calls what this one did.
 
     Args:
-        tell: told the number of a call, and the text of its error or the content found.
+        tell: called with the number of a call, and the text of its error or the content found.
     """
 
     def __init__(self, store: Store, tell: Callable[..., object]) -> None:

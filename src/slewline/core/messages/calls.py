@@ -54,6 +54,6 @@ def misfit(function: Callable[..., object], *args: object, **kwargs: object) -> 
         signature(function).bind(*args, **kwargs)
     except TypeError as error:
         return str(error)
-    except ValueError:  # one of C, which does not tell
+    except ValueError:  # one of C, which does not say
         pass
     return ""

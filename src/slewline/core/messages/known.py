@@ -18,7 +18,7 @@ T = TypeVar("T")
 
 
 class NameHelp(NamedTuple):
-    """What a message says of names: who has them, what each is called, what to do instead of setting one, which."""
+    """What a message says of names: what has them, what each is called, what to do instead of setting one, which."""
 
     owner: str
     kind: str

@@ -4,7 +4,7 @@
     def press(self, key: str) -> None:
         self.input("press", key)        told to the outside of the run: a journal writes it down, and calls it again
 
-A journal may come from anybody: it calls no methods but those that are declared so.
+A journal may come from anywhere: it calls no methods but those that are declared so.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def from_outside(method: F) -> F:
-    """Declare that a user tells a chip or a part something by this method, which reports that (`input`)."""
+    """Declare this method as an input of a user to a chip or a part, which reports that (`input`)."""
     vars(method)["from_outside"] = True
     return method
 

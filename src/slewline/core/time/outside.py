@@ -26,7 +26,7 @@ class Outside:
     `on_input` hears every input from outside when it is made: what was done, and to what, as plain data that can be
     written down and done again.  `write` is called last, just before it is done: what a listener puts in, or the time
     that it lets pass, comes before what it has heard of.  `let_pass` lets time pass until something is met, or raises
-    Timeout; None: nobody can.
+    Timeout; None: there is no way to.
     """
 
     __slots__ = ("_inside", "_queueing", "let_pass", "on_input", "write")

@@ -1,7 +1,7 @@
 """Nets: wires with drivers, pulls and promises.
 
 A net is driven by levels (0, 1, or None for floating) or by promises: waveforms that a driver has planned ahead and
-that hold until it decides again.  A promise costs the kernel nothing while nobody watches its net, and one heap entry
+that hold until it decides again.  A promise costs the kernel nothing while nothing watches its net, and one heap entry
 (its next edge) while something does.
 
 Strong drivers that disagree give 0 (wired AND, as open collectors do) and one conflict report.  Without a strong
@@ -168,7 +168,7 @@ class Net:
         self.on_conflict: Hook[[Net]] = Hook()  # two drivers begin to disagree; one hook for all nets of a wire
         self.last_conflict_ps: int | None = None  # when a chip heard of that last
         self.token = self.changes = self.changed_at = 0
-        self.pending_drivers = 0  # how many of its drivers have been told something in this round
+        self.pending_drivers = 0  # how many of its drivers have been changed in this round
         self.contention = False  # two drivers disagree, which is reported once
         self.active: list[Driver] = []  # those drivers that drive at all
         self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
@@ -247,7 +247,7 @@ class Net:
     def shown(self) -> Promise | Level:
         """Return what the wire shows from now on, as things stand: a promise, or the level that it stays at.
 
-        It is a value: it holds for the past when drivers tell something else, and knows nothing of what they tell.
+        It is a value: it holds for the past when drivers change, and knows nothing of the change.
         """
         rest = self.tie if self.tie is not None else self.pull
         told = [driver.level if driver.promise is None else driver.promise for driver in self.active]
@@ -325,7 +325,7 @@ class Net:
         self.schedule(self.kernel.seen)
 
     def schedule(self, ps: int) -> None:
-        """Put the next promised edge into the heap if anybody watches."""
+        """Put the next promised edge into the heap if anything watches."""
         if self.waiters or self.observers or self.latched or (self._log is not None and len(self.active) > 1):
             if len(self.active) == 1:
                 time = self.promise.after(ps)  # type: ignore[union-attr]

@@ -46,7 +46,7 @@ class Condition:
         return self.when if type(self).when is not Condition.when else None
 
     def belongs(self, kernel: Kernel) -> bool:
-        """Return whether it is met in the time of a kernel, as far as its nets tell."""
+        """Return whether it is met in the time of a kernel, as far as its nets show."""
         return all(net.kernel is kernel for net in self.nets)
 
     def __bool__(self) -> NoReturn:

@@ -99,7 +99,7 @@ class Decoder(Incremental):
         mark = dialect_of(sheet).mark
         self._label_mark = ord(mark) if mark else -1
         self._rows = {ord(row.form): row for row in sheet.commands}
-        self._line_feeds = False  # one has come within a line, and been told of
+        self._line_feeds = False  # one has come within a line, and been reported
         super().__init__(sheet)
 
     def reset(self) -> None:
@@ -178,7 +178,7 @@ class Decoder(Incremental):
         return None
 
     def _line_feed(self) -> None:
-        """A line feed within a line: say once what it tells of the host."""
+        """A line feed within a line: report once what it says about the host."""
         if not self._line_feeds:
             self._line_feeds = True
             self._note(

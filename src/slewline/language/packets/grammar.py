@@ -39,9 +39,9 @@ class Words(Dialect):
     """A command byte, words to and from the part, a checksum.
 
     Codes without a row: `illegal` ones answer with checksum 0; `siblings` (words written, words read) are commands of
-    sister parts without effect here; `reserved` and all others have no data.  `status` and `mode` are the words that
-    tell about an axis, `version` the one that tells about the part.  `slips` are names that stand in the manual's text
-    but are no commands, each with what is meant.
+    sister parts without effect here; `reserved` and all others have no data.  `status` and `mode` are the words
+    about an axis, `version` the one about the part.  `slips` are names that are in the manual's text but are not
+    commands, each with what is meant.
     """
 
     illegal: frozenset[int]

@@ -1,4 +1,4 @@
-"""The reference of commands that are packets, and of the words that tell about an axis."""
+"""The reference of commands that are packets, and of the words about an axis."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def packet_table(sheet: Sheet) -> str:
 
 
 def words_of(dialect: grammar.Words) -> list[str]:
-    """The words that tell about an axis, and the codes that are no commands."""
+    """The words about an axis, and the codes that are no commands."""
     return [
         f"## Status word\n\n{_fields(dialect.status)}",
         f"## Mode word\n\n{_fields(dialect.mode)}",

@@ -289,7 +289,7 @@ def _cut(found: int, taken: int) -> str:
 
 
 class Entry:
-    """Tells the letter that ends program entry from the same letter within a program.
+    """Distinguishes the letter that ends program entry from the same letter within a program.
 
     In ASCII it counts as the first character of a line, in binary where a letter belongs, so counts are followed.
     """

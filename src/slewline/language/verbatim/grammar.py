@@ -11,7 +11,7 @@ _HEX = re.compile(r"[0-9][0-9A-F]*H")
 
 
 def number(word: str) -> int | None:
-    """Return the number that a word is: decimal, or hexadecimal with a digit in front and H after; else None."""
+    """Return the number that a word is: decimal, or hexadecimal with a leading digit and a trailing H; else None."""
     if word.isascii() and word.isdigit():
         return int(word)
     return int(word[:-1], 16) if _HEX.fullmatch(word) else None

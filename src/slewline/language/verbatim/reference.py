@@ -89,8 +89,8 @@ def chapters(sheet: Sheet) -> list[str]:
     """Return how numbers are written."""
     spoken = spoken_by(sheet)
     return [
-        "## Numbers\n\nDecimal (`135`) or hexadecimal, with a digit in front and `H` after (`87H`, `0ABH`); between "
-        f"two of them a comma or a space. `{spoken.switches}` for the first one reads thumbwheel switches. "
+        "## Numbers\n\nDecimal (`135`) or hexadecimal, with a leading digit and a trailing `H` (`87H`, `0ABH`); "
+        f"between two of them a comma or a space. `{spoken.switches}` for the first one reads thumbwheel switches. "
         f"`{spoken.negate}` in front of {', '.join(spoken.negated)} inverts bit {spoken.flips.bit_length() - 1} of the "
         "first argument. Both are for text only."
     ]

@@ -110,7 +110,7 @@ class Clocked(Follower):
         return self._ahead
 
     def look(self) -> None:
-        """Look at the inputs again: something changes at this instant of which no driver tells."""
+        """Look at the inputs again: something changes at this instant that no driver reports."""
         if self.edge_driven:
             self.react()
         else:

@@ -154,7 +154,7 @@ class Part(Component):
         """
 
     def leave(self) -> None:
-        """Bring to a disk what belongs there: nobody lets time pass any more, for now or for good."""
+        """Bring to a disk what belongs there: no more time will pass, for now or for good."""
 
     def forget(self, before: int) -> None:
         """Drop what the part keeps of the time before an instant (ps) for its quantities."""

@@ -68,7 +68,7 @@ class RequestQueue:
         return len(self.requests)
 
     def post(self, text: str, action: Callable[[], Awaitable[Any]]) -> None:
-        """Queue something that nobody waits for; `text` says what it does."""
+        """Queue something that no call waits for; `text` says what it does."""
         self._add(Request(text, action, kept=False))
 
     def submit(self, text: str, action: Callable[[], Awaitable[T]]) -> Request[T]:

@@ -49,7 +49,7 @@ class TwoClocks(Part):
 class StepCheck(Part):
     """Closes the loop: ENABLE is low from a CLOCK pulse until the motor has made the step (figure 19).
 
-    The detector signals x and y tell each step of the motor and its direction (figure 18):
+    The detector signals x and y show each step of the motor and its direction (figure 18):
 
         x   0 1 1 0        clockwise to the right
         y   0 0 1 1

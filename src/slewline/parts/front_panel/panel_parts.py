@@ -18,7 +18,7 @@ from ..base.part import Part
 from ..memories.external import BUS_WIRING, BusInterface, start_bus
 
 DIGITS = "0123456789ABCDEF"
-MOST = 8  # digits that a bank may have: what three address bits tell apart
+MOST = 8  # digits that a bank may have: what three address bits distinguish
 UPPER_NIBBLE = 0xF0  # of the bus, which nothing drives: it reads high
 
 

@@ -76,7 +76,7 @@ class BusHost(Host):
             port.rest()
 
     # ------------------------------------------------------------------------ the queue, which is what a journal keeps
-    @answering("host.write()", "; host.send(...) sends to the chip that is spoken to")
+    @answering("host.write()", "; host.send(...) sends to the selected chip")
     @from_outside
     def write(self, chip: str, data: Sequence[int]) -> None:
         """Queue bytes for a chip."""

@@ -73,7 +73,7 @@ class FarEnd:
             self.begins = byte == RETURN
 
     def _is_new(self, text: str) -> bool:
-        """Return whether something is to be told, and has not been; it counts as told from now on."""
+        """Return whether something is to be reported, and has not been; it counts as reported from now on."""
         new = bool(text) and text not in self.told
         self.told.add(text)
         return new

@@ -27,7 +27,7 @@ POWER_UP_PS = 10**9  # a host gives a module a millisecond after power-up, whose
 
 
 class HostUart:
-    """A UART on the pins txd and rxd of a part, which it makes.  What a user tells it is an input of the part.
+    """A UART on the pins txd and rxd of a part, which it makes.  What a user asks of it is an input of the part.
 
     Args:
         mark: the level of a line at rest.
@@ -175,7 +175,7 @@ class HostUart:
 
 
 class OverUart:
-    """What a part with such a UART says of it, and lets its user tell it."""
+    """What a part with such a UART says of it, and what its user may ask of it."""
 
     uart: HostUart
 

@@ -133,7 +133,7 @@ class Ram(Part):
         self._core.bytes[self._core.address] = byte
 
     def _refuse(self, byte: int) -> None:
-        """Take nothing, and tell so the first time."""
+        """Take nothing, and report that the first time."""
         if not self._told:
             self._told = True
             text = (

@@ -140,7 +140,7 @@ class Shaft:
         return self.motion.steps_at(self.kernel.seen)
 
     def look(self, ps: int) -> None:
-        """Tell of steps that were lost up to an instant, the last committed one at most."""
+        """Report steps that were lost up to an instant, the last committed one at most."""
         motion, told = self.motion, self._told
         new = motion.lost(ps) - told
         self._held &= not motion.moved(motion.edges(ps)) or bool(told)

@@ -3,7 +3,7 @@ r"""The serial side: characters on RXD and TXD at the rate of two carriage retur
     RXD   ‾‾\____/‾‾‾‾\____/‾‾‾‾‾‾‾‾‾\___________________/‾‾‾‾   a carriage return, at the level of the pin: TTL
             |0   |1   |2   |3        |5                  |9       its edges, in bits
 
-The rate is what the nine bits from the first edge to the last take, as measured.  CTS high tells the host to wait.
+The rate is what the nine bits from the first edge to the last take, as measured.  CTS high makes the host wait.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ class StepOutputs(steps.StepOutputs):
         self.low, self.hold = ticks["pulse_low"], ticks["hold"]
         self.stopped, self.ccw = chip.drivers["stopped"], Weak(chip.drivers["ccw"])
         self.axis, self.direction_net = chip.axes[0], chip.pins["ccw"].net
-        self.ways = 0  # how often STOPPED has been told something
+        self.ways = 0  # how often STOPPED has been driven
         self.motions = 0  # how many there have been
         super().__init__(chip, registers, NO_PHASES, 0)
         self.slew = Weak(chip.drivers["slew"])  # type: ignore[assignment]

@@ -44,7 +44,7 @@ class HostDialogue:
         self.registers, self.user, self.interpreter, self.eeprom = registers, user, interpreter, eeprom
         self.program, self.counter = interpreter.program, interpreter.counter
         self.answer_later, self.homing_erases = answer_later, homing_erases
-        self.busy_run: Task | None = None  # the run in which it was told that the module is busy
+        self.busy_run: Task | None = None  # the run in which it was reported that the module is busy
         others = (row for row in chip.sheet.commands if row.form not in interpreter.handlers)
         self.handlers = interpreter.handlers | {row.form: getattr(self, row.handler) for row in others}
 

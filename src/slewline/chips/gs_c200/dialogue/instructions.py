@@ -18,7 +18,7 @@ class Moves(Protocol):
     """What moves the motor: motion.py, or its slow twin.  `sign` is 1 clockwise, -1 counter-clockwise.
 
     A motion is made with the parameters with which the position counter has set out, just before it.  `moving` is
-    true from MOV high to MOV low; `stopped` tells of the last motion whether it came to rest because it was ordered to.
+    true from MOV high to MOV low; `stopped` says of the last motion whether it came to rest because it was ordered to.
     """
 
     moving: bool
@@ -28,7 +28,7 @@ class Moves(Protocol):
         """Make a move of `number` steps."""
 
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
-        """Run until told to come to rest, until an input is low, or until `limit` steps are made."""
+        """Run until ordered to come to rest, until an input is low, or until `limit` steps are made."""
 
     async def home(self, sign: int, text: str) -> None:
         """Find the end of travel, which lies in the direction of `sign`, then the home position."""

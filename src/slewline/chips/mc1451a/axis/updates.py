@@ -43,7 +43,7 @@ class Updates:
         self.feedback, self.switches, self.gear, self.log = feedback, switches, gear, generator.log
 
     def begin(self) -> None:
-        """Begin with nothing told: reset is over."""
+        """Begin without any command: reset is over."""
         self.omitted: list[str] = []  # what the finding has named, without which nothing has started
 
     def settings(self, n: int) -> None:

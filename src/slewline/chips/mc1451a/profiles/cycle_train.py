@@ -149,7 +149,11 @@ class CycleTrain(Train):
         self.law, self.cycles, self.lead, self.cycle, self.unit = law, cycles, lead, cycle, unit
         self.steps = max((lead + law.travel(cycles)) // unit, 0)
         self.length = cycles * cycle
-        self._near = (-1, 0, 0)  # a cycle, the distance before and after it: who asked for one asks for the next
+        self._near = (
+            -1,
+            0,
+            0,
+        )  # a cycle, the distance before and after it: a question for one is followed by one for the next
 
     @property
     def halves(self) -> CycleTrain:

@@ -61,7 +61,7 @@ class TwinAxis:
         self.was_off = False
         # the motion
         self.landing = self.stopping = self.clamped = False
-        self.why: set[str] = set()  # the registers, being 0, for which it was told that nothing starts
+        self.why: set[str] = set()  # the registers, being 0, for which it was reported that nothing starts
         self.start = 0  # the start velocity in force
         self.displacement = 0  # of this cycle: the velocity, but for what an S-curve rounds
         self.curve: TwinSCurve | None = None
@@ -74,8 +74,8 @@ class TwinAxis:
         self.pulse, self.direction = 0, 1  # the levels that have been put out or promised
         self.steps: list[int] = []  # ticks of this cycle's steps
         self.playing: Playing | None = None
-        self.told: list[Callable[[], object]] = []  # what the axis will be told
-        self.declared: int | None = None  # the position that it will be told
+        self.told: list[Callable[[], object]] = []  # what the axis will be given
+        self.declared: int | None = None  # the position that it will be given
         # position error, in 1/256 count, and whole steps of the target that it does not count yet
         self.error = self.gone = 0
 
@@ -98,13 +98,13 @@ class TwinAxis:
             self.state.events |= bit
 
     def tell(self, what: Callable[[], object]) -> None:
-        """Tell the axis in the next round, when the step that is due at this very instant counts as made."""
+        """Let the axis know in the next round, when the step that is due at this very instant counts as made."""
         if not self.told:
             self.chip.kernel.call_at(self.chip.kernel.now, self.say)
         self.told.append(what)
 
     def say(self) -> None:
-        """Say what is to be told, one thing after the other."""
+        """Report what is due, one thing after the other."""
         told, self.told = self.told, []
         for what in told:
             what()

@@ -1,11 +1,11 @@
-r"""The UART of a host of a chip that finds the rate: two carriage returns first, then commands; CTS tells when to wait.
+r"""The UART of a host of a chip that finds the rate: two carriage returns first, then commands; CTS says when to wait.
 
     txd  \r\r ? P\r -------> rxd                       three or four wires, TTL levels
     rxd  <----- P=00000000\r txd
     cts  <------------------ the part's flow pin       low: the next character may begin
 
 The host goes by CTS while the part uses its pin for that, as far as it knows from the mode commands that it has sent
-itself; `heed` tells it of others, or lets it ignore CTS.
+itself; `heed` makes it go by others, or lets it ignore CTS.
 """
 
 from __future__ import annotations

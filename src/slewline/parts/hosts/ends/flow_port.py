@@ -7,7 +7,7 @@ r"""What a host has on a bus that works both ways: commands out, messages in, a 
 The empty handshake in front of a command is what a part wants whose program may run, and ignores otherwise.  A host
 that finds FPL low in it takes the message first (ch. 16, Immediate Commands), and so does one with its letter on the
 bus: it lets go, for the part answers a program on its serial side.  The host goes by FPL while it is in use, as far as
-it knows from the mode commands that it has sent itself; `heed` tells it of others.
+it knows from the mode commands that it has sent itself; `heed` makes it go by others.
 """
 
 from __future__ import annotations
