@@ -147,7 +147,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.add("cy525", rat=80)',
         "UsageError",
-        "divisor, position; beside them crystal, straps, bare and name; did you mean rate?",
+        "divisor, position; also crystal, straps, bare and name; did you mean rate?",
     ),
     ('b.add("cy525", rate=800)', "UsageError", "cy525: rate 800; allowed 0..255"),
     ('b.add("cy525", rate="fast")', "UsageError", "cy525: rate 'fast'; allowed 0..255"),
