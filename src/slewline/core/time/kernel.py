@@ -314,9 +314,7 @@ class Kernel:
             told = driver.next
             if net.pending_drivers == 1 and net.plain is driver and ((kind := type(told)) is int or kind is tuple):
                 net.pending_drivers = 0
-                driver.level = (
-                    told  # the only driver puts a level after a level, and nothing is recorded: most of the time
-                )
+                driver.level = told  # mostly, the only driver puts a level after a level, and nothing is recorded
                 if told != net.value:
                     net.value = told
                     net.changes += 1
