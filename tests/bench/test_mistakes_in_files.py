@@ -58,7 +58,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\noptions = { rat = 80 }\n',
-        "divisor, position; beside them crystal, straps, bare and name; did you mean rate?",
+        "divisor, position; also crystal, straps, bare and name; did you mean rate?",
     ),
     (
         '[[chip]]\npart = "cy525"\noptions = { rate = "fast" }\n',

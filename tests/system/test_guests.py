@@ -166,7 +166,7 @@ def test_two_packages_that_bring_the_same_name_are_told_apart(lab):
     install(lab, "other-lab", chips=f"mx10 = {NAME}")
     assert chip_class("mx10").__name__ == "Mx10"  # they mean the same
     install(lab, "third-lab", chips="mx10 = my_lab.careful:Careful")
-    says = r"chip 'mx10': several packages bring it: .*third-lab 1.5 \(my_lab.careful:Careful\).*; give module:Class"
+    says = r"chip 'mx10': several packages provide it: .*third-lab 1.5 \(my_lab.careful:Careful\).*; give module:Class"
     with pytest.raises(UsageError, match=says):
         chip_class("mx10")
 

@@ -87,7 +87,7 @@ def test_what_lies_before_is_refused_with_the_remedy(both, question):
     with pytest.raises(NotRecorded) as raised:
         QUESTIONS[question](bounded, y, SINCE - 1)
     assert str(raised.value).startswith("x at ") and str(raised.value).endswith(
-        ": its past is kept from 2.5 s on; make the bench with more than keep='500 ms'"
+        ": the past is kept only from 2.5 s on; make the bench with more than keep='500 ms'"
     )
     QUESTIONS[question](bounded, y, SINCE)
 
