@@ -1,7 +1,7 @@
 """The cycles of a chipset: works those in which an axis has something to decide, and passes over all others.
 
     commands, limits, HOME, encoders                 a cycle that must be worked is an instant of the kernel;
-          |  attend: the next cycle is due           whoever asks in between is shown what holds since (catch_up)
+          |  attend: the next cycle is due           a question in between is answered by what holds since (catch_up)
           v
     axis 1   due ------------>|                      due: the next cycle in which an axis decides, by itself
     axis 2   due ---->|

@@ -7,20 +7,20 @@
 A level counts when it has lasted for three clocks of the chip, and from then on: a change at tick t is seen from tick
 t + 12 on.  A change of both channels that the filters let through at one tick is no step of a shaft: it is not counted.
 
-Inputs are read when the CP chip asks, at the start of a cycle, and what has happened since then is worked off at once:
+Inputs are read when the CP chip asks, at the start of a cycle, and what has happened since then is processed at once:
 plainly where it is little, in arrays where it is much.  That costs most of a cycle, however little comes of it.  So the
 counter looks ahead: what A and B promise for the next cycles it works off in one pass, with the same filters and the
-same decoder, and answers out of this window.  What was found holds unless a driver of A or B is told something.
+same decoder, and answers out of this window.  What was found holds unless a driver of A or B changes.
 
     promised   _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_
     windows    | 4    | 8          | 16            x              cycles: each twice as long as the one before
-    asked      ^   ^  ^  ^  ^      ^  ^   ^   ^        ^ read     x: told something; the window is dropped, what has
+    asked      ^   ^  ^  ^  ^      ^  ^   ^   ^        ^ read     x: a driver changes; the window is dropped, what has
                                                                   happened is read, and the next window is short again
 
 At its end a window is adopted: that is where filters and decoder stand then.  Until then it is but what is to come; who
 asks for the past (`history`) makes the counter read up to the last question what has happened.
 
-Rules of this file: a window that would find something is refused, so that findings are told when it has happened, not
+Rules of this file: a window that would find something is refused, so findings are reported when it has happened, not
 before.  Nothing that a window has found is kept before its end.
 """
 
@@ -119,7 +119,7 @@ class FilteredInput:
 
     @property
     def quiet(self) -> bool:
-        """Will nothing pass the filter any more, unless a driver of the pin is told something?"""
+        """Will nothing pass the filter any more, unless a driver of the pin changes?"""
         return not self.filter.late[0] and self.reading.quiet
 
     def level_before(self, tick: int) -> int:
@@ -226,7 +226,7 @@ class Decoder:
 
 
 class Window(NamedTuple):
-    """What A and B promise before a tick, worked off: the counts, from ticks on, and where all stand at its end."""
+    """What A and B promise before a tick, counted: the counts, from ticks on, and where all stand at its end."""
 
     stop: int
     before: int  # counts at its start
@@ -251,7 +251,7 @@ class QuadratureCounter:
     """The channels A and B of an encoder, counted fourfold.
 
     Args:
-        finding: is told what an encoder does that the chip is not specified for.
+        finding: takes what an encoder does that the chip is not specified for.
     """
 
     least: ClassVar[int] = 4  # cycles of the first window, and of the first one behind a window that was dropped
@@ -264,7 +264,7 @@ class QuadratureCounter:
         self._reach = self.least  # cycles of the next window
         self._refused = 0  # the end of a window that would have found something
         self._history = History()  # the counts, by ticks of the chip
-        self._asked = self._done = 0  # the ticks of the last question, and before which all has been worked off
+        self._asked = self._done = 0  # the ticks of the last question, and before which all has been processed
         self.watch(self._drop)
         self.begin()
 
@@ -280,13 +280,13 @@ class QuadratureCounter:
         self._drop()
 
     def watch(self, told: Callable[[], object]) -> None:
-        """Call a function when a driver of A or B is told something: who sleeps while all is quiet must wake."""
+        """Call a function when a driver of A or B changes: an axis that sleeps must wake."""
         self.a.reading.on_change.add(told)
         self.b.reading.on_change.add(told)
 
     @property
     def quiet(self) -> bool:
-        """Will there be no count after the last question, unless a driver of A or B is told something?"""
+        """Will there be no count after the last question, unless a driver of A or B changes?"""
         window = self.window
         if window is None:
             return self.a.quiet and self.b.quiet
@@ -353,7 +353,7 @@ class QuadratureCounter:
         self.window, self._reach = None, min(2 * self._reach, self.most)
 
     def _drop(self) -> None:
-        """Forget what was to come: a driver is told something else."""
+        """Forget what was to come: a driver has changed."""
         self.window = None
         self._reach = self.least
         self._refused = 0

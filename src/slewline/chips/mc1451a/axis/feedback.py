@@ -78,7 +78,7 @@ class Feedback:
             state.actual = value
 
     def forget(self, before: int) -> None:
-        """Forget what was before an instant, for which nobody asks any more."""
+        """Forget what was before an instant, of which no question comes any more."""
         self.offsets.forget(before)
         if self.encoder is not None:
             self.encoder.history.forget(self.clock.ticks_until(before))

@@ -86,7 +86,7 @@ class Horizon:
                 return NEVER
             margin = abs(state.pos_err - abs(state.error)) - state.step_ratio // 256 - 2  # a step counts all at once
             return n + max((margin << 24) // rate, 1)
-        if encoder.window is None:  # something is about to be found, which is to be told when it is
+        if encoder.window is None:  # something is about to be found, which is to be reported when it is
             return n + 1
         beyond = abs(feedback.errors_coming(n, encoder.window)) > state.pos_err
         passes = (beyond != state.motion_error).nonzero()[0]

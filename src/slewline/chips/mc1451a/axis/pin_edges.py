@@ -1,6 +1,6 @@
-"""A lazy reader of a wire: what happened on it is read when somebody asks, from what its drivers promised.
+"""A lazy reader of a wire: what happened on it is read on demand, from what its drivers promised.
 
-A chip that looks at an input once in a while need not be told of every edge.  A reading asks the promises of the net
+A chip that looks at an input once in a while need not see every edge.  A reading asks the promises of the net
 for the edges since the last question, and just before a driver replaces its promise or its level, it reads what that
 has shown so far.  So an edge costs no event, whatever drives the net, and none is lost:
 
@@ -26,7 +26,7 @@ from ....core.wires.pin import Terminal
 class PinEdges:
     """The edges of the wire on a pin, from this instant on; the changes of this instant itself make its first level.
 
-    `on_change` is called when a driver of the wire is told something: what it tells can be read in the next round.
+    `on_change` is called when a driver of the wire changes: what it shows then can be read in the next round.
     """
 
     def __init__(self, pin: Terminal) -> None:
@@ -65,7 +65,7 @@ class PinEdges:
 
         Returns:
             Times in ps and the levels after them, and the last level; None: it cannot be known before the end of this
-                instant what the drivers are told.
+                instant what the drivers show.
         """
         if self._first or self._changed is not None or self._edges:
             return None
@@ -78,7 +78,7 @@ class PinEdges:
 
     @property
     def quiet(self) -> bool:
-        """Is no edge promised behind those that were asked for?  Then none comes unless a driver is told something."""
+        """Is no edge promised behind those that were asked for?  Then none comes unless a driver changes."""
         return self._changed is None and self.ends_by(self._read)
 
     def ends_by(self, ps: int) -> bool:

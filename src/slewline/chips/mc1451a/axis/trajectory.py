@@ -81,7 +81,7 @@ class Trajectory:
     def arrive(self, n: int) -> None:
         """End what the run set out to do until now."""
         if n:
-            self.feedback.read(n - 1)  # what the cycle before has seen, unless nobody looked then
+            self.feedback.read(n - 1)  # what the cycle before has seen, if it was read then
         pulses = self.pulses
         if pulses.law is not None:
             if pulses.move(n):
