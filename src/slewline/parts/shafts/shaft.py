@@ -42,7 +42,7 @@ class Shaft:
     """A shaft that something turns.
 
     `on_cut` hears the instant up to which the motion holds, `on_turn` that there is a new motion.  `on_lost` hears of
-    steps that a stop has swallowed, on request (`look`) or the shaft is cut: the instant of the first one of
+    steps that a stop has swallowed, when it is asked for (`look`) or the shaft is cut: the instant of the first one of
     them, how many, and whether the shaft has come to the stop again.
     """
 

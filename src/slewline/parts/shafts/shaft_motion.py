@@ -86,7 +86,7 @@ class ShaftMotion:
     place: int = 0  # parts
     sign: int = 1
     step: int = 1  # parts that an edge moves the shaft by
-    unit: int = 1  # parts in a step of 1 turn / `Shaft.turn`
+    unit: int = 1  # parts in a step; `Shaft.per_turn` steps are a turn
     slack: int = 0  # parts
     room: int | None = None  # edges; None: no stop
     first: int = field(init=False)  # edges of the drive that were before this motion
