@@ -32,7 +32,7 @@ from queue import SimpleQueue
 
 ROOT = Path(__file__).resolve().parent.parent
 LIST = Path(__file__).with_suffix(".toml")
-COPIED = ("src", "tests", "examples", "conformance", "docs/tutorial", "pyproject.toml")
+COPIED = ("src", "tests", "examples", "conformance", "docs/reference", "docs/tutorial", "pyproject.toml")
 WORKERS = 2
 TEST_TIMEOUT, RUN_TIMEOUT = 30, 120  # seconds for one test, and for a whole selection
 FAILED = 1  # exit status of pytest when tests ran and one failed; any other says that nothing was tested
