@@ -349,10 +349,12 @@ class Axis:
 
     def position_at(self, ps: int) -> int:
         """Return the position register at one instant of the past (ps)."""
-        self.check_kept(ps)
-        stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
+        past = self.past
+        if past[0].start or self.kept.ps is not None:  # else all of it is kept
+            self.check_kept(ps)
+        stretch = past[max(bisect_right(past, ps, key=_start) - 1, 0)]
         count = stretch.count + (stretch.counts * stretch.playing.begun(ps) if stretch.playing is not None else 0)
-        since = max(bisect_right(self.offsets, ps, key=lambda offset: offset[0]) - 1, 0)
+        since = max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)
         return self.low + (self.offsets[since][1] + count) % self.modulus
 
     def _instants(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
