@@ -349,11 +349,12 @@ class Axis:
 
     def position_at(self, ps: int) -> int:
         """Return the position register at one instant of the past (ps)."""
-        past = self.past
-        if past[0].start or self.kept.ps is not None:  # else all of it is kept
+        number = bisect_right(self.past, ps, key=_start)
+        if not number or self.kept.ps is not None:  # else it is kept
             self.check_kept(ps)
-        stretch = past[max(bisect_right(past, ps, key=_start) - 1, 0)]
-        count = stretch.count + (stretch.counts * stretch.playing.begun(ps) if stretch.playing is not None else 0)
+        stretch = self.past[number - 1]
+        playing = stretch.playing
+        count = stretch.count + (stretch.counts * playing.begun(ps) if playing is not None else 0)
         since = max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)
         return self.low + (self.offsets[since][1] + count) % self.modulus
 
