@@ -214,10 +214,7 @@ class Runner:
         `run_until_idle`, the fixtures of tests, `slewline run` and a server that a host leaves do so by themselves.  Of
         a host that has more to send nothing is reported yet.
         """
-        from ..parts.boards.board import Board  # an empty bench has no host, and does not load any
-        from ..parts.hosts.host import Host
-
-        if all(part.idle for part in self.parts.values() if isinstance(part, Host | Board)) and any(
+        if all(part.idle for part in self.parts.values() if part.queue is not None) and any(
             [chip.conclude() for chip in self.chips.values()]  # of every one
         ):
             self.outside.tell("conclude")
