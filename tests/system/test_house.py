@@ -161,3 +161,17 @@ def test_a_room_has_few_files_and_says_in_its_first_line_what_is_in_it() -> None
         assert len([*folder.glob("*.py")]) <= MOST_FILES, room
         said = ast.get_docstring(ast.parse((folder / "__init__.py").read_text("utf-8")))
         assert said and len(said.splitlines()[0]) > 30, room
+
+
+# ------------------------------------------------------------------------------------------------------------- names
+TWICE = {"Decoder", "Serial"}  # of each dialect that is decoded; pySerial's and serialx's own word
+
+
+def test_a_class_name_is_that_of_one_class_but_for_the_roles_that_every_chip_has() -> None:
+    places: dict[str, list[str]] = {}
+    for path in SOURCES.rglob("*.py"):
+        for node in ast.parse(path.read_text("utf-8")).body:
+            if isinstance(node, ast.ClassDef):
+                places.setdefault(node.name, []).append(path.relative_to(SOURCES / "slewline").as_posix())
+    twice = {name: where for name, where in places.items() if len(where) > 1}
+    assert {name for name, where in twice.items() if not all(each.startswith("chips/") for each in where)} == TWICE

@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ...core.time.inputs import from_outside
 from ...errors import Timeout
-from ..lines.host_uart import OverUart
 from .ends.adaptive_uart import AdaptiveUart
 from .host import Host
+from .uart_host import UartHost
 
 if TYPE_CHECKING:
     from ...core.time.kernel import Kernel
     from ...core.time.timebase import Time
+    from ..base.request_queue import RequestQueue
     from .connection import Connection
 
 
-class AdaptiveHost(OverUart, Host):
+class AdaptiveHost(UartHost, Host):
     """A host computer on the serial line of one chip that finds the rate.
 
     `send` and `ask` begin with two carriage returns as long as the chip does not know the rate; `write` sends
@@ -29,6 +30,7 @@ class AdaptiveHost(OverUart, Host):
         strapped: the rate that the chip has without looking for one; None: it looks.
     """
 
+    queue: RequestQueue
     uart: AdaptiveUart
     _for_users: ClassVar[tuple[str, ...]] = ("write", "change_line", "faulty", "baud", "word", "heed")
     wiring = MappingProxyType({"txd": "serial_in", "rxd": "serial_out", "cts": "flow"})
@@ -104,26 +106,3 @@ class AdaptiveHost(OverUart, Host):
                 raise
             raise Timeout(f"{error}\n  {why}") from None
         return query.answered(self.received, since) or ""
-
-    # ---------------------------------------------------------------------------------------------------------- queue
-    def drop(self) -> None:
-        """Forget what is queued; characters that are on the line already, and the command asked last, go on."""
-        self.uart.drop("drop")
-        self.queue.cancel_after(1, "drop()")
-
-    def give_up(self) -> None:
-        """Take back the last command, which was not answered in time."""
-        self.uart.drop("give_up")
-
-    def _rest(self) -> None:
-        self.uart.rest()
-
-    @property
-    def idle(self) -> bool:
-        """Is nothing queued, and nothing to be sent?"""
-        return self.uart.idle and self.queue.idle
-
-    @property
-    def waiting(self) -> str:
-        """What the host waits for, in words."""
-        return self.uart.waiting if self.queue.idle and not self.uart.idle else super().waiting

@@ -9,16 +9,17 @@ from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.wires.serial import Straps
 from ...errors import ChecksumError, Timeout
-from ..lines.host_uart import OverUart
 from .ends.strapped_uart import StrappedUart
 from .host import Host
+from .uart_host import UartHost
 
 if TYPE_CHECKING:
     from ...core.time.timebase import Time
+    from ..base.request_queue import RequestQueue
     from .connection import Connection
 
 
-class SerialHost(OverUart, Host):
+class SerialHost(UartHost, Host):
     """A host computer on the serial line of one module, or of several that share it.
 
     It follows the straps of the module: rate, checksum, address.  `ask` sends a command and returns the answer.
@@ -27,6 +28,7 @@ class SerialHost(OverUart, Host):
         baud: another rate than the module's.
     """
 
+    queue: RequestQueue
     uart: StrappedUart
     _for_users: ClassVar[tuple[str, ...]] = (
         *("write", "change_line", "faulty", "baud", "word", "answers", "straps", "space"),
@@ -94,26 +96,3 @@ class SerialHost(OverUart, Host):
         if uart.faulty != before:
             raise ChecksumError(f"{self.name}: parity or framing fault in the answer to {command!r}: {self.answers!r}")
         return "\r".join(uart.stripped(line) for line in self.answers)
-
-    # ---------------------------------------------------------------------------------------------------------- queue
-    def drop(self) -> None:
-        """Forget what is queued; characters that are on the line already, and the command asked last, go on."""
-        self.uart.drop("drop")
-        self.queue.cancel_after(1, "drop()")
-
-    def give_up(self) -> None:
-        """Take back the last command, which was not answered in time."""
-        self.uart.drop("give_up")
-
-    def _rest(self) -> None:
-        self.uart.rest()
-
-    @property
-    def idle(self) -> bool:
-        """Is nothing queued, and nothing to be sent?"""
-        return self.uart.idle and self.queue.idle
-
-    @property
-    def waiting(self) -> str:
-        """What the host waits for, in words."""
-        return self.uart.waiting if self.queue.idle and not self.uart.idle else super().waiting

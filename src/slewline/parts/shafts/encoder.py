@@ -71,7 +71,9 @@ class CountOutputs:
         return counts / self.rule.counter.scale.per_step
 
     def push(self, counts: int) -> None:
-        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us."""
+        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us: an input of the part."""
+        check_counts(self.part, counts)
+        self.part.input("push", counts)
         self.hand += counts
         if not self._pushing:
             self._push()
@@ -102,7 +104,36 @@ def check_counts(part: Part, counts: object) -> None:
         raise UsageError(f"{part.name}: {counts!r} counts; expected a whole number")
 
 
-class Encoder(Part):
+class ShowsCounts:
+    """What a part with such outputs says of them, and a hand on its shaft; it stands before `Part` among the bases."""
+
+    name: str
+    _outputs: CountOutputs
+
+    @property
+    def counts(self) -> int:
+        """The count that the outputs show; neither A nor B is high at 0."""
+        return self._outputs.count
+
+    @from_outside
+    def push(self, counts: int) -> None:
+        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us."""
+        self._outputs.push(counts)
+
+    @property
+    def idle(self) -> bool:
+        """Nothing left to do by itself."""
+        return not self._outputs.hand
+
+    @property
+    def waiting(self) -> str:
+        """What the part waits for."""
+        if hand := self._outputs.hand:
+            return f"{self.name}: turning {hand} more counts by hand"
+        return super().waiting  # type: ignore[misc,no-any-return]
+
+
+class Encoder(ShowsCounts, Part):
     """An encoder on the shaft of a step motor that makes every step, at the fall of PULSE; DIR high is forward.
 
     Args:
@@ -173,28 +204,6 @@ class Encoder(Part):
             self._motor.rewired()
         self.rule.start()
 
-    @property
-    def counts(self) -> int:
-        """The count that the outputs show; neither A nor B is high at 0."""
-        return self._outputs.count
-
-    @from_outside
-    def push(self, counts: int) -> None:
-        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us."""
-        check_counts(self, counts)
-        self.input("push", counts)
-        self._outputs.push(counts)
-
-    @property
-    def idle(self) -> bool:
-        """Nothing left to do by itself."""
-        return not self._outputs.hand
-
-    @property
-    def waiting(self) -> str:
-        """What the part waits for."""
-        return f"{self.name}: turning {hand} more counts by hand" if (hand := self._outputs.hand) else super().waiting
-
     @from_outside
     def block(self) -> None:
         """Block the shaft: it stops, steps are lost."""
@@ -220,7 +229,7 @@ class Encoder(Part):
         self.kernel.settle()
 
 
-class Quadrature(Part):
+class Quadrature(ShowsCounts, Part):
     """An encoder on a shaft that another machine turns: the master of an electronic gear.
 
     Args:
@@ -240,28 +249,6 @@ class Quadrature(Part):
         self._outputs = CountOutputs(self, self.shaft, CountScale(Fraction(1)), 0)
         self.rule = self._outputs.rule
         self.rule.start()  # its shaft is its own: there is nothing to wait for
-
-    @property
-    def counts(self) -> int:
-        """The count that the outputs show; neither A nor B is high at 0."""
-        return self._outputs.count
-
-    @from_outside
-    def push(self, counts: int) -> None:
-        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us."""
-        check_counts(self, counts)
-        self.input("push", counts)
-        self._outputs.push(counts)
-
-    @property
-    def idle(self) -> bool:
-        """Nothing left to do by itself."""
-        return not self._outputs.hand
-
-    @property
-    def waiting(self) -> str:
-        """What the part waits for."""
-        return f"{self.name}: turning {hand} more counts by hand" if (hand := self._outputs.hand) else super().waiting
 
     @from_outside
     def run(self, rate: int) -> None:

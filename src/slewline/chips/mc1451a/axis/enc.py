@@ -138,7 +138,7 @@ class FilteredInput:
         return edges
 
 
-class Decoder:
+class QuadratureDecoder:
     """Counts quadrature states, A and B each behind its filter.  `found` is what it has found: code, text, tick."""
 
     __slots__ = ("a", "b", "burst", "counts", "found", "since")
@@ -225,14 +225,14 @@ class Decoder:
                 self.found.append(("encoder-fast", text, tick))
 
 
-class Window(NamedTuple):
+class CountWindow(NamedTuple):
     """What A and B promise before a tick, counted: the counts, from ticks on, and where all stand at its end."""
 
     stop: int
     before: int  # counts at its start
     ticks: Any
     counts: Any
-    decoder: Decoder
+    decoder: QuadratureDecoder
     levels: tuple[Any, Any]  # in front of the filters
 
     def counts_before(self, tick: int) -> int:
@@ -260,7 +260,7 @@ class QuadratureCounter:
     def __init__(self, a: Terminal, b: Terminal, clock: Clock, finding: Callable[[str, str], object]) -> None:
         self.a, self.b = FilteredInput(a, clock), FilteredInput(b, clock)
         self.clock, self.finding = clock, finding
-        self.window: Window | None = None  # what is known of the counts to come
+        self.window: CountWindow | None = None  # what is known of the counts to come
         self._reach = self.least  # cycles of the next window
         self._refused = 0  # the end of a window that would have found something
         self._history = History()  # the counts, by ticks of the chip
@@ -273,7 +273,7 @@ class QuadratureCounter:
         self._work_off()
         self.a.begin()
         self.b.begin()
-        self.decoder = Decoder(self.a.filter, self.b.filter)
+        self.decoder = QuadratureDecoder(self.a.filter, self.b.filter)
         self.counts = 0  # before the tick of the last question
         self._history.note(self.clock.ticks_from(self.a.begun), 0)
         self._asked = self._done = 0
@@ -340,9 +340,9 @@ class QuadratureCounter:
         if decoder.found:
             self._refused, self._reach = stop, self.least
         else:
-            self.window = Window(stop, self.counts, ticks, counts, decoder, (a[2], b[2]))
+            self.window = CountWindow(stop, self.counts, ticks, counts, decoder, (a[2], b[2]))
 
-    def _adopt(self, window: Window) -> None:
+    def _adopt(self, window: CountWindow) -> None:
         """Stand at the end of a window, as if all up to there had been read."""
         ps = self.clock.ps(window.stop) - 1
         self.decoder = decoder = window.decoder

@@ -8,7 +8,7 @@ from ....core.context import ChipContext
 from ....core.motion.history import History
 from ..cycle_clock import CycleClock
 from ..registers import ONE, AxisState, signed
-from .enc import QuadratureCounter, Window
+from .enc import CountWindow, QuadratureCounter
 from .pulses import RANGE, Pulses
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class Feedback:
         state.actual = signed(counts + self.offset, 31)
         state.error = self.error8 >> 8
 
-    def errors_coming(self, n: int, window: Window) -> NDArray[np.int64]:
+    def errors_coming(self, n: int, window: CountWindow) -> NDArray[np.int64]:
         """Return the position errors of the cycles behind `n` in a window, as `read` will find them: (n,) int64.
 
         It has read `n` last.  Behind the end of the run, which is due by itself, they are what they were if it went on.

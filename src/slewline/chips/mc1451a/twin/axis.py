@@ -35,7 +35,7 @@ from ..registers import (
     Registers,
 )  # fmt: skip
 from .cycle import OneCycle
-from .inputs import LIMITS, Filter, Switches, TwinEncoder
+from .inputs import LIMITS, Switches, TwinEncoder, TwinFilter
 from .profile import TwinSCurve, braked, contour, sign, trapezoid
 
 REPORTED = range(-32768, 32768)  # position errors
@@ -51,7 +51,7 @@ class TwinAxis:
     """One axis, cycle by cycle."""
 
     def __init__(
-        self, chip: ChipContext, registers: Registers, state: AxisState, home: Filter, encoder: TwinEncoder | None
+        self, chip: ChipContext, registers: Registers, state: AxisState, home: TwinFilter, encoder: TwinEncoder | None
     ) -> None:
         self.chip, self.state = chip, state
         self.home, self.encoder, self.switches = home, encoder, Switches(chip, registers, state)

@@ -19,7 +19,7 @@ LIMITS = {1: POSITIVE_LIMIT, -1: NEGATIVE_LIMIT}  # events of the switches, by d
 FORWARD = ((0, 0), (1, 0), (1, 1), (0, 1))  # the encoder's A and B in positive direction
 
 
-class Filter:
+class TwinFilter:
     """An input after its filter: a level counts when it has lasted for three clocks of 160 ns."""
 
     def __init__(self, chip: ChipContext, name: str) -> None:
@@ -61,7 +61,7 @@ class TwinEncoder:
 
     def __init__(self, chip: ChipContext, number: int) -> None:
         self.chip, self.number = chip, number
-        self.a, self.b = Filter(chip, f"quada{number}"), Filter(chip, f"quadb{number}")
+        self.a, self.b = TwinFilter(chip, f"quada{number}"), TwinFilter(chip, f"quadb{number}")
         self.begin()
 
     def begin(self) -> None:

@@ -13,7 +13,7 @@ from ..activity import Activity
 from ..interrupt import HostInterrupt
 from ..registers import AxisState, Registers
 from .axis import TwinAxis
-from .inputs import Filter, TwinEncoder
+from .inputs import TwinEncoder, TwinFilter
 
 
 class Stepwise:
@@ -26,7 +26,7 @@ class Stepwise:
         self.origin = 0  # tick at which cycle 0 began
         self.begun = 0  # cycles since then, the present one included
         numbers = range(1, len(chip.axes) + 1)
-        self.homes = [Filter(chip, f"home{number}") for number in numbers]
+        self.homes = [TwinFilter(chip, f"home{number}") for number in numbers]
         self.encoders = [TwinEncoder(chip, number) if chip.sheet.encoder else None for number in numbers]
         self.courses: list[TwinAxis] = []
 
