@@ -170,7 +170,7 @@ class Net:
         self.token = self.changes = self.changed_at = 0
         self.pending_drivers = 0  # how many of its drivers have been changed in this round
         self.contention = False  # two drivers disagree, which is reported once
-        self.active: list[Driver] = []  # those drivers that drive at all
+        self.active: list[Driver] = []  # those drivers that drive at all; the only one counts as doing so
         self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
         self.renewed = False  # samplers are called because a bound has moved: what was promised so far remains true
         self.latched = False  # `changes` and `changed_at` count even while nothing waits for the net
@@ -189,15 +189,9 @@ class Net:
         """Note what drives, which promise counts, and whether a commit can take the short way."""
         if len(self.drivers) == 1 and not self.joined:  # most nets, and each commit of a promise comes by here
             driver = self.drivers[0]
-            promise = self.promise = driver.promise
-            self.contention, self.plain = False, None
-            if promise is None and driver.level is None:
-                self.active = []
-                return
-            if not self.active:
-                self.active = [driver]
-            if promise is None and self._log is None and not self.before_change:
-                self.plain = driver
+            self.active, self.promise, self.contention = [driver], driver.promise, False
+            plain = driver.promise is None and self._log is None and not self.before_change
+            self.plain = driver if plain else None
             return
         self.active = [driver for driver in self.drivers if driver.promise is not None or driver.level is not None]
         self.promise = next((driver.promise for driver in self.active if driver.promise is not None), None)
