@@ -163,6 +163,28 @@ def test_a_room_has_few_files_and_says_in_its_first_line_what_is_in_it() -> None
         assert said and len(said.splitlines()[0]) > 30, room
 
 
+LONGEST = 400  # lines of a module
+LONGER = {
+    "chips/mc1451a/profiles/cycle_train.py": "the arithmetic of one kind of train, in integers and in arrays",
+    "chips/mc1451a/sheet.py": "a data sheet of 74 commands and ten parts: tables",
+    "chips/mc1451a/twin/axis.py": "the twin of eight modules, which shares nothing with them",
+    "core/chip.py": "all that a bench asks of a chip; a family overrides it where it differs",
+    "core/datasheet/table.py": "the rows of a sheet, which refer to one another",
+    "core/motion/axis.py": "one past, and all that is asked of it",
+    "core/wires/net.py": "drivers and nets commit together, on the path that everything takes",
+    "core/wires/views.py": "one small class for each way in which promises compose",
+    "language/ramps.py": "what a calculator is asked, and the search, over the same values",
+}
+
+
+def test_a_longer_module_has_a_reason() -> None:
+    lines = {
+        path.relative_to(SOURCES / "slewline").as_posix(): len(path.read_text("utf-8").splitlines())
+        for path in SOURCES.rglob("*.py")
+    }
+    assert {name for name, count in lines.items() if count > LONGEST} == set(LONGER)
+
+
 # ------------------------------------------------------------------------------------------------------------- names
 TWICE = {"Decoder", "Serial"}  # of each dialect that is decoded; pySerial's and serialx's own word
 
