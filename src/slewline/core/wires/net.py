@@ -20,6 +20,7 @@ from typing import Any
 from ...errors import WiringError
 from ..time.hook import Hook
 from ..time.kernel import Kernel, Task
+from .exchange import End, Exchange
 from .views import Rested, Wired
 from .wave import Level, Promise, Wave, floats, promised
 
@@ -63,7 +64,7 @@ class Driver:
         """
         net = self.net
         promise = self.promise
-        if self.pending or net._log is not None or net.before_change or net.joined:
+        if self.pending or net._log is not None or net.before_change or net.joined or net.exchange is not None:
             self.drive(Wave(before, times, levels))
         elif type(promise) is Wave and not (net.waiters or net.observers or net.latched):
             promise.before, promise.times, promise.levels = before, times, levels  # nothing holds the old one
@@ -86,6 +87,8 @@ class Driver:
         nets = root.joined or (root,)
         if self.promise is None and told == self.level:
             return  # it is so already
+        if root.exchange is not None:
+            root.exchange.withdraw()
         root.renewed = told is self.promise
         for net in nets:
             for sampler in net.before_change:
@@ -133,6 +136,8 @@ class Net:
         "changes",
         "contention",
         "drivers",
+        "ends",
+        "exchange",
         "is_net",
         "joined",
         "kernel",
@@ -173,6 +178,8 @@ class Net:
         self.active: list[Driver] = []  # those drivers that drive at all; the only one counts as doing so
         self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
         self.renewed = False  # samplers are called because a bound has moved: what was promised so far remains true
+        self.ends: tuple[End, ...] = ()  # what watches it, and can be told of exchanges as values
+        self.exchange: Exchange | None = None  # what goes over the wire as a value, at present
         self.latched = False  # `changes` and `changed_at` count even while nothing waits for the net
 
     @property
@@ -182,8 +189,20 @@ class Net:
 
     @log.setter
     def log(self, log: list[tuple[int, Any]] | None) -> None:
+        self._alone()
         self._log = log
         self.sort_drivers()
+
+    @property
+    def looked_at(self) -> bool:
+        """Does anything but observers go by what the net shows, and when?"""
+        waiting = self.waiters and any(task.token == token for task, token, _ in self.waiters)
+        return bool(waiting or self.before_change or self.latched or self._log is not None)
+
+    def _alone(self) -> None:
+        """Let what goes over the wire as a value go on edge by edge: somebody is going to look."""
+        if self.exchange is not None:
+            self.exchange.withdraw()
 
     def sort_drivers(self) -> None:
         """Note what drives, which promise counts, and whether a commit can take the short way."""
@@ -315,8 +334,11 @@ class Net:
 
     def follow(self) -> None:
         """Begin to watch a promised net: note the present level and schedule the next edge."""
+        if self.exchange is not None:
+            self.exchange.withdraw()
         self.value = self.resolve(self.kernel.seen)
-        self.schedule(self.kernel.seen)
+        if self.promise is not None:
+            self.schedule(self.kernel.seen)
 
     def schedule(self, ps: int) -> None:
         """Put the next promised edge into the heap if anything watches."""
@@ -362,6 +384,7 @@ class Net:
 
     def sample(self, sampler: Callable[[], object]) -> None:
         """Register a callback that is run just before a driver of this net replaces its waveform."""
+        self._alone()
         self.before_change.append(sampler)
         self.plain = None
 
@@ -378,6 +401,8 @@ class Net:
             return
         joined = (*(one.joined or (one,)), *(two.joined or (two,)))
         one.check_room(max(len(two.drivers), len(joined) - len(one.drivers)))
+        one._alone()
+        two._alone()
         for net in joined:
             for sampler in net.before_change:
                 sampler()

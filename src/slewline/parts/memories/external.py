@@ -64,17 +64,32 @@ class BusInterface:
         part.add_pin("select", "in", selects, pull=1, active=0)
         part.add_pin("ale", "in", "its fall latches the low byte of the address", pull=0, active=1)
         part.add_pin("rd", "in", "low, while selected: the part drives the bus", pull=1, active=0)
+        self.watches = [(part.net("select"), self._select), (part.net("ale"), self._latch), (part.net("rd"), self.show)]
         if write is not None:
             part.add_pin("wr", "in", "its rise, while selected: the byte on the bus is taken", pull=1, active=0)
+            self.watches.append((part.net("wr"), self._take))
+        self.driver = part.drivers["db"]
 
     def start(self) -> None:
         """Watch the pins from now on: the part is wired."""
-        pins = self.part.pins
-        pins["select"].net.watch(self._select)
-        pins["ale"].net.watch(self._latch)
-        pins["rd"].net.watch(self.show)
-        if self.write is not None:
-            pins["wr"].net.watch(self._take)
+        for net, observer in self.watches:
+            net.watch(observer)
+        self.part.net("ale").ends = (self,)
+
+    def changes(self) -> None:
+        """Take notice that what the part holds is about to change: an exchange in progress has what it held so far."""
+        if (exchange := self.part.net("db").exchange) is not None:
+            exchange.withdraw()
+
+    @property
+    def by_address(self) -> bool:
+        """Does all that the part does follow from the address in its latches?"""
+        return self._on_latch is None and self._on_select is None
+
+    @property
+    def select(self) -> Net:
+        """The net that selects the part."""
+        return self.part.net("select")
 
     @property
     def address(self) -> int:
@@ -93,6 +108,7 @@ class BusInterface:
             self._on_latch()
 
     def _select(self, net: Net) -> None:
+        self.changes()
         if net.level == 0:
             self.high = self.part.byte("db")
         if self._on_select is not None:

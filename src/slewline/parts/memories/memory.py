@@ -127,6 +127,7 @@ class Ram(Part):
         """
         data = self._core.checked(image, at)
         self.input("load", data, at)
+        self._bus.changes()
         self._core.bytes[at : at + len(data)] = data
 
     def _write(self, byte: int) -> None:
@@ -204,6 +205,7 @@ class Eeprom(Part):
         """Put an image into the memory from an address on, as `Ram.load`; it is kept at once."""
         data = self._core.checked(image, at)
         self.input("load", data, at)
+        self._bus.changes()
         self.writing = None
         self._writes += 1
         for address, byte in enumerate(data, at):
@@ -229,6 +231,7 @@ class Eeprom(Part):
         """A byte has been written."""
         if self.writing is None or number != self._writes:
             return  # a programmer has had the part meanwhile
+        self._bus.changes()
         self._kept.put(*self.writing)
         self.writing = None
         self._bus.show()

@@ -15,19 +15,24 @@ byte of a read is sampled just before RD rises.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
+from ....core.wires.exchange import End, Exchange
 from ....core.wires.net import Level, Wave
 from ....core.wires.waits import level, until
 
 if TYPE_CHECKING:
     from ....core.context import ChipContext
+    from ....core.wires.net import Driver, Net
     from .user_bits import UserBits
 
 PHASES = 10  # of a cycle
 SELECT, LOW, LATCH, DATA, STROBE, WRITTEN, READ, DESELECT = 1, 2, 3, 4, 5, 7, 8, 9
 AT_REST = {"xmem_sel": 1, "sw_sel": 1, "ale": 0, "rd": 1, "wr": 1}
 ADDRESSES = 0x3F  # of the display, whose address lines are six
+
+
+Edges = tuple[Level, tuple[int, ...], tuple[Level, ...]]  # before the first, times in ps, levels
 
 
 class LocalBus:
@@ -43,12 +48,17 @@ class LocalBus:
         self.poll = max(ticks["verify_poll"], self.fetch)
         self.timeout = ticks["verify_timeout"]
         self.drivers = {name: chip.drivers[name] for name in AT_REST}
+        self.value = MemoryRead(self)
         self.busy, self.request = chip.pins["busy"].net, chip.pins["io_request"].net
 
     # --------------------------------------------------------------------------------------------------------- memory
     async def read(self, address: int) -> int:
         """Return the byte that the memory has at an address, 0 to 65535; FF, where there is none."""
         start = await self._begin()
+        if self.value.begin(start, address):
+            await self.chip.at_tick(start + self.fetch)
+            self.bits.bus_used()
+            return self.value.byte
         self._select("xmem_sel", start)
         return await self._read(start, address & 0xFF, address >> 8)
 
@@ -59,6 +69,7 @@ class LocalBus:
         """
         await self.chip.ticks(self.before)
         start = await self._begin()
+        self.value.end()
         self._select("xmem_sel", start)
         self._address(start, address & 0xFF, address >> 8, (0xFF, byte))
         self._strobe("wr", start, WRITTEN)
@@ -87,6 +98,7 @@ class LocalBus:
             count: 3, 5 or 8, by the width of the number.
         """
         start = await self._begin()
+        self.value.end()
         self._select("sw_sel", start, count)
         found = []
         for digit in range(count):
@@ -98,6 +110,7 @@ class LocalBus:
         """Write bytes to ascending addresses of the display, 0 to 63, one HP_SEL cycle each."""
         for place, byte in enumerate(data, address):
             start = await self._begin()
+            self.value.end()
             self.bits.hp_sel(0)
             self._address(start, place & ADDRESSES, None, (0xFF, byte))
             self._strobe("wr", start, WRITTEN)
@@ -110,7 +123,7 @@ class LocalBus:
         """The clocks from the start of a cycle to a phase."""
         return self.fetch * phase // PHASES
 
-    def _ps(self, start: int, phase: int) -> int:
+    def ps(self, start: int, phase: int) -> int:
         """The instant of a phase, ps."""
         return self.chip.clock.ps(start + self._at(phase))
 
@@ -132,18 +145,34 @@ class LocalBus:
 
     def _select(self, pin: str, start: int, cycles: int = 1) -> None:
         """Promise a select line for so many cycles."""
-        rises = self.chip.clock.ps(start + self.fetch * (cycles - 1) + self._at(DESELECT))
-        self.drivers[pin].wave(1, (self._ps(start, SELECT), rises), (0, 1))
+        self.drivers[pin].wave(*self.select_wave(start, cycles))
 
     def _strobe(self, pin: str, start: int, rises: int) -> None:
-        self.drivers[pin].wave(1, (self._ps(start, STROBE), self._ps(start, rises)), (0, 1))
+        self.drivers[pin].wave(*self.strobe_wave(start, rises))
 
     def _address(self, start: int, low: int, high: int | None, data: Level) -> None:
         """Promise both bytes of an address, ALE, and what stands on the bus after them."""
-        self.drivers["ale"].wave(0, (self._ps(start, LOW), self._ps(start, LATCH)), (1, 0))
-        upper = None if high is None else (0xFF, high)
-        times = [self._ps(start, phase) for phase in (LOW, DATA, READ)]
-        self.chip.bus_driver.play(Wave(upper, tuple(times), ((0xFF, low), data, None)))
+        self.drivers["ale"].wave(*self.ale_wave(start))
+        self.chip.bus_driver.play(Wave(*self.bus_wave(start, low, high, data)))
+
+    # ---------------------------------------------------------------------------- the waves of a cycle, from its start
+    def select_wave(self, start: int, cycles: int = 1) -> Edges:
+        """Return what a select line shows for so many cycles."""
+        rises = self.chip.clock.ps(start + self.fetch * (cycles - 1) + self._at(DESELECT))
+        return 1, (self.ps(start, SELECT), rises), (0, 1)
+
+    def ale_wave(self, start: int) -> Edges:
+        """Return what ALE shows."""
+        return 0, (self.ps(start, LOW), self.ps(start, LATCH)), (1, 0)
+
+    def strobe_wave(self, start: int, rises: int) -> Edges:
+        """Return what RD or WR shows."""
+        return 1, (self.ps(start, STROBE), self.ps(start, rises)), (0, 1)
+
+    def bus_wave(self, start: int, low: int, high: int | None, data: Level) -> Edges:
+        """Return what the chip has on the data bus: both bytes of an address, and what is to be written."""
+        times = tuple(self.ps(start, phase) for phase in (0, LOW, DATA, READ))
+        return None, times, (None if high is None else (0xFF, high), (0xFF, low), data, None)
 
     async def _read(self, start: int, low: int, high: int | None = None) -> int:
         """A read cycle, but for its select line."""
@@ -153,3 +182,107 @@ class LocalBus:
         byte = self.chip.bus.byte
         await self._end(start)
         return byte
+
+
+class BusEnd(End, Protocol):
+    """A memory, a display or switches on the local bus."""
+
+    high: int  # in the address latches
+    low: int
+    driver: Driver  # on the data bus
+    select: Net
+    by_address: bool  # all that it does follows from the address in the latches
+
+    def read(self) -> int | None:
+        """Return the byte at the address; None: nothing is there."""
+
+
+class MemoryRead:
+    """Reads of the memory as values: what all lines of the bus show of the last one, or of the one in progress."""
+
+    def __init__(self, bus: LocalBus) -> None:
+        self.bus, self.chip = bus, bus.chip
+        self.ends: tuple[BusEnd, ...] = ()
+        self.exchange: Exchange | None = None
+        self.start = self.address = 0
+        self.latched = 0, 0  # in the latches of the memory before the read in progress
+        self.first = True  # it is the first one since the parts have watched the bus themselves
+        self.sampled = 0xFF  # what the chip saw on the bus in the last read that was withdrawn
+
+    def begin(self, start: int, address: int) -> bool:
+        """Read as a value from a tick on, if nothing else looks at the bus; else return false."""
+        if self.chip.bus_driver.pending:  # with a bit of the bus, which the cycle takes back
+            self.end()
+        exchange = self._exchange()
+        self.first = exchange is None or not exchange.by_value
+        if exchange is None or not exchange.begin():
+            return False
+        memory = self.memory
+        self.start, self.address, self.latched = start, address, (memory.high, memory.low)
+        memory.high, memory.low = address >> 8, address & 0xFF
+        return True
+
+    def end(self) -> None:
+        """Go edge by edge from now on."""
+        if self.exchange is not None and self.exchange.by_value:
+            self.exchange.withdraw()
+
+    @property
+    def byte(self) -> int:
+        """The byte that has been read."""
+        if self.exchange is None or not self.exchange.by_value:
+            return self.sampled
+        return 0xFF if (byte := self.memory.read()) is None else byte
+
+    # ----------------------------------------------------------------------------------------- what goes by value at all
+    def _exchange(self) -> Exchange | None:
+        """Return what the parts on the bus make possible; None: there is no memory, or one that does more."""
+        exchange = self.exchange
+        if exchange is not None and exchange.by_value:
+            return exchange
+        ale = self.bus.drivers["ale"].net
+        ends = tuple(end for net in ale.joined or (ale,) for end in net.ends)
+        if ends != self.ends:
+            self.ends, self.exchange = ends, self._made(ends)
+        if any(end.select.level == 0 for end in ends):
+            return None
+        return self.exchange
+
+    def _made(self, ends: tuple[BusEnd, ...]) -> Exchange | None:
+        wire = self.bus.drivers["xmem_sel"].net
+        selected = [end for end in ends if end.select.root is wire]
+        if len(selected) != 1 or not selected[0].by_address or selected[0].driver.net is not self.chip.bus.root:
+            return None
+        (self.memory,) = selected
+        bus, drivers = self.bus, self.bus.drivers
+        led = {
+            drivers["xmem_sel"]: lambda: Wave(*bus.select_wave(self.start)),
+            drivers["ale"]: lambda: Wave(*bus.ale_wave(self.start)),
+            drivers["rd"]: lambda: Wave(*bus.strobe_wave(self.start, READ)),
+            self.chip.bus_driver: lambda: Wave(*bus.bus_wave(self.start, *divmod(self.address, 256)[::-1], None)),
+        }
+        return Exchange(led, {self.memory.driver: self._answer}, ends, self._withdrawn)
+
+    def _answer(self) -> Wave:
+        """Return what the memory shows on the bus."""
+        byte = self.memory.read()
+        before, times, (low, high) = self.bus.strobe_wave(self.start, READ)
+        return Wave(None, times, (None if byte is None else (0xFF, byte), None))
+
+    def _withdrawn(self, seen: int) -> None:
+        """The parts go on by themselves, with what they have latched so far; the chip looks at the bus in time."""
+        read, latch = (self.bus.ps(self.start, phase) for phase in (READ, LATCH))
+        memory, (high, low) = self.memory, self.latched
+        if seen >= read:
+            self.sampled = 0xFF if (byte := memory.read()) is None else byte
+        else:
+            self.chip.kernel.call_at(read, self._sample)
+        if seen >= latch:
+            low = memory.low
+        elif seen < self.bus.ps(self.start, SELECT):
+            memory.high = high
+        for end in self.ends if seen >= latch or not self.first else (memory,):
+            end.low = low
+
+    def _sample(self) -> None:
+        self.sampled = self.chip.bus.byte

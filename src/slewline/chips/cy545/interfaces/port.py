@@ -144,6 +144,7 @@ class ParallelPort:
         )  # a host that drives the bus as well is found, whether anything samples it or not
         chip.waits("waiting for io_request=1 (the host has to read the byte on the bus)")
         await self.until_request(1)
+        self.bus_driver.drive(None)
         self.bits.bus_used()
         chip.sync_forward()
         end = chip.tick + self.ticks["busy_end"]

@@ -75,9 +75,8 @@ class UserBits:
         self.chip.bus_driver.drive((zeros, 0) if zeros else None)
 
     def bus_used(self) -> None:
-        """A bus cycle is over: the latch of the bus is open again (quirk CY545-UND-BIT-BUS); let go of the bus."""
+        """Open the latch of the bus again: a byte has been on it (quirk CY545-UND-BIT-BUS), and is gone."""
         self.bus_latch = 0xFF
-        self.chip.bus_driver.drive(None)
 
     # ----------------------------------------------------------------------------------------------------- as read
     @property

@@ -1,0 +1,129 @@
+r"""Exchanges as values: what two ends do with each other costs nothing on the wires while nobody else looks.
+
+    strobe      ‾‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾     a line: asked, not played
+    bus         ----<  byte  >----------     a line
+    value             one call          |    somebody looks, or drives:  withdraw
+    real                                |    the rest as waves, which the ends watch
+
+A bus cycle or a strobe has many edges, and all of them follow from a few numbers: when it begins, an address, a byte.
+While both ends are known, and nothing else watches, samples, records or drives their wires, no edge is an instant: the
+one end tells the other what comes over, and each driver shows a `Line`, which renders its edges when somebody asks for
+a level.  As soon as somebody begins to look, or any other driver is told something, the exchange is withdrawn: the
+lines become the waves that they were, the ends watch their nets again, and the rest goes edge by edge.  Edge by edge is
+also how everything goes that is not quiet: the twin, to which an exchange is equal in every edge, byte and finding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+from .wave import Level, Wave, floats
+
+if TYPE_CHECKING:
+    from .net import Driver, Net
+
+
+class End(Protocol):
+    """An end of exchanges: it watches some nets, and while an exchange is a value it is told what comes over."""
+
+    watches: Sequence[tuple[Net, Callable[[Net], object]]]  # nets, each with what it calls at a change
+
+
+class Line:
+    """What a driver shows of the exchange in progress, or showed of the last one: rendered when somebody asks."""
+
+    __slots__ = ("driver", "shown")
+    until: int | None = None
+
+    def __init__(self, driver: Driver, shown: Callable[[], Wave]) -> None:
+        self.driver, self.shown = driver, shown
+
+    @property
+    def floats(self) -> bool:
+        """Does it let go of the wire at times?"""
+        return floats(self.shown())
+
+    def level(self, ps: int) -> Level:
+        """Return the level at an instant (ps), edges at that instant included."""
+        return self.shown().level(ps)
+
+    def after(self, ps: int) -> int | None:
+        """Return when the level changes next, strictly after an instant (ps); None: not as things stand."""
+        return self.shown().after(ps)
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps), as two lists."""
+        return self.shown().edges(start, stop)
+
+
+class Exchange:
+    """What may go between ends as a value.
+
+    Args:
+        led: the drivers of the end that leads, each with a function that returns its wave of the exchange in progress,
+            or of the last one.  When it is withdrawn, they show the rest of it.
+        answering: the same of those that answer.  When it is withdrawn, they stay as they are, until their end hears
+            of the next edge.
+        ends: what watches the nets.
+        withdrawn: called with the last instant (ps) of which the value is true, before the ends watch again.
+    """
+
+    def __init__(
+        self,
+        led: Mapping[Driver, Callable[[], Wave]],
+        answering: Mapping[Driver, Callable[[], Wave]],
+        ends: Sequence[End],
+        withdrawn: Callable[[int], object],
+    ) -> None:
+        self.led = [Line(driver, shown) for driver, shown in led.items()]
+        self.answering = [Line(driver, shown) for driver, shown in answering.items()]
+        self.ends, self.withdrawn = ends, withdrawn
+        self.by_value = False
+        self.nets: tuple[Net, ...] = ()  # of the wires, while it goes by value
+        self.watches: Sequence[tuple[Net, Callable[[Net], object]]] = ()  # what the ends watch of them otherwise
+
+    def begin(self) -> bool:
+        """Return whether the exchange that begins now goes by value: all its edges are yet to come."""
+        return self.by_value or self._enter()
+
+    def _enter(self) -> bool:
+        """Go by value from now on, if nothing else takes part in any wire, or looks at one."""
+        lines = [*self.led, *self.answering]
+        drivers = {line.driver for line in lines}
+        roots = {line.driver.net: None for line in lines}
+        nets = {net: None for root in roots for net in root.joined or (root,)}
+        if any(net.looked_at or net.exchange is not None for net in nets):
+            return False
+        watches = [watch for end in self.ends for watch in end.watches if watch[0] in nets]
+        if sum(len(net.observers) for net in nets) != len(watches):
+            return False
+        if any(root.pending_drivers or not drivers.issuperset(root.active) for root in roots):
+            return False
+        for net, observer in watches:
+            net.unwatch(observer)
+        for line in lines:
+            line.driver.promise = line
+        for root in roots:
+            root.sort_drivers()
+        for net in nets:
+            net.token += 1
+            net.exchange = self
+        self.by_value, self.nets, self.watches = True, tuple(nets), watches
+        return True
+
+    def withdraw(self) -> None:
+        """Go on edge by edge: somebody looks, or is about to drive one of the wires."""
+        nets, self.nets, self.by_value = self.nets, (), False
+        seen = nets[0].kernel.seen
+        for line in self.led:
+            line.driver.promise = line.shown()
+        for line in self.answering:
+            line.driver.level, line.driver.promise = line.level(seen), None
+        for net in nets:
+            net.exchange = None
+            net.token += 1
+            net.root.sort_drivers()
+        self.withdrawn(seen)
+        for net, observer in self.watches:
+            net.watch(observer)
