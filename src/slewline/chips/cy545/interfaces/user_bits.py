@@ -66,7 +66,9 @@ class UserBits:
         """Put the latches on the pins: low, or let go, so that others may pull a pin low."""
         levels = self.latch & FREE | self.sixth << 6 | (self.latch >> 7 & self.selected) << 7
         for n, driver in enumerate(self.drivers):
-            driver.drive(None if levels >> n & 1 else 0)
+            level = None if levels >> n & 1 else 0
+            if driver.level != level or driver.pending:
+                driver.drive(level)
 
     # ---------------------------------------------------------------------------------------------------- the data bus
     def show_bus(self) -> None:
