@@ -13,7 +13,7 @@ one.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from ...core.context import ChipContext
 from ...core.datasheet.table import Row
@@ -50,12 +50,16 @@ class Port:
         names = ("hostslct", "hostcmd", "hostwrite", "hostread")
         self.slct, self.cmd, self.writes, self.reads = (chip.pins[name].net for name in names)
         self.told: set[str] = set()  # commands that need an encoder, where there is none
-        for net, told in ((self.writes, self._write), (self.reads, self._read), (self.slct, self._select)):
+        self.watches = ((self.writes, self._write), (self.reads, self._read), (self.slct, self._select))
+        for net, told in self.watches:
             net.watch(told)
+        self.slct.ends = (self,)
         self.begin()
 
     def begin(self) -> None:
         """Reset: be not ready, and forget the packet."""
+        if self.slct.exchange is not None:
+            self.slct.exchange.withdraw()
         self.chip.on_command("")
         self.ready = False
         self.bytes: list[int] = []  # first byte of a word that is written
@@ -141,6 +145,60 @@ class Port:
             if now - since > RELEASE_PS and self.supply.powered:
                 text = f"hostslct stays low for {(now - since) / NS / 1000:g} us after a transfer; at most 2 us"
                 self.chip.finding("late-release", text)
+
+    # ------------------------------------------------------------- operations as values (parts/hosts/ends/operation.py)
+    def takes(self, reading: bool) -> bool:
+        """Return whether the port waits for the operation that begins now, a whole one."""
+        return self.supply.powered and self.ready and not (self.bytes or self.half or (reading and self.wanted))
+
+    def shows(self, number: int) -> bytes:
+        """Return the bytes that a read operation gives."""
+        return (self.answer[0] if self.answer else 0).to_bytes(2, "big")[:number]
+
+    def operated(self, number: int, data: bytes | None, command: bool) -> None:
+        """Take notice of an operation whose last strobe ends now.
+
+        Args:
+            number: bytes.
+            data: those that are written; None: they are read.
+            command: the byte is a command.
+        """
+        self.rose_at = self.kernel.now
+        if data is None:
+            self._reads(number)
+        elif command:
+            self.command(data[0])
+        else:
+            for byte in data:
+                self.data(byte)
+        self.strobed_at = None  # HostSlct rises in time
+
+    def _reads(self, number: int) -> None:
+        for _ in range(number):
+            self.read()
+            self.read_on()
+
+    def resume(self, falls: Sequence[int], rises: Sequence[int], data: bytes | None, over: bool) -> None:
+        """Go by the pins from now on, in the middle of an operation.
+
+        Args:
+            falls, rises: of its strobes (ps), as far as they have come.
+            data: what is written; None: it is a read operation.
+            over: it has taken notice of the operation.
+        """
+        if over:
+            self.strobed_at = None if self.ready else self.rose_at
+            return
+        if rises:
+            self.rose_at = rises[-1]
+            if data is None:
+                self._reads(len(rises))
+            else:
+                self.data(data[0])  # with the other byte of a word the operation is over
+        if len(falls) > len(rises):
+            self.fell_at, self.legal = falls[-1], True
+            if data is None:
+                self.read()
 
     # -------------------------------------------------------------------------------------------------------- transfers
     def command(self, byte: int) -> None:

@@ -121,6 +121,10 @@ class Kernel:
         self.task: Task | None = None
         self.shuffle = shuffle
         self.running = False
+        self.sole = False  # the task that runs is the only one of its round, and nothing waits to be committed
+        self.over: Callable[[], bool] | None = None  # the end of the run in progress
+        self.ended = False  # it has come
+        self.horizon = -1  # how far a task may move time on by itself (ps)
         self.outside = Outside()
         self.on_commit: Hook[[int]] = CommitHook(self)
 
@@ -150,6 +154,22 @@ class Kernel:
         while heap and heap[0][2].token != heap[0][3]:
             heappop(heap)
         return heap[0][0] if heap else None
+
+    def pass_to(self, ps: int) -> bool:
+        """Move on to a later instant (ps), in the task that runs, if nothing else happens until then; else return false.
+
+        It is what a wait would come to: the instant is quiet, and the next event would be the end of the wait.
+        """
+        heap = self.heap
+        if not self.sole or self.pending or self.woken or ps > self.horizon or (heap and heap[0][0] <= ps):
+            return False
+        if self.over is not None:
+            self.seen = self.now
+            if self.over():
+                self.ended = True
+                return False
+        self.now, self.seen = ps, ps - 1
+        return True
 
     # ---------------------------------------------------------------------------------------------------- running
     def settle(self) -> None:
@@ -190,15 +210,16 @@ class Kernel:
             self.settle()
         heap = self.heap
         told = self.on_commit.listeners != ()
-        self.running = True
+        self.running, self.ended, self.over = True, False, over
+        self.horizon = -1 if told or self.shuffle is not None else until
         try:
-            while over is None or not over():
+            while not self.ended and (over is None or not over()):
                 if not heap or (time := heap[0][0]) > until:
                     return True
                 _, _, who, token = heappop(heap)
                 if who.token != token:
                     if not told and self.on_commit.listeners:  # a listener has been added
-                        told = True
+                        told, self.horizon = True, -1
                         self._committed()
                     continue
                 who.token = token + 1
@@ -209,7 +230,7 @@ class Kernel:
                     if told:
                         self._committed()
                     continue
-                self.task = who  # one timer, alone in its instant: most of the time
+                self.task, self.sole = who, True  # one timer, alone in its instant: most of the time
                 try:
                     who.send(None)
                 except StopIteration:
@@ -218,9 +239,9 @@ class Kernel:
                     who.alive = False
                     raise
                 if self.pending or self.woken:
-                    self._react(time, [])
+                    self._react(self.now, [])
                 else:
-                    self.seen = time
+                    self.seen = self.now
                 if told:
                     self._committed()
             return False
@@ -240,6 +261,7 @@ class Kernel:
                 ready.append(who)
             while True:
                 if not heap or heap[0][0] != time:
+                    self.sole = False
                     try:
                         self._resume(ready)
                     finally:
@@ -263,13 +285,16 @@ class Kernel:
         )
 
     def _rest(self) -> None:
-        self.running = False
+        self.running = self.sole = False
+        self.horizon, self.over = -1, None
         self.seen = self.now
         self.task = None
 
     def _react(self, time: int, edges: list[Any]) -> None:
-        """Commit, tell, run what was woken, and again, until the instant is quiet."""
-        for _ in range(ROUNDS_LIMIT):
+        """Commit, tell, run what was woken, and again, until the instant is quiet: this one, or a later one."""
+        rounds = 0
+        while rounds < ROUNDS_LIMIT:
+            rounds += 1
             if self.pending or edges:
                 self._commit(time, edges)
                 edges = []
@@ -277,7 +302,10 @@ class Kernel:
             ready = self.woken
             if ready:
                 self.woken = []
+                self.sole = len(ready) == 1
                 self._resume(ready)
+                if self.now != time:  # a task has moved on
+                    time, rounds = self.now, 0
             elif not self.pending:
                 return
         names = ", ".join(sorted({repr(task) for task in ready} | {repr(driver.net) for driver in self.pending}))

@@ -117,13 +117,16 @@ class Exchange:
         nets, self.nets, self.by_value = self.nets, (), False
         seen = nets[0].kernel.seen
         for line in self.led:
-            line.driver.promise = line.shown()
+            wave = line.shown()
+            line.driver.level = wave.level(seen)
+            line.driver.promise = wave if wave.times and wave.times[-1] > seen else None
         for line in self.answering:
             line.driver.level, line.driver.promise = line.level(seen), None
         for net in nets:
             net.exchange = None
             net.token += 1
-            net.root.sort_drivers()
         self.withdrawn(seen)
+        for net in nets:
+            net.root.sort_drivers()
         for net, observer in self.watches:
             net.watch(observer)

@@ -21,7 +21,7 @@ STALE = 64  # entries that a net which never changes may gather before they are 
 @coroutine
 def until(kernel: Kernel, ps: int) -> Generator[None, Any, None]:
     """Wait for an instant (ps); return at once if it is not in the future."""
-    if ps > kernel.now:
+    if ps > kernel.now and not kernel.pass_to(ps):
         task = kernel.task
         heappush(kernel.heap, (ps, next(kernel.order), task, task.token))  # type: ignore[union-attr]
         yield

@@ -9,6 +9,7 @@ from operator import ne
 from typing import Any, Protocol
 
 Level = Any  # 0, 1 or None on a wire; (mask, value) or None on a bus
+Edges = tuple[Level, tuple[int, ...], tuple[Level, ...]]  # of a wave: the level before, instants in ps, levels
 FLOATING = -1  # in arrays of levels: None
 
 

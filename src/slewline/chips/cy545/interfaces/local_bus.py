@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Protocol
 from ....core.wires.exchange import End, Exchange
 from ....core.wires.net import Level, Wave
 from ....core.wires.waits import level, until
+from ....core.wires.wave import Edges
 
 if TYPE_CHECKING:
     from ....core.context import ChipContext
@@ -30,9 +31,6 @@ PHASES = 10  # of a cycle
 SELECT, LOW, LATCH, DATA, STROBE, WRITTEN, READ, DESELECT = 1, 2, 3, 4, 5, 7, 8, 9
 AT_REST = {"xmem_sel": 1, "sw_sel": 1, "ale": 0, "rd": 1, "wr": 1}
 ADDRESSES = 0x3F  # of the display, whose address lines are six
-
-
-Edges = tuple[Level, tuple[int, ...], tuple[Level, ...]]  # before the first, times in ps, levels
 
 
 class LocalBus:

@@ -17,6 +17,7 @@ from ....core.wires.waits import level, until
 from ....errors import ChecksumError, Timeout
 from ....language import packets
 from ....language.dialect import spoken_as
+from .operation import Operation, Strobed
 
 if TYPE_CHECKING:
     from ....core.datasheet.table import Row, Sheet
@@ -90,6 +91,7 @@ class PacketPort:
             Driver(pins[name].net, host) for name in ("hostslct", "hostread", "hostwrite", "hostcmd")
         )
         self.bus = Driver(chip.bus, host)
+        self.operation = Operation(self)
         self.cycle_ps = chip.clock.ps(chip.sheet.times["cycle"].ticks)
         self.worked_ps = 0  # by then the cycle has begun that works the last update
         self.axis = 1
@@ -117,22 +119,28 @@ class PacketPort:
     async def write(self, data: bytes, command: bool, how: Strobes) -> None:
         """Write a command byte, or the two bytes of a word, as one operation."""
         await self._begin(how)
-        start, rises, end = self._strobe(self.writing, len(data), how)
+        strobed = self._strobed(len(data), how)
+        if how is USUAL and self.operation.begin(strobed, data, command):
+            await self.operation.take_place()
+            return
+        self._strobe(self.writing, strobed)
         if command:
-            self.command.wave(0, (start, end), (1, 0))
-        changes = (start, *(rise + how.gap_ps // 2 for rise in rises[:-1]), end)
-        self.bus.wave(None, changes, (*((0xFF, byte) for byte in data), None))
-        await until(self.kernel, end)
+            self.command.wave(*strobed.command())
+        self.bus.wave(*strobed.bus(data))
+        await until(self.kernel, strobed.end)
 
     async def read(self, number: int, how: Strobes) -> bytes:
         """Read the bytes of a word, each as it stands at the end of its strobe, as one operation."""
         await self._begin(how)
-        _, rises, end = self._strobe(self.reading, number, how)
+        strobed = self._strobed(number, how)
+        if how is USUAL and self.operation.begin(strobed, None):
+            return await self.operation.take_place()
+        self._strobe(self.reading, strobed)
         data = bytearray()
-        for rise in rises:
+        for rise in strobed.rises:
             await until(self.kernel, rise)
             data.append(self.bus.net.byte)  # type: ignore[attr-defined]
-        await until(self.kernel, end)
+        await until(self.kernel, strobed.end)
         return bytes(data)
 
     async def _begin(self, how: Strobes) -> None:
@@ -140,15 +148,18 @@ class PacketPort:
             await self.ready()
         await until(self.kernel, self.kernel.now + self.delay_ps)
 
-    def _strobe(self, line: Driver, number: int, how: Strobes) -> tuple[int, tuple[int, ...], int]:
-        """Promise strobes; returns when the port is selected, when they end, and when the port is left alone."""
+    def _strobed(self, number: int, how: Strobes) -> Strobed:
+        """Return the instants of an operation that begins now."""
         start = self.kernel.now + SETTLE_PS
         falls = tuple(start + SETUP_PS + n * (how.low_ps + how.gap_ps) for n in range(number))
         rises = tuple(fall + how.low_ps for fall in falls)
-        end = rises[-1] + HOLD_PS
-        line.wave(1, tuple(sorted((*falls, *rises))), (0, 1) * number)
-        self.select.wave(1, (start, end), (0, 1))
-        return start, rises, end
+        return Strobed(start, falls, rises, rises[-1] + HOLD_PS)
+
+    def _strobe(self, line: Driver, strobed: Strobed) -> None:
+        """Promise strobes, for which the port is selected."""
+        self.operation.leave()
+        line.wave(*strobed.strobe())
+        self.select.wave(*strobed.select())
 
     def note_update(self, code: int) -> None:
         """Note when an update that has just been taken will have been worked, and what waits for one."""
