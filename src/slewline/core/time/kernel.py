@@ -156,9 +156,9 @@ class Kernel:
         return heap[0][0] if heap else None
 
     def pass_to(self, ps: int) -> bool:
-        """Move on to a later instant (ps), in the task that runs, if nothing else happens until then; else return false.
+        """Move on to a later instant (ps) if until then only the task that runs would do anything; else return false.
 
-        It is what a wait would come to: the instant is quiet, and the next event would be the end of the wait.
+        It is what a wait would come to: the instant is quiet, and the next event is the end of the wait.
         """
         heap = self.heap
         if not self.sole or self.pending or self.woken or ps > self.horizon or (heap and heap[0][0] <= ps):

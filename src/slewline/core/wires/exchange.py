@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 class End(Protocol):
     """An end of exchanges: it watches some nets, and while an exchange is a value it is told what comes over."""
 
-    watches: Sequence[tuple[Net, Callable[[Net], object]]]  # nets, each with what it calls at a change
+    @property
+    def watches(self) -> Sequence[tuple[Net, Callable[[Net], object]]]:
+        """Nets, each with what is called when it changes."""
 
 
 class Line:

@@ -20,7 +20,7 @@ from typing import Any
 from ...errors import WiringError
 from ..time.hook import Hook
 from ..time.kernel import Kernel, Task
-from .exchange import End, Exchange
+from .exchange import Exchange
 from .views import Rested, Wired
 from .wave import Level, Promise, Wave, floats, promised
 
@@ -178,7 +178,7 @@ class Net:
         self.active: list[Driver] = []  # those drivers that drive at all; the only one counts as doing so
         self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
         self.renewed = False  # samplers are called because a bound has moved: what was promised so far remains true
-        self.ends: tuple[End, ...] = ()  # what watches it, and can be told of exchanges as values
+        self.ends: tuple[Any, ...] = ()  # what watches it, and can be told of exchanges as values
         self.exchange: Exchange | None = None  # what goes over the wire as a value, at present
         self.latched = False  # `changes` and `changed_at` count even while nothing waits for the net
 

@@ -25,7 +25,8 @@ from ...language import packets
 from ...language.source import host_lines
 from ..base.data import Data, as_bytes
 from ..base.part import served
-from .ends.packet_port import GAP_PS, LOW_PS, UNKNOWN, USUAL, Packet, PacketPort, Strobes, operations, packet_of
+from .ends.operation import GAP_PS, LOW_PS, Strobes
+from .ends.packet_port import UNKNOWN, USUAL, Packet, PacketPort, operations, packet_of
 from .host import Host
 
 if TYPE_CHECKING:

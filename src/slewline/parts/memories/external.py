@@ -64,7 +64,11 @@ class BusInterface:
         part.add_pin("select", "in", selects, pull=1, active=0)
         part.add_pin("ale", "in", "its fall latches the low byte of the address", pull=0, active=1)
         part.add_pin("rd", "in", "low, while selected: the part drives the bus", pull=1, active=0)
-        self.watches = [(part.net("select"), self._select), (part.net("ale"), self._latch), (part.net("rd"), self.show)]
+        self.watches: list[tuple[Net, Callable[[Net], object]]] = [
+            (part.net("select"), self._select),
+            (part.net("ale"), self._latch),
+            (part.net("rd"), self.show),
+        ]
         if write is not None:
             part.add_pin("wr", "in", "its rise, while selected: the byte on the bus is taken", pull=1, active=0)
             self.watches.append((part.net("wr"), self._take))

@@ -232,7 +232,7 @@ class MemoryRead:
             return self.sampled
         return 0xFF if (byte := self.memory.read()) is None else byte
 
-    # ----------------------------------------------------------------------------------------- what goes by value at all
+    # ---------------------------------------------------------------------------------------- what goes by value at all
     def _exchange(self) -> Exchange | None:
         """Return what the parts on the bus make possible; None: there is no memory, or one that does more."""
         exchange = self.exchange
@@ -264,7 +264,7 @@ class MemoryRead:
     def _answer(self) -> Wave:
         """Return what the memory shows on the bus."""
         byte = self.memory.read()
-        before, times, (low, high) = self.bus.strobe_wave(self.start, READ)
+        _, times, _ = self.bus.strobe_wave(self.start, READ)
         return Wave(None, times, (None if byte is None else (0xFF, byte), None))
 
     def _withdrawn(self, seen: int) -> None:

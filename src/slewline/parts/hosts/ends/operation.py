@@ -15,24 +15,49 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from ....core.wires.exchange import End, Exchange
 from ....core.wires.net import Driver, Wave
-from ....core.wires.wave import Edges
 from ....core.wires.waits import until
+from ....core.wires.wave import Edges, Level
+
+NS = 1000  # picoseconds
+SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * NS, 80 * NS
 
 if TYPE_CHECKING:
     from .packet_port import PacketPort
 
 
-class Strobed(NamedTuple):
-    """The instants of an operation, in ps: the port is selected, each strobe falls and rises, the port is left alone."""
+class Strobes(NamedTuple):
+    """How a host strobes: low so long, high so long between two bytes; `ready`: not before HostRdy is high."""
 
-    start: int
-    falls: tuple[int, ...]
-    rises: tuple[int, ...]
-    end: int
+    low_ps: int = LOW_PS
+    gap_ps: int = GAP_PS
+    ready: bool = True
+
+
+class Strobed:
+    """The instants of an operation (ps), and what its lines show; those of single strobes are worked out when asked."""
+
+    __slots__ = ("end", "how", "last", "number", "start")
+
+    def __init__(self, now: int, number: int, how: Strobes) -> None:
+        self.number, self.how = number, how
+        self.start = now + SETTLE_PS  # the port is selected
+        self.last = self.start + SETUP_PS + number * (how.low_ps + how.gap_ps) - how.gap_ps  # the last strobe rises
+        self.end = self.last + HOLD_PS  # the port is left alone
+
+    @property
+    def falls(self) -> list[int]:
+        """When the strobe falls, for each byte."""
+        apart = self.how.low_ps + self.how.gap_ps
+        return [self.start + SETUP_PS + n * apart for n in range(self.number)]
+
+    @property
+    def rises(self) -> list[int]:
+        """When it rises."""
+        return [fall + self.how.low_ps for fall in self.falls]
 
     def strobe(self) -> Edges:
         """Return what the strobe shows."""
-        return 1, tuple(sorted((*self.falls, *self.rises))), (0, 1) * len(self.falls)
+        return 1, tuple(sorted((*self.falls, *self.rises))), (0, 1) * self.number
 
     def select(self) -> Edges:
         """Return what HostSlct shows."""
@@ -44,7 +69,7 @@ class Strobed(NamedTuple):
 
     def bus(self, data: bytes) -> Edges:
         """Return what stands on the bus while bytes are written: they change half way between two strobes."""
-        changes = [(rise + fall) // 2 for rise, fall in zip(self.rises, self.falls[1:], strict=False)]
+        changes = [rise + self.how.gap_ps // 2 for rise in self.rises[:-1]]
         return None, (self.start, *changes, self.end), (*((0xFF, byte) for byte in data), None)
 
 
@@ -95,7 +120,7 @@ class Operation:
         self.exchange: Exchange | None = None
         self.data: bytes | None = None  # what is written; None: it is a read operation
         self.command = False
-        self.strobes = Strobed(0, (), (), 0)
+        self.strobes = Strobed(0, 0, Strobes())
         self.over = True  # the chipset has taken notice of it
         self.shown = bytearray()  # what is read
 
@@ -114,30 +139,25 @@ class Operation:
             return False
         self.strobes, self.data, self.command, self.over = strobes, data, command, False
         if data is None:
-            self.shown[:] = self.chip.shows(len(strobes.rises))
+            self.shown[:] = self.chip.shows(strobes.number)
         return True
 
     async def take_place(self) -> bytes:
         """Let the operation take place, until the port is left alone; return what has been read."""
-        strobes = self.strobes
-        await until(self.kernel, strobes.rises[-1])
-        if self.by_value:
+        strobes, exchange = self.strobes, self.exchange
+        await until(self.kernel, strobes.last)
+        if exchange is not None and exchange.by_value:
             self.over = True
-            self.chip.operated(len(strobes.rises), self.data, self.command)
+            self.chip.operated(strobes.number, self.data, self.command)
         await until(self.kernel, strobes.end)
         return bytes(self.shown)
-
-    @property
-    def by_value(self) -> bool:
-        """Do the wires show operations as values?"""
-        return self.exchange is not None and self.exchange.by_value
 
     def leave(self) -> None:
         """Go edge by edge from now on."""
         if self.exchange is not None and self.exchange.by_value:
             self.exchange.withdraw()
 
-    # ----------------------------------------------------------------------------------------- what goes by value at all
+    # ---------------------------------------------------------------------------------------- what goes by value at all
     def _found(self) -> Exchange | None:
         """Return what the chipsets on these wires make possible; None: there is none, or more than one."""
         select = self.port.select.net
@@ -176,15 +196,18 @@ class Operation:
         """Return what the chipset has on the bus, of what has come over by an instant (ps)."""
         if self.data is not None:
             return Wave(None, (), ())
-        edges = [(fall + self.chip.access_ps, (0xFF, byte)) for fall, byte in zip(self.strobes.falls, self.shown) if fall <= ps]
-        edges += [(rise + self.chip.let_go_ps, None) for rise in self.strobes.rises if rise <= ps]
-        edges.sort(key=lambda edge: edge[0])
-        return Wave(None, tuple(time for time, _ in edges), tuple(level for _, level in edges))
+        edges: dict[int, Level] = {}
+        for fall, rise, byte in zip(self.strobes.falls, self.strobes.rises, self.shown, strict=False):
+            if fall <= ps:
+                edges[fall + self.chip.access_ps] = 0xFF, byte
+            if rise <= ps:
+                edges[rise + self.chip.let_go_ps] = None
+        return Wave(None, tuple(edges), tuple(edges.values()))
 
     def _withdrawn(self, seen: int) -> None:
         """The chipset goes by the pins from now on, with what has come over; the host looks at the bus in time."""
-        _, falls, rises, end = self.strobes
-        if seen >= end:
+        falls, rises = self.strobes.falls, self.strobes.rises
+        if seen >= self.strobes.end:
             return
         answer = self._answer(seen)
         if answer.times:

@@ -17,24 +17,14 @@ from ....core.wires.waits import level, until
 from ....errors import ChecksumError, Timeout
 from ....language import packets
 from ....language.dialect import spoken_as
-from .operation import Operation, Strobed
+from .operation import Operation, Strobed, Strobes
 
 if TYPE_CHECKING:
     from ....core.datasheet.table import Row, Sheet
     from ...base.request_queue import RequestQueue
     from ..connection import Connection
 
-NS = 1000  # picoseconds
-SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * NS, 80 * NS
 UNKNOWN = 0  # the current axis, after what may have changed it
-
-
-class Strobes(NamedTuple):
-    """How a host strobes: low so long, high so long between two bytes; `ready`: not before HostRdy is high."""
-
-    low_ps: int = LOW_PS
-    gap_ps: int = GAP_PS
-    ready: bool = True
 
 
 USUAL = Strobes()
@@ -90,7 +80,7 @@ class PacketPort:
         self.select, self.reading, self.writing, self.command = (
             Driver(pins[name].net, host) for name in ("hostslct", "hostread", "hostwrite", "hostcmd")
         )
-        self.bus = Driver(chip.bus, host)
+        self.bus, self.host_ready = Driver(chip.bus, host), pins["hostrdy"].net
         self.operation = Operation(self)
         self.cycle_ps = chip.clock.ps(chip.sheet.times["cycle"].ticks)
         self.worked_ps = 0  # by then the cycle has begun that works the last update
@@ -114,12 +104,12 @@ class PacketPort:
 
     async def ready(self) -> None:
         """Wait until HostRdy is high."""
-        await level(self.pins["hostrdy"].net, 1)
+        await level(self.host_ready, 1)
 
     async def write(self, data: bytes, command: bool, how: Strobes) -> None:
         """Write a command byte, or the two bytes of a word, as one operation."""
         await self._begin(how)
-        strobed = self._strobed(len(data), how)
+        strobed = Strobed(self.kernel.now, len(data), how)
         if how is USUAL and self.operation.begin(strobed, data, command):
             await self.operation.take_place()
             return
@@ -132,7 +122,7 @@ class PacketPort:
     async def read(self, number: int, how: Strobes) -> bytes:
         """Read the bytes of a word, each as it stands at the end of its strobe, as one operation."""
         await self._begin(how)
-        strobed = self._strobed(number, how)
+        strobed = Strobed(self.kernel.now, number, how)
         if how is USUAL and self.operation.begin(strobed, None):
             return await self.operation.take_place()
         self._strobe(self.reading, strobed)
@@ -145,15 +135,9 @@ class PacketPort:
 
     async def _begin(self, how: Strobes) -> None:
         if how.ready:
-            await self.ready()
-        await until(self.kernel, self.kernel.now + self.delay_ps)
-
-    def _strobed(self, number: int, how: Strobes) -> Strobed:
-        """Return the instants of an operation that begins now."""
-        start = self.kernel.now + SETTLE_PS
-        falls = tuple(start + SETUP_PS + n * (how.low_ps + how.gap_ps) for n in range(number))
-        rises = tuple(fall + how.low_ps for fall in falls)
-        return Strobed(start, falls, rises, rises[-1] + HOLD_PS)
+            await level(self.host_ready, 1)
+        if self.delay_ps:
+            await until(self.kernel, self.kernel.now + self.delay_ps)
 
     def _strobe(self, line: Driver, strobed: Strobed) -> None:
         """Promise strobes, for which the port is selected."""
@@ -193,7 +177,8 @@ class PacketPort:
         """Send a packet, now; return the words that are read, without the checksum."""
         if axis not in (UNKNOWN, self.axis):
             await self.exchange(packet_of(packets.row(self.sheet, f"SET_{axis}")))
-        await self.begin(USUAL)
+        await self.ready()
+        self.queue.begun = True
         await self.write(bytes([packet.code]), True, USUAL)
         for word in packet.words:
             await self.write(word.to_bytes(2, "big"), False, USUAL)
