@@ -196,8 +196,10 @@ class FlowPort:
         self.request.drive(1)
         self.bus.drive(None)
         self.sent += 1
+        heeded = self.control.heeds
         self.shadow.feed(byte)
-        self.control.news.set()  # FPL may be in use from now on
+        if self.control.heeds != heeded:
+            self.control.news.set()
 
     async def ask(self, data: bytes, query: Query) -> str | bytes:
         """Send a query, and wait until it is answered."""
