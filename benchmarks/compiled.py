@@ -64,6 +64,17 @@ def cy545_polled() -> Callable[[], object]:
     return lambda: [host.ask("? N") for _ in range(300)]
 
 
+def cy545_program() -> Callable[[], object]:
+    """A program of 1,000 instructions that a CY545 reads from its external memory."""
+    import slewline
+
+    bench = slewline.Bench()
+    chip = bench.add("cy545")
+    bench.part("ram", to=chip, image="R 100\r" * 1000 + "0\r")
+    bench.host(chip).send("X\r")
+    return lambda: bench.run_until_idle("100 s")
+
+
 def cy525_dialogue() -> Callable[[], object]:
     """2,000 commands to a CY525 from a host that never hesitates."""
     import run as table
@@ -113,6 +124,7 @@ WORKLOADS: dict[str, Callable[[], Callable[[], object]]] = {
     "queued": status_queued,
     "script": script_of_moves,
     "cy545": cy545_polled,
+    "program": cy545_program,
     "cy525": cy525_dialogue,
     "gs-c": gsc_exchanges,
     "edges": edge_or_timeout,

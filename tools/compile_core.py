@@ -2,9 +2,9 @@
 
     HATCH_BUILD_HOOK_ENABLE_CUSTOM=true pip install .
 
-It is off by default (pyproject.toml).  Everything is done on a copy of the sources, in a folder that is removed, so
-that a clone never has extension modules beside its sources, which Python would take instead of them.  Types are checked with
-`make check`; here mypy has only what mypyc needs to know of them.
+It is off by default (pyproject.toml).  Everything is done on a copy of the sources, in a folder that is removed: an
+extension module beside its source file in a clone would be what Python takes from then on.  mypy knows here what mypyc
+needs; types are checked by `make check`.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ from .options.values import (
     TimeWithUnit,
     look_here,
 )
+from .options.version_option import version_option
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
 path = partial(click.option, metavar="F", type=FILE)
@@ -48,28 +49,10 @@ OPTIONS = click.option(
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead.")
 
 
-def _tell_version(context: click.Context, _option: click.Parameter, asked: bool) -> None:
-    if asked and not context.resilient_parsing:
-        from .version import version_line
-
-        click.echo(version_line())
-        context.exit()
-
-
-VERSION = click.option(
-    "--version",
-    is_flag=True,
-    is_eager=True,
-    expose_value=False,
-    callback=_tell_version,
-    help="Show the version and the build, and exit.",
-)
-
-
 @click.group(
     cls=CommandGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}, epilog=EXIT
 )
-@VERSION
+@version_option
 def cli() -> None:
     """Programmable stepper motor controllers, as software.
 
