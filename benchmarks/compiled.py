@@ -47,10 +47,10 @@ def status_queued() -> Callable[[], object]:
 
 
 def script_of_moves() -> Callable[[], object]:
-    """40 random moves of a script that asks for the status until each is complete."""
+    """10 random moves of a script that asks for the status until each is complete."""
     import chipset
 
-    return chipset.scripted(40, ("wait motion_complete", "CLR_STATUS"))
+    return chipset.scripted(10, ("wait motion_complete", "CLR_STATUS"))
 
 
 def cy545_polled() -> Callable[[], object]:
