@@ -1,21 +1,23 @@
 # The Python that .venv is made with:  PYTHON=python3.12 make demo
 # Without make, on Windows for example, all of this is:  python tools/setup.py demo
 PYTHON ?= python3
-TASKS := demo test test-long check conformance mutations bench docs clean
+TASKS := demo test test-compiled test-long check conformance mutations bench docs compiled clean
 
 .PHONY: help run-env dev-env $(TASKS)
 
 help:
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
 
 demo: ## Set up what the demo needs, and run it
 test: ## Run the tests, except the long ones
-test-long: ## Run the long tests
+test-compiled: ## Run the tests of the core and the laws over the compiled build
+test-long: ## Run the long tests, and all tests over the compiled build
 check: ## Check style, types, imports, conformance table and documentation
 conformance: ## Write the conformance table
 mutations: ## Break the source on purpose, and see that a test notices
 bench: ## Measure the speed, and write the page about it
 docs: ## Build the documentation into build/docs
+compiled: ## Build the compiled core into build/compiled
 clean: ## Remove .venv, build products and caches
 
 # The script itself sees in a moment, from its stamps, whether anything is left to do.

@@ -124,14 +124,14 @@ def create_venv(work, maker):
     run(command + [os.path.join(work, ".venv")], "could not create .venv; the reason is above.", env=cleared)
 
 
-def install(work, maker, arguments, failure):
+def install(work, maker, arguments, failure, **more):
     if maker == "uv":
         command = ["uv", "pip", "install", "--quiet", "--python", python_of(work)]
     else:
         # -I: a PYTHONPATH meant for another project must not reach into this environment.
         # -qq: pip still reports errors, but not each index or link it passes over.
         command = [python_of(work), "-I", "-m", "pip", "install", "-qq", "--disable-pip-version-check", "--no-input"]
-    run(command + arguments, failure)
+    run(command + arguments, failure, **more)
 
 
 def install_lock(work, maker, name):
@@ -155,6 +155,28 @@ def install_project(work, maker):
         maker,
         ["--no-deps", "--no-build-isolation", "-e", "."],
         "could not install slewline itself; the reason is above. This step needs no network.",
+    )
+
+
+def sources():
+    """Every file that the compiled build is made of."""
+    found = [os.path.join("tools", "compile_core.py")]
+    for folder, inside, files in os.walk(os.path.join(ROOT, "src")):
+        inside[:] = sorted(name for name in inside if name != "__pycache__")
+        found += [os.path.relpath(os.path.join(folder, name), ROOT) for name in sorted(files)]
+    return found
+
+
+def compile_core(work, maker):
+    say("building the compiled core into build/compiled (a minute)")
+    target = os.path.join(work, "build", "compiled")
+    shutil.rmtree(target, ignore_errors=True)
+    install(
+        work,
+        maker,
+        ["--no-deps", "--no-build-isolation", "--target", target, "."],
+        "could not build the compiled core; the reason is above. The plain build needs no compiler: make test",
+        env=dict(os.environ, HATCH_BUILD_HOOK_ENABLE_CUSTOM="true"),
     )
 
 
@@ -199,13 +221,18 @@ def set_up(work, name):
     # The path is in the key because an environment stops working when the checkout moves.
     maker = find_maker()
     base = digest(ROOT, "%d.%d" % tuple(sys.version_info[:2]), *([] if maker == "venv" else [maker]))
-    locks = dict((lock, digest(base, read("requirements", lock + ".lock"))) for lock in ("run", "dev"))
+    locks = dict((lock, digest(base, read("requirements", lock + ".lock"))) for lock in ("run", "dev", "compiled"))
 
     step(work, "venv", base, lambda: create_venv(work, maker))
     # dev.lock contains run.lock, so a complete dev environment serves the demo as well.
-    if not (name == "run" and is_done(work, "dev", locks["dev"])):
-        step(work, name, locks[name], lambda: install_lock(work, maker, name))
+    needed = ["dev", "compiled"] if name == "compiled" else [name]
+    for each in needed:
+        if not (each == "run" and is_done(work, "dev", locks["dev"])):
+            step(work, each, locks[each], lambda each=each: install_lock(work, maker, each))
     step(work, "project", digest(base, packaging_metadata()), lambda: install_project(work, maker))
+    if name == "compiled":
+        key = digest(locks[name], packaging_metadata(), *[read(path) for path in sources()])
+        step(work, "core", key, lambda: compile_core(work, maker))
 
 
 def lock(file):
@@ -243,6 +270,10 @@ def tests(work, *more):
     return [["-m", "pytest", "-n", "2"] + kept + list(more)]
 
 
+def compiled_tests(work, *more):
+    return tests(work, "-p", "tests.compiled", *more)
+
+
 def check(_work):
     return [
         ["-m", "ruff", "check"],
@@ -269,7 +300,18 @@ TASKS = (
         ],
     ),
     ("test", "dev", "Run the tests, except the long ones", tests),
-    ("test-long", "dev", "Run the long tests", lambda work: tests(work, "-m", "long")),
+    (
+        "test-compiled",
+        "compiled",
+        "Run the tests of the core and the laws over the compiled build",
+        lambda work: compiled_tests(work, "tests/core", "tests/laws"),
+    ),
+    (
+        "test-long",
+        "compiled",
+        "Run the long tests, and all tests over the compiled build",
+        lambda work: tests(work, "-m", "long") + compiled_tests(work, "-m", "not docs"),
+    ),
     ("check", "dev", "Check style, types, imports, conformance table and documentation", check),
     ("conformance", "dev", "Write the conformance table", lambda work: [["tools/conformance.py"]]),
     (
@@ -290,6 +332,7 @@ TASKS = (
         "Build the documentation into build/docs",
         lambda work: [["-m", "sphinx", "-W", "docs", os.path.join(work, "build", "docs")]],
     ),
+    ("compiled", "compiled", "Build the compiled core into build/compiled", lambda work: []),
     ("clean", None, "Remove .venv, build products and caches", None),
 )
 CALLS = dict((task[0], task[3]) for task in TASKS)

@@ -6,11 +6,15 @@ import os
 import subprocess
 import sys
 import tomllib
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import slewline
+from slewline.cli.version import build, is_compiled
+from slewline.core.time import kernel
 from slewline.extras import EXTRAS
 
 ROOT = Path(__file__).parents[2]
@@ -67,7 +71,15 @@ def test_the_help_of_run_holds_the_guide_to_scripts(call):
 
 
 def test_version(call):
-    assert call("--version").out.split()[-1] == slewline.__version__
+    assert call("--version").out == f"slewline, version {slewline.__version__} ({build()})\n"
+
+
+def test_the_build_is_told_from_the_file_that_the_kernel_is_loaded_from():
+    of = SimpleNamespace(__file__="/lib/slewline/core/time/kernel.py")
+    assert not is_compiled(of)
+    of.__file__ = f"/lib/slewline/core/time/kernel{EXTENSION_SUFFIXES[0]}"
+    assert is_compiled(of)
+    assert build() == ("plain Python", "compiled core")[is_compiled(kernel)]
 
 
 def test_without_click_the_message_says_what_to_install():

@@ -13,6 +13,7 @@ import pytest
 import slewline
 from slewline.cli import examples as module
 from slewline.cli.main import invoke
+from slewline.cli.version import version_line
 from slewline.core.messages.near import hint
 
 ROOT = Path(__file__).parents[2]
@@ -24,7 +25,7 @@ def test_the_module_is_the_command():
     ran = subprocess.run([sys.executable, "-m", "slewline", "chps"], capture_output=True, text=True, check=False)
     assert ran.returncode == 2 and ran.stderr.startswith("Usage: slewline [OPTIONS]")
     ran = subprocess.run([sys.executable, "-m", "slewline", "--version"], capture_output=True, text=True, check=True)
-    assert ran.stdout == f"slewline, version {slewline.__version__}\n"
+    assert ran.stdout == f"{version_line()}\n"
 
 
 # ------------------------------------------------------------------------------------------------------------ examples

@@ -32,6 +32,25 @@ def check_promise(view, first: int, last: int, plain, until) -> None:
             assert levels.tolist() == [level(ps) for ps in inside]
 
 
+class Asked:
+    """A promise that counts how often it is asked for the next edge."""
+
+    until, asked = None, 0
+
+    def __init__(self, of):
+        self.of = of
+
+    def level(self, ps):
+        return self.of.level(ps)
+
+    def edges(self, start, stop):
+        return self.of.edges(start, stop)
+
+    def after(self, ps):
+        self.asked += 1
+        return self.of.after(ps)
+
+
 class Early:
     """A promise that answers early: it asks to be asked again before the edge, or though there is none for a while."""
 

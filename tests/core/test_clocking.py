@@ -6,7 +6,7 @@ from bisect import bisect_right
 from random import Random
 
 import pytest
-from promises import Early
+from promises import Asked, Early
 
 from slewline.chips.mc1451a.profiles.cycle_train import CycleTrain, Linear, SquareView
 from slewline.core.motion.step_views import PulseView, StrobeView
@@ -103,14 +103,7 @@ def test_an_endless_train_is_walked_with_a_bounded_memory(monkeypatch):
 
 
 def test_a_question_about_the_future_looks_ahead_so_far_and_no_further():
-    class Ticks(Wave):
-        asked = 0
-
-        def after(self, ps):
-            self.asked += 1
-            return super().after(ps)
-
-    promise = Ticks(1, tuple(range(5, 5005, 5)), (None, 1) * 500)  # no fall at all
+    promise = Asked(Wave(1, tuple(range(5, 5005, 5)), (None, 1) * 500))  # no fall at all
     clock = ScannedEdges(promise, 0, 0)
     assert clock.at(1) == 5 * clocking.LOOKS and clock.by(5 * clocking.LOOKS) == 0
     assert promise.asked <= 2 * clocking.LOOKS

@@ -7,6 +7,7 @@ from random import Random
 
 import numpy as np
 import pytest
+from promises import Asked
 
 from slewline.chips.mc1451a.axis.pin_edges import PinEdges
 from slewline.core.datasheet.table import Pin
@@ -180,25 +181,6 @@ def test_a_closed_gate_does_not_ask_for_the_steps_of_its_other_input():
     assert view.after(5) == 10**12 + 7
     assert Gated([pulses(10), Wave(0, (1,), (0,))], (0, 0, 0, 1)).after(5) is None
     assert Wired([pulses(10), Wave(0, (10**12,), (1,))], Net.wired, 1).after(5) == 10**12 + 7
-
-
-class Asked:
-    """A promise that counts how often it is asked for the next edge."""
-
-    until, asked = None, 0
-
-    def __init__(self, of):
-        self.of = of
-
-    def level(self, ps):
-        return self.of.level(ps)
-
-    def edges(self, start, stop):
-        return self.of.edges(start, stop)
-
-    def after(self, ps):
-        self.asked += 1
-        return self.of.after(ps)
 
 
 def test_what_is_behind_a_view_that_has_looked_ahead_enough_does_not_look_ahead_itself():

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from slewline.core.time.kernel import Kernel
 from slewline.core.wires.net import Net
-from slewline.core.wires.waits import STALE, first_of
+from slewline.core.wires.waiters import STALE
+from slewline.core.wires.waits import first_of
 
 
 def test_ended_waits_are_sorted_out_of_a_quiet_net() -> None:

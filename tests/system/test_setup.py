@@ -31,6 +31,7 @@ def setup(tmp_path):
     (tmp_path / "requirements").mkdir()
     (tmp_path / "requirements/run.lock").write_text("numpy==1\n")
     (tmp_path / "requirements/dev.lock").write_text("numpy==1\n")
+    (tmp_path / "requirements/compiled.lock").write_text("setuptools==1\n")
     (tmp_path / "pyproject.toml").write_text("[build-system]\n[project]\n[tool.hatch]\n")
     return load(shutil.copy(SCRIPT, tmp_path / "tools"))
 
@@ -164,7 +165,7 @@ def test_make_has_a_task_for_every_task_and_says_the_same_of_it(setup):
     assert re.search(r"^TASKS := (.*)$", MAKEFILE, re.MULTILINE)[1].split() == [name for name, _ in told]
 
 
-@pytest.mark.parametrize("task", ["demo", "test", "test-long", "check", "conformance", "mutations", "bench", "docs"])
+@pytest.mark.parametrize("task", ["demo", "test", "check", "conformance", "mutations", "bench", "docs"])
 def test_a_task_is_done_in_the_environment_and_its_status_counts(setup, machine, task):
     assert setup.main([task]) == 0
     assert machine.installed == [".venv", "run.lock" if task == "demo" else "dev.lock", ""]
@@ -174,6 +175,40 @@ def test_a_task_is_done_in_the_environment_and_its_status_counts(setup, machine,
         assert found, call
     machine.status = 3
     assert setup.main([task]) != 0
+
+
+@pytest.fixture
+def source(setup, tmp_path):
+    """A source file in the checkout, and the hook that compiles it."""
+    (tmp_path / "src/slewline").mkdir(parents=True)
+    shutil.copy(SCRIPT.with_name("compile_core.py"), tmp_path / "tools")
+    (tmp_path / "src/slewline/kernel.py").write_text("now = 0\n")
+    return tmp_path / "src/slewline/kernel.py"
+
+
+def test_the_core_is_compiled_again_when_a_source_file_has_changed(setup, machine, source):
+    for _ in range(2):
+        assert setup.main(["compiled"]) == 0
+    assert machine.installed == [".venv", "dev.lock", "compiled.lock", "", ""]
+    source.write_text("now = 1\n")
+    assert setup.main(["compiled"]) == 0
+    assert machine.installed == [".venv", "dev.lock", "compiled.lock", "", "", ""]
+    assert not machine.ran
+
+
+@pytest.mark.parametrize("task, runs", [("test-compiled", [True]), ("test-long", [False, True])])
+def test_tasks_over_the_compiled_build_say_so_to_pytest(setup, machine, source, task, runs):
+    assert setup.main([task]) == 0
+    assert machine.installed == [".venv", "dev.lock", "compiled.lock", "", ""]
+    assert ["tests.compiled" in call for call in machine.ran] == runs
+
+
+def test_a_build_that_fails_says_that_there_is_another_one(setup, machine, source, capsys):
+    assert setup.main(["dev"]) == 0
+    machine.online = False
+    (Path(setup.ROOT) / ".venv/stamp-compiled").touch()
+    assert setup.main(["compiled"]) == 1
+    assert "could not install requirements/compiled.lock" in capsys.readouterr().err
 
 
 def test_arguments_go_to_the_last_call(setup, machine):
@@ -220,6 +255,7 @@ def test_clean_takes_away_what_was_made(setup, tmp_path):
         "tools/setup.py",
         "requirements/run.lock",
         "requirements/dev.lock",
+        "requirements/compiled.lock",
         "pyproject.toml",
     }
     assert not list(tmp_path.rglob("__pycache__"))

@@ -21,6 +21,7 @@ from .options.values import (
     TimeWithUnit,
     look_here,
 )
+from .options.version_option import version_option
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
 path = partial(click.option, metavar="F", type=FILE)
@@ -51,7 +52,7 @@ JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead.
 @click.group(
     cls=CommandGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}, epilog=EXIT
 )
-@click.version_option(package_name="slewline")
+@version_option
 def cli() -> None:
     """Programmable stepper motor controllers, as software.
 

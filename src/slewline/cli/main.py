@@ -58,9 +58,9 @@ def invoke(arguments: Sequence[str]) -> int:
         if error.name != "click":
             raise
         if list(arguments) == ["--version"]:
-            from ..version import __version__
+            from .version import version_line
 
-            sys.stdout.write(f"slewline, version {__version__}\n")
+            sys.stdout.write(f"{version_line()}\n")
             return 0
         sys.stderr.write(f"slewline: {needs('the command line needs', 'cli')}\n")
         return WRONG_USE

@@ -118,7 +118,7 @@ class Kernel:
         self.order = count()
         self.pending: list[Any] = []  # drivers that change at the end of the round
         self.woken: list[Any] = []  # tasks for the next round
-        self.task: Task | None = None
+        self.task: Task | Call | None = None  # what runs in this round
         self.shuffle = shuffle
         self.running = False
         self.sole = False  # the task that runs is the only one of its round, and nothing waits to be committed
@@ -376,6 +376,6 @@ class Kernel:
 
     def current(self) -> Task:
         """Return the task that is running; only inside one is it possible to wait."""
-        if self.task is None:
+        if not isinstance(self.task, Task):
             raise SlewlineError("only a task of the kernel can wait")
         return self.task

@@ -350,7 +350,7 @@ class Receiver:
             self.seen, self.taken = [], 0
             last = middle + OVERSAMPLING * len(frames.times)
             self.looks = [tick * clock.n // clock.d for tick in range(middle, last, OVERSAMPLING)]
-            self.task = kernel.task
+            self.task = kernel.current()
             promised = self.net.resolve(self.looks[0] - 1) == 1 - mark
             await until(kernel, self.looks[-1 if promised else 0])
             self.catch_up()

@@ -1,0 +1,56 @@
+"""How a task that is about to wait is registered: in the heap, on nets.
+
+It is registered under its present token; whatever wakes it first moves the token on, which makes the other
+registrations stale.  Who waits is the running task, so these functions are called from inside one (waits.py).
+"""
+
+from __future__ import annotations
+
+from heapq import heappush
+
+from ..time.kernel import Kernel
+from .net import Net
+
+STALE = 64  # entries that a net which never changes may gather before they are sorted out
+
+
+def wait_until(kernel: Kernel, ps: int) -> bool:
+    """Register the running task for an instant (ps); return false if it is there already: nothing else was due before."""
+    if ps <= kernel.now or kernel.pass_to(ps):
+        return False
+    task = kernel.task
+    heappush(kernel.heap, (ps, next(kernel.order), task, task.token))  # type: ignore[union-attr]
+    return True
+
+
+def wait_for(net: Net, wanted: int | None) -> None:
+    """Register the running task for a level of a net, 0 or 1, which it has not; None: for its next change."""
+    task = net.kernel.task
+    net.waiters.append((task, task.token, wanted))  # type: ignore[union-attr,arg-type]
+    if net.promise is not None:
+        net.follow()
+
+
+def wait_for_first(
+    kernel: Kernel, ps: int | None, wanted: tuple[tuple[Net, int | None], ...]
+) -> tuple[bool, Net | None]:
+    """Register the running task for an instant (ps) and for levels of nets, each 0, 1 or None for any change.
+
+    Return whether one of them is there already, and then which: a net; None, the instant.
+    """
+    for net, value in wanted:
+        if value is not None and net.level == value:
+            return True, net
+    if ps is not None and ps <= kernel.now:
+        return True, None
+    task = kernel.task
+    token = task.token  # type: ignore[union-attr]
+    if ps is not None:
+        heappush(kernel.heap, (ps, next(kernel.order), task, token))
+    for net, value in wanted:
+        if len(net.waiters) > STALE:  # what another net or the time has woken meanwhile
+            net.waiters = [entry for entry in net.waiters if entry[0].token == entry[1]]
+        net.waiters.append((task, token, value))  # type: ignore[arg-type]
+        if net.promise is not None:
+            net.follow()
+    return False, None
