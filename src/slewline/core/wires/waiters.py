@@ -15,7 +15,7 @@ STALE = 64  # entries that a net which never changes may gather before they are 
 
 
 def wait_until(kernel: Kernel, ps: int) -> bool:
-    """Register the running task for an instant (ps); return false if it is there already: nothing else was due before."""
+    """Register the running task for an instant (ps); return false if it is there: nothing else was due before."""
     if ps <= kernel.now or kernel.pass_to(ps):
         return False
     task = kernel.task
