@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from bisect import insort
+from bisect import bisect_left, insort
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
@@ -65,6 +66,7 @@ class Component:
         self.kernel, self.name = kernel, name
         self.drivers: dict[str, Driver] = {}
         self._findings: list[Finding] = []
+        self._forgotten: Counter[str] = Counter()  # findings that are not kept any more, by code
         self.on_finding: Hook[[Finding]] = Hook()
 
     def __dir__(self) -> Iterable[str]:
@@ -80,6 +82,21 @@ class Component:
         found = Finding(self.kernel.now if at is None else at, self.name, code, text)
         insort(self._findings, found, key=attrgetter("time_ps"))
         self.on_finding(found)
+
+    def forget_findings(self, before: int, remedy: str) -> None:
+        """Drop the findings before an instant (ps); one that counts them by their codes takes their place.
+
+        Args:
+            remedy: what to do so that more is kept.
+        """
+        old = bisect_left(self._findings, before, key=attrgetter("time_ps"))
+        if old <= bool(self._forgotten):  # nothing but the one that counts
+            return
+        last = self._findings[old - 1].time_ps
+        self._forgotten.update(found.code for found in self._findings[bool(self._forgotten) : old])
+        codes = ", ".join(f"{code} {count}" for code, count in self._forgotten.items())
+        text = f"{self._forgotten.total()} up to {readable(last)} are not kept any more: {codes}; {remedy}"
+        self._findings[:old] = [Finding(last, self.name, "forgotten", text)]
 
     def input(self, verb: str, *args: Any) -> None:
         """Report to the outside that a user has called a method declared by `@from_outside`, as plain data.

@@ -15,16 +15,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
 from ...core.component import Component, Finding
 from ...core.datasheet.option import Option
 from ...core.datasheet.table import Pin
 from ...core.messages.near import hint
+from ...core.motion.kept import Kept
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Bus, Driver, Net
 from ...core.wires.pin import Terminal
 from ...errors import UnknownName
+from .recent import Recent
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Way
@@ -73,6 +75,8 @@ class Part(Component):
         super().__init__(kernel, name)
         self.pins: dict[str, Terminal] = {}
         self._catching_up = False
+        self.kept = Kept()
+        self._recent: list[Recent] = []
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name}>"
@@ -158,6 +162,28 @@ class Part(Component):
 
     def forget(self, before: int) -> None:
         """Drop what the part keeps of the time before an instant (ps) for its quantities."""
+
+    def keep_recent(self, what: bytearray | list[Any]) -> Recent:
+        """Return a view of what comes in, here at its end, which is shortened as the bench's `keep` has it."""
+        recent = Recent(what)
+        self._recent.append(recent)
+        return recent
+
+    def forget_all(self, before: int) -> None:
+        """Drop all that the part keeps of the time before an instant (ps); it catches up first."""
+        self.be_caught_up()
+        self.forget(before)
+        for recent in self._recent:
+            recent.forget(before, self.kernel.now)
+
+    def check_kept(self, start: int) -> None:
+        """Check that the past is kept from an instant on (ps).
+
+        Raises:
+            NotRecorded: it is not.
+        """
+        if self.kept.ps is not None and start < (since := self.kernel.seen - self.kept.ps):
+            raise self.kept.refusal(start, since)
 
     @property
     def findings(self) -> list[Finding]:
