@@ -227,7 +227,7 @@ def test_record_may_say_otherwise():
     assert len(bench.edges("x.mov", start=begun)[0]) > 50
 
 
-# ------------------------------------------------------------------------------------------------------ what has come in
+# ----------------------------------------------------------------------------------------------------- what has come in
 def exchanged(part, command, times=60, **options):
     """A host that asks the same over and over, a question every 10 ms at least."""
     bench = slewline.Bench(**options)
@@ -247,7 +247,7 @@ ASKED = {"cy525": "V", "gs-c200s": "V1", "cy545": "? P", "mc1451a": "GET_STATUS"
 
 @pytest.mark.parametrize("part", ASKED)
 def test_a_host_forgets_what_it_has_received(part):
-    bench, host, answers = exchanged(part, ASKED[part], keep="40 ms")
+    _, host, answers = exchanged(part, ASKED[part], keep="40 ms")
     _, whole, same = exchanged(part, ASKED[part])
     assert answers == same
     assert 0 < len(host.received) < len(whole.received) / 4
@@ -285,7 +285,7 @@ def test_results_of_a_script_are_forgotten():
     assert 5 <= len(host.results) <= 50
 
 
-# -------------------------------------------------------------------------------------------------------------- by itself
+# ----------------------------------------------------------------------------------------------------------- by itself
 def test_what_came_before_the_last_mark_goes_when_the_mark_is_old():
     what = bytearray(b"abc")
     recent = Recent(what)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..chips import CATALOGUE as CHIPS
 from ..chips import chip_class, sheet_of
 from ..core.chip import Chip
-from ..core.component import Finding
+from ..core.component import Finding, forget_findings
 from ..core.memory.store import JournaledStore
 from ..core.messages.calls import answering
 from ..core.messages.near import hint
@@ -347,7 +347,7 @@ class Circuit:
     def forget(self) -> None:
         """Drop what was before the time that is kept.
 
-        An axis that moves does so by itself; one at rest whose encoder is turned, or that is told positions, does not.
+        An axis that moves does so by itself; one at rest, whose encoder is turned or whose register is loaded, not.
         """
         if self.keep_ps is None:
             return
@@ -358,7 +358,7 @@ class Circuit:
         for part in self.parts.values():
             part.forget_all(before)
         for owner in self.owners():
-            owner.forget_findings(before, remedy)
+            forget_findings(owner, before, remedy)
 
     def catch_up(self) -> None:
         """Let parts that compute only on demand do so, up to now: listeners get the findings made on the way.

@@ -83,21 +83,6 @@ class Component:
         insort(self._findings, found, key=attrgetter("time_ps"))
         self.on_finding(found)
 
-    def forget_findings(self, before: int, remedy: str) -> None:
-        """Drop the findings before an instant (ps); one that counts them by their codes takes their place.
-
-        Args:
-            remedy: what to do so that more is kept.
-        """
-        old = bisect_left(self._findings, before, key=attrgetter("time_ps"))
-        if old <= bool(self._forgotten):  # nothing but the one that counts
-            return
-        last = self._findings[old - 1].time_ps
-        self._forgotten.update(found.code for found in self._findings[bool(self._forgotten) : old])
-        codes = ", ".join(f"{code} {count}" for code, count in self._forgotten.items())
-        text = f"{self._forgotten.total()} up to {readable(last)} are not kept any more: {codes}; {remedy}"
-        self._findings[:old] = [Finding(last, self.name, "forgotten", text)]
-
     def input(self, verb: str, *args: Any) -> None:
         """Report to the outside that a user has called a method declared by `@from_outside`, as plain data.
 
@@ -123,3 +108,20 @@ def input_of(owner: Component, verb: str) -> Callable[..., Any]:
             "declare a method of your own with @from_outside"
         )
     return getattr(owner, verb)  # type: ignore[no-any-return]
+
+
+def forget_findings(owner: Component, before: int, remedy: str) -> None:
+    """Drop the findings of a chip or part before an instant (ps); one that counts them by code takes their place.
+
+    Args:
+        remedy: what to do so that more is kept.
+    """
+    findings, forgotten = owner._findings, owner._forgotten
+    old = bisect_left(findings, before, key=attrgetter("time_ps"))
+    if old <= bool(forgotten):  # nothing but the one that counts
+        return
+    last = findings[old - 1].time_ps
+    forgotten.update(found.code for found in findings[bool(forgotten) : old])
+    codes = ", ".join(f"{code} {count}" for code, count in forgotten.items())
+    text = f"{forgotten.total()} up to {readable(last)} are not kept any more: {codes}; {remedy}"
+    findings[:old] = [Finding(last, owner.name, "forgotten", text)]

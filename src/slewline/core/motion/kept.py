@@ -16,7 +16,7 @@ FEWEST = 1024  # stretches; less than that is not worth dropping
 
 
 class Kept:
-    """What an axis or a part keeps of its past: all, until `limit` says otherwise.  With more than `full` stretches it drops."""
+    """What an axis or a part keeps of its past: all, unless `limit` says otherwise.  Of more than `full` it drops."""
 
     __slots__ = ("full", "name", "ps", "stretches")
 

@@ -116,10 +116,7 @@ class Train:
 
 @dataclass(frozen=True)
 class RunTable:
-    """Runs of equal intervals one after the other, in ticks; trains of the same runs share it, and leave it as it is.
-
-    Where runs start and which steps begin them; the tick at which the last step ends.
-    """
+    """Runs one after the other, in ticks: where they start, by which steps, and end.  Trains of equal runs share it."""
 
     starts: list[int]
     intervals: list[int]
@@ -169,10 +166,8 @@ class StepTrain(Train):
         super().__init__(clock, origin)
         self.table = own = laid(tuple(runs))
         self.starts, self.intervals, self.counts, self.firsts = own.starts, own.intervals, own.counts, own.firsts
-        self.steps = own.steps
-        self.length = own.length  # ticks from the start of step 0 to the end of the last
+        self.steps, self.length = own.steps, own.length  # ticks from the start of step 0 to the end of the last
 
-    # ------------------------------------------------------------------------------------------- questions in ticks
     def begin(self, k: int) -> int:
         """Return the tick at which step k begins; k = `steps` gives the end of the train."""
         if k >= self.steps:
@@ -211,7 +206,6 @@ class StepTrain(Train):
         """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
         return self.begin(begun) - self.origin if (begun := self.begun(until - 1)) else 0
 
-    # ------------------------------------------------------------------------------------------------------- arrays
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the velocities from tick `since` to before tick `to`, both since `origin`.
 
@@ -268,10 +262,7 @@ class StepTrain(Train):
 
 
 def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
-    """Fill an array with equal intervals: what is there is copied on, twice as much each time.
-
-    An array of all of them beside this one would cost more than the work: the system must find memory for it.
-    """
+    """Fill an array with equal intervals, twice as many each time; a second array would cost more than this work."""
     import numpy as np
 
     done = min(LONG, len(out))

@@ -291,9 +291,8 @@ def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop
     import numpy as np
 
     sinces, whats = [since for since, _ in entries], [what for _, what in entries]
-    if LEVELS.issuperset(map(type, whats)):  # of a dialogue most are: nothing to expand
-        known = sinces[0] < start
-        return columns(probe, sinces[known:], whats[known:])
+    if LEVELS.issuperset(map(type, whats)):  # of a dialogue most are; what held before is no edge
+        return columns(probe, sinces, whats)
     times: list[int] = []
     levels: list[Any] = []
     parts: list[Edges] = []

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ....core.chip import AxisOfChip
 from ....core.motion.history import Staircase
 from ....core.motion.quantity import Quantity
-from ....core.time.timebase import Time, moment
+from ....core.time.timebase import Time
 from ....errors import UsageError
 from ..axis.pulses import RANGE, Pulses
 from ..motion import Motion
