@@ -23,7 +23,7 @@ from ..core.wires.pin import Terminal
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import KINDS, make_part, part_class
-from ..parts.base.part import Part
+from ..parts.base.part import Part, forget_all
 from .wiring import as_needed, joints
 
 if TYPE_CHECKING:
@@ -356,7 +356,7 @@ class Circuit:
             for axis in chip.axes:
                 axis.forget(before)
         for part in self.parts.values():
-            part.forget_all(before)
+            forget_all(part, before)
         for owner in self.owners():
             forget_findings(owner, before, remedy)
 

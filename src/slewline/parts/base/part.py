@@ -169,13 +169,6 @@ class Part(Component):
         self._recent.append(recent)
         return recent
 
-    def forget_all(self, before: int) -> None:
-        """Drop all that the part keeps of the time before an instant (ps); it catches up first."""
-        self.be_caught_up()
-        self.forget(before)
-        for recent in self._recent:
-            recent.forget(before, self.kernel.now)
-
     def check_kept(self, start: int) -> None:
         """Check that the past is kept from an instant on (ps).
 
@@ -222,3 +215,11 @@ class Part(Component):
     def waiting(self) -> str:
         """What the part waits for."""
         return f"{self.name}: nothing to do" if self.queue is None else self.queue.waiting
+
+
+def forget_all(part: Part, before: int) -> None:
+    """Drop all that a part keeps of the time before an instant (ps); it catches up first."""
+    part.be_caught_up()
+    part.forget(before)
+    for recent in part._recent:
+        recent.forget(before, part.kernel.now)
