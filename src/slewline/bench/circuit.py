@@ -23,7 +23,7 @@ from ..core.wires.pin import Terminal
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import KINDS, make_part, part_class
-from ..parts.base.part import Part, forget_all
+from ..parts.base.part import Part, forget_all, limit_kept
 from .wiring import as_needed, joints
 
 if TYPE_CHECKING:
@@ -226,7 +226,7 @@ class Circuit:
 
     def _adopt(self, owner: Chip | Part) -> None:
         if isinstance(owner, Part):
-            owner.kept.limit(owner.name, self.keep_ps)
+            limit_kept(owner, self.keep_ps)
         owner.on_finding.add(self.on_finding)
         if not self._new and self.kernel.running:  # put there in mid-run: it counts from the next round on
             self.kernel.call_at(self.kernel.now, self.finish_wiring)

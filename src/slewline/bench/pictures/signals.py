@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 from ...core.messages.near import hint
@@ -10,6 +11,7 @@ from ...core.time.timebase import Time, picoseconds, window
 from ...core.wires.net import Bus, Net
 from ...core.wires.pin import Terminal
 from ...errors import NotRecorded, UnknownName, UsageError
+from ...parts.base.part import check_kept
 from ..circuit import Circuit
 from .curves import axes_of
 
@@ -178,5 +180,5 @@ class Signals:
             own = [each for each in known if each.partition(".")[0] == owner] or list(known)
             raise UnknownName(f"no quantity {name!r}; there are: {', '.join(own) or 'none yet'}{hint(name, own)}")
         if owner in parts:
-            known[full].check_kept = parts[owner].check_kept
+            known[full].check_kept = partial(check_kept, parts[owner])
         return known[full]

@@ -75,7 +75,7 @@ class Part(Component):
         super().__init__(kernel, name)
         self.pins: dict[str, Terminal] = {}
         self._catching_up = False
-        self.kept = Kept()
+        self._past_kept = Kept()
         self._recent: list[Recent] = []
 
     def __repr__(self) -> str:
@@ -169,15 +169,6 @@ class Part(Component):
         self._recent.append(recent)
         return recent
 
-    def check_kept(self, start: int) -> None:
-        """Check that the past is kept from an instant on (ps).
-
-        Raises:
-            NotRecorded: it is not.
-        """
-        if self.kept.ps is not None and start < (since := self.kernel.seen - self.kept.ps):
-            raise self.kept.refusal(start, since)
-
     @property
     def findings(self) -> list[Finding]:
         """What went wrong around the chip, by time; the part catches up first."""
@@ -223,3 +214,19 @@ def forget_all(part: Part, before: int) -> None:
     part.forget(before)
     for recent in part._recent:
         recent.forget(before, part.kernel.now)
+
+
+def limit_kept(part: Part, ps: int | None) -> None:
+    """Let a part answer about the last `ps` only; None: about all of its past."""
+    part._past_kept.limit(part.name, ps)
+
+
+def check_kept(part: Part, start: int) -> None:
+    """Check that the past of a part is kept from an instant on (ps).
+
+    Raises:
+        NotRecorded: it is not.
+    """
+    kept = part._past_kept
+    if kept.ps is not None and start < (since := part.kernel.seen - kept.ps):
+        raise kept.refusal(start, since)

@@ -34,7 +34,7 @@ from ...errors import UsageError
 from ..base.clocked import Clocked
 from ..base.counted import Counted
 from ..base.follower import start_rule
-from ..base.part import AXIS, Part
+from ..base.part import AXIS, Part, check_kept
 
 if TYPE_CHECKING:
     import numpy as np
@@ -262,7 +262,7 @@ class PhaseCurrent(Part):
             NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         instant = moment(time)
-        self.check_kept(instant)
+        check_kept(self, instant)
         return self._known.at(instant)
 
     def currents_at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]:
@@ -275,5 +275,5 @@ class PhaseCurrent(Part):
 
         instants = np.asarray(moments(times))
         if instants.size:
-            self.check_kept(int(instants.min()))
+            check_kept(self, int(instants.min()))
         return self._known.values_at(instants)
