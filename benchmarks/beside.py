@@ -3,13 +3,13 @@
     python benchmarks/beside.py OTHER [--turns 9] [NAME ...]
     python benchmarks/beside.py reference [--turns 9] [NAME ...]
 
-OTHER is the folder of another checkout; names are those of `run.py`, all but `hour` without any.  `reference` is the
-tree of one commit, `REFERENCE`, which stays the same: eight steps of 1 % each, all unseen beside the tree before, are
-8 % beside this one.  Without names it shows what matters most.  On a machine that
-others use as well, a figure swings by a third within minutes though nothing has changed, so two whole tables tell
-little.  Here both trees stay loaded, in processes of their own on one core, and every turn gives a ratio of neighbours:
-the table has the median of the ratios, and the quartiles between which half of them lie.  Exit status 1 if a median is
-more than a tenth worse.
+OTHER is the folder of another checkout; names are those of `run.py`, without any all that need no `--long`.
+`reference` is the tree of one commit, `REFERENCE`, which stays the same: eight steps of 1 % each, all unseen beside
+the tree before, are 8 % beside this one.  Without names it shows what matters most.  On a machine that others use as
+well, a figure swings by a third within minutes though nothing has changed, so two whole tables tell little.  Here both
+trees stay loaded, in processes of their own on one core, and every turn gives a ratio of neighbours: the table has the
+median of the ratios, and the quartiles between which half of them lie.  Exit status 1 if a median is more than a tenth
+worse.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def main() -> int:
     options = parser.parse_intermixed_args()
     if not set(options.names) <= set(names):
         parser.error(f"names are {', '.join(names)}")
-    every = MATTER if options.other == "reference" else [name for name in names if name != "hour"]
+    every = MATTER if options.other == "reference" else [name for name in names if name not in run.LONG]
     with checkout(options.other) as other:
         if not (other / "benchmarks" / "run.py").is_file():
             parser.error(f"{other}: no benchmarks/run.py; give the folder of a checkout")

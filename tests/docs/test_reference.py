@@ -42,6 +42,12 @@ def codes_of(path):
             yield from (code.value for code, _ in pairs if isinstance(code, ast.Constant))
         if (
             isinstance(node, ast.Call)
+            and ast.unparse(node.func) == "Finding"
+            and isinstance(node.args[2], ast.Constant)
+        ):
+            yield node.args[2].value  # made by itself, without a listener
+        if (
+            isinstance(node, ast.Call)
             and ast.unparse(node.func).split(".")[-1] in (makes, "mistake", "finding_once")
             and node.args
         ):

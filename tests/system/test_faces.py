@@ -48,6 +48,7 @@ def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws
     empty = loaded("import slewline; slewline.Bench()")
     assert within(empty, "chips", "language", "parts", "record", "links") == {
         "slewline.parts.base",
+        "slewline.parts.base.recent",
         "slewline.parts.base.part",
     }
     asked = {"bench", "circuit", "hosting", "pictures", "runner", "wiring"}

@@ -98,8 +98,8 @@ class Bench:
         journal: a file that takes every input from outside, to be replayed with `slewline.replay`.
         shuffle: run the tasks of a round in random order (from this seed): results must not change.
         stores: called with the name of a chip, returns its non-volatile memory; by default it is lost with the bench.
-        keep: forget where the axes have been before that, for endless runs; None keeps everything.  Of pins,
-            see `record(keep=)`.
+        keep: forget what was before that, for endless runs: where axes and shafts have been, recorded pins (unless
+            `record(keep=)` says otherwise), findings, what hosts have received; None keeps everything.
 
     Raises:
         BenchFileError: the journal cannot be written, or its path is a file that is not a journal.

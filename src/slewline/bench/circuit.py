@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 from ..chips import CATALOGUE as CHIPS
 from ..chips import chip_class, sheet_of
 from ..core.chip import Chip
-from ..core.component import Finding
+from ..core.component import Finding, forget_findings
 from ..core.memory.store import JournaledStore
 from ..core.messages.calls import answering
 from ..core.messages.near import hint
+from ..core.motion.kept import keep_more
 from ..core.motion.one_axis import OneAxis
 from ..core.time.hook import Hook
 from ..core.time.kernel import Kernel
@@ -22,7 +23,7 @@ from ..core.wires.pin import Terminal
 from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import KINDS, make_part, part_class
-from ..parts.base.part import Part
+from ..parts.base.part import Part, forget_all, limit_kept
 from .wiring import as_needed, joints
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ class Circuit:
 
     Args:
         stores: gives the memory of a chip or part that keeps one, by its name.
-        keep_ps: axes forget where they have been before that; None: they keep everything.
+        keep_ps: chips, parts and hosts forget what was before that; None: they keep everything.
     """
 
     def __init__(self, kernel: Kernel, stores: Callable[[str], Any] | None, keep_ps: int | None) -> None:
@@ -224,6 +225,8 @@ class Circuit:
         return part
 
     def _adopt(self, owner: Chip | Part) -> None:
+        if isinstance(owner, Part):
+            limit_kept(owner, self.keep_ps)
         owner.on_finding.add(self.on_finding)
         if not self._new and self.kernel.running:  # put there in mid-run: it counts from the next round on
             self.kernel.call_at(self.kernel.now, self.finish_wiring)
@@ -335,6 +338,27 @@ class Circuit:
         for chip in self.chips.values():
             for number in range(1, chip.sheet.axes + 1):
                 yield chip, number, chip.axis(number)
+
+    @property
+    def since(self) -> int:
+        """The instant from which on the past is kept, in ps."""
+        return 0 if self.keep_ps is None else max(self.kernel.seen - self.keep_ps, 0)
+
+    def forget(self) -> None:
+        """Drop what was before the time that is kept.
+
+        An axis that moves does so by itself; one at rest, whose encoder is turned or whose register is loaded, not.
+        """
+        if self.keep_ps is None:
+            return
+        before, remedy = self.since, keep_more(self.keep_ps)
+        for chip in self.chips.values():
+            for axis in chip.axes:
+                axis.forget(before)
+        for part in self.parts.values():
+            forget_all(part, before)
+        for owner in self.owners():
+            forget_findings(owner, before, remedy)
 
     def catch_up(self) -> None:
         """Let parts that compute only on demand do so, up to now: listeners get the findings made on the way.

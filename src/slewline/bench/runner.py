@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ..parts.base.part import Part
     from .circuit import Circuit
 
+NEVER_PS = 1 << 80
 SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slices of 100 ms
 
 
@@ -99,6 +100,7 @@ class Runner:
         self.streams: list[TimedStream] = []  # written as time passes
         self._idle = FunctionCondition(self._all_idle, "every queue empty and every chip idle")
         self._busy: Chip | Part | None = None  # the first busy one at the last check
+        self._forget_ps = NEVER_PS if circuit.keep_ps is None else circuit.keep_ps  # when the past is dropped next
 
     def at(self, time: Time, function: Callable[[], object]) -> None:
         """Call a function at an instant, in its first round: everything still reads as it was before.
@@ -156,6 +158,7 @@ class Runner:
         for stream in [*self.streams]:
             stream.check_entered()
         self.circuit.finish_wiring()
+        self._forget_if_due()
 
     def _run_to(self, ps: int) -> None:
         self._begin()
@@ -172,7 +175,28 @@ class Runner:
             self.kernel.run(min(ps, self.kernel.now + SLICE_PS))
             for stream in self.streams:
                 stream.feed(self.kernel.now)
+            self._forget_if_due()
+        if self._forget_ps < ps:
+            self._pass(None, ps)
         self.kernel.run(ps)
+
+    def _pass(self, over: Callable[[], bool] | None, until: int) -> bool:
+        """Do as `kernel.run_while`; in a long run, drop on the way what need not be kept."""
+        kernel = self.kernel
+        while self._forget_ps < until:
+            if not kernel.run_while(over, self._forget_ps):
+                return False
+            self._forget(kernel.next_time() or until)
+        return kernel.run_while(over, until)
+
+    def _forget_if_due(self) -> None:
+        if self.kernel.now >= self._forget_ps:
+            self._forget(self.kernel.now)
+
+    def _forget(self, now: int) -> None:
+        """Drop what need not be kept, and do so again when as much time has passed after an instant (ps)."""
+        self.circuit.forget()
+        self._forget_ps = now + (self.circuit.keep_ps or NEVER_PS)
 
     # ------------------------------------------------------------------------------------------------------ conditions
     def run_until_idle(self, timeout: Time = "60 s") -> None:
@@ -251,7 +275,7 @@ class Runner:
         wait = Wait(condition.met, kernel.now + picoseconds(timeout), when=condition.foreseen, nets=condition.nets)
         wait.begin()
         try:
-            reached = self._foreseen(wait, wait.when) if wait.when else not kernel.run_while(wait.met, wait.limit_ps)
+            reached = self._foreseen(wait, wait.when) if wait.when else not self._pass(wait.met, wait.limit_ps)
         finally:
             wait.end()
         if not reached:
@@ -273,6 +297,7 @@ class Runner:
                 return False
             else:
                 kernel.run(following)
+            self._forget_if_due()
         return True
 
     def _timeout(self, condition: Condition, timeout: Time, dead: bool) -> Timeout:

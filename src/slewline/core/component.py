@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from bisect import insort
+from bisect import bisect_left, insort
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
@@ -65,6 +66,7 @@ class Component:
         self.kernel, self.name = kernel, name
         self.drivers: dict[str, Driver] = {}
         self._findings: list[Finding] = []
+        self._forgotten: Counter[str] = Counter()  # findings that are not kept any more, by code
         self.on_finding: Hook[[Finding]] = Hook()
 
     def __dir__(self) -> Iterable[str]:
@@ -106,3 +108,20 @@ def input_of(owner: Component, verb: str) -> Callable[..., Any]:
             "declare a method of your own with @from_outside"
         )
     return getattr(owner, verb)  # type: ignore[no-any-return]
+
+
+def forget_findings(owner: Component, before: int, remedy: str) -> None:
+    """Drop the findings of a chip or part before an instant (ps); one that counts them by code takes their place.
+
+    Args:
+        remedy: what to do so that more is kept.
+    """
+    findings, forgotten = owner._findings, owner._forgotten
+    old = bisect_left(findings, before, key=attrgetter("time_ps"))
+    if old <= bool(forgotten):  # nothing but the one that counts
+        return
+    last = findings[old - 1].time_ps
+    forgotten.update(found.code for found in findings[bool(forgotten) : old])
+    codes = ", ".join(f"{code} {count}" for code, count in forgotten.items())
+    text = f"{forgotten.total()} up to {readable(last)} are not kept any more: {codes}; {remedy}"
+    findings[:old] = [Finding(last, owner.name, "forgotten", text)]

@@ -203,7 +203,7 @@ class Pictures:
         """
         motors = [axis.motor for axis in self._axes(axes)]
         loads = [since for motor in motors for since, _ in motor.offsets if since <= before]
-        return max([0, *loads, *(motor.since for motor in motors)])
+        return max([self.circuit.since, *loads, *(motor.since for motor in motors)])
 
     def _activity(self, pins: Sequence[str | Trace] | None) -> tuple[int, int] | None:
         """From the first to the last edge of the pins that are shown, command or finding; None: there is none."""

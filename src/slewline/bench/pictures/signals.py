@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 from ...core.messages.near import hint
@@ -10,6 +11,7 @@ from ...core.time.timebase import Time, picoseconds, window
 from ...core.wires.net import Bus, Net
 from ...core.wires.pin import Terminal
 from ...errors import NotRecorded, UnknownName, UsageError
+from ...parts.base.part import check_kept
 from ..circuit import Circuit
 from .curves import axes_of
 
@@ -47,13 +49,13 @@ class Signals:
 
         Args:
             pins: full names, such as "x.slew".
-            keep: forget what is older than this, for endless runs; None keeps everything.
+            keep: forget what is older than this, for endless runs; None: as `Bench(keep=)` says, by default nothing.
 
         Raises:
             UnknownName: no such pin, chip or part.
             TimeError: `keep` is no duration.
         """
-        keep_ps = None if keep is None else picoseconds(keep)
+        keep_ps = self.circuit.keep_ps if keep is None else picoseconds(keep)
         if pins and isinstance(pins[0], (list, tuple)):
             raise UnknownName(f"record({pins[0]!r}): pass the names as separate arguments: bench.record(*names)")
         for name in pins or self._all_pins():
@@ -163,12 +165,12 @@ class Signals:
         Raises:
             UnknownName: there is none; the message lists those there are.
         """
-        chips = self.circuit.chips
+        chips, parts = self.circuit.chips, self.circuit.parts
         known = {
             f"{scope}.{quantity.name}": quantity
             for scope, quantities in [
                 *((scope, axis.quantities()) for chip in chips.values() for scope, axis in axes_of(chip)),
-                *((part.name, part.quantities()) for part in self.circuit.parts.values()),
+                *((part.name, part.quantities()) for part in parts.values()),
             ]
             for quantity in quantities
         }
@@ -177,4 +179,6 @@ class Signals:
         if full not in known:
             own = [each for each in known if each.partition(".")[0] == owner] or list(known)
             raise UnknownName(f"no quantity {name!r}; there are: {', '.join(own) or 'none yet'}{hint(name, own)}")
+        if owner in parts:
+            known[full].check_kept = partial(check_kept, parts[owner])
         return known[full]

@@ -86,7 +86,7 @@ class WaveformFiles:
         nets = self.signals.chosen(pins)
         first, last = self.signals.window_of(nets, start, stop)
         if values and start is None:
-            first = max([first, *(axis.motor.since for _, _, axis in self.circuit.axes())])
+            first = max([first, self.circuit.since, *(axis.motor.since for _, _, axis in self.circuit.axes())])
         options = self._vcd_options(path, nets, buses, values, layout)
         stream = write_vcd(path, nets, self.signals.recorder, first, last, timescale, **options)
         if layout:

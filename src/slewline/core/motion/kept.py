@@ -1,4 +1,4 @@
-"""How much of the past of an axis is kept: the last hours, the last so many stretches of travel, or all of it.
+"""How much of the past of an axis, or of a part, is kept: the last hours, the last so many stretches, or all of it.
 
 What is older is dropped when the list has doubled since the last time; it cannot be seen even before.
 """
@@ -16,12 +16,12 @@ FEWEST = 1024  # stretches; less than that is not worth dropping
 
 
 class Kept:
-    """What an axis keeps of its past: all, until `limit` says otherwise.  With more than `full` stretches it drops."""
+    """What an axis or a part keeps of its past: all, unless `limit` says otherwise.  Of more than `full` it drops."""
 
     __slots__ = ("full", "name", "ps", "stretches")
 
     def __init__(self) -> None:
-        self.name = ""  # of the axis, as an error says it
+        self.name = ""  # of the axis or part, as an error says it
         self.ps: int | None = None
         self.stretches: int | None = None
         self.full = sys.maxsize
@@ -42,12 +42,20 @@ class Kept:
         """Note how many stretches are left."""
         self.full = max(2 * left, 2 * (self.stretches or 0), FEWEST)
 
+    @property
+    def remedy(self) -> str:
+        """What to do so that more is kept."""
+        if self.ps is not None:
+            return keep_more(self.ps)
+        return f"a server keeps the last {self.stretches} stretches: ask earlier, or replay its journal"
+
     def refusal(self, start: int, since: int) -> NotRecorded:
         """Return the error for a question about an instant that lies before what is kept."""
-        if self.ps is not None:
-            remedy = f"make the bench with more than keep={readable(self.ps)!r}"
-        else:
-            remedy = f"a server keeps the last {self.stretches} stretches: ask earlier, or replay its journal"
         return NotRecorded(
-            f"{self.name} at {readable(start)}: the past is kept only from {readable(since)} on; {remedy}"
+            f"{self.name} at {readable(start)}: the past is kept only from {readable(since)} on; {self.remedy}"
         )
+
+
+def keep_more(ps: int) -> str:
+    """Return what to do where a bench keeps so much (ps), and more is asked for."""
+    return f"make the bench with more than keep={readable(ps)!r}"

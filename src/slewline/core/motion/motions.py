@@ -111,7 +111,7 @@ class _Started:
     direction: int
     ideal: Callable[[], Ideal | None] | None = None
     departed: int | None = None  # when it ceased to follow its ideal
-    changes: list[tuple[int, Callable[[], Mapping[str, float]]]] = field(default_factory=list)
+    changes: tuple[tuple[int, Callable[[], Mapping[str, float]]], ...] = ()  # few motions have any
     asked_to_stop: bool = False
     end: MotionEnd | None = None
 
@@ -190,7 +190,7 @@ class Motions:
     def change(self, rates: Callable[[], Mapping[str, float]]) -> None:
         """Note that the last motion has other rates from now on, steps/s; `rates` says later which ones."""
         if self._started:
-            self._started[-1].changes.append((self.kernel.now, rates))
+            self._started[-1].changes += ((self.kernel.now, rates),)
 
     def mark(self, kind: str, text: str) -> None:
         """Note that something happens now; `kind` as in `Mark`."""

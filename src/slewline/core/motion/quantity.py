@@ -18,7 +18,7 @@ first, lowest, highest and last one.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, NamedTuple, overload
 
@@ -55,6 +55,7 @@ class Quantity:
     unit: str
     held: bool
     from_zero: bool = True
+    check_kept: Callable[[int], object] | None = None  # refuses an instant (ps) before what is kept
 
     @overload
     def at(self, times: Time) -> float: ...  # type: ignore[overload-overlap]  # a text is no sequence of times
@@ -69,10 +70,13 @@ class Quantity:
         Raises:
             TimeError: not a time.
             UsageError: an instant is in the future.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         import numpy as np
 
         instants = moments(times)
+        if self.check_kept is not None and np.size(instants):
+            self.check_kept(int(np.min(instants)))
         if isinstance(instants, int):
             return float(self.values_at(np.array([instants]))[0])
         return self.values_at(instants)

@@ -16,8 +16,9 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
-from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Protocol
 
 from ..time.timebase import Clock
 from ..wires.clocking import ClockEdges
@@ -113,12 +114,9 @@ class Train:
         return self.clock.ps_array(ticks, self.origin, out if out is None else out[: len(ticks)])
 
 
-class RunTable(NamedTuple):
-    """Runs of equal intervals one after the other, in ticks; trains of the same runs share it, and leave it as it is.
-
-    Where runs start and which steps begin them; the tick at which the last step ends; `shown`: the first run, a
-    slowest, a fastest and the last one.
-    """
+@dataclass(frozen=True)
+class RunTable:
+    """Runs one after the other, in ticks: where they start, by which steps, and end.  Trains of equal runs share it."""
 
     starts: list[int]
     intervals: list[int]
@@ -126,7 +124,11 @@ class RunTable(NamedTuple):
     firsts: list[int]
     steps: int
     length: int
-    shown: list[int]
+
+    @cached_property
+    def shown(self) -> list[int]:
+        """The first run, a slowest, a fastest and the last one: what a picture asks for."""
+        return shown(self.intervals)
 
 
 @lru_cache(maxsize=64)
@@ -144,7 +146,7 @@ def laid(runs: tuple[tuple[int, int], ...]) -> RunTable:
             first += count
     if not starts:  # a train of no steps answers like any other
         starts, intervals, counts, firsts = [0], [1], [0], [0]
-    return RunTable(starts, intervals, counts, firsts, first, start, shown(intervals))
+    return RunTable(starts, intervals, counts, firsts, first, start)
 
 
 def shown(intervals: list[int]) -> list[int]:
@@ -158,16 +160,14 @@ class StepTrain(Train):
     `origin` is the tick at which step 0 begins; `runs` are (interval in ticks, count); the last count may be OPEN.
     """
 
-    __slots__ = ("counts", "firsts", "intervals", "shown", "starts")
+    __slots__ = ("counts", "firsts", "intervals", "starts", "table")
 
     def __init__(self, clock: Clock, origin: int, runs: Iterable[tuple[int, int]]) -> None:
         super().__init__(clock, origin)
-        own = laid(tuple(runs))
+        self.table = own = laid(tuple(runs))
         self.starts, self.intervals, self.counts, self.firsts = own.starts, own.intervals, own.counts, own.firsts
-        self.steps, self.shown = own.steps, own.shown
-        self.length = own.length  # ticks from the start of step 0 to the end of the last
+        self.steps, self.length = own.steps, own.length  # ticks from the start of step 0 to the end of the last
 
-    # ------------------------------------------------------------------------------------------- questions in ticks
     def begin(self, k: int) -> int:
         """Return the tick at which step k begins; k = `steps` gives the end of the train."""
         if k >= self.steps:
@@ -206,7 +206,6 @@ class StepTrain(Train):
         """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
         return self.begin(begun) - self.origin if (begun := self.begun(until - 1)) else 0
 
-    # ------------------------------------------------------------------------------------------------------- arrays
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the velocities from tick `since` to before tick `to`, both since `origin`.
 
@@ -224,7 +223,7 @@ class StepTrain(Train):
         """Return of the velocities the first, a lowest, a highest and the last: ticks since `origin`, and steps/s."""
         i, j = bisect_right(self.starts, since) - 1, bisect_left(self.starts, to)
         whole = j - i == len(self.starts)
-        chosen = self.shown if whole else [i + n for n in shown(self.intervals[i:j])]
+        chosen = self.table.shown if whole else [i + n for n in shown(self.intervals[i:j])]
         return [since, *(self.starts[n] for n in chosen[1:])], [self.clock.hz / self.intervals[n] for n in chosen]
 
     def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
@@ -237,13 +236,12 @@ class StepTrain(Train):
         i, j = bisect_right(self.firsts, first) - 1, bisect_right(self.firsts, last - 1)
         out = np.empty(last - first, np.int64)
         short = i  # runs from here to n are short: they are cumulated together; a long one is filled at once
-        for n in range(i, j):
-            if self.counts[n] >= LONG:
-                self._cumulate(out, short, n, first, last)
-                a, b = max(self.firsts[n], first), min(self.firsts[n] + self.counts[n], last)
-                begin = self.starts[n] + (a - self.firsts[n]) * self.intervals[n]
-                out[a - first : b - first] = np.arange(begin, begin + (b - a) * self.intervals[n], self.intervals[n])
-                short = n + 1
+        for n in [n for n, count in enumerate(self.counts[i:j], i) if count >= LONG]:
+            self._cumulate(out, short, n, first, last)
+            a, b = max(self.firsts[n], first), min(self.firsts[n] + self.counts[n], last)
+            begin = self.starts[n] + (a - self.firsts[n]) * self.intervals[n]
+            _fill(out[a - first : b - first], begin, self.intervals[n])
+            short = n + 1
         self._cumulate(out, short, j, first, last)
         return out
 
@@ -261,6 +259,18 @@ class StepTrain(Train):
         part[0] = self.starts[i] + (a - self.firsts[i]) * self.intervals[i]
         np.cumsum(np.repeat(np.array(self.intervals[i:j]), counts)[:-1], out=part[1:])
         part[1:] += part[0]
+
+
+def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
+    """Fill an array with equal intervals, twice as many each time; a second array would cost more than this work."""
+    import numpy as np
+
+    done = min(LONG, len(out))
+    out[:done] = np.arange(begin, begin + done * interval, interval)
+    while done < len(out):
+        more = min(done, len(out) - done)
+        np.add(out[:more], done * interval, out=out[done : done + more])
+        done += more
 
 
 class Playing:

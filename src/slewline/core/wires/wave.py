@@ -63,6 +63,11 @@ class Wave:
         """Does it let go of the wire at times?"""
         return self.before is None or None in self.levels
 
+    def whole(self, start: int, stop: int) -> bool:
+        """Return whether it has edges, and all of them come at start < t < stop (ps)."""
+        times = self.times
+        return self.until is None and bool(times) and start < times[0] and times[-1] < stop
+
     def level(self, ps: int) -> Level:
         """Return the level at an instant (ps), edges at that instant included."""
         if self.until is not None and ps >= self.until:
@@ -86,7 +91,7 @@ class Wave:
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
         """Return the edges at start < t <= stop (ps), as two lists."""
-        if self.until is None and self.times and start < self.times[0] and self.times[-1] <= stop:
+        if self.whole(start, stop + 1):
             return [*self.times], [*self.levels]
         pairs = [
             p

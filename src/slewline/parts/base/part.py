@@ -15,16 +15,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
 from ...core.component import Component, Finding
 from ...core.datasheet.option import Option
 from ...core.datasheet.table import Pin
 from ...core.messages.near import hint
+from ...core.motion.kept import Kept
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Bus, Driver, Net
 from ...core.wires.pin import Terminal
 from ...errors import UnknownName
+from .recent import Recent
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Way
@@ -73,6 +75,8 @@ class Part(Component):
         super().__init__(kernel, name)
         self.pins: dict[str, Terminal] = {}
         self._catching_up = False
+        self._past_kept = Kept()
+        self._recent: list[Recent] = []
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name}>"
@@ -159,6 +163,12 @@ class Part(Component):
     def forget(self, before: int) -> None:
         """Drop what the part keeps of the time before an instant (ps) for its quantities."""
 
+    def keep_recent(self, what: bytearray | list[Any]) -> Recent:
+        """Return a view of what comes in, here at its end, which is shortened as the bench's `keep` has it."""
+        recent = Recent(what)
+        self._recent.append(recent)
+        return recent
+
     @property
     def findings(self) -> list[Finding]:
         """What went wrong around the chip, by time; the part catches up first."""
@@ -196,3 +206,27 @@ class Part(Component):
     def waiting(self) -> str:
         """What the part waits for."""
         return f"{self.name}: nothing to do" if self.queue is None else self.queue.waiting
+
+
+def forget_all(part: Part, before: int) -> None:
+    """Drop all that a part keeps of the time before an instant (ps); it catches up first."""
+    part.be_caught_up()
+    part.forget(before)
+    for recent in part._recent:
+        recent.forget(before, part.kernel.now)
+
+
+def limit_kept(part: Part, ps: int | None) -> None:
+    """Let a part answer about the last `ps` only; None: about all of its past."""
+    part._past_kept.limit(part.name, ps)
+
+
+def check_kept(part: Part, start: int) -> None:
+    """Check that the past of a part is kept from an instant on (ps).
+
+    Raises:
+        NotRecorded: it is not.
+    """
+    kept = part._past_kept
+    if kept.ps is not None and start < (since := part.kernel.seen - kept.ps):
+        raise kept.refusal(start, since)

@@ -145,6 +145,7 @@ class Ppi8255(Part):
             self.add_pin(f"c{bit}", "out", f"port C (set and reset through EF): {pin}", active=level)
         self._latched, self._selected = 0xFF, False
         self.received = bytearray()
+        self.keep_recent(self.received)
         for code in AT_REST:
             self._write(CONTROL, code)
 

@@ -228,6 +228,8 @@ class GpibController(Talks, Part):
         self._source = ControllerSource(self, self.queue)
         self.received = bytearray()
         self.polled: list[int] = []
+        self.keep_recent(self.received)
+        self.keep_recent(self.polled)
 
     def write(self, address: int, data: Data) -> None:
         """Queue data for one device."""

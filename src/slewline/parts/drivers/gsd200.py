@@ -34,7 +34,7 @@ from ...errors import UsageError
 from ..base.clocked import Clocked
 from ..base.counted import Counted
 from ..base.follower import start_rule
-from ..base.part import AXIS, Part
+from ..base.part import AXIS, Part, check_kept
 
 if TYPE_CHECKING:
     import numpy as np
@@ -256,11 +256,24 @@ class PhaseCurrent(Part):
         return [*self._known]
 
     def current_at(self, time: Time) -> float:
-        """Return the current at one instant of the past, amperes."""
-        return self._known.at(moment(time))
+        """Return the current at one instant of the past, amperes.
+
+        Raises:
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
+        """
+        instant = moment(time)
+        check_kept(self, instant)
+        return self._known.at(instant)
 
     def currents_at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the current at many instants of the past: float64, shape as `times`, amperes."""
+        """Return the current at many instants of the past: float64, shape as `times`, amperes.
+
+        Raises:
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
+        """
         import numpy as np
 
-        return self._known.values_at(np.asarray(moments(times)))
+        instants = np.asarray(moments(times))
+        if instants.size:
+            check_kept(self, int(instants.min()))
+        return self._known.values_at(instants)

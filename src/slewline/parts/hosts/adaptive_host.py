@@ -95,14 +95,16 @@ class AdaptiveHost(UartHost, Host):
         """
         uart = self.uart
         query = uart.shadow.query(self.name, command)
-        since = len(self.received)
+        since = uart.recent.total
+
+        def answered() -> str | bytes | None:
+            return query.answered(self.received, uart.recent.place(since))
+
         self.send(uart.shadow.sent(command))
         try:
-            self.queue.let_pass(
-                lambda: query.answered(self.received, since) is not None, f"an answer to {command!r}", timeout
-            )
+            self.queue.let_pass(lambda: answered() is not None, f"an answer to {command!r}", timeout)
         except Timeout as error:
             if not (why := "\n  ".join(filter(None, (uart.far.disagreement, uart.control.why_silent())))):
                 raise
             raise Timeout(f"{error}\n  {why}") from None
-        return query.answered(self.received, since) or ""
+        return answered() or ""

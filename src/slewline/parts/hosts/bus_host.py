@@ -41,6 +41,7 @@ class BusHost(Host):
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
         super().__init__(kernel, name, chips)
         self.received: bytearray = bytearray()  # what read-outs brought
+        self.keep_recent(self.received)
         self.ports = {chip.name: CommandPort(chip, self.queue, self.received, delay_ps) for chip in chips}
 
     @property

@@ -73,6 +73,8 @@ class PacketHost(Host):
         for chip in chips:
             _tell_missing(chip.sheet)
         self.results: list[Result] = []
+        self.keep_recent(self.received)
+        self.keep_recent(self.results)
 
     @property
     def port(self) -> PacketPort:

@@ -47,6 +47,7 @@ class HostUart:
         self.outgoing: deque[tuple[bytes, str]] = deque()  # bursts of characters, each with its fault
         self.sender: Task | None = None
         self.received = bytearray()  # the data bits of every character, good or not
+        self.recent = part.keep_recent(self.received)
         self.faulty = 0  # characters with a parity or framing fault
         self.on_character: Hook[[Character]] = Hook()  # one has come in
 

@@ -23,6 +23,7 @@ from ...core.time.kernel import Kernel
 from ...core.time.timebase import readable
 from ...core.wires.net import Bus, Net
 from ...core.wires.pin import Terminal
+from ...core.wires.wave import Wave
 from ...errors import NotRecorded, TimeError
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ class Wires(NamedTuple):
 Probe: TypeAlias = Net | Terminal | Wires  # what can be asked about: a net, or a pin (also one wire of a bus)
 
 FLOATING = -1
+LEVELS = frozenset((int, tuple, type(None)))  # types of entries that are no promises
 TRIM_FROM = 1024  # entries; shorter logs are not worth trimming
 CHUNK_EDGES = 1 << 17  # what an export expands at a time
 FIRST_CHUNK_PS = 10**10
@@ -240,7 +242,7 @@ def width_of(probe: Probe) -> int:
 
 # ------------------------------------------------------------------------------------------------- entries to levels
 def _promised(what: Any) -> bool:
-    return not (what is None or what.__class__ is int or what.__class__ is tuple)
+    return type(what) not in LEVELS
 
 
 def _present(net: Net) -> Any:
@@ -279,7 +281,8 @@ def columns(probe: Probe, times: Any, levels: Any) -> Edges:
     dtype: Any = np.int8 if width_of(probe) == 1 else np.int32 if isinstance(probe, Wires) else np.int16
     if isinstance(levels, list):
         codes = {level: _code(probe, level) for level in set(levels)}
-        levels = [codes[level] for level in levels]
+        if any(code is not level for level, code in codes.items()):  # of one wire that never floats none is
+            levels = [*map(codes.__getitem__, levels)]
     return np.asarray(times, np.int64), np.asarray(levels, dtype)
 
 
@@ -287,23 +290,32 @@ def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop
     """What some entries, the first of which may hold since long ago, put on the net at start <= t <= stop."""
     import numpy as np
 
+    sinces, whats = [since for since, _ in entries], [what for _, what in entries]
+    if LEVELS.issuperset(map(type, whats)):  # of a dialogue most are; what held before is no edge
+        return columns(probe, sinces, whats)
     times: list[int] = []
     levels: list[Any] = []
     parts: list[Edges] = []
-    for number, (since, what) in enumerate(entries, 1):
-        promised = _promised(what)
+    for since, what, following in zip(sinces, whats, [*sinces[1:], stop + 1], strict=True):
+        if type(what) in LEVELS:
+            if since >= start:
+                times.append(since)
+                levels.append(what)
+            continue
+        if type(what) is Wave and what.whole(since, following) and since >= start:  # the strobes of a dialogue
+            times += (since, *what.times)
+            levels += (what.before, *what.levels)
+            continue
         if since >= start:
             times.append(since)
-            levels.append(what.level(since) if promised else what)
-        if promised:
-            end = entries[number][0] - 1 if number < len(entries) else stop
-            ahead = what.edges(max(since, start - 1), end)
-            if isinstance(ahead[0], list):  # so few that an array of their own costs more than they do
-                times += ahead[0]
-                levels += ahead[1]
-            elif len(ahead[0]):
-                parts += [columns(probe, times, levels), columns(probe, *ahead)]
-                times, levels = [], []
+            levels.append(what.level(since))
+        ahead = what.edges(max(since, start - 1), following - 1)
+        if isinstance(ahead[0], list):  # so few that an array of their own costs more than they do
+            times += ahead[0]
+            levels += ahead[1]
+        elif len(ahead[0]):
+            parts += [columns(probe, times, levels), columns(probe, *ahead)]
+            times, levels = [], []
     parts.append(columns(probe, times, levels))
     return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
 

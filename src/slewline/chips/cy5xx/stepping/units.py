@@ -30,7 +30,7 @@ def accelerate(periods: Sequence[int], low: int, high: int, unit: int, jumps: bo
     while rate < high:
         interval = periods[rate]
         left = (rate - low + 1) * unit - elapsed  # clocks until the next unit is due
-        count = max(1, -(-left // interval))  # a step at least, however late the unit is
+        count = -(-left // interval) if left > interval else 1  # a step at least, however late the unit is
         runs.append((interval, count))
         elapsed += interval * count
         rate = low + elapsed // unit if jumps else rate + 1

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ....core.chip import AxisOfChip
 from ....core.motion.history import Staircase
 from ....core.motion.quantity import Quantity
-from ....core.time.timebase import Time, moment
+from ....core.time.timebase import Time
 from ....errors import UsageError
 from ..axis.pulses import RANGE, Pulses
 from ..motion import Motion
@@ -34,13 +34,14 @@ class ChipsetAxis(AxisOfChip):
 
         Raises:
             UsageError: for a chipset that works step by step, which keeps no record.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         motion = self.motion
         if motion is None:
             raise UsageError(f"{self.name}: with stepwise=True no cycles are kept")
         motion.catch_up()
-        now = self.kernel.now
-        begin, end = 0 if start is None else moment(start), now if stop is None else min(moment(stop), now)
+        begin, end = self._window(start, stop)
+        self.motor.check_kept(begin)
         cycle_clock, pulses = motion.cycle_clock, motion.trajectories[self.number - 1].pulses
         if not pulses.past:  # the supply has just come, or never did: no cycle has begun
             return cycles_of(pulses, 0, 0)
@@ -78,6 +79,8 @@ def encoder_of(motion: Motion, number: int) -> tuple[Quantity, ...]:
     clock = encoder.clock
 
     def values(times: NDArray[np.int64]) -> NDArray[np.float64]:
+        if times.size:
+            feedback.pulses.axis.check_kept(int(times.min()))
         return encoder.history.values_at(clock.ticks_array(times + 1) - 1) + offsets.values_at(times)
 
     def changes(start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

@@ -27,6 +27,7 @@ from ....core.motion.train import OPEN
 from .curves import PLACES, JerkPiece
 
 UNIT = 1 << PLACES
+SIX = 6 << 16 + 2 * PLACES  # six positions, with 16 + 3 * PLACES binary places each
 
 
 class CycleRun(NamedTuple):
@@ -220,27 +221,22 @@ class Phases(NamedTuple):
         """
         found, ends, begin = [], [], 0
         for phase, length in enumerate(self.lengths, 1):
-            end = begin + length
-            if ceil(begin, UNIT) * UNIT < end:
-                found.append(self._piece(phase, ceil(begin, UNIT)))
+            end, cycle = begin + length, ceil(begin, UNIT)
+            if cycle * UNIT < end:
+                found.append(self._piece(phase, cycle))
                 ends.append(end)
             begin = end
-        pieces = []
-        for piece, following, end in zip(found, [*found[1:], self._end], ends, strict=True):
+        pieces, stays = [], JerkPiece(self.cycles, 7, self.distance, 0, 0, 0)  # when the move is over
+        for piece, following, end in zip(found, [*found[1:], stays], ends, strict=True):
             last = following.cycle - 1
-            if end % UNIT == 0:
+            if not end & UNIT - 1:
                 pieces.append(piece)
                 continue
             if last > piece.cycle:
                 pieces.append(piece)
             position = piece.covered(last)
             pieces.append(JerkPiece(last, piece.phase | 1, position, following.position - position, 0, 0))
-        return [*pieces, self._end]
-
-    @property
-    def _end(self) -> JerkPiece:
-        """Where the axis stays when the move is over."""
-        return JerkPiece(self.cycles, 7, self.distance, 0, 0, 0)
+        return [*pieces, stays]
 
     def _piece(self, phase: int, cycle: int) -> JerkPiece:
         """Return the cycles of a phase from this one on.
@@ -249,32 +245,24 @@ class Phases(NamedTuple):
         so no cycle between leads further than one at the maximum velocity.
         """
         x6, v2, a, j = self._state(phase, cycle * UNIT)
-        position, speed = x6, 3 * ((v2 << PLACES) + (a << 2 * PLACES)) + (j << 3 * PLACES)
-        change = a + (j << PLACES)
+        speed, change = 3 * ((v2 << PLACES) + (a << 2 * PLACES)) + (j << 3 * PLACES), a + (j << PLACES)
         up = -1 if phase <= 3 else 1
-        position, speed = (up * (up * number // (6 << 16 + 2 * PLACES)) for number in (position, speed))
-        return JerkPiece(cycle, phase, position, speed, up * (up * change >> 16), j << PLACES - 16)
+        position, speed, change = up * (up * x6 // SIX), up * (up * speed // SIX), up * (up * change >> 16)
+        return JerkPiece(cycle, phase, position, speed, change, j << PLACES - 16)
 
     def _state(self, phase: int, t: int) -> tuple[int, int, int, int]:
         """Return six times the position, twice the velocity, acceleration and jerk of a phase at a time.
 
         They have 16 binary places, and PLACES more for each power of a cycle, so that they are exact.
         """
-        t1, steep, j = self.jerked, self.acceleration << 16, self.jerk
-        risen, whole = 2 * t1 + self.steady, sum(self.lengths)
-        destination = 6 * self.distance << 16 + 2 * PLACES
-        match phase:
-            case 1:
-                return j * t**3, j * t * t, j * t, j
-            case 2:
-                return self._parabola(t), steep * (2 * t - t1) << PLACES, steep << PLACES, 0
-            case 6:
-                t = whole - t
-                return destination - self._parabola(t), steep * (2 * t - t1) << PLACES, -steep << PLACES, 0
-            case 7:
-                t = whole - t
-                return destination - j * t**3, j * t * t, -j * t, j
-        line, peak = 3 * self.peak * (2 * t - risen), self.peak
+        t1, j = self.jerked, self.jerk
+        if phase <= 2:
+            return self._risen(phase, t)
+        if phase >= 6:  # as phase 2 and 1, from the other end
+            x6, v2, a, j = self._risen(8 - phase, sum(self.lengths) - t)
+            return self.distance * SIX - x6, v2, -a, j
+        risen, peak = 2 * t1 + self.steady, self.peak
+        line = 3 * peak * (2 * t - risen)
         if phase == 4:
             return line, 2 * peak, 0, 0
         t = risen - t if phase == 3 else t - risen - self.coasting
@@ -283,9 +271,12 @@ class Phases(NamedTuple):
             return line + bent, 2 * peak - j * t * t, j * t, -j
         return line - bent, 2 * peak - j * t * t, -j * t, -j
 
-    def _parabola(self, t: int) -> int:
-        """Return six times the position in phase 2."""
-        return (self.acceleration << 16 + PLACES) * (3 * t * (t - self.jerked) + self.jerked**2)
+    def _risen(self, phase: int, t: int) -> tuple[int, int, int, int]:
+        """Return the same of phase 1 or 2."""
+        t1, steep, j = self.jerked, self.acceleration << 16 + PLACES, self.jerk
+        if phase == 1:
+            return j * t**3, j * t * t, j * t, j
+        return steep * (3 * t * (t - t1) + t1 * t1), steep * (2 * t - t1), steep, 0
 
 
 def s_curve(distance: int, velocity: int, acceleration: int, jerk: int) -> Phases:

@@ -66,6 +66,7 @@ class Forces:
 
     def stretches(self, start: int, stop: int) -> list[JerkSegment]:
         """Return what begins by `stop` (ps), and what is in force at `start`; ascending, the first before `start`."""
+        self.pulses.axis.check_kept(start)
         self.motion.catch_up()
         past = self.pulses.past
         found = [JerkSegment(0, 0.0, 0.0)]

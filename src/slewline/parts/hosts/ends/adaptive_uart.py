@@ -154,15 +154,15 @@ class AdaptiveUart(HostUart):
         """
         asks = command.startswith(self.shadow.dialect.query)
         query = self.shadow.query(self.name, command) if asks else None
-        since = len(self.received)
+        since = self.recent.total
         with self.kernel.outside.nested():  # in the script that asks
             self.send(self.shadow.sent(command))
         while self.outgoing:
             await edge(self.news.net)
-        while query is not None and query.answered(self.received, since) is None:
+        while query is not None and query.answered(self.received, self.recent.place(since)) is None:
             if await first_of(self.kernel, self.kernel.now + SILENCE_PS, (self.news.net, None)) is None:
                 return None
-        return None if query is None else query.answered(self.received, since)
+        return None if query is None else query.answered(self.received, self.recent.place(since))
 
     def rest(self) -> None:
         """Forget what is queued, and put the line to mark."""

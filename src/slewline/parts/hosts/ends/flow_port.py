@@ -55,6 +55,7 @@ class FlowPort:
         self.request, self.bus = Driver(line("request"), self.name), Driver(chip.bus, self.name)
         self.request.drive(1)
         self.received: bytearray = bytearray()
+        self.recent = host.keep_recent(self.received)
         self.sent = 0
         self.shadow = Shadow(chip.sheet)
         self.control = FlowControl(chip, chip.sheet.through(FlowBus), self.name, self.shadow)
@@ -203,8 +204,8 @@ class FlowPort:
 
     async def ask(self, data: bytes, query: Query) -> str | bytes:
         """Send a query, and wait until it is answered."""
-        since = len(self.received)
+        since = self.recent.total
         await self.send(data)
-        while (found := query.answered(self.received, since)) is None:
+        while (found := query.answered(self.received, self.recent.place(since))) is None:
             await edge(self.control.news.net)
         return found

@@ -36,6 +36,7 @@ class StrappedUart(HostUart):
         self.fixed_baud: int | str | None = baud
         self.up_ps = max(chip.up_ps for chip in chips)  # since when all modules are switched on
         self.answers: list[str] = []
+        self.recent_answers = part.keep_recent(self.answers)
         self.line = bytearray()
         self.line_end = Event(self.kernel, f"{self.name}.(line end)")
 
@@ -87,7 +88,7 @@ class StrappedUart(HostUart):
 
     def begin(self) -> None:
         """Begin to collect answers."""
-        self.answers.clear()
+        self.recent_answers.clear()
         self.line.clear()
 
     def rest(self) -> None:

@@ -1,0 +1,86 @@
+"""VCD files beside pyvcd, which gets the same edges, ready sorted: of trains, and of a dialogue with a chip."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from caches import forget
+from rows import Row, timed
+
+import slewline
+
+PINS = ("pulse", "phase1", "phase2", "phase3", "phase4", "slew", "ready", "motion_complete")
+MIX = (
+    "A 12345", "B", "C", "F 10", "H", "N 300", "O 2", "R 100", "S 200", "T 5", "V 3", "Z 1", "+", "-", "0",
+    "N 65535", "R 7", "A 0",
+)  # fmt: skip
+
+
+def running() -> slewline.Bench:
+    """A chip in continuous motion, 2,000,000 edges on 8 pins."""
+    bench = slewline.Bench()
+    chip = bench.add("cy525", "x")
+    bench.record(*(f"x.{pin}" for pin in PINS))
+    bench.host(chip).send("A 0\rF 3\rR 127\rS 200\rZ 1\rN 65000\rH\rG\r")
+    bench.run_until(lambda: chip.pin("slew").level == 0)
+    bench.run_to(chip.clock.ps(500_000 * 1137) + bench.now_ps)
+    return bench
+
+
+def spoken() -> slewline.Bench:
+    """A host that sends 5,000 commands: bytes on the bus, and two lines of handshake for each."""
+    bench = slewline.Bench()
+    chip = bench.add("cy525", "x")
+    bench.record()
+    bench.host(chip).send("".join(MIX[n % len(MIX)] + "\r" for n in range(5_000)))
+    bench.run_until_idle("100 s")
+    return bench
+
+
+def beside_pyvcd(bench: slewline.Bench, pins: Sequence[str], least: int) -> float:
+    """How many times as fast as pyvcd the recorded pins are written."""
+    from vcd import VCDWriter  # the oracle of the tests
+
+    edges = [bench.edges(pin) for pin in pins]
+    times = np.concatenate([times for times, _ in edges])
+    which = np.repeat(np.arange(len(pins)), [len(times) for times, _ in edges])
+    levels = np.concatenate([levels for _, levels in edges])
+    order = np.lexsort((which, times))
+    shown = [{0: 0, 1: 1, -1: "z"}[level] for level in levels[order].tolist()]
+    changes = list(zip((times[order] // 1000).tolist(), which[order].tolist(), shown, strict=True))
+    assert len(changes) >= least, len(changes)
+    with tempfile.TemporaryDirectory() as folder:
+
+        def with_pyvcd() -> None:
+            with Path(folder, "theirs.vcd").open("w") as file, VCDWriter(file, timescale="1 ns", date="") as writer:
+                variables = [writer.register_var("x", pin, "wire", size=1, init=1) for pin in pins]
+                for at, i, level in changes:
+                    writer.change(variables[i], at, level)
+
+        theirs, ours = [], []
+        for _ in range(5):
+            for old in Path(folder).iterdir():  # to let go of an old file takes as long as a tenth of writing it
+                old.unlink()
+            theirs.append(timed(with_pyvcd)[0])
+            forget()
+            ours.append(timed(lambda: bench.save_vcd(Path(folder, "ours.vcd")))[0])
+        written = Path(folder, "ours.vcd").read_text().count("\n")
+        assert written > len(changes)
+    return min(theirs) / min(ours)
+
+
+def rows() -> list[Row]:
+    """Of trains, and of a dialogue."""
+    trains = beside_pyvcd(running(), [f"x.{pin}" for pin in PINS], 2_000_000)
+    dialogue = spoken()
+    wires = [*(pin for pin in dialogue.recorded if pin != "x.db"), *(f"x.db{bit}" for bit in range(8))]
+    spoken_ratio = beside_pyvcd(dialogue, wires, 100_000)
+    return [
+        Row("2,000,000 edges of 8 pins to VCD", trains, "x pyvcd", 8, True,
+            "expanding trains, sorting 8 nets into one, NumPy digit tables"),
+        Row("dialogue of 5,000 commands, all pins, to VCD", spoken_ratio, "x pyvcd", 1.5, True,
+            "two or three list items an entry of the log, in Python; then as above"),
+    ]  # fmt: skip
