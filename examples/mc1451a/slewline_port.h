@@ -79,10 +79,11 @@ static unsigned char slewline_sent[2 * SLEWLINE_MOST]; /* requests whose answers
 static int slewline_under_way = 0;                     /* so many */
 static int slewline_foresees = 0;                      /* the server takes series, and time stands still between them */
 static int slewline_stays_low = 0;                     /* they are kept, for HostRdy has stayed low */
-static int slewline_half = 0;                          /* a byte of a word has been written or read */
+static int slewline_half[2];  /* a byte of a word has been read, or written */
+static int slewline_high = 0;  /* HostRdy is, as a poll has found */
+static int slewline_known = 0; /* a command has been written while it was, so the bytes of words are counted */
 /* What the next poll finds: it is to be asked; HostRdy low; HostRdy high */
 static enum { SLEWLINE_ASK, SLEWLINE_LOW, SLEWLINE_HIGH } slewline_next = SLEWLINE_ASK;
-static int slewline_known = 0; /* a command has been written, so the bytes of words are counted */
 
 /* End the program: there is no answer that a port could give any more. */
 SLEWLINE_CALL void slewline_lost(const char *why)
@@ -171,6 +172,13 @@ SLEWLINE_CALL void slewline_go(unsigned request, unsigned value)
         slewline_send_series(at, 1, slewline_under_way > 1);
 }
 
+/* Foresee nothing, until a command is written while HostRdy is high. */
+SLEWLINE_CALL void slewline_forget(void)
+{
+    slewline_high = slewline_known = 0;
+    slewline_next = SLEWLINE_ASK;
+}
+
 SLEWLINE_CALL void slewline_close(void)
 {
     if (slewline_is_open) {
@@ -178,8 +186,8 @@ SLEWLINE_CALL void slewline_close(void)
             slewline_collect(); /* what is not read when a socket is closed may cost what was sent before */
         slewline_hang_up(slewline_connection);
     }
-    slewline_is_open = slewline_foresees = slewline_under_way = slewline_stays_low = slewline_known = 0;
-    slewline_next = SLEWLINE_ASK;
+    slewline_is_open = slewline_foresees = slewline_under_way = slewline_stays_low = 0;
+    slewline_forget();
 }
 
 /* Connect a socket; returns 0, or -1. */
@@ -284,14 +292,21 @@ SLEWLINE_CALL int slewline_foreseeing(void)
 }
 
 /* A register of data or commands has been used: what do the next polls find? */
-SLEWLINE_CALL void slewline_used(unsigned address)
+SLEWLINE_CALL void slewline_used(unsigned address, int written)
 {
-    if ((address & 15) == 2) {
-        slewline_known = 1;
-        slewline_half = 0;
-    } else
-        slewline_half = !slewline_half;
-    slewline_next = !slewline_known ? SLEWLINE_ASK : slewline_half ? SLEWLINE_HIGH : SLEWLINE_LOW;
+    int command = (address & 15) == 2;
+
+    if (command)
+        slewline_half[0] = slewline_half[1] = 0;
+    else
+        slewline_half[written] = !slewline_half[written];
+    if (!slewline_high || !(command || slewline_known)) { /* while HostRdy is low, nothing is written */
+        slewline_forget();
+        return;
+    }
+    slewline_known = 1;
+    slewline_high = !command && slewline_half[written];
+    slewline_next = slewline_high ? SLEWLINE_HIGH : SLEWLINE_LOW;
 }
 
 /* A poll. */
@@ -305,6 +320,7 @@ SLEWLINE_CALL unsigned char slewline_poll(void)
         slewline_send_series(look, 1, 0);
         if (slewline_read(&status, 1) != 1)
             slewline_lost("the server has hung up");
+        slewline_high = status >> 7;
         if (!(status & 0x80) || slewline_under_way == 1) {
             if (status & 0x80)
                 slewline_under_way = slewline_stays_low = 0;
@@ -316,11 +332,13 @@ SLEWLINE_CALL unsigned char slewline_poll(void)
     }
     if (slewline_next == SLEWLINE_LOW) {
         slewline_go(SLEWLINE_STATUS, 0);
+        slewline_high = 0;
         slewline_next = SLEWLINE_HIGH;
         return 0x7F;
     }
     if (slewline_next == SLEWLINE_HIGH) {
         slewline_go(SLEWLINE_POLL, SLEWLINE_MS);
+        slewline_high = 1;
         slewline_next = SLEWLINE_ASK;
         return 0xFF;
     }
@@ -328,6 +346,7 @@ SLEWLINE_CALL unsigned char slewline_poll(void)
     status = slewline_collect();
     if (slewline_stays_low)
         slewline_under_way--; /* the program polls again */
+    slewline_high = status >> 7;
     return status;
 }
 
@@ -337,11 +356,9 @@ SLEWLINE_CALL unsigned char slewline_out(unsigned address, unsigned byte)
         return slewline_ask(0x10 + (address & 15), byte & 0xFF);
     slewline_go(0x10 + (address & 15), byte & 0xFF);
     if ((address & 15) == 0 || (address & 15) == 2)
-        slewline_used(address);
-    else if ((address & 15) == 8) {
-        slewline_known = 0;
-        slewline_next = SLEWLINE_ASK;
-    }
+        slewline_used(address, 1);
+    else if ((address & 15) == 8)
+        slewline_forget();
     return (unsigned char)byte;
 }
 
@@ -359,7 +376,7 @@ SLEWLINE_CALL unsigned char slewline_in(unsigned address)
     for (tries = 1; slewline_stays_low; tries++)
         byte = slewline_again(0, tries < SLEWLINE_TRIES);
     if ((address & 15) == 0)
-        slewline_used(address);
+        slewline_used(address, 0);
     return byte;
 }
 
@@ -369,14 +386,19 @@ SLEWLINE_CALL int slewline_ready(unsigned ms)
 
     if (!slewline_foreseeing())
         return slewline_ask(SLEWLINE_READY, ms & 0xFF) >> 7;
-    if (slewline_stays_low && !(slewline_again(0, 1) & 0x80) && slewline_stays_low)
-        return 0;
+    if (slewline_stays_low) {
+        slewline_sent[1] = (unsigned char)ms;
+        slewline_again(0, 1);
+        if (slewline_stays_low)
+            return 0;
+    }
     slewline_go(SLEWLINE_READY, ms & 0xFF);
     status = slewline_collect();
     if (slewline_stays_low)
         slewline_under_way--;
     slewline_next = SLEWLINE_ASK;
-    return status >> 7;
+    slewline_high = status >> 7;
+    return slewline_high;
 }
 
 /* Words: the bus of a PC makes two accesses of one, the low byte first. */

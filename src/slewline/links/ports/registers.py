@@ -33,7 +33,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...parts.boards.board import FLOATING, Board
-from ...parts.boards.series import IN, MS, OUT, POLL, POLL_PS, READY, STATUS, WAITS, is_step, spelled
+from ...parts.boards.series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, is_step, spelled
 from ..lines.line import HostLine
 from ..lines.log import TO_CHIP, TO_HOST, TranscriptFile
 from ..lines.pace import Pace
@@ -48,6 +48,7 @@ VERSION = 1
 NEWEST = 2  # what HELLO answers
 HELLO, SERIES, ON = 0x90, 0xC0, 0xC1
 LOCKSTEP = 0x80  # in the answer to HELLO
+TURNS = 64  # shares of a host that a request to the control port waits for: 4 kB
 MOST = 512  # bytes of pieces of a series that are worked in one go
 ALL_OF_IT = "nothing of the series is done; "
 BACKLOG = 256  # pieces of work for the board that may wait; the next answer lets in more
@@ -185,7 +186,8 @@ class RegisterLine(HostLine):
         """Return what to do about bytes that are no request."""
         text = " (text, it seems)" if came.isascii() and came.decode("ascii").isprintable() else ""
         return (
-            f"{came!r}{text} {where}is not a request, and reads FF: {ALL_OF_IT if where else ''}this is a port of registers, with two bytes a request, "
+            f"{came!r}{text} {where}is not a request, and reads FF: {ALL_OF_IT if where else ''}"
+            "this is a port of registers, with two bytes a request, "
             '00 to 4F first; see "Registers on a socket" (docs/howto/serve_registers.md)'
         )
 
@@ -209,7 +211,7 @@ class RegisterLine(HostLine):
 
     def quiet(self) -> bool:
         """Return whether everything that was asked for is answered."""
-        return self.board.idle
+        return not self.board.queue.requests
 
 
 class RegisterSession(Session):
@@ -238,3 +240,18 @@ class RegisterPort(TcpPort):
 
     scheme = "registers"
     make = RegisterSession
+
+    def catch_up(self) -> None:
+        """Bring to the board what the host has sent by now, and let the time pass that this takes, for a while.
+
+        In lockstep a host need not wait for answers; what it asks of another port then comes after all that.
+        """
+        pace, line = self.line.pace, self.line
+        for _ in range(TURNS):
+            taken = line.taken
+            if self.session is not None and self.session.stream.reading:
+                self.session.stream.read_now()
+            if not line.quiet() and not pace.pass_time():
+                return
+            if line.taken == taken:
+                return

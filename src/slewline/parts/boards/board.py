@@ -20,7 +20,7 @@ from ...core.wires.waits import until
 from ...errors import UsageError
 from ..base.part import Part
 from ..base.request_queue import Request, RequestQueue
-from .series import DATA, IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, is_step, met, spelled
+from .series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, is_step, met, spelled
 
 CLOCK_PS = 125_000
 CYCLE = 6  # clocks; the strobes of the bus last from clock 1 to the end of clock 4
