@@ -48,7 +48,7 @@ VERSION = 1
 NEWEST = 2  # what HELLO answers
 HELLO, SERIES, ON = 0x90, 0xC0, 0xC1
 LOCKSTEP = 0x80  # in the answer to HELLO
-TURNS = 64  # shares of a host that a request to the control port waits for: 4 kB
+TURNS = 64  # shares of a host, or slices of time, that a request to the control port waits for: 4 kB, a second
 MOST = 512  # bytes of pieces of a series that are worked in one go
 ALL_OF_IT = "nothing of the series is done; "
 BACKLOG = 256  # pieces of work for the board that may wait; the next answer lets in more
@@ -249,9 +249,8 @@ class RegisterPort(TcpPort):
         pace, line = self.line.pace, self.line
         for _ in range(TURNS):
             taken = line.taken
-            if self.session is not None and self.session.stream.reading:
+            if self.session is not None:
                 self.session.stream.read_now()
-            if not line.quiet() and not pace.pass_time():
+            if line.quiet() and line.taken == taken:
                 return
-            if line.taken == taken:
-                return
+            pace.pass_time()
