@@ -33,7 +33,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...parts.boards.board import FLOATING, Board
-from ...parts.boards.series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, is_step, spelled
+from ...parts.boards.series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, Done, is_step, spelled
 from ..lines.line import HostLine
 from ..lines.log import TO_CHIP, TO_HOST, TranscriptFile
 from ..lines.pace import Pace
@@ -115,16 +115,19 @@ class RegisterLine(HostLine):
         if wrong is not None:
             self._answer(lambda: bytes([self._nobody(steps[wrong], steps[wrong + 1], "in a series ")]) * number)
             return
-        board.heard = None if self.log.file is None else self._heard
         work = board.series(spelled(steps), POLL_PS if self.pace.lockstep else 0, on)
-        self._answer(lambda: work.result)
+        self._answer(lambda: self._worked(steps, work))
 
-    def _heard(self, request: int, byte: int, ps: int) -> None:
-        """Write an access of a series into the transcript."""
-        if request & 0xF0 == OUT:
-            self._show(TO_CHIP, request & 0x0F, byte, ps)
-        else:
-            self._note(request & 0x0F, byte, ps)
+    def _worked(self, steps: bytes, work: Request[Done]) -> bytes:
+        """Return what a series has brought; its accesses go into the transcript."""
+        answers, ends = work.result
+        if self.log.file is not None:
+            for request, byte, ps in zip(steps[::2], answers, ends, strict=False):
+                if request & 0xF0 == OUT:
+                    self._show(TO_CHIP, request & 0x0F, byte, ps)
+                else:
+                    self._note(request & 0x0F, byte, ps)
+        return answers
 
     def _request(self, request: int, value: int) -> None:
         """Queue what is asked for, and the answer to it."""

@@ -9,7 +9,6 @@ A board decodes ten address lines and takes sixteen addresses; those without a f
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, ClassVar
 
 from ...core.datasheet.option import Option
@@ -20,7 +19,7 @@ from ...core.wires.waits import until
 from ...errors import UsageError
 from ..base.part import Part
 from ..base.request_queue import Request, RequestQueue
-from .series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, is_step, met, spelled
+from .series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, Done, is_step, met, spelled
 
 CLOCK_PS = 125_000
 CYCLE = 6  # clocks; the strobes of the bus last from clock 1 to the end of clock 4
@@ -54,9 +53,8 @@ class Board(Part):
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name, give_up=self.give_up)
         self.base = base
-        self.began = 0  # the instant at which the present cycle begins, or the next one (ps)
-        self.broken = False  # the last series has ended with a wait in vain
-        self.heard: Callable[[int, int, int], object] | None = None  # called with each access of a series
+        self._began = 0  # the instant at which the present cycle begins, or the next one (ps)
+        self._broken = False  # the last series has ended with a wait in vain
 
     # ------------------------------------------------------------------------------------ what a program on the PC does
     def out(self, port: int, byte: int, timeout: Time = "5 s") -> None:
@@ -89,8 +87,8 @@ class Board(Part):
         return self.queue.submit(what, lambda: self.until_ready(ps, what))
 
     @from_outside
-    def series(self, steps: str, poll: Time = 0, on: bool = False) -> Request[bytes]:
-        """Queue what a program does without a pause; the result is a byte for each step, FF from a wait in vain on.
+    def series(self, steps: str, poll: Time = 0, on: bool = False) -> Request[Done]:
+        """Queue what a program does without a pause; the result has a byte for each step, FF behind a wait in vain.
 
         Args:
             steps: in hexadecimal, two bytes each (parts/boards/series.py).
@@ -119,19 +117,19 @@ class Board(Part):
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def write(self, port: int, byte: int) -> None:
         """Write a byte to a port, now: a write cycle."""
-        self.began = self.kernel.now
+        self._began = self.kernel.now
         await self.access(self._offset(port), byte)
         await until(self.kernel, self._clock(CYCLE))
 
     async def read(self, port: int) -> int:
         """Return the byte of a port, now: a read cycle."""
-        self.began = self.kernel.now
+        self._began = self.kernel.now
         byte = await self.access(self._offset(port))
         await until(self.kernel, self._clock(CYCLE))
         return byte
 
     async def access(self, offset: int, byte: int | None = None) -> int:
-        """Do the cycle that begins at `began`, in a clock from now at most, as far as it is to be watched.
+        """Do the cycle that begins next, in a clock from now at most, as far as it is to be watched.
 
         Without a byte to be written it is a read cycle; its byte is returned in clock 5.
         """
@@ -147,58 +145,57 @@ class Board(Part):
 
     def _clock(self, number: int) -> int:
         """The instant at which a clock of this cycle begins (ps)."""
-        return self.began + number * CLOCK_PS
+        return self._began + number * CLOCK_PS
 
     # ---------------------------------------------------------------------------------------------------------- series
-    async def _work(self, steps: bytes, poll_ps: int, on: bool) -> bytes:
+    async def _work(self, steps: bytes, poll_ps: int, on: bool) -> Done:
         """Do the steps of a series, each cycle where the one before ends.
 
         While nothing is to be watched no time passes in here: a cycle is promised when the status before it is known.
         """
-        if on and self.broken:
-            return bytes([FLOATING]) * (len(steps) // 2)
-        self.broken = True
-        kernel, answers = self.kernel, bytearray()
-        self.began = free = kernel.now  # `free`: nothing is promised on the bus from then on
+        if on and self._broken:
+            return Done(bytes([FLOATING]) * (len(steps) // 2), ())
+        self._broken = True
+        kernel, answers, ends = self.kernel, bytearray(), []
+        self._began = free = kernel.now  # `free`: nothing is promised on the bus from then on
         for request, value in zip(steps[::2], steps[1::2], strict=True):
             if request == POLL:
                 byte = await self._poll(value * MS)
             elif request & 0x0F == STATUS and request & 0xF0 != OUT:
                 if request != IN + STATUS:
-                    await until(kernel, self.began)
+                    await until(kernel, self._began)
                     await self.until_ready(value * MS, WAITS[request])
-                    self.began = kernel.now
+                    self._began = kernel.now
                 byte = await self._look()
                 if request == IN + STATUS and poll_ps:
                     await self._ready_within(poll_ps)
             else:
                 await until(kernel, free)
                 byte = await self.access(request & 0x0F, value if request & 0xF0 == OUT else None)
-                self.began = free = self._clock(CYCLE)
+                self._began = free = self._clock(CYCLE)
             answers.append(byte)
-            if self.heard is not None:
-                self.heard(request, byte, self.began)
+            ends.append(self._began)
             if not met(request, byte):
                 break
         else:
-            self.broken = False
-        await until(kernel, self.began)
-        return bytes(answers).ljust(len(steps) // 2, bytes([FLOATING]))
+            self._broken = False
+        await until(kernel, self._began)
+        return Done(bytes(answers).ljust(len(steps) // 2, bytes([FLOATING])), ends)
 
     async def _look(self) -> int:
         """Read the status in a cycle; the next one begins behind it."""
         byte = await self.access(STATUS)
-        self.began += CYCLE_PS
+        self._began += CYCLE_PS
         return byte
 
     async def _poll(self, ps: int) -> int:
         """Read the status as a loop does, until bit 7 is 1 or so much time (ps) is over; return it."""
-        end = self.began + ps
-        while not met(POLL, byte := await self._look()) and self.began < end:
+        end = self._began + ps
+        while not met(POLL, byte := await self._look()) and self._began < end:
             await self._ready_within(POLL_PS)
         return byte
 
     async def _ready_within(self, ps: int) -> None:
         """Let at most so much time (ps) pass behind a cycle, until bit 7 of the status is 1."""
-        await self.until_ready(self.began + ps - self.kernel.now)
-        self.began = max(self.began, self.kernel.now)
+        await self.until_ready(self._began + ps - self.kernel.now)
+        self._began = max(self._began, self.kernel.now)

@@ -96,7 +96,7 @@ class Isa(Board):
 
     def _select(self, command: int) -> None:
         """The address is on the bus from the middle of clock 0 to the end of the cycle."""
-        times = self.began + CLOCK_PS // 2, self._clock(CYCLE)
+        times = self._began + CLOCK_PS // 2, self._clock(CYCLE)
         self.drivers["hostslct"].wave(1, times, (0, 1))
         self.drivers["hostcmd"].wave(0, times, (command, 0))
 

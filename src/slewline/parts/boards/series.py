@@ -12,6 +12,9 @@ A wait in vain ends a series, for a program does nothing either while its loop g
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 from ...core.time.timebase import PS_PER_S
 
 DATA, STATUS = 0, 4  # offsets from the base
@@ -21,6 +24,13 @@ WAITS = {READY: "ready", ANSWER: "answer", MESSAGE: "message"}  # what a board k
 MET = {READY: (READY_BIT, READY_BIT), ANSWER: (READY_BIT, 0), MESSAGE: (FREE_BIT, 0), POLL: (READY_BIT, READY_BIT)}
 MS = PS_PER_S // 1000
 POLL_PS = MS // 10  # what passes after a poll at most, where a poll lets time pass; HostRdy is low for 82 us
+
+
+class Done(NamedTuple):
+    """What a series has brought: a byte for each step, and when each of those that were done was over (ps)."""
+
+    answers: bytes
+    ends: Sequence[int]
 
 
 def is_step(request: int, waits: tuple[str, ...]) -> bool:
