@@ -5,7 +5,8 @@
 Every server runs in a process of its own.  The paced figures are what an exchange takes beyond what it takes on a wire:
 its characters and one more (1.146 ms each at 9600 baud), and the turn-round of the module (1 ms).  The registers of a
 chipset are set beside a plain echo of two bytes, in a process of its own as well: the last column is how many echoes an
-access or a packet takes.  `--long` makes ten times as many exchanges.
+access or a packet takes.  A host in C (registers.c, with the header of the examples) has an echo of its own, for its
+echoes are quicker.  `--long` makes ten times as many exchanges.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import os
 import select
+import shutil
 import socket
 import subprocess
 import sys
@@ -20,9 +22,9 @@ import tempfile
 import termios
 import tty
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
-from time import perf_counter, sleep
+from time import perf_counter, process_time, sleep
 
 from rows import Row
 
@@ -35,6 +37,9 @@ MODULES, MOVING, POLLS_PER_S = 100, 20, 10
 PROGRAM = (b"Po", b"S50", b"T400", b"R100", b"+9000", b"-9000", b"j12")
 
 ECHOED = "a plain echo"
+COMPILER = shutil.which("gcc") or shutil.which("cc")
+HERE = Path(__file__).parent
+SERIES = bytes.fromhex("c00b 2464 1210 2464 1000 1000 2464 1030 1039 2464 0000 0000")  # SET_POS 12345 as one message
 ECHO = """
 import socket
 server = socket.create_server(("127.0.0.1", 0))
@@ -129,6 +134,73 @@ def registers(count: int) -> Iterator[tuple[str, list[float]]]:
                 yield f"{pace}, registers: an access", timed(lambda: port.inp(STATUS), count)
                 yield f"{pace}, registers: a packet", timed(lambda: check(port.packet(0x10, (0, 12345))), count)
                 yield f"{pace}, the same byte by byte", timed(lambda: check(by_bytes(port)), count // 5)
+
+
+def in_c(count: int) -> Iterator[tuple[str, float]]:
+    """The median of a host in C, in milliseconds: of an echo, and of a packet byte by byte; none without a compiler."""
+    if COMPILER is None:
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        program = str(Path(folder, "registers"))
+        header = f"-I{HERE.parent / 'examples' / 'mc1451a'}"
+        subprocess.run([COMPILER, "-O2", header, "-o", program, str(HERE / "registers.c")], check=True)
+
+        def median(*words: str, where: str = "") -> float:
+            ran = subprocess.run([program, *words], check=True, capture_output=True, env={"SLEWLINE": where})
+            return float(ran.stdout)
+
+        with started([sys.executable, "-c", ECHO]) as (where,):
+            yield ECHOED, median(str(count), where.rpartition(":")[2])
+        with served("mc1451a", "--tcp", "127.0.0.1:0", "--lockstep") as (where,):
+            yield "byte by byte", median(str(count), where=where.rpartition("//")[2])
+
+
+def processor(count: int) -> tuple[float, float]:
+    """Milliseconds of the processor that a packet takes as one message: in a server, and in the simulation alone."""
+    from slewline import Bench
+    from slewline.links.lines.pace import Lockstep
+    from slewline.links.server import Server
+
+    bench = Bench()
+    server = Server(bench, Lockstep(bench))
+    line = server.line(bench.add("mc1451a"))
+    board, kernel = server.lines["mc1451a"].board, bench.kernel  # type: ignore[attr-defined]
+    server.pace.start()
+
+    def simulated() -> None:
+        request = board.series(SERIES[2:].hex(), "100 us")
+        kernel.run_while(lambda: request.done, kernel.now + 10**12)
+
+    port = server.tcp(line, "127.0.0.1:0")
+    both = []
+    with connected(port.where) as connection:
+        connection.setblocking(False)
+
+        def turn() -> None:
+            server.pace.pass_time()
+            server.loop.serve(server.loop.sleep(0))
+
+        def exchanged() -> None:
+            connection.sendall(SERIES)
+            found = b""
+            while len(found) < SERIES[1]:
+                turn()
+                with suppress(BlockingIOError):
+                    found += connection.recv(64)
+
+        while True:
+            turn()
+            with suppress(BlockingIOError):
+                if connection.recv(100).endswith(b"\n"):
+                    break
+        for _ in range(10):  # by turns
+            for call in (exchanged, simulated):
+                begun = process_time()
+                for _ in range(count):
+                    call()
+                both.append((process_time() - begun) / count * 1000)
+    server.close()
+    return min(both[::2]), min(both[1::2])
 
 
 def by_bytes(port: ChipsetPort) -> tuple[int, ...]:
@@ -254,14 +326,25 @@ def register_rows() -> list[Row]:
     """The rows of the benchmark table: the registers of a chipset."""
     times = {name: sorted(found) for name, found in registers(1000)}
     echo = at(times[ECHOED], 0.5)
-    return [
+    rows = [
         Row(f"{name}, median", at(times[name], 0.5) / echo, "x a plain echo", None, False, bound)
         for name, bound in (
             ("lockstep, registers: an access", "a bus cycle in virtual time"),
-            ("lockstep, registers: a packet", "the packet itself, through the pins"),
-            ("lockstep, the same byte by byte", "an access for each byte and each look at HostRdy"),
+            ("lockstep, registers: a packet", "the packet itself, through the pins, as one message"),
+            ("lockstep, the same byte by byte", "the packet, polls, and two messages that are waited for"),
         )
     ]
+    name = "lockstep, byte by byte through the C header, median"
+    if found := dict(in_c(1000)):
+        bound = f"the same; an echo in C takes {found[ECHOED]:.3f} ms"
+        rows.append(Row(name, found["byte by byte"] / found[ECHOED], "x an echo in C", None, False, bound))
+    else:
+        rows.append(Row(f"{name}: not measured, no C compiler", 0.0, "x an echo in C", None, False, "none"))
+    total, simulation = processor(100)
+    rows.append(Row("lockstep, a packet: processor", total, "ms", None, False, f"simulation {simulation:.3f} ms"))
+    bound = "a turn of the loop, with the system's calls of both ends"
+    rows.append(Row("the same without the simulation", total - simulation, "ms", None, False, bound))
+    return rows
 
 
 def at(ordered: list[float], part: float) -> float:
@@ -288,6 +371,14 @@ def main() -> None:
     for name, found in registers(500 * times):
         echo_ms = echo_ms or sorted(found)[len(found) // 2]
         print(line(name, found, echo_ms), flush=True)
+    in_c_echo = 0.0
+    for name, median in in_c(500 * times):
+        in_c_echo = in_c_echo or median
+        print(f"{'in C, ' + name:<34}{median:>10.4f}{median / in_c_echo:>41.1f}", flush=True)
+    if not in_c_echo:
+        print("in C: not measured, there is no compiler (gcc, cc)")
+    total, simulation = processor(100)
+    print(f"a packet, processor: {total:.3f} ms, of which simulation {simulation:.3f} ms", flush=True)
     for name, found in many(3.0 * times):
         print(line(name, found), flush=True)
 

@@ -10,10 +10,21 @@
  *
  * first, or leave the program as it is, and say in its environment where the chipset is: SLEWLINE=127.0.0.1:4001
  *
- *     slewline_out(address, byte)             OUT; the byte is written when the call returns
+ *     slewline_out(address, byte)             OUT; the byte is on its way when the call returns
  *     slewline_in(address)                    IN
  *     slewline_ready(ms)                      wait until HostRdy is high, for 0..255 ms of the chipset's time; is it?
  *     slewline_close()
+ *
+ * In lockstep this file does not wait for an answer that it can foresee: HostRdy is low after a command and after the
+ * second byte of a word, until a poll has found it so, and high after the first byte.  Each request goes out at once, and
+ * is worked after those before it, at the instant at which it would be worked had every answer been waited for.
+ * Where HostRdy stays low, the first answer that is waited for tells, and polls are answered by the chipset
+ * from then on; what the program has written meanwhile is kept until it is high.  With
+ *
+ *     #define SLEWLINE_PLAIN
+ *
+ * before it is included, it waits for every answer.  So it does with a server in real time, and with an older one, which
+ * reports that it does not know the request 90 02.
  *
  * When the server goes away in between, the program ends: it says so, and exits with status 1.
  * C89; POSIX sockets, or Winsock 2 (link with ws2_32).  One chipset, one thread, one source file that includes this.
@@ -53,6 +64,27 @@ typedef int slewline_socket;
 static slewline_socket slewline_connection;
 static int slewline_is_open = 0;
 
+/* The requests of the protocol, in docs/reference/registers.md */
+#define SLEWLINE_STATUS 0x04
+#define SLEWLINE_READY 0x24
+#define SLEWLINE_POLL 0x54
+#define SLEWLINE_HELLO 0x90
+#define SLEWLINE_SERIES 0xC0
+#define SLEWLINE_ON 0xC1
+#define SLEWLINE_MOST 64 /* requests that are under way */
+#define SLEWLINE_MS 100  /* of a poll; it is sent again */
+#define SLEWLINE_TRIES 10 /* before a byte is read all the same */
+
+static unsigned char slewline_sent[2 * SLEWLINE_MOST]; /* requests whose answers are not read */
+static int slewline_under_way = 0;                     /* so many */
+static int slewline_foresees = 0;                      /* the server takes series, and time stands still between them */
+static int slewline_stays_low = 0;                     /* they are kept, for HostRdy has stayed low */
+static int slewline_half[2];  /* a byte of a word has been read, or written */
+static int slewline_high = 0;  /* HostRdy is, as a poll has found */
+static int slewline_known = 0; /* a command has been written while it was, so the bytes of words are counted */
+/* What the next poll finds: it is to be asked; HostRdy low; HostRdy high */
+static enum { SLEWLINE_ASK, SLEWLINE_LOW, SLEWLINE_HIGH } slewline_next = SLEWLINE_ASK;
+
 /* End the program: there is no answer that a port could give any more. */
 SLEWLINE_CALL void slewline_lost(const char *why)
 {
@@ -70,11 +102,92 @@ SLEWLINE_CALL int slewline_read(unsigned char *bytes, int number)
     return have;
 }
 
+/* Send bytes; a server that has gone ends the program. */
+SLEWLINE_CALL void slewline_write(const unsigned char *bytes, int number)
+{
+    if (send(slewline_connection, (const char *)bytes, number, SLEWLINE_SEND) != number)
+        slewline_lost("the server has hung up");
+}
+
+/* Send requests as one series; `on`: it depends on the one before. */
+SLEWLINE_CALL void slewline_send_series(const unsigned char *requests, int number, int on)
+{
+    unsigned char bytes[2 + 2 * SLEWLINE_MOST];
+
+    bytes[0] = on ? SLEWLINE_ON : SLEWLINE_SERIES;
+    bytes[1] = (unsigned char)number;
+    memcpy(bytes + 2, requests, 2 * (size_t)number);
+    slewline_write(bytes, 2 + 2 * number);
+}
+
+/* Read the answers to what is under way; returns the last one.  From a poll in vain on, the requests are kept. */
+SLEWLINE_CALL unsigned char slewline_collect(void)
+{
+    unsigned char answers[SLEWLINE_MOST];
+    int at, number = slewline_under_way;
+
+    if (slewline_read(answers, number) != number)
+        slewline_lost("the server has hung up");
+    for (at = 0; at < number; at++)
+        if (slewline_sent[2 * at] == SLEWLINE_POLL && !(answers[at] & 0x80))
+            break;
+    slewline_stays_low = at < number;
+    slewline_under_way = number - at;
+    memmove(slewline_sent, slewline_sent + 2 * at, 2 * (size_t)slewline_under_way);
+    return (unsigned char)(slewline_stays_low ? 0x7F : answers[number - 1]);
+}
+
+/* Send what is kept once more: from one of the requests on, and without waiting for HostRdy any more, if that is said. */
+SLEWLINE_CALL unsigned char slewline_again(int from, int waits)
+{
+    int at, number = 0;
+
+    for (at = from; at < slewline_under_way; at++)
+        if (waits || slewline_sent[2 * at] != SLEWLINE_POLL) {
+            slewline_sent[2 * number] = slewline_sent[2 * at];
+            slewline_sent[2 * number + 1] = slewline_sent[2 * at + 1];
+            number++;
+        }
+    slewline_under_way = number;
+    slewline_stays_low = 0;
+    if (number == 0)
+        return 0xFF;
+    slewline_send_series(slewline_sent, number, 0);
+    return slewline_collect();
+}
+
+/* Put a request under way, at once. */
+SLEWLINE_CALL void slewline_go(unsigned request, unsigned value)
+{
+    unsigned char *at;
+
+    if (slewline_under_way == SLEWLINE_MOST && !slewline_stays_low)
+        slewline_collect();
+    if (slewline_under_way == SLEWLINE_MOST)
+        slewline_again(0, 0);
+    at = slewline_sent + 2 * slewline_under_way++;
+    at[0] = (unsigned char)request;
+    at[1] = (unsigned char)value;
+    if (!slewline_stays_low)
+        slewline_send_series(at, 1, slewline_under_way > 1);
+}
+
+/* Foresee nothing, until a command is written while HostRdy is high. */
+SLEWLINE_CALL void slewline_forget(void)
+{
+    slewline_high = slewline_known = 0;
+    slewline_next = SLEWLINE_ASK;
+}
+
 SLEWLINE_CALL void slewline_close(void)
 {
-    if (slewline_is_open)
+    if (slewline_is_open) {
+        if (slewline_under_way > 0 && !slewline_stays_low)
+            slewline_collect(); /* what is not read when a socket is closed may cost what was sent before */
         slewline_hang_up(slewline_connection);
-    slewline_is_open = 0;
+    }
+    slewline_is_open = slewline_foresees = slewline_under_way = slewline_stays_low = 0;
+    slewline_forget();
 }
 
 /* Connect a socket; returns 0, or -1. */
@@ -101,6 +214,22 @@ SLEWLINE_CALL int slewline_connect(const char *host, int port)
     return connect(slewline_connection, (struct sockaddr *)&address, sizeof address) == 0 ? 0 : -1;
 }
 
+/* Ask a server what it can do: FF is an older one, bit 7 one in lockstep. */
+SLEWLINE_CALL void slewline_greet(void)
+{
+    static int at_exit = 0;
+    unsigned char bytes[2];
+
+    bytes[0] = SLEWLINE_HELLO;
+    bytes[1] = 2;
+    slewline_write(bytes, 2);
+    if (slewline_read(bytes, 1) != 1)
+        slewline_lost("the server has hung up");
+    slewline_foresees = bytes[0] != 0xFF && (bytes[0] & 0x80) && (bytes[0] & 0x7F) >= 2;
+    if (slewline_foresees && !at_exit)
+        at_exit = atexit(slewline_close) == 0;
+}
+
 SLEWLINE_CALL int slewline_open(const char *host, int port)
 {
     static const char greeting[] = "slewline registers 1 ";
@@ -121,6 +250,9 @@ SLEWLINE_CALL int slewline_open(const char *host, int port)
         slewline_close();
         return -1;
     }
+#ifndef SLEWLINE_PLAIN
+    slewline_greet();
+#endif
     return 0;
 }
 
@@ -143,28 +275,130 @@ SLEWLINE_CALL unsigned char slewline_ask(unsigned request, unsigned value)
 {
     unsigned char bytes[2];
 
-    if (!slewline_is_open)
-        slewline_open_named();
     bytes[0] = (unsigned char)request;
     bytes[1] = (unsigned char)value;
-    if (send(slewline_connection, (char *)bytes, 2, SLEWLINE_SEND) != 2 || slewline_read(bytes, 1) != 1)
+    slewline_write(bytes, 2);
+    if (slewline_read(bytes, 1) != 1)
         slewline_lost("the server has hung up");
     return bytes[0];
 }
 
+/* Does this file answer in place of the server what it foresees?  Opens what the environment names. */
+SLEWLINE_CALL int slewline_foreseeing(void)
+{
+    if (!slewline_is_open)
+        slewline_open_named();
+    return slewline_foresees;
+}
+
+/* A register of data or commands has been used: what do the next polls find? */
+SLEWLINE_CALL void slewline_used(unsigned address, int written)
+{
+    int command = (address & 15) == 2;
+
+    if (command)
+        slewline_half[0] = slewline_half[1] = 0;
+    else
+        slewline_half[written] = !slewline_half[written];
+    if (!slewline_high || !(command || slewline_known)) { /* while HostRdy is low, nothing is written */
+        slewline_forget();
+        return;
+    }
+    slewline_known = 1;
+    slewline_high = !command && slewline_half[written];
+    slewline_next = slewline_high ? SLEWLINE_HIGH : SLEWLINE_LOW;
+}
+
+/* A poll. */
+SLEWLINE_CALL unsigned char slewline_poll(void)
+{
+    unsigned char status;
+
+    if (slewline_stays_low) {
+        static const unsigned char look[2] = {SLEWLINE_STATUS, 0};
+
+        slewline_send_series(look, 1, 0);
+        if (slewline_read(&status, 1) != 1)
+            slewline_lost("the server has hung up");
+        slewline_high = status >> 7;
+        if (!(status & 0x80) || slewline_under_way == 1) {
+            if (status & 0x80)
+                slewline_under_way = slewline_stays_low = 0;
+            return status;
+        }
+        slewline_again(1, 1); /* behind the poll that is successful now */
+        if (slewline_stays_low)
+            return 0x7F;
+    }
+    if (slewline_next == SLEWLINE_LOW) {
+        slewline_go(SLEWLINE_STATUS, 0);
+        slewline_high = 0;
+        slewline_next = SLEWLINE_HIGH;
+        return 0x7F;
+    }
+    if (slewline_next == SLEWLINE_HIGH) {
+        slewline_go(SLEWLINE_POLL, SLEWLINE_MS);
+        slewline_high = 1;
+        slewline_next = SLEWLINE_ASK;
+        return 0xFF;
+    }
+    slewline_go(SLEWLINE_STATUS, 0);
+    status = slewline_collect();
+    if (slewline_stays_low)
+        slewline_under_way--; /* the program polls again */
+    slewline_high = status >> 7;
+    return status;
+}
+
 SLEWLINE_CALL unsigned char slewline_out(unsigned address, unsigned byte)
 {
-    return slewline_ask(0x10 + (address & 15), byte & 0xFF);
+    if (!slewline_foreseeing())
+        return slewline_ask(0x10 + (address & 15), byte & 0xFF);
+    slewline_go(0x10 + (address & 15), byte & 0xFF);
+    if ((address & 15) == 0 || (address & 15) == 2)
+        slewline_used(address, 1);
+    else if ((address & 15) == 8)
+        slewline_forget();
+    return (unsigned char)byte;
 }
 
 SLEWLINE_CALL unsigned char slewline_in(unsigned address)
 {
-    return slewline_ask(address & 15, 0);
+    unsigned char byte;
+    int tries;
+
+    if (!slewline_foreseeing())
+        return slewline_ask(address & 15, 0);
+    if ((address & 15) == SLEWLINE_STATUS)
+        return slewline_poll();
+    slewline_go(address & 15, 0);
+    byte = slewline_stays_low ? 0x7F : slewline_collect();
+    for (tries = 1; slewline_stays_low; tries++)
+        byte = slewline_again(0, tries < SLEWLINE_TRIES);
+    if ((address & 15) == 0)
+        slewline_used(address, 0);
+    return byte;
 }
 
 SLEWLINE_CALL int slewline_ready(unsigned ms)
 {
-    return slewline_ask(0x24, ms & 0xFF) >> 7;
+    unsigned char status;
+
+    if (!slewline_foreseeing())
+        return slewline_ask(SLEWLINE_READY, ms & 0xFF) >> 7;
+    if (slewline_stays_low) {
+        slewline_sent[1] = (unsigned char)ms;
+        slewline_again(0, 1);
+        if (slewline_stays_low)
+            return 0;
+    }
+    slewline_go(SLEWLINE_READY, ms & 0xFF);
+    status = slewline_collect();
+    if (slewline_stays_low)
+        slewline_under_way--;
+    slewline_next = SLEWLINE_ASK;
+    slewline_high = status >> 7;
+    return slewline_high;
 }
 
 /* Words: the bus of a PC makes two accesses of one, the low byte first. */

@@ -83,7 +83,7 @@ def test_a_packet_is_one_exchange(stand):
         assert port.packet(0x4A, reads=3) == (0, 12345, 0x4A + 12345)
         before = running.do(lambda: line.taken)
         assert port.packet(0x39, reads=0) == ()  # RESET
-        assert running.do(lambda: line.taken) == before + 4
+        assert running.do(lambda: line.taken) == before + 6  # one series
         assert port.packet(0x4A, reads=3) == (0, 0, 0x4A)
 
 

@@ -300,12 +300,23 @@ class Server:
         self.log.close()
         self.loop.close()
 
+    def catch_up(self) -> None:
+        """Work what hosts on registers have sent before this moment: what is asked now comes after that.
+
+        In lockstep alone; paced, all that has come is worked at the instant at which it came.
+        """
+        if self.pace.lockstep:
+            for port in self.ports:
+                if isinstance(port, RegisterPort):
+                    port.catch_up()
+
     def call(self, function: Callable[[], Any], timeout: float | None = None) -> Any:
         """Call a function in the thread that runs the server, from another thread; returns what it returns."""
         future: Future[Any] = Future()
 
         def answer() -> None:
             try:
+                self.catch_up()
                 future.set_result(function())
             except BaseException as error:
                 future.set_exception(error)

@@ -35,8 +35,10 @@ class CardPort(ChipsetPort):
     command of this program that sends messages to the bus.
     """
 
-    def __init__(self, host: str, port: int, timeout: float = 10.0) -> None:
-        super().__init__(host, port, timeout)
+    can_foresee = False
+
+    def __init__(self, host: str, port: int, timeout: float = 10.0, plain: bool = False) -> None:
+        super().__init__(host, port, timeout, plain)
         self.messages = bytearray()
         self.heeds = False
         self.out(CONTROL, 0)
@@ -85,7 +87,7 @@ class CardPort(ChipsetPort):
             self._fetch(asked=True)
 
     def write(self, data: bytes) -> None:
-        """Send bytes by handshakes, all of them in one exchange; the chip must be about to take them.
+        """Send bytes by handshakes, all of them in one message; the chip must be about to take them.
 
         Raises:
             TimeoutError: it has not taken one of them.
@@ -93,7 +95,7 @@ class CardPort(ChipsetPort):
         wait, answer = (READY, STEP_MS), (ANSWER, STEP_MS)
         requests = [wait, (OUT + DATA, 0), (OUT + CONTROL, REQUEST | DRIVE), answer, (OUT + CONTROL, 0)]
         sent = [each if each[0] != OUT + DATA else (OUT + DATA, byte) for byte in data for each in requests]
-        answers = self.exchange(*sent)
+        answers = self.series(*sent)
         for number, (request, status) in enumerate(zip(sent, answers, strict=True)):
             if request in (wait, answer) and bool(status & IS_READY) is not (request == wait):
                 raise TimeoutError(f"{self.where}: byte {number // len(requests)} of {data!r} was not taken")

@@ -9,6 +9,12 @@
         print(f"{port.inp(DATA):02x}{port.inp(DATA):02x}")
 
 Of an address the lowest four bits count, so 0x342 is the command register too.  The messages are those of registers.py.
+
+A packet is one message.  In lockstep OUT and a poll whose answer can be foreseen do not wait for one: HostRdy is low
+after a command and after the second byte of a word, until a poll has found it so, and high after the first byte.  What
+goes out is worked at the instants at which it would be, had every answer been waited for.  An older server reports that
+it does not know the request 90 02, and is then spoken to as it always was.
+
 This file needs nothing but the standard library: a host program may take a copy of it to another machine.
 """
 
@@ -19,7 +25,11 @@ from collections.abc import Iterable
 
 DATA, COMMAND, STATUS, RESET = 0, 2, 4, 8  # offsets of the registers
 HOSTRDY = 0x80  # in the status
-IN, OUT, READY = 0x00, 0x10, 0x24
+IN, OUT, READY, POLL, HELLO, SERIES, ON = 0x00, 0x10, 0x24, 0x54, 0x90, 0xC0, 0xC1
+VERSION, LOCKSTEP, OLDER = 2, 0x80, 0xFF  # in the answer to HELLO
+LONGEST = 255  # requests of a series
+UNDER_WAY = 64  # requests whose answers are not waited for
+TRIES = 10  # how often HostRdy is waited for, PATIENCE_MS each, before a byte is read all the same
 GREETING = "slewline registers 1 "
 PATIENCE_MS = 100  # HostRdy is low for 82 us, and for 3.3 ms after a reset
 
@@ -30,14 +40,23 @@ class ChipsetPort:
     Args:
         host, port: where `slewline serve` has it.
         timeout: seconds of the wall clock for an answer.
+        plain: use no request that an older server does not know.
 
     Raises:
         ConnectionError: no server is there, or it has no chipset, or another host has it.
         TimeoutError: no answer.
     """
 
-    def __init__(self, host: str, port: int, timeout: float = 10.0) -> None:
+    can_foresee = True  # the next poll is known from the accesses
+
+    def __init__(self, host: str, port: int, timeout: float = 10.0, plain: bool = False) -> None:
         self.where = f"{host}:{port}"
+        self.hello: int | None = OLDER if plain else None  # what the server has answered to it; None: not asked yet
+        self.sent: list[tuple[int, int]] = []  # requests whose answers have not been read
+        self.stays_low = False  # they are kept, and the first one is a poll: HostRdy has stayed low
+        self.foreseen: list[int] = []  # what the next polls read
+        self.high = False  # HostRdy is, as a poll has found
+        self.halves: set[int] | None = None  # words of which one byte is written or read; None: it is not known
         self.socket = socket.create_connection((host, port), timeout)
         try:
             self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -66,30 +85,171 @@ class ChipsetPort:
             found += data
         return bytes(found)
 
-    # ------------------------------------------------------------------------------------------------------ registers
+    # ------------------------------------------------------------------------------------------------------- messages
     def exchange(self, *requests: tuple[int, int]) -> bytes:
         """Send requests, first and second byte of each, in one go; return the answers, a byte each.
 
         A port that gave no answer is closed: a late one would be taken for that to something else.
         """
+        self.settle()
+        self._forget()
+        return self._exchange(b"".join(map(bytes, requests)), len(requests))
+
+    def series(self, *requests: tuple[int, int]) -> bytes:
+        """Send requests as one message, which ends with a wait in vain; return the answers, FF where nothing was done.
+
+        An older server gets the requests as they are, and goes on behind a wait in vain.
+        """
+        if self._version() == OLDER:
+            return self.exchange(*requests)
+        self.settle()
+        self._forget()
+        found = b""
+        for at in range(0, len(requests), LONGEST):
+            part = requests[at : at + LONGEST]
+            found += self._exchange(framed(ON if at else SERIES, part), len(part))
+        return found
+
+    def _exchange(self, data: bytes, number: int) -> bytes:
         try:
-            self.socket.sendall(b"".join(map(bytes, requests)))
-            return self._read(len(requests))
+            self.socket.sendall(data)
+            return self._read(number)
         except OSError:
             self.close()
             raise
 
+    def _version(self) -> int:
+        """What the server has answered to HELLO."""
+        if self.hello is None:
+            answer = self._exchange(bytes((HELLO, VERSION)), 1)[0]
+            self.hello = OLDER if answer & ~LOCKSTEP < VERSION else answer
+        return self.hello
+
+    # ------------------------------------------------------------------------------------------------------ registers
     def out(self, address: int, byte: int) -> None:
-        """Write a byte to a register: OUT.  It is written when the call returns."""
-        self.exchange((OUT + (address & 0x0F), allowed("byte", byte, 0xFF)))
+        """Write a byte to a register: OUT.  It is written when the call returns; in lockstep it is on its way.
+
+        Whatever this program asks of any port of the server after that is done after it.
+        """
+        register = address & 0x0F
+        request = OUT + register, allowed("byte", byte, 0xFF)
+        if not self._foreseeing():
+            self.exchange(request)
+            return
+        self._go(*request)
+        if register in (DATA, COMMAND):
+            self._used(*request)
+        elif register == RESET:
+            self._forget()
 
     def inp(self, address: int) -> int:
         """Read a byte from a register: IN."""
-        return self.exchange((IN + (address & 0x0F), 0))[0]
+        register = address & 0x0F
+        if not self._foreseeing():
+            return self.exchange((IN + register, 0))[0]
+        if register == STATUS:
+            return self._poll()
+        self._go(IN + register, 0)
+        byte = 0 if self.stays_low else self._collect()
+        tries = 0
+        while self.stays_low:
+            tries += 1
+            byte = self._again(self.sent if tries < TRIES else [each for each in self.sent if each[0] != POLL])
+        if register == DATA:
+            self._used(IN + DATA)
+        return byte
 
     def ready(self, ms: int = PATIENCE_MS) -> bool:
         """Wait until HostRdy is high, for so many milliseconds (0..255) of the chipset's time; is it?"""
-        return bool(self.exchange((READY, allowed("ms", ms, 0xFF)))[0] & HOSTRDY)
+        request = READY, allowed("ms", ms, 0xFF)
+        self.settle()
+        if self.stays_low:
+            self._again([(POLL, ms), *self.sent[1:]])
+        return not self.stays_low and bool(self.exchange(request)[0] & HOSTRDY)
+
+    def settle(self) -> None:
+        """Wait until everything that has gone out is done, or waits for HostRdy in vain."""
+        if self.sent and not self.stays_low:
+            self._collect()
+
+    # ------------------------------------------------------------------------------------------------ what is foreseen
+    def _foreseeing(self) -> bool:
+        return self.can_foresee and OLDER != self._version() >= LOCKSTEP
+
+    def _forget(self) -> None:
+        """Foresee nothing, until a command is written while HostRdy is high."""
+        self.foreseen, self.high, self.halves = [], False, None
+
+    def _used(self, request: int, _value: int = 0) -> None:
+        """A register of data or commands has been used: what do the next polls find?"""
+        if request == OUT + COMMAND and self.high:
+            self.halves = set()
+        elif self.halves is not None:
+            self.halves ^= {request}
+        if self.halves is None or not self.high:  # while HostRdy is low, nothing is written
+            self._forget()
+            return
+        self.high = request in self.halves
+        self.foreseen = [0xFF] if self.high else [0xFF & ~HOSTRDY, 0xFF]
+
+    def _go(self, request: int, value: int) -> None:
+        """Put a request under way, at once."""
+        if len(self.sent) == UNDER_WAY and not self.stays_low:
+            self._collect()
+        if len(self.sent) == UNDER_WAY:
+            self._again([each for each in self.sent if each[0] != POLL])
+        self.sent.append((request, value))
+        if not self.stays_low:
+            self._post(ON if len(self.sent) > 1 else SERIES, self.sent[-1:])
+
+    def _post(self, kind: int, requests: list[tuple[int, int]]) -> None:
+        try:
+            self.socket.sendall(framed(kind, requests))
+        except OSError:
+            self.close()
+            raise
+
+    def _collect(self) -> int:
+        """Read the answers to what is under way; return the last one.  From a poll in vain on, requests are kept."""
+        answers = self._exchange(b"", len(self.sent))
+        both = zip(self.sent, answers, strict=True)
+        vain = next((at for at, (sent, got) in enumerate(both) if sent[0] == POLL and not got & HOSTRDY), None)
+        self.stays_low = vain is not None
+        self.sent = [] if vain is None else self.sent[vain:]
+        return 0xFF & ~HOSTRDY if self.stays_low else answers[-1]
+
+    def _again(self, requests: list[tuple[int, int]]) -> int:
+        """Send once more what was kept."""
+        self.sent, self.stays_low = list(requests), False
+        if not requests:
+            return 0xFF
+        self._post(SERIES, requests)
+        return self._collect()
+
+    def _poll(self) -> int:
+        """Read the status."""
+        if self.stays_low:
+            status = self._exchange(framed(SERIES, [(IN + STATUS, 0)]), 1)[0]
+            self.high = bool(status & HOSTRDY)
+            if not status & HOSTRDY:
+                return status
+            following = self.sent[1:]  # behind the poll that is successful now
+            self._again(following)
+            if self.stays_low:
+                return 0xFF & ~HOSTRDY
+            if not following:
+                return status
+        if self.foreseen:
+            status = self.foreseen.pop(0)
+            self.high = bool(status & HOSTRDY)
+            self._go(*((POLL, PATIENCE_MS) if status & HOSTRDY else (IN + STATUS, 0)))
+            return status
+        self._go(IN + STATUS, 0)
+        status = self._collect()
+        if self.stays_low:
+            self.sent.pop()  # the program polls again
+        self.high = bool(status & HOSTRDY)
+        return status
 
     # -------------------------------------------------------------------------------------------------------- packets
     def packet(self, code: int, words: Iterable[int] = (), reads: int = 1) -> tuple[int, ...]:
@@ -107,7 +267,7 @@ class ChipsetPort:
             high, low = divmod(allowed("word", word, 0xFFFF), 0x100)
             requests += [wait, (OUT + DATA, high), (OUT + DATA, low)]
         requests += [wait, (IN + DATA, 0), (IN + DATA, 0)] * reads
-        answers = self.exchange(*requests)
+        answers = self.series(*requests)
         if not all(answer & HOSTRDY for request, answer in zip(requests, answers, strict=True) if request == wait):
             raise TimeoutError(f"{self.where}: HostRdy stays low in packet {code:02x}")
         found = answers[len(answers) - 3 * reads :]
@@ -116,13 +276,26 @@ class ChipsetPort:
     # ------------------------------------------------------------------------------------------------------------ end
     def close(self) -> None:
         """Close the connection; the chipset goes on."""
-        self.socket.close()
+        try:
+            if self.sent and not self.stays_low and self.socket.fileno() >= 0:
+                self._read(len(self.sent))  # what is not read when a socket is closed may cost what was sent before
+        except OSError:
+            pass
+        finally:
+            self.sent = []
+            self.socket.close()
 
     def __enter__(self) -> ChipsetPort:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def framed(kind: int, requests: Iterable[tuple[int, int]]) -> bytes:
+    """Return a series as one message: SERIES, or ON, which depends on the one before."""
+    data = b"".join(map(bytes, requests))
+    return bytes((kind, len(data) // 2)) + data
 
 
 def allowed(what: str, number: int, most: int) -> int:

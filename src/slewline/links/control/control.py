@@ -156,6 +156,7 @@ class Client:
     def answer(self, line: bytes) -> None:
         """Answer one request, a line."""
         request: Data = {}
+        self.server.catch_up()
         try:
             request = read(line)
             found = Requests(self.server, self).perform(request)

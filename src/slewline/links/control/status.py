@@ -32,6 +32,9 @@ class Serving(Protocol):
     def steps_of(self, chip: Chip) -> int:
         """Return how many steps a chip has made since the beginning, on all axes."""
 
+    def catch_up(self) -> None:
+        """Work what hosts have sent before this moment, where they need not wait for answers."""
+
     def stop(self) -> None:
         """End the server."""
 

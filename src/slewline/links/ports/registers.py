@@ -8,7 +8,16 @@ After that every request is two bytes and every answer is one, in the order of t
     24 nn    READY   wait until bit 7 of the status is 1, for nn ms      the status; bit 7 is 0 if it has stayed so
     34 nn    ANSWER  ... is 0; of a parallel card                        the status
     44 nn    MESSAGE wait until bit 6 is 0; of a parallel card           the status
+    54 nn    POLL    read the status until bit 7 is 1, for nn ms         the status
+    90 --    HELLO   which version is this?                              02, in lockstep 82; FF: it knows no series
+    C0 nn    SERIES  nn requests follow, of those above but HELLO        a byte for each
+    C1 nn    ON      the same, unless the last series has come to a wait in vain
     other    is no request                                               FF, as from an empty address
+
+A series is one message, one input of the board and one answer, in a fraction of the time that its requests take one by
+one.  A wait in vain ends it: nothing of the rest is done, and reads FF.  So a host may send on without an answer, as if
+every wait were successful, and learns afterwards where its program would still be waiting.  Pieces of the same
+program that have come in one go are worked in one go.
 
 A host may send the next request before it has the answer to the last one: a whole packet, its waits included, is one
 round trip.  Requests are worked one after the other, each access at the pins of the chip, and takes its bus cycle of
@@ -23,8 +32,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from ...core.time.timebase import PS_PER_S
-from ...parts.boards.board import FLOATING, STATUS, Board
+from ...parts.boards.board import FLOATING, Board
+from ...parts.boards.series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, Done, is_step, spelled
 from ..lines.line import HostLine
 from ..lines.log import TO_CHIP, TO_HOST, TranscriptFile
 from ..lines.pace import Pace
@@ -36,10 +45,12 @@ if TYPE_CHECKING:
     from ...parts.base.request_queue import Request
 
 VERSION = 1
-IN, OUT, READY = 0x00, 0x10, 0x20 + STATUS
-WAITS = {READY: "ready", 0x30 + STATUS: "answer", 0x40 + STATUS: "message"}  # what a board knows by these names
-MS = PS_PER_S // 1000
-POLL_PS = MS // 10  # in lockstep, what passes after a poll at most; HostRdy is low for 82 us
+NEWEST = 2  # what HELLO answers
+HELLO, SERIES, ON = 0x90, 0xC0, 0xC1
+LOCKSTEP = 0x80  # in the answer to HELLO
+TURNS = 64  # shares of a host, or slices of time, that a request to the control port waits for: 4 kB, a second
+MOST = 512  # bytes of pieces of a series that are worked in one go
+ALL_OF_IT = "nothing of the series is done; "
 BACKLOG = 256  # pieces of work for the board that may wait; the next answer lets in more
 SHARE = 64  # bytes in a turn of the loop: 32 accesses take a millisecond
 
@@ -54,7 +65,7 @@ class RegisterLine(HostLine):
     def __init__(self, name: str, chip: Chip, pace: Pace, log: TranscriptFile, board: Board) -> None:
         super().__init__(name, [chip], pace, log)
         self.board = board
-        self.half = b""  # the first byte of a request
+        self.half = b""  # the beginning of a request
         self.full = False
         self.strange = False  # this host has sent what is not a request, and that was reported
         self.shown = -1  # the last status in the transcript: polls that read the same are left out
@@ -67,6 +78,8 @@ class RegisterLine(HostLine):
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
         """Connect a host."""
+        if self.half:
+            self.log.event(self.name, f"the host before left a request without its end, {self.half[:8].hex(' ', -2)}")
         self.half, self.strange = b"", False
         super().attach(name, host, resume)
 
@@ -74,9 +87,47 @@ class RegisterLine(HostLine):
     def feed(self, data: bytes) -> None:
         """Take bytes of the host: accesses to registers."""
         data = self.half + data
-        self.half = data[len(data) & ~1 :]
-        for request, value in zip(data[::2], data[1::2], strict=False):
-            self._request(request, value)
+        at, steps, on = 0, b"", False  # `steps`: of a series, which may go on
+        while len(data) >= at + 2:
+            request, value = data[at], data[at + 1]
+            number = value if request in (SERIES, ON) else 0
+            end = at + 2 + 2 * number
+            if len(data) < end:
+                break
+            more, at = data[at + 2 : end], end
+            if steps and (request != ON or not number or len(steps) + len(more) > MOST):
+                self._series(steps, on)
+                steps = b""
+            if not number:
+                self._request(request, value)
+            elif not steps:
+                steps, on = more, request == ON
+            else:
+                steps += more
+        if steps:
+            self._series(steps, on)
+        self.half = data[at:]
+
+    def _series(self, steps: bytes, on: bool) -> None:
+        """Queue a series, and the answers to it; none of it, if a step is none."""
+        board, number = self.board, len(steps) // 2
+        wrong = next((at for at in range(0, len(steps), 2) if not is_step(steps[at], board.waits)), None)
+        if wrong is not None:
+            self._answer(lambda: bytes([self._nobody(steps[wrong], steps[wrong + 1], "in a series ")]) * number)
+            return
+        work = board.series(spelled(steps), POLL_PS if self.pace.lockstep else 0, on)
+        self._answer(lambda: self._worked(steps, work))
+
+    def _worked(self, steps: bytes, work: Request[Done]) -> bytes:
+        """Return what a series has brought; its accesses go into the transcript."""
+        answers, ends = work.result
+        if self.log.file is not None:
+            for request, byte, ps in zip(steps[::2], answers, ends, strict=False):
+                if request & 0xF0 == OUT:
+                    self._show(TO_CHIP, request & 0x0F, byte, ps)
+                else:
+                    self._note(request & 0x0F, byte, ps)
+        return answers
 
     def _request(self, request: int, value: int) -> None:
         """Queue what is asked for, and the answer to it."""
@@ -84,6 +135,10 @@ class RegisterLine(HostLine):
         if request & 0xF0 == OUT:
             board.cycle(board.base + offset, value)
             self._answer(lambda: self._written(offset, value))
+        elif request == HELLO:
+            self._answer(lambda: bytes([NEWEST | LOCKSTEP * self.pace.lockstep]))
+        elif request == POLL:
+            self._series(bytes([request, value]), False)
         elif request & 0xF0 == IN or WAITS.get(request) in board.waits:
             if request in WAITS:
                 board.ready(value * MS, WAITS[request])
@@ -92,46 +147,50 @@ class RegisterLine(HostLine):
             if self.pace.lockstep and request == IN + STATUS:
                 board.ready(POLL_PS)
         else:
-            self._answer(lambda: self._nobody(request, value))
+            self._answer(lambda: bytes([self._nobody(request, value)]))
 
-    def _answer(self, byte: Callable[[], int]) -> None:
+    def _answer(self, answers: Callable[[], bytes]) -> None:
         """Queue an answer, for the host of this moment: the next one has not asked."""
         host = self.host
 
         async def answer() -> None:
-            found = byte()
+            found = answers()
             if self.host is host is not None:
-                self.give(bytes([found]))
+                self.give(found)
             if self.full and self.room() > 0 and self.resume is not None:
                 self.resume()
 
         self.board.queue.post("an answer", answer)
 
-    def _read(self, offset: int, access: Request[int]) -> int:
+    def _read(self, offset: int, access: Request[int]) -> bytes:
         """The byte that a read access has brought."""
-        byte: int = access.result
+        self._note(offset, access.result, self.kernel.now)
+        return bytes([access.result])
+
+    def _note(self, offset: int, byte: int, ps: int) -> None:
+        """Write what was read into the transcript, if it is news."""
         if offset != STATUS or byte != self.shown:
-            self._show(TO_HOST, offset, byte)
+            self._show(TO_HOST, offset, byte, ps)
         if offset == STATUS:
             self.shown = byte
-        return byte
 
-    def _written(self, offset: int, byte: int) -> int:
-        self._show(TO_CHIP, offset, byte)
-        return byte
+    def _written(self, offset: int, byte: int) -> bytes:
+        self._show(TO_CHIP, offset, byte, self.kernel.now)
+        return bytes([byte])
 
-    def _nobody(self, request: int, value: int) -> int:
-        self.log.event(self.name, f"{request:02x} {value:02x} is not a request")
+    def _nobody(self, request: int, value: int, where: str = "") -> int:
+        self.log.event(self.name, f"{request:02x} {value:02x} {where}is not a request")
         if not self.strange:
             self.strange = True
-            self.board.finding("no-request", self._what_is_here(bytes([request, value])))
+            self.board.finding("no-request", self._what_is_here(bytes([request, value]), where))
         return FLOATING
 
-    def _what_is_here(self, came: bytes) -> str:
+    def _what_is_here(self, came: bytes, where: str) -> str:
         """Return what to do about bytes that are no request."""
         text = " (text, it seems)" if came.isascii() and came.decode("ascii").isprintable() else ""
         return (
-            f"{came!r}{text} is not a request, and reads FF: this is a port of registers, with two bytes a request, "
+            f"{came!r}{text} {where}is not a request, and reads FF: {ALL_OF_IT if where else ''}"
+            "this is a port of registers, with two bytes a request, "
             '00 to 4F first; see "Registers on a socket" (docs/howto/serve_registers.md)'
         )
 
@@ -139,9 +198,9 @@ class RegisterLine(HostLine):
     def note(self, way: str, data: bytes) -> None:
         """Write accesses into the transcript, not the bytes that ask for them."""
 
-    def _show(self, way: str, offset: int, byte: int) -> None:
+    def _show(self, way: str, offset: int, byte: int, ps: int) -> None:
         """An access in the transcript: "< 2 31", "> 0 5c"."""
-        self.log.write(self.kernel.now, self.name, way, f"{offset:x} {byte:02x}")
+        self.log.write(ps, self.name, way, f"{offset:x} {byte:02x}")
 
     def room(self) -> int:
         """Return how many bytes may come now."""
@@ -155,7 +214,7 @@ class RegisterLine(HostLine):
 
     def quiet(self) -> bool:
         """Return whether everything that was asked for is answered."""
-        return self.board.idle
+        return not self.board.queue.requests
 
 
 class RegisterSession(Session):
@@ -184,3 +243,17 @@ class RegisterPort(TcpPort):
 
     scheme = "registers"
     make = RegisterSession
+
+    def catch_up(self) -> None:
+        """Bring to the board what the host has sent by now, and let the time pass that this takes, for a while.
+
+        In lockstep a host need not wait for answers; what it asks of another port then comes after all that.
+        """
+        pace, line = self.line.pace, self.line
+        for _ in range(TURNS):
+            taken = line.taken
+            if self.session is not None:
+                self.session.stream.read_now()
+            if line.quiet() and line.taken == taken:
+                return
+            pace.pass_time()

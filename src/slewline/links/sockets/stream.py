@@ -80,6 +80,11 @@ class SocketStream:
         elif found:
             self.take(found)
 
+    def read_now(self) -> None:
+        """Read what is there in this moment, if there is room for it; the loop would do so in its turn."""
+        if self.open and self.reading and not self.at_end:
+            self._read()
+
     def fetch(self, room: int) -> bytes | None:
         """Read what is there; None: the other side has hung up."""
         return self.end.recv(room) or None

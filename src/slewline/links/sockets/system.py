@@ -32,6 +32,7 @@ BINARY = getattr(os, "O_BINARY", 0)  # without it Windows writes CR LF for LF
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # opening a symbolic link fails
 EXTPROC: int | None = 0o200000 if sys.platform == "linux" else None  # of a pty; the module termios has no name for it
 FINE_MS = 1
+LONG_S = 1.0  # a sleep longer than that may end early, and go on
 WINDOWS_PORT = re.compile(r"(?:\\\\\.\\)?com[0-9]+:?", re.IGNORECASE)  # COM3, \\.\COM12
 
 Ready = tuple[selectors.SelectorKey, int]
@@ -42,14 +43,17 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
     """The selector of the system, with sleeps of any length.
 
     epoll rounds its sleep up to whole milliseconds.  `select` does not, and can wait for the one descriptor that epoll
-    itself has, however many descriptors it uses.
+    itself has, however many descriptors it uses.  That is a second call of the system, so only the end of a long sleep
+    is waited for in this way.
     """
 
     rounds = hasattr(selectors, "EpollSelector")
 
     def select(self, timeout: float | None = None) -> list[Ready]:
         """Return what is ready, after at most so many seconds."""
-        if timeout and self.rounds:
+        if timeout and self.rounds and timeout > LONG_S:
+            timeout -= LONG_S / 2
+        elif timeout and self.rounds:
             select.select([self.fileno()], [], [], timeout)
             timeout = 0
         return super().select(timeout)  # type: ignore[no-any-return]

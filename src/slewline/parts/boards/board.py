@@ -15,17 +15,19 @@ from ...core.datasheet.option import Option
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds
+from ...core.wires.waits import until
 from ...errors import UsageError
 from ..base.part import Part
 from ..base.request_queue import Request, RequestQueue
+from .series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, Done, is_step, met, spelled
 
 CLOCK_PS = 125_000
 CYCLE = 6  # clocks; the strobes of the bus last from clock 1 to the end of clock 4
-DATA, STATUS = 0, 4  # offsets from the base
 BASES = range(0x300, 0x400, 0x10)
 STEPS = f"{BASES[0]:#x} to {BASES[-1]:#x} in steps of 0x10"
 DECODED = 0x3FF
 FLOATING = 0xFF
+CYCLE_PS = CYCLE * CLOCK_PS
 READY = "ready"  # what a program may wait for, instead of polls
 
 
@@ -51,6 +53,8 @@ class Board(Part):
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name, give_up=self.give_up)
         self.base = base
+        self._began = 0  # the instant at which the present cycle begins, or the next one (ps)
+        self._broken = False  # the last series has ended with a wait in vain
 
     # ------------------------------------------------------------------------------------ what a program on the PC does
     def out(self, port: int, byte: int, timeout: Time = "5 s") -> None:
@@ -83,6 +87,28 @@ class Board(Part):
         return self.queue.submit(what, lambda: self.until_ready(ps, what))
 
     @from_outside
+    def series(self, steps: str, poll: Time = 0, on: bool = False) -> Request[Done]:
+        """Queue what a program does without a pause; the result has a byte for each step, FF behind a wait in vain.
+
+        Args:
+            steps: in hexadecimal, two bytes each (parts/boards/series.py).
+            poll: so much time may pass, at most, after a read of the status which finds bit 7 at 0, until it is 1.
+            on: do nothing if the series before has ended with a wait in vain.
+
+        Raises:
+            UsageError: these are no steps of this board.
+        """
+        try:
+            data = bytes.fromhex(steps)
+        except ValueError:
+            data = b""
+        if not data or len(data) % 2 or not all(is_step(request, self.waits) for request in data[::2]):
+            raise UsageError(f"{self.name}: steps {steps!r}; expected 0r --, 1r bb, 24 nn, 54 nn ... in hexadecimal")
+        ps = picoseconds(poll)
+        self.input("series", steps, f"{ps} ps", on)
+        return self.queue.submit(f"series {spelled(data[:8])}", lambda: self._work(data, ps, on))
+
+    @from_outside
     def give_up(self) -> None:
         """Cancel the last request, which took too long; what comes after it can go on."""
         self.input("give_up")
@@ -91,10 +117,22 @@ class Board(Part):
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def write(self, port: int, byte: int) -> None:
         """Write a byte to a port, now: a write cycle."""
-        raise NotImplementedError
+        self._began = self.kernel.now
+        await self.access(self._offset(port), byte)
+        await until(self.kernel, self._clock(CYCLE))
 
     async def read(self, port: int) -> int:
         """Return the byte of a port, now: a read cycle."""
+        self._began = self.kernel.now
+        byte = await self.access(self._offset(port))
+        await until(self.kernel, self._clock(CYCLE))
+        return byte
+
+    async def access(self, offset: int, byte: int | None = None) -> int:
+        """Do the cycle that begins next, in a clock from now at most, as far as it is to be watched.
+
+        Without a byte to be written it is a read cycle; its byte is returned in clock 5.
+        """
         raise NotImplementedError
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
@@ -107,4 +145,57 @@ class Board(Part):
 
     def _clock(self, number: int) -> int:
         """The instant at which a clock of this cycle begins (ps)."""
-        return self.kernel.now + number * CLOCK_PS
+        return self._began + number * CLOCK_PS
+
+    # ---------------------------------------------------------------------------------------------------------- series
+    async def _work(self, steps: bytes, poll_ps: int, on: bool) -> Done:
+        """Do the steps of a series, each cycle where the one before ends.
+
+        While nothing is to be watched no time passes in here: a cycle is promised when the status before it is known.
+        """
+        if on and self._broken:
+            return Done(bytes([FLOATING]) * (len(steps) // 2), ())
+        self._broken = True
+        kernel, answers, ends = self.kernel, bytearray(), []
+        self._began = free = kernel.now  # `free`: nothing is promised on the bus from then on
+        for request, value in zip(steps[::2], steps[1::2], strict=True):
+            if request == POLL:
+                byte = await self._poll(value * MS)
+            elif request & 0x0F == STATUS and request & 0xF0 != OUT:
+                if request != IN + STATUS:
+                    await until(kernel, self._began)
+                    await self.until_ready(value * MS, WAITS[request])
+                    self._began = kernel.now
+                byte = await self._look()
+                if request == IN + STATUS and poll_ps:
+                    await self._ready_within(poll_ps)
+            else:
+                await until(kernel, free)
+                byte = await self.access(request & 0x0F, value if request & 0xF0 == OUT else None)
+                self._began = free = self._clock(CYCLE)
+            answers.append(byte)
+            ends.append(self._began)
+            if not met(request, byte):
+                break
+        else:
+            self._broken = False
+        await until(kernel, self._began)
+        return Done(bytes(answers).ljust(len(steps) // 2, bytes([FLOATING])), ends)
+
+    async def _look(self) -> int:
+        """Read the status in a cycle; the next one begins behind it."""
+        byte = await self.access(STATUS)
+        self._began += CYCLE_PS
+        return byte
+
+    async def _poll(self, ps: int) -> int:
+        """Read the status as a loop does, until bit 7 is 1 or so much time (ps) is over; return it."""
+        end = self._began + ps
+        while not met(POLL, byte := await self._look()) and self._began < end:
+            await self._ready_within(POLL_PS)
+        return byte
+
+    async def _ready_within(self, ps: int) -> None:
+        """Let at most so much time (ps) pass behind a cycle, until bit 7 of the status is 1."""
+        await self.until_ready(self._began + ps - self.kernel.now)
+        self._began = max(self._began, self.kernel.now)

@@ -19,7 +19,8 @@ from types import MappingProxyType
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Net
 from ...core.wires.waits import first_of, until
-from .board import CLOCK_PS, CYCLE, DATA, FLOATING, READY, STATUS, Board, base_option
+from .board import CLOCK_PS, CYCLE, FLOATING, READY, Board, base_option
+from .series import DATA, STATUS
 
 RESET_PS = 2_000_000  # the chipset wants 1 us; the strobe of the bus alone would be too short
 COMMAND, RESET = 2, 8  # offsets from the base
@@ -63,9 +64,10 @@ class Isa(Board):
         self.drivers["reset"].drive(0 if held else 1)
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
-    async def write(self, port: int, byte: int) -> None:
-        """Write a byte to a port, now: a write cycle."""
-        offset = self._offset(port)
+    async def access(self, offset: int, byte: int | None = None) -> int:
+        """Do a cycle; one that writes is promised as a whole."""
+        if byte is None:
+            return await self._fetch(offset)
         if offset in (DATA, COMMAND):
             self._select(command=int(offset == COMMAND))
             self.drivers["hostdata"].wave(None, (self._clock(1), self._clock(5)), ((0xFF, byte), None))
@@ -74,11 +76,9 @@ class Isa(Board):
             self._reset_until = self._clock(1) + RESET_PS
             self.kernel.call_at(self._clock(1), self._put_reset)
             self.kernel.call_at(self._reset_until, self._put_reset)
-        await until(self.kernel, self._clock(CYCLE))
+        return byte
 
-    async def read(self, port: int) -> int:
-        """Return the byte of a port, now: a read cycle."""
-        offset, end = self._offset(port), self._clock(CYCLE)
+    async def _fetch(self, offset: int) -> int:
         if offset == DATA:
             self._select(command=0)
             self._low("hostread", 1, 5)
@@ -88,7 +88,6 @@ class Isa(Board):
             byte = self.byte("hostdata")
         elif offset == STATUS and not self.high("hostrdy"):
             byte &= ~HOSTRDY
-        await until(self.kernel, end)
         return byte
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
@@ -97,7 +96,7 @@ class Isa(Board):
 
     def _select(self, command: int) -> None:
         """The address is on the bus from the middle of clock 0 to the end of the cycle."""
-        times = self.kernel.now + CLOCK_PS // 2, self._clock(CYCLE)
+        times = self._began + CLOCK_PS // 2, self._clock(CYCLE)
         self.drivers["hostslct"].wave(1, times, (0, 1))
         self.drivers["hostcmd"].wave(0, times, (command, 0))
 

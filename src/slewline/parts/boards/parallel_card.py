@@ -15,7 +15,8 @@ from types import MappingProxyType
 
 from ...core.time.kernel import Kernel
 from ...core.wires.waits import first_of, until
-from .board import CYCLE, DATA, FLOATING, READY, STATUS, Board, base_option
+from .board import FLOATING, READY, Board, base_option
+from .series import DATA, STATUS
 
 CONTROL, RESET = 2, 8  # offsets from the base
 REQUEST, DRIVE = 0x01, 0x02  # in the control register
@@ -47,10 +48,11 @@ class ParallelCard(Board):
         low = IS_READY * (not self.high("busy")) | IS_FREE * (not self.high("fpl"))
         return FLOATING & ~low
 
-    async def write(self, port: int, byte: int) -> None:
-        """Write a byte to a port, now: a write cycle; the register has it at the end of clock 4."""
-        offset, end = self._offset(port), self._clock(CYCLE)
+    async def access(self, offset: int, byte: int | None = None) -> int:
+        """Do a cycle; the register has what is written at the end of clock 4, when a byte is read, too."""
         await until(self.kernel, self._clock(5))
+        if byte is None:
+            return self._read(offset)
         if offset == DATA:
             self._latch = byte
         elif offset == CONTROL:
@@ -59,12 +61,9 @@ class ParallelCard(Board):
             self.drivers["reset"].wave(None, (self._clock(0) + 1, self._clock(0) + RESET_PS), (1, None))
         self.drivers["db"].drive((0xFF, self._latch) if self.control & DRIVE else None)
         self.drivers["io_request"].drive(0 if self.control & REQUEST else 1)
-        await until(self.kernel, end)
+        return byte
 
-    async def read(self, port: int) -> int:
-        """Return the byte of a port, now: a read cycle."""
-        offset, end = self._offset(port), self._clock(CYCLE)
-        await until(self.kernel, self._clock(5))
+    def _read(self, offset: int) -> int:
         byte = FLOATING
         if offset == DATA:
             byte = self.byte("db")
@@ -72,7 +71,6 @@ class ParallelCard(Board):
             byte = self.control
         elif offset == STATUS:
             byte = self.status
-        await until(self.kernel, end)
         return byte
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
