@@ -147,13 +147,15 @@ class Port:
                 self.chip.finding("late-release", text)
 
     # ------------------------------------------------------------- operations as values (parts/hosts/ends/operation.py)
-    def takes(self, reading: bool) -> bool:
-        """Return whether the port waits for the operation that begins now, a whole one."""
-        return self.supply.powered and self.ready and not (self.bytes or self.half or (reading and self.wanted))
+    def takes(self, number: int, reading: bool) -> bool:
+        """Return whether the port waits for the operation of so many bytes that begins now."""
+        whole = number == 1 or not (self.bytes or self.half)
+        return self.supply.powered and self.ready and whole and not (reading and self.wanted)
 
     def shows(self, number: int) -> bytes:
         """Return the bytes that a read operation gives."""
-        return (self.answer[0] if self.answer else 0).to_bytes(2, "big")[:number]
+        word = (self.answer[0] if self.answer else 0).to_bytes(2, "big")
+        return word[self.half :][:number]
 
     def operated(self, number: int, data: bytes | None, command: bool) -> None:
         """Take notice of an operation whose last strobe ends now.

@@ -19,12 +19,43 @@ from types import MappingProxyType
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Net
 from ...core.wires.waits import first_of, until
+from ...core.wires.wave import Edges
+from ..hosts.ends.operation import HostLines, Operation, Strobed
 from .board import CLOCK_PS, CYCLE, FLOATING, READY, Board, base_option
 from .series import DATA, STATUS
 
+WRITES, READS = (2, 3), (1, 5)  # clocks at which HostWrite and HostRead fall, and rise
 RESET_PS = 2_000_000  # the chipset wants 1 us; the strobe of the bus alone would be too short
 COMMAND, RESET = 2, 8  # offsets from the base
 HOSTRDY = 0x80
+
+
+class IsaCycle(Strobed):
+    """An operation of one byte: a cycle of the bus that begins at an instant (ps)."""
+
+    __slots__ = ("began", "first", "last")
+
+    def __init__(self, began: int, reading: bool) -> None:
+        self.began, self.number = began, 1
+        self.start = (
+            began + CLOCK_PS // 2
+        )  # the address is on the bus from the middle of clock 0 to the end of the cycle
+        first, last = READS if reading else WRITES
+        self.first, self.last, self.end = (began + clock * CLOCK_PS for clock in (first, last, CYCLE))
+
+    @property
+    def falls(self) -> list[int]:
+        """When the strobe falls."""
+        return [self.first]
+
+    @property
+    def rises(self) -> list[int]:
+        """When it rises."""
+        return [self.last]
+
+    def bus(self, data: bytes) -> Edges:
+        """Return what stands on the bus while a byte is written."""
+        return None, (self.began + CLOCK_PS, self.began + 5 * CLOCK_PS), ((0xFF, data[0]), None)
 
 
 class Isa(Board):
@@ -52,6 +83,8 @@ class Isa(Board):
         self.add_pin("hostcmd", "out", "hostcmd of the chipset: address line A1", initial=0)
         self.add_pin("hostrdy", "in", "hostrdy of the chipset", pull=1)
         self.add_pin("reset_drv", "in", "RESET of the bus, high active", pull=0)
+        names = ("hostslct", "hostcmd", "hostwrite", "hostread", "hostdata")
+        self._operation = Operation(HostLines(*(self.drivers[name] for name in names)))
         self._reset_until = 0  # a write to base + 8 holds the chipset in reset so long
 
     def rewired(self) -> None:
@@ -66,39 +99,34 @@ class Isa(Board):
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def access(self, offset: int, byte: int | None = None) -> int:
         """Do a cycle; one that writes is promised as a whole."""
-        if byte is None:
-            return await self._fetch(offset)
-        if offset in (DATA, COMMAND):
-            self._select(command=int(offset == COMMAND))
-            self.drivers["hostdata"].wave(None, (self._clock(1), self._clock(5)), ((0xFF, byte), None))
-            self._low("hostwrite", 2, 3)
-        elif offset == RESET:
-            self._reset_until = self._clock(1) + RESET_PS
-            self.kernel.call_at(self._clock(1), self._put_reset)
-            self.kernel.call_at(self._reset_until, self._put_reset)
-        return byte
-
-    async def _fetch(self, offset: int) -> int:
-        if offset == DATA:
-            self._select(command=0)
-            self._low("hostread", 1, 5)
+        if offset == DATA or (offset == COMMAND and byte is not None):
+            return await self._operate(byte, offset == COMMAND)
+        if byte is not None:
+            if offset == RESET:
+                self._reset_until = self._clock(1) + RESET_PS
+                self.kernel.call_at(self._clock(1), self._put_reset)
+                self.kernel.call_at(self._reset_until, self._put_reset)
+            return byte
         await until(self.kernel, self._clock(5))
-        byte = FLOATING
-        if offset == DATA:
-            byte = self.byte("hostdata")
-        elif offset == STATUS and not self.high("hostrdy"):
-            byte &= ~HOSTRDY
-        return byte
+        return FLOATING & ~HOSTRDY if offset == STATUS and not self.high("hostrdy") else FLOATING
+
+    async def _operate(self, byte: int | None, command: bool) -> int:
+        """Write to the port of the chipset, or without a byte read from it."""
+        cycle, data = IsaCycle(self._began, byte is None), None if byte is None else bytes([byte])
+        if self._operation.begin(cycle, data, command):
+            shown = await self._operation.take_place()
+            return shown[0] if byte is None else byte
+        self._operation.leave()
+        drivers = self.drivers
+        drivers["hostslct"].wave(*cycle.select())
+        drivers["hostcmd"].wave(0, (cycle.start, cycle.end), (int(command), 0))
+        drivers["hostread" if byte is None else "hostwrite"].wave(*cycle.strobe())
+        if data is not None:
+            drivers["hostdata"].wave(*cycle.bus(data))
+            return data[0]
+        await until(self.kernel, cycle.last)
+        return self.byte("hostdata")
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
         """Wait, without cycles, until HostRdy is high or so much time (ps) is over."""
         await first_of(self.kernel, self.kernel.now + ps, (self.pins["hostrdy"].net, 1))
-
-    def _select(self, command: int) -> None:
-        """The address is on the bus from the middle of clock 0 to the end of the cycle."""
-        times = self._began + CLOCK_PS // 2, self._clock(CYCLE)
-        self.drivers["hostslct"].wave(1, times, (0, 1))
-        self.drivers["hostcmd"].wave(0, times, (command, 0))
-
-    def _low(self, pin: str, first: int, last: int) -> None:
-        self.drivers[pin].wave(1, (self._clock(first), self._clock(last)), (0, 1))

@@ -11,7 +11,7 @@ What the wires show of it follows from when it begins, what it is, and its bytes
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from ....core.wires.exchange import End, Exchange
 from ....core.wires.net import Driver, Wave
@@ -20,9 +20,6 @@ from ....core.wires.wave import Edges, Level
 
 NS = 1000  # picoseconds
 SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * NS, 80 * NS
-
-if TYPE_CHECKING:
-    from .packet_port import PacketPort
 
 
 class Strobes(NamedTuple):
@@ -80,8 +77,8 @@ class HostPort(End, Protocol):
     access_ps: int  # from the fall of HostRead until a byte is on the bus
     let_go_ps: int  # from its rise until it is off
 
-    def takes(self, reading: bool) -> bool:
-        """Return whether it waits for the operation that begins now, a whole one."""
+    def takes(self, number: int, reading: bool) -> bool:
+        """Return whether it waits for the operation of so many bytes that begins now."""
 
     def shows(self, number: int) -> bytes:
         """Return the bytes that a read operation gives."""
@@ -105,17 +102,27 @@ class HostPort(End, Protocol):
         """
 
 
+class HostLines(NamedTuple):
+    """The drivers that a host has on the host port of a chipset."""
+
+    select: Driver
+    command: Driver
+    writing: Driver
+    reading: Driver
+    bus: Driver
+
+
 class Operation:
     """The operation in progress, or the last one, of a host on one chipset.
 
     Args:
-        port: what the host has there.
+        lines: what the host has there.
     """
 
     chip: HostPort
 
-    def __init__(self, port: PacketPort) -> None:
-        self.port, self.kernel = port, port.kernel
+    def __init__(self, lines: HostLines) -> None:
+        self.lines, self.kernel = lines, lines.bus.kernel
         self.ends: tuple[HostPort, ...] = ()
         self.exchange: Exchange | None = None
         self.data: bytes | None = None  # what is written; None: it is a read operation
@@ -135,7 +142,7 @@ class Operation:
         exchange = self.exchange
         if exchange is None or not exchange.by_value:
             exchange = self._found()
-        if exchange is None or not self.chip.takes(data is None) or not exchange.begin():
+        if exchange is None or not self.chip.takes(strobes.number, data is None) or not exchange.begin():
             return False
         self.strobes, self.data, self.command, self.over = strobes, data, command, False
         if data is None:
@@ -160,23 +167,23 @@ class Operation:
     # ---------------------------------------------------------------------------------------- what goes by value at all
     def _found(self) -> Exchange | None:
         """Return what the chipsets on these wires make possible; None: there is none, or more than one."""
-        select = self.port.select.net
+        select = self.lines.select.net
         ends = tuple(end for net in select.joined or (select,) for end in net.ends)
         if ends != self.ends:
             self.ends, self.exchange = ends, self._made(ends)
         return self.exchange
 
     def _made(self, ends: tuple[HostPort, ...]) -> Exchange | None:
-        port = self.port
-        if len(ends) != 1 or ends[0].bus_driver.net is not port.bus.net:
+        lines = self.lines
+        if len(ends) != 1 or ends[0].bus_driver.net is not lines.bus.net:
             return None
         (self.chip,) = ends
         led = {
-            port.select: lambda: Wave(*self.strobes.select()),
-            port.command: self._command,
-            port.writing: lambda: self._strobe(self.data is not None),
-            port.reading: lambda: self._strobe(self.data is None),
-            port.bus: self._bus,
+            lines.select: lambda: Wave(*self.strobes.select()),
+            lines.command: self._command,
+            lines.writing: lambda: self._strobe(self.data is not None),
+            lines.reading: lambda: self._strobe(self.data is None),
+            lines.bus: self._bus,
         }
         return Exchange(led, {self.chip.bus_driver: lambda: self._answer(self.strobes.end)}, ends, self._withdrawn)
 
@@ -220,4 +227,4 @@ class Operation:
                 self.kernel.call_at(rise, self._sample)
 
     def _sample(self) -> None:
-        self.shown.append(self.port.bus.net.byte)  # type: ignore[attr-defined]
+        self.shown.append(self.lines.bus.net.byte)  # type: ignore[attr-defined]

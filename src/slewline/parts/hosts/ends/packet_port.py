@@ -17,7 +17,7 @@ from ....core.wires.waits import level, until
 from ....errors import ChecksumError, Timeout
 from ....language import packets
 from ....language.dialect import spoken_as
-from .operation import Operation, Strobed, Strobes
+from .operation import HostLines, Operation, Strobed, Strobes
 
 if TYPE_CHECKING:
     from ....core.datasheet.table import Row, Sheet
@@ -81,7 +81,7 @@ class PacketPort:
             Driver(pins[name].net, host) for name in ("hostslct", "hostread", "hostwrite", "hostcmd")
         )
         self.bus, self.host_ready = Driver(chip.bus, host), pins["hostrdy"].net
-        self.operation = Operation(self)
+        self.operation = Operation(HostLines(self.select, self.command, self.writing, self.reading, self.bus))
         self.cycle_ps = chip.clock.ps(chip.sheet.times["cycle"].ticks)
         self.worked_ps = 0  # by then the cycle has begun that works the last update
         self.axis = 1
