@@ -41,7 +41,7 @@ class IsaCycle(Strobed):
             began + CLOCK_PS // 2
         )  # the address is on the bus from the middle of clock 0 to the end of the cycle
         first, last = READS if reading else WRITES
-        self.first, self.last, self.end = (began + clock * CLOCK_PS for clock in (first, last, CYCLE))
+        self.first, self.last, self.end = began + first * CLOCK_PS, began + last * CLOCK_PS, began + CYCLE * CLOCK_PS
 
     @property
     def falls(self) -> list[int]:
