@@ -53,6 +53,7 @@ class World:
     def __init__(self, dialogue: Dialogue, shuffle: int | None) -> None:
         self.dialogue, self.bench = dialogue, slewline.Bench(shuffle=shuffle)
         self.noted: list[Any] = []  # what acts have found
+        self.glances: list[Any] = []  # what a listener has seen when it was told something
         self.commits: dict[int, list[Any]] = {}  # the last look of a listener in each instant that it has heard of
         self.since: dict[str, int] = {}  # the instant from which on a wire is recorded
         self.failed = 0
@@ -74,18 +75,21 @@ class World:
             one: Any = self.bench[name]
             one.on_finding.add(self.told)
             if hasattr(one, "on_command"):
-                one.on_command.add(self.note)
+                one.on_command.add(self.hear_of)
 
     def told(self, found: Any) -> None:
-        """Note a finding; two drivers disagree in the middle of a commit, when not all wires have got their levels."""
-        if found.code == "conflict":
-            self.noted.append((self.bench.now_ps, found.code))
-        else:
-            self.note(found.code)
+        """Note a finding."""
+        self.hear_of(found.code)
 
     def note(self, *what: Any) -> None:
         """Note something, with its instant and the level on each wire."""
         self.noted.append((self.bench.now_ps, *what, self.levels()))
+
+    def hear_of(self, what: str) -> None:
+        """Note what a listener is told.  What it sees in the middle of an instant in which wires change is its affair."""
+        self.noted.append((self.bench.now_ps, what))
+        if what != "conflict":  # which is told in the middle of a commit
+            self.glances.append((self.bench.now_ps, what, self.levels()))
 
     def levels(self) -> list[Any]:
         """What stands on all wires."""
@@ -211,6 +215,11 @@ def differences(fast: World, twin: World) -> list[str]:
     """Where a run and its twin part; empty: nowhere."""
     found = []
     one, two = fast.left(), twin.left()
+    recorded = all(twin.since.get(name) == 0 for name in twin.wires)
+    if recorded:  # while a wire is recorded, two that disagree are heard of without a look
+        for left in (one, two):
+            left["noted"] = [note for note in left["noted"] if note[1] != "conflict"]
+            left["findings"] = [found for found in left["findings"] if found[1] != "conflict"]
     for key in one:
         if one[key] != two[key]:
             text = f"{one[key]} and {two[key]}"
@@ -218,6 +227,11 @@ def differences(fast: World, twin: World) -> list[str]:
                 pairs = zip(one[key], two[key], strict=False)
                 text = f"{next((pair for pair in pairs if pair[0] != pair[1]), 'one is longer')}"
             found.append(f"{key}: {text}")
+    if recorded:
+        busy = {time for name in twin.since for time, _ in twin.recorded(name, -1)}
+        one, two = ([look for look in world.glances if look[0] not in busy] for world in (fast, twin))
+        if sorted(one, key=repr) != sorted(two, key=repr):
+            found.append(f"glances: {next((pair for pair in zip(one, two, strict=False) if pair[0] != pair[1]), None)}")
     for name, since in fast.since.items():
         a, b = fast.recorded(name, since), twin.recorded(name, since)
         if a != b:
@@ -229,7 +243,7 @@ def differences(fast: World, twin: World) -> list[str]:
 
 def heard(fast: World, twin: World) -> list[str]:
     """Where a listener to committed time has seen what the twin's wires did not show."""
-    if not fast.commits or not all(name in twin.since for name in fast.wires):
+    if not fast.commits or not all(twin.since.get(name) == 0 for name in fast.wires):
         return []
     found = []
     for number, name in enumerate(fast.wires):

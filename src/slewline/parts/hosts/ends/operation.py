@@ -186,7 +186,7 @@ class Operation:
         _, falls, rises, end = self.strobes
         if seen >= end:
             return
-        answer = self._answer(seen)
+        answer = self._answer(end if self.over else seen)  # it takes notice in the round before the last edge is seen
         if answer.times:
             self.chip.bus_driver.promise = answer
         over = [rise for rise in rises if rise <= seen]
