@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 from ....core.wires.exchange import End, Exchange
 from ....core.wires.net import Driver, Wave
 from ....core.wires.wave import Edges
-from ....core.wires.waits import until
+from ....core.wires.waits import next_round, until
 
 if TYPE_CHECKING:
     from .packet_port import PacketPort
@@ -121,11 +121,16 @@ class Operation:
         """Let the operation take place, until the port is left alone; return what has been read."""
         strobes = self.strobes
         await until(self.kernel, strobes.rises[-1])
+        await next_round(self.kernel)  # the edge is seen, unless somebody has driven a wire in the same instant
         if self.by_value:
-            self.over = True
-            self.chip.operated(len(strobes.rises), self.data, self.command)
+            self._take_notice()
         await until(self.kernel, strobes.end)
         return bytes(self.shown)
+
+    def _take_notice(self) -> None:
+        """Let the chipset hear of all of it: its last strobe has ended."""
+        self.over = True
+        self.chip.operated(len(self.strobes.rises), self.data, self.command)
 
     @property
     def by_value(self) -> bool:
@@ -186,10 +191,12 @@ class Operation:
         _, falls, rises, end = self.strobes
         if seen >= end:
             return
-        answer = self._answer(end if self.over else seen)  # it takes notice in the round before the last edge is seen
+        answer = self._answer(seen)
         if answer.times:
             self.chip.bus_driver.promise = answer
         over = [rise for rise in rises if rise <= seen]
+        if len(over) == len(rises) and not self.over:
+            self._take_notice()
         self.chip.resume([fall for fall in falls if fall <= seen], over, self.data, self.over)
         if self.data is None and not self.over:
             del self.shown[len(over) :]
