@@ -173,7 +173,7 @@ DISTURBING: dict[str, Callable[[Toy], object]] = {
     "waiting for a level": lambda toy: toy.kernel.spawn(lambda: wait(lambda: level(toy.bus, 7)), name="waits"),
     "waiting for an edge": lambda toy: toy.kernel.spawn(lambda: wait(lambda: edge(toy.strobe)), name="waits"),
     "waiting for the first of two": lambda toy: toy.kernel.spawn(
-        lambda: wait(lambda: first_of(toy.kernel, 6000, (toy.bus, None))), name="waits"
+        lambda: wait(lambda: first_of(toy.kernel, 99_000, (toy.bus, None))), name="waits"
     ),
     "driving": lambda toy: Driver(toy.strobe, "another").drive(1),
     "joining": lambda toy: Net(toy.kernel, "more").join(toy.strobe),
