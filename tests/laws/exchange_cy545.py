@@ -5,7 +5,7 @@ from __future__ import annotations
 from random import Random
 from typing import Any
 
-from .exchanges import MS, NS, US, Act, Dialogue, Disturber, World, edges_of, played
+from .exchanges import MS, NS, US, Dialogue, Disturber, World, edges_of, played
 
 CONTROLS = ("xmem_sel", "ale", "rd", "wr")
 MEMORIES = ("ram", "ram", "ram", "eeprom", "eprom")
@@ -50,6 +50,7 @@ class Remembering(World):
             "content": self.memory.content,
             "received": bytes(self.host.received),
             "steps": self.chip.steps().times_ps.tolist(),
+            "latches": (self.memory._bus.high, self.memory._bus.low),
             "writing": getattr(self.memory, "writing", None),
         }
 
@@ -156,4 +157,3 @@ def write_time(world: World, rnd: Random) -> int:
     return max(rnd.choice(polls) - begin + rnd.choice((0, 0, 1, -1, 500 * NS)), 1000) if polls else MS
 
 
-__all__ = ["Act", "Remembering", "base", "dialogues"]

@@ -162,6 +162,8 @@ class World:
                 self.pass_to(act.at)
                 self.do(act)
         self.pass_to(self.dialogue.until_ps)
+        for name in self.wires:  # in the middle of an exchange the ends know then how far it has come
+            self.bench.record(name)
 
     def pass_to(self, ps: int) -> None:
         """Let time pass; what a run fails with is noted, and it goes on."""
