@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from random import Random
 
 import pytest
@@ -31,7 +32,9 @@ class Toy:
         self.watches = [(self.strobe, self.hear), (self.other, self.hear)]
         for net, observer in self.watches:
             net.watch(observer)
-        self.exchange = Exchange({self.led: self.strobed}, {self.answering: self.answered}, [self], self.withdrawn.append)
+        self.exchange = Exchange(
+            {self.led: self.strobed}, {self.answering: self.answered}, [self], self.withdrawn.append
+        )
         kernel.settle()
         self.heard.clear()
 
@@ -163,7 +166,7 @@ def test_a_line_knows_its_edges_and_that_it_lets_go(toy: Toy) -> None:
     assert line.after(0) == 2000
 
 
-# ----------------------------------------------------------------------------------------------------- how it is withdrawn
+# ------------------------------------------------------------------------------------------------- how it is withdrawn
 DISTURBING: dict[str, Callable[[Toy], object]] = {
     "recording": lambda toy: setattr(toy.strobe, "log", []),
     "recording the bus": lambda toy: setattr(toy.bus, "log", []),
@@ -206,7 +209,9 @@ def test_whoever_looks_or_drives_makes_the_rest_real(how: str, ps: int) -> None:
 
 @pytest.mark.parametrize("ps", [999, 1000, 1001, 3000, 4999, 5000, 5001])
 @pytest.mark.parametrize("shuffle", [None, 1, 2])
-def test_a_level_that_is_put_on_the_wire_within_a_run_meets_the_edges_of_its_instant(ps: int, shuffle: int | None) -> None:
+def test_a_level_that_is_put_on_the_wire_within_a_run_meets_the_edges_of_its_instant(
+    ps: int, shuffle: int | None
+) -> None:
     seen = []
     for by_value in (True, False):
         toy = Toy(shuffle)
@@ -315,6 +320,10 @@ DISTURBED: dict[str, Callable[[Kernel, list[object]], object]] = {
 }
 
 
+def reached(kernel: Kernel, ps: int) -> bool:
+    return kernel.now >= ps
+
+
 async def second(kernel: Kernel, log: list[object]) -> None:
     for ps in (10, 25, 30):
         await until(kernel, ps)
@@ -330,7 +339,7 @@ async def second(kernel: Kernel, log: list[object]) -> None:
         lambda kernel: [kernel.run(ps) for ps in range(0, 45, 5)],
         lambda kernel: kernel.run_while(lambda: kernel.now >= 20, 100),
         lambda kernel: kernel.run_while(lambda: kernel.now >= 20, 15),
-        lambda kernel: [kernel.run_while(lambda: kernel.now >= ps, 100) for ps in (10, 10, 25, 40)],
+        lambda kernel: [kernel.run_while(partial(reached, kernel, ps), 100) for ps in (10, 10, 25, 40)],
     ],
 )
 def test_to_pass_on_in_the_task_is_what_a_wait_comes_to(

@@ -155,5 +155,3 @@ def write_time(world: World, rnd: Random) -> int:
     begin = rises[0]
     polls = [time for time in edges_of(world, ("x.rd", "x.xmem_sel", "x.ale")) if time > begin][:60]
     return max(rnd.choice(polls) - begin + rnd.choice((0, 0, 1, -1, 500 * NS)), 1000) if polls else MS
-
-

@@ -112,7 +112,7 @@ class Disturbed(Disturber):
         elif kind == "halt":
             self.act(at, "halt", within=False)
         elif kind == "reset":
-            beside = at - at % 1000 + rnd.choice((1, 999))  # at a strobe it is not given which of two edges is heard first
+            beside = at - at % 1000 + rnd.choice((1, 999))  # which of two edges at a strobe is heard first is not given
             self.act(beside, "pulse", "x.reset", 0, rnd.choice((1000, US, 2 * US)))
         elif kind == "power":
             self.act(at, "power", rnd.choice("xxy"), False, within=False)

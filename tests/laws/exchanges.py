@@ -86,7 +86,7 @@ class World:
         self.noted.append((self.bench.now_ps, *what, self.levels()))
 
     def hear_of(self, what: str) -> None:
-        """Note what a listener is told.  What it sees in the middle of an instant in which wires change is its affair."""
+        """Note what a listener is told, and what it sees: as the twin does, unless a wire changes in that instant."""
         self.noted.append((self.bench.now_ps, what))
         if what != "conflict":  # which is told in the middle of a commit
             self.glances.append((self.bench.now_ps, what, self.levels()))

@@ -245,7 +245,7 @@ class Runner:
         raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
 
     def _instants(self) -> list[Net]:
-        """Return the nets whose edges are instants while a function is asked: steps, and what goes by value otherwise."""
+        """Return the nets whose edges are instants while a function is asked: steps, and what may go by value."""
         owners = [*self.chips.values(), *self.parts.values()]
         ended = [pin.net for owner in owners for pin in owner.pins.values() if pin.net.ends]
         return [*(net for chip in self.chips.values() for net in step_nets(chip)), *ended]
