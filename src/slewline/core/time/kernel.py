@@ -118,7 +118,7 @@ class Kernel:
         self.order = count()
         self.pending: list[Any] = []  # drivers that change at the end of the round
         self.woken: list[Any] = []  # tasks for the next round
-        self.late: list[Any] = []  # nets of which it turns out in a commit that they may have edges in its instant
+        self.late: list[Any] = []  # nets of which it turns out in a commit that they have an edge in its instant
         self.task: Task | None = None
         self.shuffle = shuffle
         self.running = False

@@ -90,7 +90,7 @@ class Driver:
         if self.promise is None and told == self.level:
             return  # it is so already
         if (exchange := root.exchange) is not None:
-            self.kernel.late += exchange.nets
+            self.kernel.late += exchange.changing
             exchange.withdraw()
         root.renewed = told is self.promise
         for net in nets:
