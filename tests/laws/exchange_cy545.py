@@ -50,7 +50,7 @@ class Remembering(World):
             "content": self.memory.content,
             "received": bytes(self.host.received),
             "steps": self.chip.steps().times_ps.tolist(),
-            "latches": (self.memory._bus.high, self.memory._bus.low),
+            "latches": [(part._bus.high, part._bus.low) for part in self.bench.parts.values() if hasattr(part, "_bus")],
             "writing": getattr(self.memory, "writing", None),
         }
 

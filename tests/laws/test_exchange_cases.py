@@ -94,6 +94,84 @@ def test_what_happens_at_any_edge_leaves_what_it_leaves_edge_by_edge(what: str, 
         assert not found, f"{found[:3]}\n  {acts}"
 
 
+def at_any_edge(make: type[World], quiet: Dialogue, first: int, last: int) -> list[int]:
+    """The edges of a quiet dialogue, by number, and what lies beside and between them."""
+    world = played(make, quiet, "recorded", 1)
+    wires = exchange_mc.CONTROLS if make is Spoken else exchange_cy545.CONTROLS
+    marks = edges_of(world, tuple(f"x.{name}" for name in wires), 1000)[first:last]
+    return [at + beside for at in marks for beside in (-1, 0, 1, 600 * NS)]
+
+
+@pytest.mark.parametrize("display", [False, True])
+def test_an_address_is_in_every_latch_in_its_time_and_in_none_before(display: bool) -> None:
+    """The first read is the first one by value; the others go on behind the end of a page."""
+    options = memory(image=b"\xff" * 253 + b"A 77\rN 2\r0\r", display=display)
+    quiet = Dialogue(1, "cy545b", "Y 253\rX\r", options, 3 * MS)
+    for at in [*at_any_edge(Remembering, quiet, 0, 14), *at_any_edge(Remembering, quiet, 17, 29)]:
+        agree(Remembering, Dialogue(1, quiet.part, quiet.sent, options, at))
+
+
+def test_a_bit_of_the_bus_is_taken_back_by_the_read_behind_it() -> None:
+    options = memory(image=b"B 8\rB 0\r? B\rB 24\rB 8\rT 8,0\r0\r")
+    quiet = Dialogue(1, "cy545b", "O 81H\rY 0\rX\r", options, 6 * MS)
+    agree(Remembering, quiet)
+    for at in at_any_edge(Remembering, quiet, 20, 60)[::5]:
+        agree(Remembering, Dialogue(1, quiet.part, quiet.sent, options, at))
+
+
+def test_two_memories_on_one_select_line_disagree_edge_by_edge() -> None:
+    acts = [Act(100 * US, "add", ("ram", 1))]
+    agree(Remembering, Dialogue(1, "cy545b", "Y 250\rX\r", READS.options, 3 * MS, acts))
+
+
+def test_the_end_of_a_write_may_come_at_any_edge_of_a_poll() -> None:
+    world = played(Remembering, WRITES, "recorded", 1)
+    begin = next(time for time, level in world.recorded("x.wr", 0) if level == 1)
+    polls = [at for at in at_any_edge(Remembering, WRITES, 0, 40) if at > begin + 1000]
+    for at in polls:
+        options = memory("eeprom", write_time=at - begin)
+        agree(Remembering, Dialogue(1, "cy545b", WRITES.sent, options, begin + 700 * US))
+
+
+def test_half_a_word_is_written_or_read_and_the_rest_behind_it() -> None:
+    soon = 300 * US
+    for acts in (
+        [("send", (b"\x10",)), ("write", (0x12, soon)), ("write", (0x1345, soon)), ("write", (0x34, soon))],
+        [("send", (b"\x6c",)), ("byte", (soon,)), ("word", (soon,)), ("byte", (soon,))],
+        [("send", (b"\x6c",)), ("byte", (soon,)), ("write", (0x12, soon)), ("write", (0x1345, soon))],
+    ):
+        done = [Act(4_400 * US + number, what, args) for number, (what, args) in enumerate(acts)]
+        agree(Spoken, Dialogue(1, "mc1151a", SPEAKS.sent, SPEAKS.options, 6_000 * US, done))
+
+
+def test_a_word_is_read_too_early() -> None:
+    done = [Act(4_400 * US, "send", (b"\x10\x12\x34",)), Act(4_400 * US + 1, "word", (300 * US,))]
+    agree(Spoken, Dialogue(1, "mc1151a", SPEAKS.sent, SPEAKS.options, 6_000 * US, done))
+
+
+def test_the_port_is_made_busy_by_somebody_else_while_the_host_thinks() -> None:
+    options = host(delay=7 * US)
+    quiet = Dialogue(1, "mc1151a", SPEAKS.sent, options, 4_400 * US)
+    world = played(Spoken, quiet, "recorded", 1)
+    for ready in [time for time, level in world.recorded("x.hostrdy", 0) if level == 1][:6]:
+        done = [
+            Act(ready + 2 * US, "drive", ("x.hostcmd", 1)),
+            Act(ready + 2 * US, "drive", ("x.hostslct", 0)),
+            Act(ready + 2 * US + 50 * NS, "pulse", ("x.hostwrite", 0, 80 * NS)),
+            Act(ready + 3 * US, "release", ("x.hostcmd",)),
+            Act(ready + 3 * US, "release", ("x.hostslct",)),
+        ]
+        agree(Spoken, Dialogue(1, "mc1151a", quiet.sent, options, ready + 400 * US, done))
+
+
+def test_a_strobe_of_somebody_else_comes_soon_after_an_operation() -> None:
+    world = played(Spoken, SPEAKS, "recorded", 1)
+    ends = [time for time, level in world.recorded("x.hostslct", 0) if level == 1]
+    for end in ends[:5]:
+        done = [Act(end - 75 * NS, "drive", ("x.hostread", 0)), Act(end - 30 * NS, "release", ("x.hostread",))]
+        agree(Spoken, Dialogue(1, "mc1151a", SPEAKS.sent, SPEAKS.options, end + 400 * US, done))
+
+
 # ---------------------------------------------------------------------------------------------- what has been found
 CASES: dict[str, tuple[type[World], Dialogue]] = {
     "an EEPROM has written its byte as it is read": (
