@@ -131,14 +131,15 @@ def test_a_joined_wire_goes_by_value_and_shows_it_everywhere(toy: Toy) -> None:
     more = joined(toy)
     assert toy.exchange.begin()
     toy.kernel.run(3000)
-    assert more.level == (0xFF, 0x5A) and more.exchange is toy.exchange
-    toy.exchange.withdraw()
-    assert more.exchange is None
+    assert more.level == toy.bus.level == (0xFF, 0x5A)
+    assert more.exchange is toy.bus.exchange is toy.exchange
+    toy.bus.log = []
+    assert more.exchange is toy.bus.exchange is None
 
 
 def test_a_wire_carries_one_exchange_at_a_time(toy: Toy) -> None:
     assert toy.exchange.begin()
-    other = Exchange({Driver(toy.strobe, "second"): toy.strobed}, {}, [toy], lambda _ps: None)
+    other = Exchange({toy.led: toy.strobed}, {toy.answering: toy.answered}, [], lambda _ps: None)
     assert not other.begin() and toy.exchange.by_value
 
 
@@ -231,6 +232,30 @@ def test_a_level_that_is_put_on_the_wire_within_a_run_meets_the_edges_of_its_ins
     assert seen[0] == seen[1]
 
 
+def test_an_answer_does_not_come_when_the_strobe_is_taken_back(toy: Toy) -> None:
+    assert toy.exchange.begin()
+    toy.kernel.run(500)
+    toy.led.drive(1)
+    toy.kernel.run(3000)
+    assert toy.levels() == (1, None) and toy.heard == []
+
+
+def test_a_net_that_nobody_watches_shows_what_its_wire_shows(toy: Toy) -> None:
+    more, another = Net(toy.kernel, "more"), Driver(toy.strobe, "another")
+    more.join(toy.strobe)
+    toy.kernel.settle()
+    toy.play()
+    for ps, told in ((3000, 0), (3500, None)):
+        toy.kernel.run(ps)
+        another.drive(told)
+    toy.kernel.run(6000)
+    toy.start = 7000
+    assert toy.exchange.begin()
+    toy.kernel.run(20_000)
+    toy.exchange.withdraw()
+    assert more.level == toy.strobe.level == 1
+
+
 def test_what_only_the_end_watches_goes_on_being_watched(toy: Toy) -> None:
     assert toy.exchange.begin()
     toy.outside.drive(1)  # on a net without a line
@@ -282,8 +307,10 @@ def test_a_task_that_is_alone_passes_to_a_later_instant_by_itself() -> None:
     assert seen[-1] == (40, 39) and kernel.now == 100
 
 
-def passed(prepare: Callable[[Kernel, list[object]], object], runs: Callable[[Kernel], object]) -> list[object]:
-    """What happens while a task waits for 10, 20, 30 and 40 ps, and drives a wire before each."""
+def passed(
+    prepare: Callable[[Kernel, list[object]], object], runs: Callable[[Kernel], object], does: str
+) -> list[object]:
+    """What happens while a task waits for 10, 20, 30 and 40 ps, and drives a wire or begins a task before some."""
     kernel: Kernel = Kernel()
     log: list[object] = []
     net = Net(kernel, "net")
@@ -291,7 +318,9 @@ def passed(prepare: Callable[[Kernel, list[object]], object], runs: Callable[[Ke
 
     async def alone() -> None:
         for number, ps in enumerate((10, 20, 30, 40)):
-            if number % 2:
+            if number % 2 and does == "spawns":
+                kernel.spawn(partial(second, kernel, log), name="spawned")
+            if number % 2 and does == "drives":
                 driver.drive(number // 2)
             await until(kernel, ps)
             log.append(("task", kernel.now, kernel.seen, net.level))
@@ -330,6 +359,7 @@ async def second(kernel: Kernel, log: list[object]) -> None:
         log.append(("second", kernel.now, kernel.seen))
 
 
+@pytest.mark.parametrize("does", ["", "drives", "spawns"])
 @pytest.mark.parametrize("disturbed", DISTURBED)
 @pytest.mark.parametrize(
     "runs",
@@ -343,8 +373,8 @@ async def second(kernel: Kernel, log: list[object]) -> None:
     ],
 )
 def test_to_pass_on_in_the_task_is_what_a_wait_comes_to(
-    disturbed: str, runs: Callable[[Kernel], object], monkeypatch: pytest.MonkeyPatch
+    disturbed: str, does: str, runs: Callable[[Kernel], object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = passed(DISTURBED[disturbed], runs)
+    found = passed(DISTURBED[disturbed], runs, does)
     monkeypatch.setattr(Kernel, "pass_to", lambda _kernel, _ps: False)
-    assert found == passed(DISTURBED[disturbed], runs)
+    assert found == passed(DISTURBED[disturbed], runs, does)

@@ -52,6 +52,10 @@ class Spoken(World):
         """Ask, and give up early, perhaps."""
         self.note("asked", self.host.to("x").query(command, timeout=timeout))
 
+    def packet(self, reads: int, code: int, *words: int) -> None:
+        """A packet, whether or not it is as it should be."""
+        self.note("packet", self.host.to("x").packet(code, *words, reads=reads, checksum=False))
+
     def word(self, timeout: int) -> None:
         """Read a word, whatever the chipset has."""
         self.note("word", self.host.to("x").read_word(timeout=timeout))

@@ -147,6 +147,8 @@ def test_half_a_word_is_written_or_read_and_the_rest_behind_it() -> None:
 def test_a_word_is_read_too_early() -> None:
     done = [Act(4_400 * US, "send", (b"\x10\x12\x34",)), Act(4_400 * US + 1, "word", (300 * US,))]
     agree(Spoken, Dialogue(1, "mc1151a", SPEAKS.sent, SPEAKS.options, 6_000 * US, done))
+    done = [Act(4_400 * US, "packet", (2, 0x10, 0x1234)), Act(4_401 * US, "packet", (1, 0x6C))]
+    agree(Spoken, Dialogue(1, "mc1151a", SPEAKS.sent, SPEAKS.options, 6_000 * US, done))
 
 
 def test_the_port_is_made_busy_by_somebody_else_while_the_host_thinks() -> None:
