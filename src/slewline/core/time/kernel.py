@@ -118,6 +118,7 @@ class Kernel:
         self.order = count()
         self.pending: list[Any] = []  # drivers that change at the end of the round
         self.woken: list[Any] = []  # tasks for the next round
+        self.late: list[Any] = []  # nets of which it turns out in a commit that they have an edge in its instant
         self.task: Task | Call | None = None  # what runs in this round
         self.shuffle = shuffle
         self.running = False
@@ -169,6 +170,13 @@ class Kernel:
                 self.ended = True
                 return False
         self.now, self.seen = ps, ps - 1
+        return True
+
+    def pass_round(self) -> bool:
+        """Move on to the next round if only the task that runs has anything to do in this one; else return false."""
+        if not self.sole or self.pending or self.woken:
+            return False
+        self.seen = self.now
         return True
 
     # ---------------------------------------------------------------------------------------------------- running
@@ -355,6 +363,8 @@ class Kernel:
                     net.pending_drivers = 0
                     nets += net.joined or (net,)
         self.seen = time
+        if self.late:
+            nets[:0], self.late = self.late, []
         for net in nets:
             if net.update(time) and (net.waiters or net.observers):
                 changed.append(net)

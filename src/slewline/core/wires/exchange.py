@@ -114,6 +114,14 @@ class Exchange:
         self.by_value, self.nets, self.watches = True, tuple(nets), watches
         return True
 
+    @property
+    def changing(self) -> list[Net]:
+        """The nets whose lines have an edge in the instant whose changes are about to be committed."""
+        kernel = self.nets[0].kernel
+        seen, now = kernel.seen, kernel.now
+        roots = {line.driver.net for line in [*self.led, *self.answering] if seen < now and line.after(seen) == now}
+        return [net for net in self.nets if net.root in roots]
+
     def withdraw(self) -> None:
         """Go on edge by edge: somebody looks, or is about to drive one of the wires."""
         nets, self.nets, self.by_value = self.nets, (), False
@@ -130,5 +138,6 @@ class Exchange:
         self.withdrawn(seen)
         for net in nets:
             net.root.sort_drivers()
+            net.value = net.resolve(seen)  # it has not followed the lines
         for net, observer in self.watches:
             net.watch(observer)

@@ -11,11 +11,12 @@ What the wires show of it follows from when it begins, what it is, and its bytes
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple, Protocol
 
 from ....core.wires.exchange import End, Exchange
 from ....core.wires.net import Driver, Wave
-from ....core.wires.waits import until
+from ....core.wires.waits import next_round, until
 from ....core.wires.wave import Edges, Level
 
 NS = 1000  # picoseconds
@@ -130,6 +131,7 @@ class Operation:
         self.strobes = Strobed(0, 0, Strobes())
         self.over = True  # the chipset has taken notice of it
         self.shown = bytearray()  # what is read
+        self.waited = False  # the host waits for its end: it has not been broken off
 
     def begin(self, strobes: Strobed, data: bytes | None, command: bool = False) -> bool:
         """Begin one that goes by value, now; return false where it cannot.
@@ -151,13 +153,21 @@ class Operation:
 
     async def take_place(self) -> bytes:
         """Let the operation take place, until the port is left alone; return what has been read."""
-        strobes, exchange = self.strobes, self.exchange
-        await until(self.kernel, strobes.last)
-        if exchange is not None and exchange.by_value:
-            self.over = True
-            self.chip.operated(strobes.number, self.data, self.command)
-        await until(self.kernel, strobes.end)
+        strobes, exchange, self.waited = self.strobes, self.exchange, True
+        try:
+            await until(self.kernel, strobes.last)
+            await next_round(self.kernel)  # the edge is seen, unless a wire is driven otherwise in the same instant
+            if exchange is not None and exchange.by_value:
+                self._take_notice()
+            await until(self.kernel, strobes.end)
+        finally:
+            self.waited = False
         return bytes(self.shown)
+
+    def _take_notice(self) -> None:
+        """Let the chipset hear of all of it: its last strobe has ended."""
+        self.over = True
+        self.chip.operated(self.strobes.number, self.data, self.command)
 
     def leave(self) -> None:
         """Go edge by edge from now on."""
@@ -220,11 +230,18 @@ class Operation:
         if answer.times:
             self.chip.bus_driver.promise = answer
         over = [rise for rise in rises if rise <= seen]
+        if len(over) == len(rises) and not self.over:
+            self._take_notice()
         self.chip.resume([fall for fall in falls if fall <= seen], over, self.data, self.over)
         if self.data is None and not self.over:
             del self.shown[len(over) :]
             for rise in rises[len(over) :]:
-                self.kernel.call_at(rise, self._sample)
+                if rise <= self.kernel.now:  # the host looks before anything changes in that instant
+                    self._sample(self.strobes)
+                else:
+                    self.kernel.call_at(rise, partial(self._sample, self.strobes))
 
-    def _sample(self) -> None:
-        self.shown.append(self.lines.bus.net.byte)  # type: ignore[attr-defined]
+    def _sample(self, strobes: Strobed) -> None:
+        """Look at the bus at the end of a strobe, unless the host has been broken off."""
+        if self.waited and strobes is self.strobes:
+            self.shown.append(self.lines.bus.net.byte)  # type: ignore[attr-defined]
