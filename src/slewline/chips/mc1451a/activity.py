@@ -5,6 +5,8 @@ from __future__ import annotations
 from ...core.context import ChipContext
 from .registers import Registers
 
+FOR_A_COMMAND = "waiting for a command"
+
 
 class Activity:
     """Keeps `idle` and `waiting` of the chip."""
@@ -43,12 +45,15 @@ class Activity:
 
     def refresh(self) -> None:
         """Note what has begun or ended.  An axis whose breakpoint waits for a time is not idle."""
-        states, chip = self.registers.states, self.chip
-        busy = self.unprocessed or self.serving
-        chip.idle = not busy and not any(state.in_motion or state.breakpoint == "time" for state in states)
-        if self.started and (awaited := self.awaited()) != self.waiting:
+        awaited = FOR_A_COMMAND
+        for state in self.registers.states:
+            if state.in_motion or state.breakpoint == "time":
+                awaited = self.awaited()
+                break
+        self.chip.idle = awaited is FOR_A_COMMAND and not (self.unprocessed or self.serving)
+        if self.started and awaited != self.waiting:
             self.waiting = awaited
-            chip.waits(awaited)
+            self.chip.waits(awaited)
 
     def awaited(self) -> str:
         """Return what the chipset waits for when reset is over."""
@@ -60,7 +65,7 @@ class Activity:
         for state in states:
             if state.breakpoint == "time":
                 return f"waiting for time {state.comparison}, the breakpoint of axis {state.number}"
-        return "waiting for a command"
+        return FOR_A_COMMAND
 
     @property
     def armed(self) -> bool:

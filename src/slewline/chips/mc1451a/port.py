@@ -166,19 +166,18 @@ class Port:
             command: the byte is a command.
         """
         self.rose_at = self.kernel.now
-        if data is None:
-            self._reads(number)
+        if data is None and number == 2:  # a whole word, as `takes` has made sure
+            self.shown = self.answer[0] & 0xFF if self.answer else 0
+            self._busy(self._next)
+        elif data is None:
+            self.read()
+            self.read_on()
         elif command:
             self.command(data[0])
         else:
             for byte in data:
                 self.data(byte)
         self.strobed_at = None  # HostSlct rises in time
-
-    def _reads(self, number: int) -> None:
-        for _ in range(number):
-            self.read()
-            self.read_on()
 
     def resume(self, falls: Sequence[int], rises: Sequence[int], data: bytes | None, over: bool) -> None:
         """Go by the pins from now on, in the middle of an operation.
@@ -194,7 +193,8 @@ class Port:
         if rises:
             self.rose_at = rises[-1]
             if data is None:
-                self._reads(len(rises))
+                self.read()
+                self.read_on()
             else:
                 self.data(data[0])  # with the other byte of a word the operation is over
         if len(falls) > len(rises):

@@ -108,7 +108,8 @@ class PacketPort:
 
     async def write(self, data: bytes, command: bool, how: Strobes) -> None:
         """Write a command byte, or the two bytes of a word, as one operation."""
-        await self._begin(how)
+        if self.delay_ps or self.host_ready.level != 1:
+            await self._begin(how)
         strobed = Strobed(self.kernel.now, len(data), how)
         if how is USUAL and self.operation.begin(strobed, data, command):
             await self.operation.take_place()
@@ -121,7 +122,8 @@ class PacketPort:
 
     async def read(self, number: int, how: Strobes) -> bytes:
         """Read the bytes of a word, each as it stands at the end of its strobe, as one operation."""
-        await self._begin(how)
+        if self.delay_ps or self.host_ready.level != 1:
+            await self._begin(how)
         strobed = Strobed(self.kernel.now, number, how)
         if how is USUAL and self.operation.begin(strobed, None):
             return await self.operation.take_place()
