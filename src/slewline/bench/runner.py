@@ -241,8 +241,14 @@ class Runner:
             what = getattr(condition, "__name__", "the condition")
             if wrong := misfit(condition):
                 raise UsageError(f"{verb}({what}): {wrong}; the function takes nothing: lambda: x.position > 40")
-            return FunctionCondition(condition, what, [net for chip in self.chips.values() for net in step_nets(chip)])
+            return FunctionCondition(condition, what, self._instants())
         raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
+
+    def _instants(self) -> list[Net]:
+        """Return the nets whose edges are instants while a function is asked: steps, and what may go by value."""
+        owners = [*self.chips.values(), *self.parts.values()]
+        ended = [pin.net for owner in owners for pin in owner.pins.values() if pin.net.ends]
+        return [*(net for chip in self.chips.values() for net in step_nets(chip)), *ended]
 
     def _until(self, condition: Condition, timeout: Time) -> None:
         """Let instant after instant pass until a condition is met."""
