@@ -271,7 +271,7 @@ class MemoryRead:
         """The parts go on by themselves, with what they have latched so far; the chip looks at the bus in time."""
         read, latch = (self.bus.ps(self.start, phase) for phase in (READ, LATCH))
         memory, (high, low) = self.memory, self.latched
-        if seen >= read:
+        if self.chip.kernel.now >= read:  # the chip looks before anything changes in that instant
             self.sampled = 0xFF if (byte := memory.read()) is None else byte
         else:
             self.chip.kernel.call_at(read, self._sample)
