@@ -118,6 +118,7 @@ class Kernel:
         self.order = count()
         self.pending: list[Any] = []  # drivers that change at the end of the round
         self.woken: list[Any] = []  # tasks for the next round
+        self.late: list[Any] = []  # nets of which it turns out in a commit that they have an edge in its instant
         self.task: Task | None = None
         self.shuffle = shuffle
         self.running = False
@@ -355,6 +356,8 @@ class Kernel:
                     net.pending_drivers = 0
                     nets += net.joined or (net,)
         self.seen = time
+        if self.late:
+            nets[:0], self.late = self.late, []
         for net in nets:
             if net.update(time) and (net.waiters or net.observers):
                 changed.append(net)

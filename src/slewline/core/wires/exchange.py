@@ -112,6 +112,14 @@ class Exchange:
         self.by_value, self.nets, self.watches = True, tuple(nets), watches
         return True
 
+    @property
+    def changing(self) -> list[Net]:
+        """The nets whose lines have an edge in the instant whose changes are about to be committed."""
+        kernel = self.nets[0].kernel
+        seen, now = kernel.seen, kernel.now
+        roots = {line.driver.net for line in [*self.led, *self.answering] if seen < now and line.after(seen) == now}
+        return [net for net in self.nets if net.root in roots]
+
     def withdraw(self) -> None:
         """Go on edge by edge: somebody looks, or is about to drive one of the wires."""
         nets, self.nets, self.by_value = self.nets, (), False

@@ -87,8 +87,9 @@ class Driver:
         nets = root.joined or (root,)
         if self.promise is None and told == self.level:
             return  # it is so already
-        if root.exchange is not None:
-            root.exchange.withdraw()
+        if (exchange := root.exchange) is not None:
+            self.kernel.late += exchange.changing
+            exchange.withdraw()
         root.renewed = told is self.promise
         for net in nets:
             for sampler in net.before_change:
