@@ -136,5 +136,6 @@ class Exchange:
         self.withdrawn(seen)
         for net in nets:
             net.root.sort_drivers()
+            net.value = net.resolve(seen)  # it has not followed the lines
         for net, observer in self.watches:
             net.watch(observer)
