@@ -68,6 +68,8 @@ class Driver:
             self.drive(Wave(before, times, levels))
         elif type(promise) is Wave and not (net.waiters or net.observers or net.latched):
             promise.before, promise.times, promise.levels = before, times, levels  # nothing holds the old one
+        elif promise is not None and self.kernel.seen < self.kernel.now == promise.after(self.kernel.seen):
+            self.drive(Wave(before, times, levels))  # an edge of the old one in this instant has still to be told
         else:
             self.promise = Wave(before, times, levels)
             net.sort_drivers()
