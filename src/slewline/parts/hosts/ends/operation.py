@@ -11,12 +11,13 @@ What the wires show of it follows from when it begins, what it is, and its bytes
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from ....core.wires.exchange import End, Exchange
 from ....core.wires.net import Driver, Wave
 from ....core.wires.wave import Edges
-from ....core.wires.waits import until
+from ....core.wires.waits import next_round, until
 
 if TYPE_CHECKING:
     from .packet_port import PacketPort
@@ -98,6 +99,7 @@ class Operation:
         self.strobes = Strobed(0, (), (), 0)
         self.over = True  # the chipset has taken notice of it
         self.shown = bytearray()  # what is read
+        self.waited = False  # the host waits for its end: it has not been broken off
 
     def begin(self, strobes: Strobed, data: bytes | None, command: bool = False) -> bool:
         """Begin one that goes by value, now; return false where it cannot.
@@ -119,13 +121,21 @@ class Operation:
 
     async def take_place(self) -> bytes:
         """Let the operation take place, until the port is left alone; return what has been read."""
-        strobes = self.strobes
-        await until(self.kernel, strobes.rises[-1])
-        if self.by_value:
-            self.over = True
-            self.chip.operated(len(strobes.rises), self.data, self.command)
-        await until(self.kernel, strobes.end)
+        strobes, self.waited = self.strobes, True
+        try:
+            await until(self.kernel, strobes.rises[-1])
+            await next_round(self.kernel)  # the edge is seen, unless somebody has driven a wire in the same instant
+            if self.by_value:
+                self._take_notice()
+            await until(self.kernel, strobes.end)
+        finally:
+            self.waited = False
         return bytes(self.shown)
+
+    def _take_notice(self) -> None:
+        """Let the chipset hear of all of it: its last strobe has ended."""
+        self.over = True
+        self.chip.operated(len(self.strobes.rises), self.data, self.command)
 
     @property
     def by_value(self) -> bool:
@@ -190,11 +200,18 @@ class Operation:
         if answer.times:
             self.chip.bus_driver.promise = answer
         over = [rise for rise in rises if rise <= seen]
+        if len(over) == len(rises) and not self.over:
+            self._take_notice()
         self.chip.resume([fall for fall in falls if fall <= seen], over, self.data, self.over)
         if self.data is None and not self.over:
             del self.shown[len(over) :]
             for rise in rises[len(over) :]:
-                self.kernel.call_at(rise, self._sample)
+                if rise <= self.kernel.now:  # the host looks before anything changes in that instant
+                    self._sample(self.strobes)
+                else:
+                    self.kernel.call_at(rise, partial(self._sample, self.strobes))
 
-    def _sample(self) -> None:
-        self.shown.append(self.port.bus.net.byte)  # type: ignore[attr-defined]
+    def _sample(self, strobes: Strobed) -> None:
+        """Look at the bus at the end of a strobe, unless the host has been broken off."""
+        if self.waited and strobes is self.strobes:
+            self.shown.append(self.port.bus.net.byte)  # type: ignore[attr-defined]
