@@ -479,3 +479,17 @@ def test_a_task_waits_for_any_change_of_a_shared_wire():
     net.kernel.call_at(40, lambda: two.drive(1))
     net.kernel.run(100)
     assert seen == [10, 40]
+
+
+@pytest.mark.parametrize("watched", [True, False])
+def test_a_wave_that_begins_with_the_last_edge_of_another_one_leaves_that_edge_to_be_told(watched):
+    net, (driver,), _ = net_with(1)
+    kernel, seen = net.kernel, []
+    if watched:
+        net.watch(lambda net: seen.append((kernel.now, net.level)))
+    driver.wave(1, (100, 200), (0, 1))
+    kernel.call_at(200, lambda: driver.wave(1, (300, 400), (0, 1)))
+    kernel.run(250)
+    assert net.level == 1
+    kernel.run(500)
+    assert seen == ([(100, 0), (200, 1), (300, 0), (400, 1)] if watched else [])

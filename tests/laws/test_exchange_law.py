@@ -1,0 +1,75 @@
+"""The exchange law: what goes between two ends as a value is what goes edge by edge, whoever disturbs it and when.
+
+The twin does the same, and its wires are recorded from the beginning, or its exchanges never begin.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from types import ModuleType
+
+import pytest
+
+from . import exchange_cy545, exchange_mc
+from .exchanges import Dialogue, World, differences, played
+
+FAMILIES: dict[str, tuple[ModuleType, type[World]]] = {
+    "cy545": (exchange_cy545, exchange_cy545.Remembering),
+    "mc1451a": (exchange_mc, exchange_mc.Spoken),
+}
+VARIANTS = 5  # of one dialogue: its quiet run, which shows where the edges are, is needed once
+WANTED = {"record": 200, "drive": 200, "pulse": 100, "look": 300, "level": 40, "edges": 40, "gate": 50, "function": 20}
+
+
+def agree(family: str, seeds: range, variants: int = VARIANTS) -> Counter[str]:
+    """Compare dialogues with their twins; return how often something disturbed them."""
+    module, make = FAMILIES[family]
+    counted: Counter[str] = Counter()
+    for seed in seeds:
+        for dialogue in module.dialogues(seed, variants):
+            counted.update(act.what for act in dialogue.acts)
+            compare(make, dialogue)
+    return counted
+
+
+def compare(make: Callable[[Dialogue, int | None], World], dialogue: Dialogue) -> None:
+    """Play a dialogue by value, and as one of its twins, the tasks of a round in another order."""
+    twin = played(make, dialogue, "recorded" if dialogue.seed % 4 else "played", dialogue.seed)
+    found = differences(played(make, dialogue), twin)
+    assert not found, f"{found[:3]}\n  {dialogue}"
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("block", range(6))
+def test_an_exchange_that_is_disturbed_leaves_what_its_twin_leaves(family: str, block: int) -> None:
+    agree(family, range(block * 10, block * 10 + 10))
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3000)
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("block", range(10))
+def test_ten_thousand_dialogues_agree(family: str, block: int) -> None:
+    counted = agree(family, range(10_000 + block * 200, 10_200 + block * 200))
+    assert all(counted[what] >= wanted for what, wanted in WANTED.items()), counted
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_most_of_a_quiet_dialogue_goes_by_value(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the law would say nothing."""
+    from slewline.core.wires.exchange import Exchange
+
+    module, make = FAMILIES[family]
+    begun: Counter[bool] = Counter()
+    begin = Exchange.begin
+
+    def counts(exchange: Exchange) -> bool:
+        found = begin(exchange)
+        begun[found] += 1
+        return found
+
+    monkeypatch.setattr(Exchange, "begin", counts)
+    for seed in range(12):
+        played(make, module.base(seed))
+    assert begun[True] > 100 and begun[False] < begun[True] / 5, begun
