@@ -246,8 +246,9 @@ class Runner:
 
     def _instants(self) -> list[Net]:
         """Return the nets whose edges are instants while a function is asked: steps, and what may go by value."""
-        owners = [*self.chips.values(), *self.parts.values()]
-        ended = [pin.net for owner in owners for pin in owner.pins.values() if pin.net.ends]
+        pins = [pin for chip in self.chips.values() for pin in chip.pins.values()]
+        pins += [pin for part in self.parts.values() for pin in part.pins.values()]
+        ended = [pin.net for pin in pins if pin.net.ends]
         return [*(net for chip in self.chips.values() for net in step_nets(chip)), *ended]
 
     def _until(self, condition: Condition, timeout: Time) -> None:
