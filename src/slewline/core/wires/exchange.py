@@ -1,14 +1,14 @@
-r"""Exchanges as values: what two ends do with each other costs nothing on the wires while nobody else looks.
+r"""Exchanges as values: what two ends do with each other costs nothing on the wires while nothing else looks.
 
-    strobe      ‾‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾     a line: asked, not played
-    bus         ----<  byte  >----------     a line
-    value             one call          |    somebody looks, or drives:  withdraw
+    strobe      ‾‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾     a drawn line: asked, not played
+    bus         ----<  byte  >----------     a drawn line
+    value             one call          |    a probe comes, or another driver:  withdraw
     real                                |    the rest as waves, which the ends watch
 
 A bus cycle or a strobe has many edges, and all of them follow from a few numbers: when it begins, an address, a byte.
-While both ends are known, and nothing else watches, samples, records or drives their wires, no edge is an instant: the
-one end tells the other what comes over, and each driver shows a `Line`, which renders its edges when somebody asks for
-a level.  As soon as somebody begins to look, or any other driver is told something, the exchange is withdrawn: the
+While both ends are known, and nothing else watches, samples, records or drives their wires, no edge is an instant: one
+end calls the other with what comes over, and each driver shows a `DrawnLine`, which works out its edges when asked for
+a level.  As soon as anything begins to look, or any other driver is given something, the exchange is withdrawn: the
 lines become the waves that they were, the ends watch their nets again, and the rest goes edge by edge.  Edge by edge is
 also how everything goes that is not quiet: the twin, to which an exchange is equal in every edge, byte and finding.
 """
@@ -16,24 +16,22 @@ also how everything goes that is not quiet: the twin, to which an exchange is eq
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+from .net import Driver, Net
 from .wave import Level, Wave, floats
-
-if TYPE_CHECKING:
-    from .net import Driver, Net
 
 
 class End(Protocol):
-    """An end of exchanges: it watches some nets, and while an exchange is a value it is told what comes over."""
+    """An end of exchanges: it watches some nets; while an exchange is a value it is called with what comes over."""
 
     @property
     def watches(self) -> Sequence[tuple[Net, Callable[[Net], object]]]:
         """Nets, each with what is called when it changes."""
 
 
-class Line:
-    """What a driver shows of the exchange in progress, or showed of the last one: rendered when somebody asks."""
+class DrawnLine:
+    """What a driver shows of the exchange in progress, or showed of the last one; worked out when asked for."""
 
     __slots__ = ("driver", "shown")
     until: int | None = None
@@ -78,8 +76,8 @@ class Exchange:
         ends: Sequence[End],
         withdrawn: Callable[[int], object],
     ) -> None:
-        self.led = [Line(driver, shown) for driver, shown in led.items()]
-        self.answering = [Line(driver, shown) for driver, shown in answering.items()]
+        self.led = [DrawnLine(driver, shown) for driver, shown in led.items()]
+        self.answering = [DrawnLine(driver, shown) for driver, shown in answering.items()]
         self.ends, self.withdrawn = ends, withdrawn
         self.by_value = False
         self.nets: tuple[Net, ...] = ()  # of the wires, while it goes by value
@@ -123,7 +121,7 @@ class Exchange:
         return [net for net in self.nets if net.root in roots]
 
     def withdraw(self) -> None:
-        """Go on edge by edge: somebody looks, or is about to drive one of the wires."""
+        """Go on edge by edge: something looks at one of the wires, or is about to drive it."""
         nets, self.nets, self.by_value = self.nets, (), False
         seen = nets[0].kernel.seen
         for line in self.led:

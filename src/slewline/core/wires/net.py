@@ -15,12 +15,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from heapq import heappush
-from typing import Any
+from typing import Any, Protocol
 
 from ...errors import WiringError
 from ..time.hook import Hook
 from ..time.kernel import Kernel, Task
-from .exchange import Exchange
 from .views import Rested, Wired
 from .wave import Level, Promise, Wave, floats, promised
 
@@ -113,6 +112,17 @@ class Driver:
         return self.level if self.promise is None else self.promise.level(ps)
 
 
+class ByValue(Protocol):
+    """What goes over some wires as a value (exchange.py)."""
+
+    @property
+    def changing(self) -> list[Net]:
+        """The nets that have an edge in the instant whose changes are about to be committed."""
+
+    def withdraw(self) -> None:
+        """Go on edge by edge."""
+
+
 class WiringChange:
     """A pending entry of a net whose wiring has changed, as a driver is when it has been given a level (see `join`)."""
 
@@ -182,7 +192,7 @@ class Net:
         self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
         self.renewed = False  # samplers are called because a bound has moved: what was promised so far remains true
         self.ends: tuple[Any, ...] = ()  # what watches it, and can be told of exchanges as values
-        self.exchange: Exchange | None = None  # what goes over the wire as a value, at present
+        self.exchange: ByValue | None = None  # what goes over the wire as a value, at present
         self.latched = False  # `changes` and `changed_at` count even while nothing waits for the net
 
     @property
@@ -203,7 +213,7 @@ class Net:
         return bool(waiting or self.before_change or self.latched or self._log is not None)
 
     def _alone(self) -> None:
-        """Let what goes over the wire as a value go on edge by edge: somebody is going to look."""
+        """Let what goes over the wire as a value go on edge by edge: something is going to look."""
         if self.exchange is not None:
             self.exchange.withdraw()
 

@@ -125,6 +125,6 @@ class BusInterface:
         self.part.drivers["db"].drive(None if byte is None else (0xFF, byte))
 
     def _take(self, net: Net) -> None:
-        self.changes()  # somebody else strobes in the middle of a read
+        self.changes()  # another driver strobes in the middle of a read
         if net.level == 1 and self.selected and self.write is not None:
             self.write(self.part.byte("db"))

@@ -71,7 +71,7 @@ class Strobed:
         return None, (self.start, *changes, self.end), (*((0xFF, byte) for byte in data), None)
 
 
-class HostPort(End, Protocol):
+class PortEnd(End, Protocol):
     """The host port of a chipset, as an end of operations."""
 
     bus_driver: Driver
@@ -120,11 +120,11 @@ class Operation:
         lines: what the host has there.
     """
 
-    chip: HostPort
+    chip: PortEnd
 
     def __init__(self, lines: HostLines) -> None:
         self.lines, self.kernel = lines, lines.bus.kernel
-        self.ends: tuple[HostPort, ...] = ()
+        self.ends: tuple[PortEnd, ...] = ()
         self.exchange: Exchange | None = None
         self.data: bytes | None = None  # what is written; None: it is a read operation
         self.command = False
@@ -183,7 +183,7 @@ class Operation:
             self.ends, self.exchange = ends, self._made(ends)
         return self.exchange
 
-    def _made(self, ends: tuple[HostPort, ...]) -> Exchange | None:
+    def _made(self, ends: tuple[PortEnd, ...]) -> Exchange | None:
         lines = self.lines
         if len(ends) != 1 or ends[0].bus_driver.net is not lines.bus.net:
             return None
