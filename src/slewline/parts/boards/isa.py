@@ -19,43 +19,14 @@ from types import MappingProxyType
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Net
 from ...core.wires.waits import first_of, until
-from ...core.wires.wave import Edges
-from ..hosts.ends.operation import HostLines, Operation, Strobed
-from .board import CLOCK_PS, CYCLE, FLOATING, READY, Board, base_option
+from ..hosts.ends.operation import HostLines, Operation
+from .board import FLOATING, READY, Board, base_option
+from .isa_cycle import IsaCycle
 from .series import DATA, STATUS
 
-WRITES, READS = (2, 3), (1, 5)  # clocks at which HostWrite and HostRead fall, and rise
 RESET_PS = 2_000_000  # the chipset wants 1 us; the strobe of the bus alone would be too short
 COMMAND, RESET = 2, 8  # offsets from the base
 HOSTRDY = 0x80
-
-
-class IsaCycle(Strobed):
-    """An operation of one byte: a cycle of the bus that begins at an instant (ps)."""
-
-    __slots__ = ("began", "first", "last")
-
-    def __init__(self, began: int, reading: bool) -> None:
-        self.began, self.number = began, 1
-        self.start = (
-            began + CLOCK_PS // 2
-        )  # the address is on the bus from the middle of clock 0 to the end of the cycle
-        first, last = READS if reading else WRITES
-        self.first, self.last, self.end = began + first * CLOCK_PS, began + last * CLOCK_PS, began + CYCLE * CLOCK_PS
-
-    @property
-    def falls(self) -> list[int]:
-        """When the strobe falls."""
-        return [self.first]
-
-    @property
-    def rises(self) -> list[int]:
-        """When it rises."""
-        return [self.last]
-
-    def bus(self, data: bytes) -> Edges:
-        """Return what stands on the bus while a byte is written."""
-        return None, (self.began + CLOCK_PS, self.began + 5 * CLOCK_PS), ((0xFF, data[0]), None)
 
 
 class Isa(Board):

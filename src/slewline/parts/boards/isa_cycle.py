@@ -1,0 +1,38 @@
+"""A cycle of the ISA bus as an operation on the host port of a chipset (the picture is in isa.py)."""
+
+from __future__ import annotations
+
+from ...core.wires.wave import Edges
+from ..hosts.ends.operation import Strobed, Strobes
+from .board import CLOCK_PS, CYCLE
+
+WRITES, READS = (2, 3), (1, 5)  # clocks at which HostWrite and HostRead fall, and rise
+TAKES, LEAVES = 1, 5  # clocks at which the bus takes a byte that is written, and is left again
+BUS = Strobes()
+
+
+class IsaCycle(Strobed):
+    """An operation of one byte: a cycle of the bus that begins at an instant (ps)."""
+
+    __slots__ = ("began", "first")
+
+    def __init__(self, began: int, reading: bool) -> None:
+        super().__init__(began, 1, BUS)
+        first, last = READS if reading else WRITES
+        self.began = began
+        self.start = began + CLOCK_PS // 2  # the address is on the bus from then to the end of the cycle
+        self.first, self.last, self.end = began + first * CLOCK_PS, began + last * CLOCK_PS, began + CYCLE * CLOCK_PS
+
+    @property
+    def falls(self) -> list[int]:
+        """When the strobe falls."""
+        return [self.first]
+
+    @property
+    def rises(self) -> list[int]:
+        """When it rises."""
+        return [self.last]
+
+    def bus(self, data: bytes) -> Edges:
+        """Return what stands on the bus while a byte is written."""
+        return None, (self.began + TAKES * CLOCK_PS, self.began + LEAVES * CLOCK_PS), ((0xFF, data[0]), None)
