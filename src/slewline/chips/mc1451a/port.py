@@ -147,10 +147,10 @@ class Port:
                 self.chip.finding("late-release", text)
 
     # ------------------------------------------------------------- operations as values (parts/hosts/ends/operation.py)
-    def takes(self, number: int, reading: bool) -> bool:
-        """Return whether the port waits for the operation of so many bytes that begins now."""
-        whole = number == 1 or not (self.bytes or self.half)
-        return self.supply.powered and self.ready and whole and not (reading and self.wanted)
+    def takes(self, number: int, reading: bool, ps: int) -> bool:
+        """Return whether it waits for an operation of so many bytes that begins now, its first strobe at an instant."""
+        awaited = self.ready and (number == 1 or not (self.bytes or self.half)) and not (reading and self.wanted)
+        return self.supply.powered and awaited and ps - self.rose_at >= RECOVERY_PS
 
     def shows(self, number: int) -> bytes:
         """Return the bytes that a read operation gives."""

@@ -139,3 +139,34 @@ class Exchange:
             net.value = net.resolve(seen)  # it has not followed the lines
         for net, observer in self.watches:
             net.watch(observer)
+
+
+class Leader:
+    """The end that leads: it looks for the other ends on a wire, and for what may go over to them as a value.
+
+    Args:
+        net: of the wire, as long as that leads nowhere.
+    """
+
+    def __init__(self, net: Net) -> None:
+        self.net = net
+        self.ends: tuple[Any, ...] = ()
+        self.exchange: Exchange | None = None
+
+    def made(self, ends: tuple[Any, ...]) -> Exchange | None:
+        """Return what is possible with the ends that are on the wire now; None: nothing."""
+        raise NotImplementedError
+
+    def possible(self) -> Exchange | None:
+        """Return what is possible now; None: nothing."""
+        exchange = self.exchange
+        if exchange is None or not exchange.by_value:  # else nothing has been wired meanwhile
+            ends = tuple(end for net in self.net.root.joined or (self.net,) for end in net.ends)
+            if ends != self.ends:
+                self.ends, self.exchange = ends, self.made(ends)
+        return self.exchange
+
+    def leave(self) -> None:
+        """Go edge by edge from now on."""
+        if self.exchange is not None and self.exchange.by_value:
+            self.exchange.withdraw()

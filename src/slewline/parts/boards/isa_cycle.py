@@ -14,7 +14,7 @@ BUS = Strobes()
 class IsaCycle(Strobed):
     """An operation of one byte: a cycle of the bus that begins at an instant (ps)."""
 
-    __slots__ = ("began", "first")
+    __slots__ = ("began",)
 
     def __init__(self, began: int, reading: bool) -> None:
         super().__init__(began, 1, BUS)

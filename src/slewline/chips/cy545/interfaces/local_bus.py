@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Protocol
 
-from ....core.wires.exchange import End, Exchange
+from ....core.wires.exchange import End, Exchange, Leader
 from ....core.wires.net import Level, Wave
 from ....core.wires.waits import level, until
 from ....core.wires.wave import Edges
@@ -67,7 +67,7 @@ class LocalBus:
         """
         await self.chip.ticks(self.before)
         start = await self._begin()
-        self.value.end()
+        self.value.leave()
         self._select("xmem_sel", start)
         self._address(start, address & 0xFF, address >> 8, (0xFF, byte))
         self._strobe("wr", start, WRITTEN)
@@ -96,7 +96,7 @@ class LocalBus:
             count: 3, 5 or 8, by the width of the number.
         """
         start = await self._begin()
-        self.value.end()
+        self.value.leave()
         self._select("sw_sel", start, count)
         found = []
         for digit in range(count):
@@ -108,7 +108,7 @@ class LocalBus:
         """Write bytes to ascending addresses of the display, 0 to 63, one HP_SEL cycle each."""
         for place, byte in enumerate(data, address):
             start = await self._begin()
-            self.value.end()
+            self.value.leave()
             self.bits.hp_sel(0)
             self._address(start, place & ADDRESSES, None, (0xFF, byte))
             self._strobe("wr", start, WRITTEN)
@@ -195,13 +195,12 @@ class BusEnd(End, Protocol):
         """Return the byte at the address; None: nothing is there."""
 
 
-class MemoryRead:
+class MemoryRead(Leader):
     """Reads of the memory as values: what all lines of the bus show of the last one, or of the one in progress."""
 
     def __init__(self, bus: LocalBus) -> None:
+        super().__init__(bus.drivers["ale"].net)
         self.bus, self.chip = bus, bus.chip
-        self.ends: tuple[BusEnd, ...] = ()
-        self.exchange: Exchange | None = None
         self.start = self.address = 0
         self.latched = 0, 0  # in the latches of the memory before the read in progress
         self.first = True  # it is the first one since the parts have watched the bus themselves
@@ -210,20 +209,19 @@ class MemoryRead:
     def begin(self, start: int, address: int) -> bool:
         """Read as a value from a tick on, if nothing else looks at the bus; else return false."""
         if self.chip.bus_driver.pending:  # with a bit of the bus, which the cycle takes back
-            self.end()
-        exchange = self._exchange()
-        self.first = exchange is None or not exchange.by_value
-        if exchange is None or not exchange.begin():
+            self.leave()
+        exchange = self.possible()
+        if exchange is None:
+            return False
+        self.first = not exchange.by_value
+        if self.first and any(end.select.level == 0 for end in self.ends):
+            return False
+        if not exchange.begin():
             return False
         memory = self.memory
         self.start, self.address, self.latched = start, address, (memory.high, memory.low)
         memory.high, memory.low = address >> 8, address & 0xFF
         return True
-
-    def end(self) -> None:
-        """Go edge by edge from now on."""
-        if self.exchange is not None and self.exchange.by_value:
-            self.exchange.withdraw()
 
     @property
     def byte(self) -> int:
@@ -233,20 +231,8 @@ class MemoryRead:
         return 0xFF if (byte := self.memory.read()) is None else byte
 
     # ---------------------------------------------------------------------------------------- what goes by value at all
-    def _exchange(self) -> Exchange | None:
-        """Return what the parts on the bus make possible; None: there is no memory, or one that does more."""
-        exchange = self.exchange
-        if exchange is not None and exchange.by_value:
-            return exchange
-        ale = self.bus.drivers["ale"].net
-        ends = tuple(end for net in ale.joined or (ale,) for end in net.ends)
-        if ends != self.ends:
-            self.ends, self.exchange = ends, self._made(ends)
-        if any(end.select.level == 0 for end in ends):
-            return None
-        return self.exchange
-
-    def _made(self, ends: tuple[BusEnd, ...]) -> Exchange | None:
+    def made(self, ends: tuple[BusEnd, ...]) -> Exchange | None:
+        """Return the reads that the parts on the bus make possible; None: no memory is there, or one that does more."""
         wire = self.bus.drivers["xmem_sel"].net
         selected = [end for end in ends if end.select.root is wire]
         if len(selected) != 1 or not selected[0].by_address or selected[0].driver.net is not self.chip.bus.root:

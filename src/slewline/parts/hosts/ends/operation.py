@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple, Protocol
 
-from ....core.wires.exchange import End, Exchange
+from ....core.wires.exchange import End, Exchange, Leader
 from ....core.wires.net import Driver, Wave
 from ....core.wires.waits import next_round, until
 from ....core.wires.wave import Edges, Level
@@ -34,19 +34,20 @@ class Strobes(NamedTuple):
 class Strobed:
     """The instants of an operation (ps), and what its lines show; those of single strobes are worked out when asked."""
 
-    __slots__ = ("end", "how", "last", "number", "start")
+    __slots__ = ("end", "first", "how", "last", "number", "start")
 
     def __init__(self, now: int, number: int, how: Strobes) -> None:
         self.number, self.how = number, how
         self.start = now + SETTLE_PS  # the port is selected
-        self.last = self.start + SETUP_PS + number * (how.low_ps + how.gap_ps) - how.gap_ps  # the last strobe rises
+        self.first = self.start + SETUP_PS  # the first strobe falls
+        self.last = self.first + number * (how.low_ps + how.gap_ps) - how.gap_ps  # the last one rises
         self.end = self.last + HOLD_PS  # the port is left alone
 
     @property
     def falls(self) -> list[int]:
         """When the strobe falls, for each byte."""
         apart = self.how.low_ps + self.how.gap_ps
-        return [self.start + SETUP_PS + n * apart for n in range(self.number)]
+        return [self.first + n * apart for n in range(self.number)]
 
     @property
     def rises(self) -> list[int]:
@@ -78,8 +79,8 @@ class PortEnd(End, Protocol):
     access_ps: int  # from the fall of HostRead until a byte is on the bus
     let_go_ps: int  # from its rise until it is off
 
-    def takes(self, number: int, reading: bool) -> bool:
-        """Return whether it waits for the operation of so many bytes that begins now."""
+    def takes(self, number: int, reading: bool, ps: int) -> bool:
+        """Return whether it waits for an operation of so many bytes that begins now, its first strobe at an instant."""
 
     def shows(self, number: int) -> bytes:
         """Return the bytes that a read operation gives."""
@@ -113,7 +114,7 @@ class HostLines(NamedTuple):
     bus: Driver
 
 
-class Operation:
+class Operation(Leader):
     """The operation in progress, or the last one, of a host on one chipset.
 
     Args:
@@ -123,9 +124,8 @@ class Operation:
     chip: PortEnd
 
     def __init__(self, lines: HostLines) -> None:
+        super().__init__(lines.select.net)
         self.lines, self.kernel = lines, lines.bus.kernel
-        self.ends: tuple[PortEnd, ...] = ()
-        self.exchange: Exchange | None = None
         self.data: bytes | None = None  # what is written; None: it is a read operation
         self.command = False
         self.strobes = Strobed(0, 0, Strobes())
@@ -141,10 +141,8 @@ class Operation:
             data: what is written; None: it is a read operation.
             command: the byte is a command.
         """
-        exchange = self.exchange
-        if exchange is None or not exchange.by_value:
-            exchange = self._found()
-        if exchange is None or not self.chip.takes(strobes.number, data is None) or not exchange.begin():
+        exchange = self.possible()
+        if exchange is None or not self.chip.takes(strobes.number, data is None, strobes.first) or not exchange.begin():
             return False
         self.strobes, self.data, self.command, self.over = strobes, data, command, False
         if data is None:
@@ -169,21 +167,9 @@ class Operation:
         self.over = True
         self.chip.operated(self.strobes.number, self.data, self.command)
 
-    def leave(self) -> None:
-        """Go edge by edge from now on."""
-        if self.exchange is not None and self.exchange.by_value:
-            self.exchange.withdraw()
-
     # ---------------------------------------------------------------------------------------- what goes by value at all
-    def _found(self) -> Exchange | None:
-        """Return what the chipsets on these wires make possible; None: there is none, or more than one."""
-        select = self.lines.select.net
-        ends = tuple(end for net in select.joined or (select,) for end in net.ends)
-        if ends != self.ends:
-            self.ends, self.exchange = ends, self._made(ends)
-        return self.exchange
-
-    def _made(self, ends: tuple[PortEnd, ...]) -> Exchange | None:
+    def made(self, ends: tuple[PortEnd, ...]) -> Exchange | None:
+        """Return the operations that are possible on this port; None: it is none, or one of several chipsets."""
         lines = self.lines
         if len(ends) != 1 or ends[0].bus_driver.net is not lines.bus.net:
             return None

@@ -111,7 +111,7 @@ class PacketPort:
         if self.delay_ps or self.host_ready.level != 1:
             await self._begin(how)
         strobed = Strobed(self.kernel.now, len(data), how)
-        if how is USUAL and self.operation.begin(strobed, data, command):
+        if how == USUAL and self.operation.begin(strobed, data, command):
             await self.operation.take_place()
             return
         self._strobe(self.writing, strobed)
@@ -125,7 +125,7 @@ class PacketPort:
         if self.delay_ps or self.host_ready.level != 1:
             await self._begin(how)
         strobed = Strobed(self.kernel.now, number, how)
-        if how is USUAL and self.operation.begin(strobed, None):
+        if how == USUAL and self.operation.begin(strobed, None):
             return await self.operation.take_place()
         self._strobe(self.reading, strobed)
         data = bytearray()
