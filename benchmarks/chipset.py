@@ -251,25 +251,46 @@ def geared(number: int) -> Callable[[], tuple[Any, Any]]:
 
 # --------------------------------------------------------------------------------------------------- packets and moves
 def packets() -> list[Row]:
-    """1,000 packets through the pins, from a host that never hesitates."""
+    """1,000 packets through the pins, from a host that never hesitates: a mix, and questions for the status."""
 
-    def prepare() -> Callable[[], int]:
-        bench, _, host = furnished("mc1451a")
+    def mixed(host: Any) -> None:
+        for number in range(250):
+            host.command("SET_POS", number)
+            assert host.query("GET_POS") == number
+            assert host.query("GET_STATUS") == 0x0300
+            host.command("CLR_STATUS")
 
-        def run() -> int:
-            begin = bench.now_ps
-            for number in range(250):
-                host.command("SET_POS", number)
-                assert host.query("GET_POS") == number
-                assert host.query("GET_STATUS") == 0x0300
-                host.command("CLR_STATUS")
-            return bench.now_ps - begin
+    def one_by_one(host: Any) -> None:
+        assert {host.query("GET_STATUS") for _ in range(1000)} == {0x0300}
 
-        return run
+    def queued(host: Any) -> None:
+        host.send("GET_STATUS\n" * 1000)
+        host.query("GET_STATUS")
+        assert host.received[-2:] == [0x0300, 0x0331]
 
-    wall, virtual = best_of(prepare)
-    bound = f"{1000 / wall:,.0f} packets/s; 17 instants and 22 resumptions each, in Python"
-    return [Row("1,000 packets through the pins", virtual / SECOND / wall, REAL, None, True, bound)]
+    def prepared(talk: Callable[[Any], None]) -> Callable[[], Callable[[], int]]:
+        def prepare() -> Callable[[], int]:
+            bench, _, host = furnished("mc1451a")
+
+            def run() -> int:
+                begin = bench.now_ps
+                talk(host)
+                return bench.now_ps - begin
+
+            return run
+
+        return prepare
+
+    rows = []
+    for name, talk, goal, instants in (
+        ("1,000 packets through the pins", mixed, None, 8),
+        ("1,000 times GET_STATUS, one by one", one_by_one, 4, 8),
+        ("the same, queued", queued, 5, 6),
+    ):
+        wall, virtual = best_of(prepared(talk))
+        bound = f"{1000 / wall:,.0f} packets/s; {instants} instants each, in Python"
+        rows.append(Row(name, virtual / SECOND / wall, REAL, goal, True, bound))
+    return rows
 
 
 TRAPEZOID = ("SET_VEL", 4 * ONE), ("SET_ACC", 4096)

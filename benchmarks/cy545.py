@@ -32,6 +32,55 @@ def prepared() -> Callable[[], Any]:
     return run
 
 
+def spoken(memory: str, entered: str, sent: str, time: str = "") -> Callable[[], Callable[[], float]]:
+    """A chip with a memory, or none: what is entered, then what is sent and timed, until all is idle or for a time."""
+
+    def prepare() -> Callable[[], float]:
+        bench = slewline.Bench()
+        chip = bench.add("cy545b", "x")
+        if memory:
+            bench.part(memory, "memory", to=chip)
+        chip.pin("usrb3").drive(0)
+        host = bench.host(chip)
+        host.send(f"O 81H\r{entered}")
+        bench.run_until_idle("100 s")
+        host.send(sent)
+
+        def run() -> float:
+            begin = bench.now_ps
+            if time:
+                bench.run(time)
+            else:
+                bench.run_until_idle("100 s")
+            assert not bench.findings
+            return (bench.now_ps - begin) / 1e12
+
+        return run
+
+    return prepare
+
+
+def talking() -> list[Row]:
+    """A program that polls, commands over the bus, and a program that is entered into an EEPROM."""
+    commands = "".join(f"N {n}\rR {n % 200 + 10}\r" for n in range(1000))
+    program = "".join(f"N {n}\r" for n in range(60))
+    cases = (
+        ("a program that polls", spoken("ram", "Y 0\rE\rT 3,0\r0\rQ", "Y 0\rX\r", "400 ms"), 5),
+        ("2,000 commands over the bus", spoken("", "", commands), 6),
+        ("a program into an EEPROM", spoken("eeprom", "", f"Y 0\rE\r{program}Q"), 6),
+    )
+    bounds = (
+        "an instant a byte: the cycle goes as a value",
+        "5 commits and 5 resumptions a byte, in Python: each edge of the handshake is what the other end waits for",
+        "the bytes that the host sends, as above; polls of the EEPROM go as values",
+    )
+    found = []
+    for (name, prepare, goal), bound in zip(cases, bounds, strict=True):
+        wall, virtual = best_of(prepare)
+        found.append(Row(f"CY545: {name}", virtual / wall, "x real time", goal, True, bound))
+    return found
+
+
 def rows() -> list[Row]:
     """The rows of this table."""
     law, clock = profile.law_of(sheet_of("cy545")), Clock(12_000_000)
@@ -45,4 +94,5 @@ def rows() -> list[Row]:
     return [
         Row("move of 16,000,000 steps: plan", best(planned, 20) * 1e3, "ms", 1, False, "500 runs of equal intervals"),
         Row("the same, unobserved", chip.kernel.now / 1e12 / wall, "x real time", 20_000, True, "a handful of events"),
+        *talking(),
     ]
