@@ -10,7 +10,7 @@ import pytest
 import slewline
 from slewline.core.time.kernel import Kernel
 from slewline.core.wires.net import Bus, Driver, Net, Wave
-from slewline.core.wires.waits import edge, level
+from slewline.core.wires.waits import edge, level, until
 from slewline.errors import WiringError
 
 
@@ -493,3 +493,76 @@ def test_a_wave_that_begins_with_the_last_edge_of_another_one_leaves_that_edge_t
     assert net.level == 1
     kernel.run(500)
     assert seen == ([(100, 0), (200, 1), (300, 0), (400, 1)] if watched else [])
+
+
+# ------------------------------------------------------------------------------------------------ levels put at once
+WAYS = {
+    "nothing": lambda net, log: None,
+    "a watcher": lambda net, log: net.watch(lambda net: log.append(("watcher", net.kernel.now, net.value))),
+    "a sampler": lambda net, log: net.sample(lambda: log.append(("sampler", net.kernel.now, net.value))),
+    "a recording": lambda net, log: setattr(net, "log", log),
+    "another driver": lambda net, log: Driver(net, "other").drive(1),
+    "another wire": lambda net, log: net.join(Net(net.kernel, "other")),
+}
+
+
+def answered(drive, way, shuffle=None, beside=False):
+    """What is seen of a wire that a task puts to 0, 1 and None, and another one answers, at the instants 10, 20 ..."""
+    kernel, log = Kernel(shuffle), []
+    net, back = Net(kernel, "net", pull=1), Net(kernel, "back")
+    driver, answer = Driver(net, "one"), Driver(back, "two")
+    driver.drive(1)
+    answer.drive(1)
+    kernel.settle()
+    WAYS[way](net, log)
+    kernel.settle()
+
+    async def asks():
+        for number, wanted in enumerate((0, 1, 0, None, 0, 1), 1):
+            await until(kernel, 10 * number)
+            drive(driver, wanted)
+            log.append(("asked", kernel.now, back.level))
+
+    async def answers():
+        while True:
+            await edge(net)
+            log.append(("woken", kernel.now, net.level, net.changes))
+            drive(answer, net.level)
+
+    async def looks():
+        for number in range(1, 7):
+            await until(kernel, 10 * number)
+            log.append(("looks", kernel.now, net.level, back.level))
+
+    for task in (asks, answers, *([looks] if beside else [])):
+        kernel.spawn(task, name=task.__name__)
+    kernel.run(100)
+    return sorted(map(repr, log)) if beside else log, net.changes, back.changes, net.changed_at
+
+
+@pytest.mark.parametrize("beside", [False, True])
+@pytest.mark.parametrize("way", WAYS)
+def test_a_level_that_is_put_at_once_is_noticed_by_nothing(way, beside):
+    driven = answered(Driver.drive, way, beside=beside)
+    assert len(driven[0]) > 8
+    assert answered(Driver.put, way, beside=beside) == driven
+    if beside:
+        assert answered(Driver.put, way, shuffle=Random(1), beside=True) == driven
+
+
+def test_a_level_is_put_at_once_where_it_can_be():
+    kernel = Kernel()
+    net = Net(kernel, "net")
+    driver = Driver(net, "one")
+    driver.drive(0)
+    kernel.settle()
+    seen = []
+
+    async def puts():
+        await until(kernel, 10)
+        driver.put(1)
+        seen.append((net.value, kernel.pending))
+
+    kernel.spawn(puts, name="puts")
+    kernel.run(20)
+    assert seen == [(1, [])] and net.changes == 2 and net.changed_at == 10

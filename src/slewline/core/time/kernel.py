@@ -343,6 +343,7 @@ class Kernel:
     def _commit(self, time: int, nets: list[Any]) -> None:
         """All changes of the round take effect together; then all listeners are called."""
         pending, self.pending = self.pending, []
+        self.sole = False  # what is called in here belongs to the next round
         changed = []
         for driver in pending:
             driver.pending = False

@@ -71,7 +71,7 @@ class BusPort:
             chip.waits("waiting for io_request=1 (then READY rises)")
             await level(request, 1)
             chip.sync()
-        self.ready.drive(1)
+        self.ready.put(1)
 
     # ------------------------------------------------------------------------------------------------------------ bytes
     async def next_byte(self, awaited: str, letter: bool, idle: bool, live: bool) -> int:
@@ -114,7 +114,7 @@ class BusPort:
                 continue
             byte = self.accept(letter)
             await until(kernel, self.busy_ps)
-            self.ready.drive(0)
+            self.ready.put(0)
             return byte
 
     def early(self, live: bool) -> None:

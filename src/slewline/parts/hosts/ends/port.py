@@ -106,7 +106,7 @@ class CommandPort:
     async def send(self, data: bytes) -> None:
         """Send bytes by the two-line handshake; the last one leaves the bus when it has been taken."""
         kernel, queue, ready, drive_bus, request = (
-            self.kernel, self.queue, self.ready, self.bus.drive, self.request.drive,
+            self.kernel, self.queue, self.ready, self.bus.put, self.request.put,
         )  # fmt: skip
         for byte in data:
             if ready.level != 1:
