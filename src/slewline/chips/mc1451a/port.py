@@ -253,7 +253,7 @@ class Port:
         """Let HostRdy fall, and do what was asked for when it rises."""
         starts = self.supply.starts
         self.ready = False
-        self.ready_driver.drive(0)
+        self.ready_driver.put(0)
         self.strobed_at = self.kernel.now
         self.activity.serve()
 
@@ -272,7 +272,7 @@ class Port:
         if not self.wanted:
             self.chip.on_command("")
         if not self.supply.restarted():
-            self.ready_driver.drive(1)
+            self.ready_driver.put(1)
             self.activity.served()
 
     def open(self) -> None:
