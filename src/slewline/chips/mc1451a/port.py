@@ -146,7 +146,7 @@ class Port:
                 text = f"hostslct stays low for {(now - since) / NS / 1000:g} us after a transfer; at most 2 us"
                 self.chip.finding("late-release", text)
 
-    # ------------------------------------------------------------- operations as values (parts/hosts/ends/operation.py)
+    # ------------------------------------------------------------- operations as values (parts/base/operation.py)
     def takes(self, number: int, reading: bool, ps: int) -> bool:
         """Return whether it waits for an operation of so many bytes that begins now, its first strobe at an instant."""
         awaited = self.ready and (number == 1 or not (self.bytes or self.half)) and not (reading and self.wanted)

@@ -53,8 +53,9 @@ class Driver:
             self.kernel.pending.append(self)
 
     def put(self, level: Level) -> None:
-        """Put a level on the net at once if nothing could notice: the task that runs is alone in its round, and looks no
-        more.  Else do as `drive`.
+        """Put a level on the net at once where nothing could notice it, else do as `drive`.
+
+        That is so while the task that runs is alone in its round; it must not read the net in the same round.
         """
         net, kernel = self.net, self.kernel
         if not kernel.sole or net.plain is not self or self.pending or net.observers or level is None:

@@ -19,7 +19,7 @@ from types import MappingProxyType
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Net
 from ...core.wires.waits import first_of, until
-from ..hosts.ends.operation import HostLines, Operation
+from ..base.operation import HostLines, Operation
 from .board import FLOATING, READY, Board, base_option
 from .isa_cycle import IsaCycle
 from .series import DATA, STATUS

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...core.wires.wave import Edges
-from ..hosts.ends.operation import Strobed, Strobes
+from ..base.operation import Strobed, Strobes
 from .board import CLOCK_PS, CYCLE
 
 WRITES, READS = (2, 3), (1, 5)  # clocks at which HostWrite and HostRead fall, and rise

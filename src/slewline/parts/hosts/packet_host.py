@@ -24,8 +24,8 @@ from ...errors import Timeout, UsageError
 from ...language import packets
 from ...language.source import host_lines
 from ..base.data import Data, as_bytes
+from ..base.operation import GAP_PS, LOW_PS, Strobes
 from ..base.part import served
-from .ends.operation import GAP_PS, LOW_PS, Strobes
 from .ends.packet_port import UNKNOWN, USUAL, Packet, PacketPort, operations, packet_of
 from .host import Host
 

@@ -17,7 +17,7 @@ from ....core.wires.waits import level, until
 from ....errors import ChecksumError, Timeout
 from ....language import packets
 from ....language.dialect import spoken_as
-from .operation import HostLines, Operation, Strobed, Strobes
+from ...base.operation import HostLines, Operation, Strobed, Strobes
 
 if TYPE_CHECKING:
     from ....core.datasheet.table import Row, Sheet

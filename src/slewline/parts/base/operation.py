@@ -14,10 +14,10 @@ from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple, Protocol
 
-from ....core.wires.exchange import End, Exchange, Leader
-from ....core.wires.net import Driver, Wave
-from ....core.wires.waits import next_round, until
-from ....core.wires.wave import Edges, Level
+from ...core.wires.exchange import End, Exchange, Leader
+from ...core.wires.net import Driver, Wave
+from ...core.wires.waits import next_round, until
+from ...core.wires.wave import Edges, Level
 
 NS = 1000  # picoseconds
 SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * NS, 80 * NS
