@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+import slewline
+
 from . import exchange_cy545, exchange_mc
 from .exchange_cy545 import Remembering
 from .exchange_mc import Spoken
@@ -344,3 +346,27 @@ CASES: dict[str, tuple[type[World], Dialogue]] = {
 @pytest.mark.parametrize("name", CASES)
 def test_what_the_law_has_found_once(name: str) -> None:
     agree(*CASES[name])
+
+
+def broken_off(at: int, recorded: bool) -> tuple[Any, ...]:
+    """What a host reads that is broken off in the first word of GET_VRSN, at an instant, and then asks for a byte."""
+    bench = slewline.Bench()
+    host = bench.host(bench.add("mc1151a", name="x"))
+    if recorded:
+        bench.record("x.hostread")
+    host.command("CLR_STATUS")
+    host.send("GET_VRSN")
+    if not at:
+        bench.run_until_idle()
+        times, _ = bench.edges("x.hostread")
+        return (times[4],)  # behind the checksum of CLR_STATUS
+    bench.run_to(at)
+    host.queue.requests.clear()
+    host.queue.halt()
+    return host.read_byte(), host.read_byte(), list(host.received), list(map(str, bench.findings)), bench.now_ps
+
+
+@pytest.mark.parametrize("later", [81, 105, 110, 130, 159])
+def test_a_host_that_is_broken_off_leaves_no_look_at_the_bus_behind(later: int) -> None:
+    at = int(broken_off(0, True)[0]) + later * 1000
+    assert broken_off(at, False) == broken_off(at, True)
