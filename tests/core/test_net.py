@@ -500,7 +500,7 @@ WAYS = {
     "nothing": lambda net, log: None,
     "a watcher": lambda net, log: net.watch(lambda net: log.append(("watcher", net.kernel.now, net.value))),
     "a sampler": lambda net, log: net.sample(lambda: log.append(("sampler", net.kernel.now, net.value))),
-    "a recording": lambda net, log: setattr(net, "log", log),
+    "a recording": lambda net, log: setattr(net, "log", []),
     "another driver": lambda net, log: Driver(net, "other").drive(1),
     "another wire": lambda net, log: net.join(Net(net.kernel, "other")),
 }
@@ -537,6 +537,7 @@ def answered(drive, way, shuffle=None, beside=False):
     for task in (asks, answers, *([looks] if beside else [])):
         kernel.spawn(task, name=task.__name__)
     kernel.run(100)
+    log += net.log or []
     return sorted(map(repr, log)) if beside else log, net.changes, back.changes, net.changed_at
 
 
