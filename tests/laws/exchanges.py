@@ -194,8 +194,8 @@ def played(make: Callable[[Dialogue, int | None], World], dialogue: Dialogue, tw
     for name in world.wires:
         if twin == "recorded":
             world.record(name)
-        elif twin == "played" and world.pins[name].net.width == 1:
-            world.pins[name].net.latched = True  # its edges are instants
+        elif twin == "played":
+            world.pins[name].net.sample(lambda: None)  # something looks, so no exchange begins
     world.play()
     return world
 
