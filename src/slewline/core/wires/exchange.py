@@ -145,7 +145,7 @@ class Leader:
     """The end that leads: it looks for the other ends on a wire, and for what may go over to them as a value.
 
     Args:
-        net: of the wire, as long as that leads nowhere.
+        net: of the wire.
     """
 
     def __init__(self, net: Net) -> None:

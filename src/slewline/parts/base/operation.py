@@ -162,6 +162,17 @@ class Operation(Leader):
             self.waited = False
         return bytes(self.shown)
 
+    def promise(self, strobes: Strobed, data: bytes | None, command: bool = False) -> None:
+        """Promise one edge by edge, of which the chipset hears on its pins; what is given is as for `begin`."""
+        self.leave()
+        lines = self.lines
+        lines.select.wave(*strobes.select())
+        (lines.reading if data is None else lines.writing).wave(*strobes.strobe())
+        if command:
+            lines.command.wave(*strobes.command())
+        if data is not None:
+            lines.bus.wave(*strobes.bus(data))
+
     def _take_notice(self) -> None:
         """Let the chipset hear of all of it: its last strobe has ended."""
         self.over = True

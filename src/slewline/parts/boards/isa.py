@@ -87,14 +87,9 @@ class Isa(Board):
         if self._operation.begin(cycle, data, command):
             shown = await self._operation.take_place()
             return shown[0] if byte is None else byte
-        self._operation.leave()
-        drivers = self.drivers
-        drivers["hostslct"].wave(*cycle.select())
-        drivers["hostcmd"].wave(0, (cycle.start, cycle.end), (int(command), 0))
-        drivers["hostread" if byte is None else "hostwrite"].wave(*cycle.strobe())
-        if data is not None:
-            drivers["hostdata"].wave(*cycle.bus(data))
-            return data[0]
+        self._operation.promise(cycle, data, command)
+        if byte is not None:
+            return byte
         await until(self.kernel, cycle.last)
         return self.byte("hostdata")
 

@@ -9,7 +9,7 @@ r"""The local bus: cycles on the data bus that reach memory, display and switche
 
 Only the memory has a high address byte, which it takes as XMEM_SEL falls; low addresses are taken as ALE falls.  A
 cycle takes `fetch` clocks, of which a phase is a tenth (inferred).  What a cycle does is promised as it begins; the
-byte of a read is sampled just before RD rises.
+byte of a read is sampled just before RD rises.  While nothing else looks at the bus, a read of the memory is a value.
 """
 
 from __future__ import annotations

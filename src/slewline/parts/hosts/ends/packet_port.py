@@ -114,10 +114,7 @@ class PacketPort:
         if how == USUAL and self.operation.begin(strobed, data, command):
             await self.operation.take_place()
             return
-        self._strobe(self.writing, strobed)
-        if command:
-            self.command.wave(*strobed.command())
-        self.bus.wave(*strobed.bus(data))
+        self.operation.promise(strobed, data, command)
         await until(self.kernel, strobed.end)
 
     async def read(self, number: int, how: Strobes) -> bytes:
@@ -127,7 +124,7 @@ class PacketPort:
         strobed = Strobed(self.kernel.now, number, how)
         if how == USUAL and self.operation.begin(strobed, None):
             return await self.operation.take_place()
-        self._strobe(self.reading, strobed)
+        self.operation.promise(strobed, None)
         data = bytearray()
         for rise in strobed.rises:
             await until(self.kernel, rise)
@@ -140,12 +137,6 @@ class PacketPort:
             await level(self.host_ready, 1)
         if self.delay_ps:
             await until(self.kernel, self.kernel.now + self.delay_ps)
-
-    def _strobe(self, line: Driver, strobed: Strobed) -> None:
-        """Promise strobes, for which the port is selected."""
-        self.operation.leave()
-        line.wave(*strobed.strobe())
-        self.select.wave(*strobed.select())
 
     def note_update(self, code: int) -> None:
         """Note when an update that has just been taken will have been worked, and what waits for one."""
