@@ -184,6 +184,7 @@ class Client:
             if found is not None:
                 self.reply(request, found)
         except (SlewlineError, TypeError, ValueError, KeyError) as error:
+            self.waiting = False
             self.reply(request, {"error": str(error)})
 
     def wait(
