@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from functools import partial
+from functools import cached_property, partial
 from ipaddress import ip_address
 from os import PathLike
 from time import perf_counter
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from ..bench import Bench
     from .control.control import Control
     from .views.dialogue import Dialogue
+    from .views.scope import Scope
 
 DEAF = (
     "the UART of {chip} only receives: no command is answered; with --framing (in a bench file framing = true) ?0 "
@@ -300,6 +301,13 @@ class Server:
             for port in self.ports:
                 if isinstance(port, RegisterPort):
                     port.catch_up()
+
+    @cached_property
+    def scope(self) -> Scope:
+        """What signals did."""
+        from .views.scope import Scope
+
+        return Scope(self.bench)
 
     @property
     def dialogue(self) -> Dialogue:

@@ -70,7 +70,7 @@ REQUESTS = (
     ),
     RequestSpec(
         "breakpoints",
-        "Pause whenever one of these is met; they replace those before.",
+        "Pause whenever one of these is met; they replace those before. Without them, tell which there are.",
         {"breakpoints": [{"chip": "x", "address": 7}, {"pin": "x.mov", "edge": "falls"}]},
         (
             Key(
@@ -78,9 +78,10 @@ REQUESTS = (
                 array(A_BREAKPOINT),
                 "chip and address; chip and position; chip and register, with a value or for any change; pin and edge; "
                 "finding, with the name of a chip or part, or empty for all",
+                "those there are",
             ),
         ),
-        (Key("breakpoints", array(TEXT), "each in words"),),
+        (Key("breakpoints", array(TEXT), "each in words"), Key("rows", array(A_BREAKPOINT), "each as it was given")),
     ),
     RequestSpec(
         "back",

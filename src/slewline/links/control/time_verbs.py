@@ -9,7 +9,13 @@ from ...core.time.timebase import moment, readable
 from ...core.wires.pin import Condition
 from ...errors import UsageError
 from ..lines.pace import Paced
-from ..time.moments import CommandCondition, FindingCondition, PinCondition, StepCondition
+from ..time.moments import (
+    CommandCondition,
+    FindingCondition,
+    InstantCondition,
+    PinCondition,
+    StepCondition,
+)
 from .kinds import Data
 from .rows_of_time import STEPS
 from .verbs import Verbs
@@ -82,7 +88,11 @@ class TimeVerbs(Verbs):
             if at < self.bench.now_ps:
                 now = readable(self.bench.now_ps)
                 raise UsageError(f"until: {readable(at)} is in the past; the time is {now}; `back` goes there")
-            self.client.wait(request, lambda _met: {"met": True}, NEVER, at, self.server.pace.paused)
+            if self.server.pace.paused:
+                self.server.breakpoints.arm()
+                self.push(request, InstantCondition(self.bench.kernel, at), at)
+            else:
+                self.client.wait(request, lambda _met: {"met": True}, NEVER, at, False)
             return
         condition = self.condition(request)
         if self.server.pace.paused:
@@ -106,10 +116,13 @@ class TimeVerbs(Verbs):
         raise UsageError("until: give pin and level, chip and position, chip and address, or time")
 
     def do_breakpoints(self, request: Data) -> Data:
-        """Replace the breakpoints."""
-        if not isinstance(request["breakpoints"], list):
-            raise UsageError(f"breakpoints {request['breakpoints']!r}; expected a list")
-        return {"breakpoints": self.server.breakpoints.replace(request["breakpoints"])}
+        """Replace the breakpoints, if there are any in the request; reply with those there are."""
+        breakpoints = self.server.breakpoints
+        if "breakpoints" in request:
+            if not isinstance(request["breakpoints"], list):
+                raise UsageError(f"breakpoints {request['breakpoints']!r}; expected a list")
+            breakpoints.replace(request["breakpoints"])
+        return {"breakpoints": [*map(str, breakpoints.conditions)], "rows": breakpoints.rows}
 
     def do_back(self, request: Data) -> None:
         """Go to an instant of the past."""

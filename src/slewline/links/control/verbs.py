@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ..sockets.loop import Loop
     from ..time.breakpoints import Breakpoints
     from ..time.travel import TimeTravel
+    from ..views.scope import Scope
 
 DIRECTIONS = ("chip", "host")
 
@@ -34,6 +35,10 @@ class Controlled(Serving, Viewed, Protocol):
     breakpoints: Breakpoints
     views: Views
     travel: TimeTravel
+
+    @property
+    def scope(self) -> Scope:
+        """What signals did."""
 
     def catch_up(self) -> None:
         """Work what hosts have sent before this moment, where they need not wait for answers."""

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 from ...bench.files import examples
@@ -12,12 +15,11 @@ from ...chips import checks_of
 from ...core.component import input_of
 from ...core.messages.near import hint
 from ...core.time.timebase import Time, moment, picoseconds
-from ...errors import UsageError
+from ...errors import SlewlineError, UsageError
 from ...language.assemble import RefusedProgram, assemble
 from ...language.lint import lint
 from ...parts.hosts.host import Host
 from ..lines.line import ConnectorLine
-from ..views.scope import Scope
 from .kinds import Data
 from .rows_of_views import FORMS, MAX_COLUMNS, MAX_ENTRIES
 from .verbs import Verbs
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from ...language.problems import Problem
     from ...parts.base.part import Part
 
+WORK_S = 0.0005  # how long a window is worked out in a turn of the loop
 EXPORTED = 5_000_000  # characters of a file
 LONGEST = 1 << 20  # characters of a program
 
@@ -85,7 +88,7 @@ class ViewVerbs(Verbs):
     # --------------------------------------------------------------------------------------------------------- scope
     def do_signals(self, _request: Data) -> Data:
         """Reply with what a scope can show."""
-        return Scope(self.bench).signals()
+        return self.server.scope.signals()
 
     def do_record(self, request: Data) -> Data:
         """Keep what pins do."""
@@ -94,18 +97,36 @@ class ViewVerbs(Verbs):
             self.bench.record(*pins, keep=request.get("keep", "1 h"))
         return {}
 
-    def do_window(self, request: Data) -> Data:
-        """Reply with what signals did."""
+    def do_window(self, request: Data) -> None:
+        """Reply with what signals did; a long answer is worked out beside everything else."""
         columns = request["columns"]
         if not isinstance(columns, int) or not 1 <= columns <= MAX_COLUMNS:
             raise UsageError(f"columns {columns!r}; allowed 1 to {MAX_COLUMNS}")
-        return {"signals": Scope(self.bench).window(texts(request, "signals"), *self.of_window(request), columns)}
+        names = texts(request, "signals")
+        work = self.server.scope.window(names, *self.of_window(request), columns)
+        self.go_on_with(work, self.client.answer_later(request))
+
+    def go_on_with(self, work: Iterator[Data | None], answer: Callable[[Data], object]) -> None:
+        """Work for a share of the turn; answer when it is done."""
+        end_s = perf_counter() + WORK_S
+        found = None
+        try:
+            for found in work:
+                if found is not None or perf_counter() > end_s:
+                    break
+        except SlewlineError as error:
+            answer({"error": str(error)})
+            return
+        if found is not None:
+            answer({"signals": found})
+        else:
+            self.server.loop.ask(partial(self.go_on_with, work, answer))
 
     def do_find(self, request: Data) -> Data:
         """Reply with the instant at which something happens."""
         if not isinstance(request["on"], dict):
             raise UsageError(f"on {request['on']!r}; expected an object such as {{'pin': 'x.slew', 'edge': 'falls'}}")
-        found = Scope(self.bench).find(request["on"], *self.of_window(request), request.get("last") is True)
+        found = self.server.scope.find(request["on"], *self.of_window(request), request.get("last") is True)
         return {"found_ps": found}
 
     def of_window(self, request: Data) -> tuple[int, int]:

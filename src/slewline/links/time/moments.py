@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ...core.time.timebase import readable
 from ...core.wires.pin import Condition, Terminal
 from ...errors import UsageError
 
@@ -12,8 +13,24 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.component import Finding
     from ...core.motion.one_axis import OneAxis
+    from ...core.time.kernel import Kernel
 
 LEVELS = {"rises": (1,), "falls": (0,), "any": (0, 1, None)}  # after the edge
+
+
+class InstantCondition(Condition):
+    """An instant is there (ps)."""
+
+    def __init__(self, kernel: Kernel, at: int) -> None:
+        self.kernel, self.at, self.text = kernel, at, readable(at)
+
+    def met(self) -> bool:
+        """Return whether it is."""
+        return self.kernel.now >= self.at
+
+    def when(self) -> int | None:
+        """Return the instant (ps)."""
+        return self.at
 
 
 class StepCondition(Condition):

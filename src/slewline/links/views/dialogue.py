@@ -54,9 +54,9 @@ class Dialogue:
                 part.on_event.add(partial(self._event, part))
             elif (on_character := getattr(part, "on_character", None)) is not None:
                 on_character.add(partial(self._character, part.name))
-        if any(isinstance(part, Board) for part in bench.parts.values()):
-            for chip in bench.chips.values():
-                chip.on_command.add(partial(self._command, chip.name))
+        registers = any(isinstance(part, Board) for part in bench.parts.values())
+        for chip in bench.chips.values():
+            chip.on_command.add(partial(self._command, chip.name) if registers else heard)
 
     def add(self, who: str, kind: str, text: str, at: int | None = None, **more: Any) -> Entry:
         """Add an entry, now or at an instant of the past (ps)."""
@@ -124,6 +124,10 @@ class Dialogue:
         entry["touched"] = self.touched
         if byte == RETURN or len(data) >= LONGEST:
             del self.growing[who]
+
+
+def heard(_text: str) -> None:
+    """Hear a command: a chip notes the one it works on while anybody listens."""
 
 
 def written(args: list[Any]) -> Iterable[int]:

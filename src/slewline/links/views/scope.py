@@ -1,7 +1,7 @@
 """What signals did in a window, thinned to the columns of a picture: an hour is as light as a second.
 
 A pin with few edges is sent edge by edge; one with many as a character a column, of which each costs one question to
-the log, however many edges the column has:
+the log, however many edges the column has.  What a long window shows is kept in cells (`cells.py`):
 
     edges     _|‾|_|‾|_|‾|_|‾‾‾‾‾‾‾‾‾‾|___________
     columns   x    x    x    1    1    0    0
@@ -9,13 +9,16 @@ the log, however many edges the column has:
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from collections.abc import Iterator
+from functools import partial
+from itertools import pairwise
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from ...core.motion.quantity import column_edges
 from ...errors import NotRecorded, UsageError
 from ...record.recording.recorder import Recorder
+from .cells import BOTH, UNKNOWN, Cells, Points, points, sign, width_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,23 +33,7 @@ if TYPE_CHECKING:
     Probe = Net | Terminal
 
 FEW = 2  # edges a column, up to which each is sent
-SIGNS = {0: "0", 1: "1"}
-UNKNOWN, BOTH = "-", "x"
-
-
-def pin_window(recorder: Recorder, probe: Probe, start: int, stop: int, columns: int) -> dict[str, Any]:
-    """Return what a recorded pin did in a window (ps): its edges, or a character a column."""
-    since = recorder.since(probe)
-    first = max(start, since)
-    if first > stop:
-        return {"kind": "pin", "since_ps": since, "columns": UNKNOWN * columns}
-    times, levels = [first], [recorder.level_at(probe, first)]
-    for time, level in recorder.each_edge(probe, first + 1, stop):
-        times.append(time)
-        levels.append(level)
-        if len(times) > FEW * columns:
-            return {"kind": "pin", "since_ps": since, "columns": drawn(recorder, probe, start, stop, columns, since)}
-    return {"kind": "pin", "since_ps": since, "times_ps": times, "levels": [plain(level) for level in levels]}
+Data = dict[str, Any]
 
 
 def plain(level: int) -> int | None:
@@ -54,43 +41,13 @@ def plain(level: int) -> int | None:
     return None if level < 0 else level
 
 
-def drawn(recorder: Recorder, probe: Probe, start: int, stop: int, columns: int, since: int) -> str:
-    """Return a character a column."""
-    edges = [*column_edges(start, stop, columns), stop]
-    signs = [UNKNOWN] * columns
-    column = max(bisect_right(edges, since) - 1, 0)
-    while column < columns:
-        begin = max(edges[column], since)
-        level = recorder.level_at(probe, begin)
-        following = next(recorder.each_edge(probe, begin + 1, stop), None)
-        sign = SIGNS.get(level, UNKNOWN)
-        if following is None:
-            signs[column:] = [sign] * (columns - column)
-            break
-        busy = min(max(bisect_right(edges, following[0]) - 1, column), columns - 1)
-        signs[column:busy] = [sign] * (busy - column)
-        signs[busy] = BOTH
-        column = busy + 1
-    return "".join(signs)
-
-
-def quantity_window(quantity: Quantity, start: int, stop: int, columns: int) -> dict[str, Any]:
-    """Return what a quantity did in a window (ps): a few points a column."""
-    times, values = quantity.outline(start, stop, columns)
-    return {
-        "kind": "quantity",
-        "unit": quantity.unit,
-        "held": quantity.held,
-        "times_ps": times.tolist(),
-        "values": [None if isnan(value) else value for value in values.tolist()],
-    }
-
-
 class Scope:
     """Answers what signals of a bench did."""
 
     def __init__(self, bench: Bench) -> None:
         self.bench, self.recorder = bench, Recorder()
+        self.points: Cells[Points] = Cells()
+        self.signs: Cells[str] = Cells()
 
     def signals(self) -> dict[str, Any]:
         """Return what can be shown: pins by owner, and quantities."""
@@ -106,20 +63,70 @@ class Scope:
         """Return the quantities of axes and parts, by full name."""
         return self.bench.quantities()
 
-    def window(self, names: list[str], start: int, stop: int, columns: int) -> dict[str, Any]:
-        """Return what each signal did; one that cannot be shown there has an `error` instead."""
-        found, known = {}, self.quantities()
+    def window(self, names: list[str], start: int, stop: int, columns: int) -> Iterator[Data | None]:
+        """Yield what each signal did (ps) at last; before that None, wherever there is time for something else.
+
+        A signal that cannot be shown there has an `error` instead.
+        """
+        found: Data = {}
+        known = self.quantities()
         for name in names:
             try:
-                found[name] = self._window(name, known, start, stop, columns)
+                if name in known:
+                    yield from self._quantity(found, name, max(start, self._kept(name)), stop, columns)
+                else:
+                    yield from self._pin(found, name, start, stop, columns)
             except NotRecorded as error:
                 found[name] = {"kind": "quantity" if name in known else "pin", "error": str(error)}
-        return found
+        yield found
 
-    def _window(self, name: str, known: Mapping[str, Quantity], start: int, stop: int, columns: int) -> dict[str, Any]:
-        if name in known:
-            return quantity_window(self.bench.quantity(name), max(start, self._kept(name)), stop, columns)
-        return pin_window(self.recorder, self.probe(name), start, stop, columns)
+    def _quantity(self, found: Data, name: str, start: int, stop: int, columns: int) -> Iterator[Data | None]:
+        quantity = self.bench.quantity(name)
+        times: list[int] = []
+        values: list[float | None] = []
+        if exponent := width_of(start, stop, columns):
+            for _, (more, shown) in self.points.between(name, start, stop, exponent, partial(points, quantity)):
+                times += more
+                values += shown
+                yield None
+        else:
+            outline = quantity.outline(start, stop, columns)
+            times = outline.times_ps.tolist()
+            values = [None if isnan(value) else value for value in outline.values.tolist()]
+        shape = {"kind": "quantity", "unit": quantity.unit, "held": quantity.held}
+        found[name] = shape | {"times_ps": times, "values": values}
+
+    def _pin(self, found: Data, name: str, start: int, stop: int, columns: int) -> Iterator[Data | None]:
+        probe, recorder = self.probe(name), self.recorder
+        since = recorder.since(probe)
+        shape: Data = {"kind": "pin", "since_ps": since}
+        first = max(start, since)
+        if first > stop:
+            found[name] = shape | {"columns": UNKNOWN * columns}
+            return
+        times, levels = [first], [recorder.level_at(probe, first)]
+        for time, level in recorder.each_edge(probe, first + 1, stop):
+            times.append(time)
+            levels.append(level)
+            if len(times) > FEW * columns:
+                break
+        else:
+            found[name] = shape | {"times_ps": times, "levels": [plain(level) for level in levels]}
+            return
+        yield None
+        signs = [UNKNOWN] * columns
+        if exponent := width_of(start, stop, columns):
+            work = partial(sign, recorder, probe, since=since)
+            for begin, shown in self.signs.between(name, start, stop, exponent, work):
+                column = min(max((begin - start) * columns // (stop - start), 0), columns - 1)
+                signs[column] = shown if signs[column] in (UNKNOWN, shown) else BOTH
+                yield None
+        else:
+            edges = [*column_edges(start, stop, columns), stop + 1]
+            for column, (begin, end) in enumerate(pairwise(edges)):
+                signs[column] = sign(recorder, probe, begin, end - 1, since)
+                yield None
+        found[name] = shape | {"columns": "".join(signs)}
 
     def probe(self, name: str) -> Probe:
         """Return a recorded pin by its full name.

@@ -80,6 +80,7 @@ class Views:
             "working": chip.on_command.text,  # type: ignore[attr-defined]
             "waiting": chip.waiting.partition(": ")[2],
             "idle": chip.idle,
+            "powered": getattr(chip, "powered", True),  # of a chip of one's own nobody knows
             "program": crc32(chip.program),
         }
 
