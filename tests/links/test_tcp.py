@@ -12,7 +12,7 @@ import slewline
 from slewline.errors import UsageError
 from slewline.links.lines.line import BACKLOG
 from slewline.links.lines.pace import Lockstep, Paced
-from slewline.links.ports.tcp import parse_address
+from slewline.links.sockets.address import parse_address
 from slewline.links.server import Server
 
 from .conftest import STRAPS, Threaded

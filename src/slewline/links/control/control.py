@@ -29,7 +29,8 @@ from ...core.time.timebase import moment, picoseconds
 from ...core.wires.pin import Condition
 from ...errors import SlewlineError, UsageError
 from ..lines.line import ConnectorLine
-from ..ports.tcp import Listener, is_loopback, parse_address
+from ..ports.tcp import Listener
+from ..sockets.address import is_loopback, parse_address
 from ..sockets.preamble import Preamble
 from ..sockets.stream import SocketStream
 from .requests import MAX_FINDINGS, MAX_STEPS, Data, as_object, read, schema
