@@ -1,7 +1,7 @@
 """Run the panel as a process of its own: python -m slewline.panel --attach HOST:PORT.
 
-It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  The token of the control port, if it has one,
-comes in the environment, SLEWLINE_TOKEN: a command line can be read by everybody on the machine.
+It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  The token of the control port, if it has
+one, comes in the environment, SLEWLINE_TOKEN: a command line can be read by everybody on the machine.
 """
 
 from __future__ import annotations

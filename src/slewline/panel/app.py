@@ -1,8 +1,8 @@
 """The web server of the panel: the files of the page, and its websocket.
 
-    panel = Panel(access, "127.0.0.1", 0)
-    print(panel.url)
-    panel.run()
+panel = Panel(access, "127.0.0.1", 0)
+print(panel.url)
+panel.run()
 """
 
 from __future__ import annotations

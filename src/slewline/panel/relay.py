@@ -23,10 +23,12 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-READING = frozenset(
-    "read status findings steps schema describe parts listing view subscribe said window signals find export assemble "
-    "examples branches".split()
-)
+# fmt: off
+READING = frozenset((
+    "read", "status", "findings", "steps", "schema", "describe", "parts", "listing", "view", "subscribe", "said",
+    "window", "signals", "find", "export", "assemble", "examples", "branches",
+))
+# fmt: on
 WAITING = frozenset(("until", "step", "advance"))
 NEVER = frozenset(("quit",))  # who has started the server ends it
 LONGEST = 1 << 16  # characters of a message to the server
@@ -187,9 +189,7 @@ class Relay:
         where = f"{self.access.host}:{self.access.port}"
         try:
             async with asyncio.timeout(CONNECT_S):
-                reader, writer = await asyncio.open_connection(
-                    self.access.host, self.access.port, limit=LONGEST_REPLY
-                )
+                reader, writer = await asyncio.open_connection(self.access.host, self.access.port, limit=LONGEST_REPLY)
                 if self.access.control_token is not None:
                     greeting = {"token": self.access.control_token, "do": "read", "pins": []}
                     writer.write(f"{json.dumps(greeting)}\n".encode())
