@@ -4,6 +4,19 @@
 
 /** @typedef {Node | string | null | undefined | false} Child */
 
+let writes = false; // may this page move and write?
+
+/**
+ * Enable what moves or writes, or disable it: all that has data-writes, now and later.
+ * @param {boolean} allowed
+ */
+export function allowWrites(allowed) {
+  writes = allowed;
+  for (const element of document.querySelectorAll("[data-writes]")) {
+    /** @type {HTMLButtonElement} */ (element).disabled = !allowed;
+  }
+}
+
 /**
  * Return a new element.
  * @template {keyof HTMLElementTagNameMap} T
@@ -19,6 +32,7 @@ export function h(tag, attributes = {}, ...children) {
     else if (value === true) element.setAttribute(name, "");
     else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, String(value));
   }
+  if (attributes["data-writes"] === true) /** @type {any} */ (element).disabled = !writes;
   put(element, ...children);
   return element;
 }

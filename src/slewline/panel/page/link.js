@@ -11,6 +11,7 @@
 const EVERY = "33 ms"; // between two views: 30 pictures a second
 const FIRST_WAIT_MS = 250; // before the first attempt to connect again
 const LONGEST_WAIT_MS = 5000;
+const WRONG_TOKEN = 4403; // with which the panel closes; to try once more is no use
 const LOST = "The connection to the panel is lost.";
 
 /**
@@ -82,7 +83,7 @@ export class Link {
     this.socket = socket;
     socket.addEventListener("open", () => socket.send(JSON.stringify({ token: this.token })));
     socket.addEventListener("message", (message) => this.receive(String(message.data)));
-    socket.addEventListener("close", (event) => this.lost(socket, event.reason));
+    socket.addEventListener("close", (event) => this.lost(socket, event.reason, event.code === WRONG_TOKEN));
   }
 
   /** End the connection. */
@@ -187,14 +188,15 @@ export class Link {
   /**
    * @param {WebSocket} socket
    * @param {string} reason
+   * @param {boolean} forGood
    */
-  lost(socket, reason) {
+  lost(socket, reason, forGood) {
     if (socket !== this.socket) return;
     this.connected = false;
     for (const waiting of this.waiting.values()) waiting.reject(new Error(reason || LOST));
     this.waiting.clear();
     this.emit("lost", { event: "lost", reason: reason || LOST });
-    if (this.closed) return;
+    if (this.closed || forGood) return;
     this.timer = setTimeout(() => this.open(), this.waitMs);
     this.waitMs = Math.min(2 * this.waitMs, LONGEST_WAIT_MS);
   }
