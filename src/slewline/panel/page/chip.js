@@ -27,13 +27,13 @@ export function chipCard(link, sheet, name, root, breakpoints, fail) {
     const on = link.view.chips?.[name]?.powered === false;
     link.request({ do: "power", chip: name, on }).catch(fail);
   }, { class: "power", "aria-label": `Supply of ${name}` });
-  const readings = h("div", { class: "readings" });
+  const readings = h("div", { class: "axis-readings" });
   const drawing = h("div", { class: "slot package-slot" });
   const table = h("div", { class: "scroll" });
   const program = h("div", { class: "program" });
   const line = h("div", { class: "line" });
   const id = `chip-${name}`;
-  root.append(h("article", { class: "card", "aria-labelledby": id },
+  root.append(h("article", { class: "chip-card", "aria-labelledby": id },
     h("header", {},
       h("h2", { id }, name), h("span", { class: "part", title: sheet.title }, sheet.part), state,
       h("span", { class: "grow" }), power),
@@ -61,7 +61,7 @@ export function chipCard(link, sheet, name, root, breakpoints, fail) {
     axes = Array.from({ length: count }, () => ({
       position: h("span", { class: "figure" }), velocity: h("span", { class: "figure" }),
     }));
-    readings.replaceChildren(...axes.map((axis, index) => h("dl", { class: "reading" },
+    readings.replaceChildren(...axes.map((axis, index) => h("dl", { class: "axis-reading" },
       h("div", {}, h("dt", {}, count > 1 ? `Position ${index + 1}` : "Position"), h("dd", {}, axis.position, h("small", {}, " steps"))),
       h("div", {}, h("dt", {}, count > 1 ? `Velocity ${index + 1}` : "Velocity"), h("dd", {}, axis.velocity, h("small", {}, " steps/s"))))));
     readings.classList.toggle("many", count > 1);
@@ -81,7 +81,7 @@ export function chipCard(link, sheet, name, root, breakpoints, fail) {
       const off = chip.powered === false;
       say(state, off ? "no supply" : chip.working ? `works on ${chip.working}` : chip.waiting || (chip.idle ? "idle" : ""));
       state.className = `state ${off ? "off" : chip.working ? "working" : "idle"}`;
-      say(power, off ? "Off" : "On");
+      say(power, off ? "Supply off" : "Supply on");
       power.setAttribute("aria-pressed", String(!off));
       for (const one of views) one.update(view, timePs);
     },

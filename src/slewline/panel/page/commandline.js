@@ -2,7 +2,7 @@
  * The command line of a chip: what a host would send, with history, completion and the manual's help.
  */
 
-import { field, h, put } from "./dom.js";
+import { field, h } from "./dom.js";
 
 /** @typedef {import("./link.js").Link} Link */
 /** @typedef {{form: string, name: string, syntax: string, says: string, where?: string}} Command */
@@ -30,7 +30,7 @@ export function commandLine(link, sheet, chipName, root, fail) {
 
   const helpId = `${chipName}-help`;
   const input = field(`Command for ${chipName}`, {
-    "data-writes": true, class: "command", placeholder: "Command, such as " + (sheet.commands?.[0]?.syntax ?? "G"),
+    "data-writes": true, class: "command", placeholder: example(sheet),
     role: "combobox", "aria-expanded": "false", "aria-controls": helpId, "aria-autocomplete": "list",
     keydown: key, input: offer, blur: hide, focus: offer,
   });
@@ -126,9 +126,18 @@ export function commandLine(link, sheet, chipName, root, fail) {
   return {
     close() {
       root.replaceChildren();
-      put(root);
     },
   };
+}
+
+/**
+ * Return what an empty line shows.
+ * @param {Record<string, any>} sheet
+ * @returns {string}
+ */
+function example(sheet) {
+  const one = sheet.commands?.find((/** @type {Command} */ each) => each.syntax.includes(" ")) ?? sheet.commands?.[0];
+  return one ? `Command, such as ${one.syntax || one.form}` : "Command";
 }
 
 /**

@@ -49,7 +49,8 @@ export function dialogue(link, root) {
   const latest = button("Latest ↓", () => { follows = true; toEnd(); }, { class: "latest", "data-writes": null, hidden: true });
   const aloud = h("div", { class: "unseen", role: "status", "aria-live": "polite" });
   root.append(
-    h("div", { class: "row filters", role: "group", "aria-label": "What is shown" }, ...filters, who, words),
+    h("div", { class: "row filters", role: "group", "aria-label": "What is shown" }, ...filters),
+    h("div", { class: "row filters" }, who, words),
     h("div", { class: "said-frame" }, list, latest),
     aloud,
   );

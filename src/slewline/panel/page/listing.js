@@ -31,6 +31,8 @@ export function listing(link, chipName, root, breakpoints) {
   /** @type {number | null} */
   let counter = null;
   let closed = false;
+  /** The rows that are elements, by index. @type {Map<number, HTMLElement>} */
+  const shownRows = new Map();
 
   const sheet = h("div", { class: "listing-rows", role: "presentation" });
   const box = h(
@@ -38,7 +40,7 @@ export function listing(link, chipName, root, breakpoints) {
     {
       class: "listing", role: "listbox", tabindex: 0, "aria-multiselectable": "true",
       "aria-label": `Program of ${chipName}: Enter sets or removes a breakpoint`,
-      scroll: draw, keydown: key, click: pressed, focus: draw,
+      scroll: draw, keydown: key, click: pressed, focus: draw, blur: draw,
     },
     sheet,
   );
@@ -54,6 +56,8 @@ export function listing(link, chipName, root, breakpoints) {
       const reply = await link.request({ do: "listing", chip: chipName });
       if (closed) return;
       rows = reply.rows;
+      shownRows.clear();
+      sheet.replaceChildren();
       places = new Map(rows.map((row, index) => [row.address, index]));
       active = Math.min(active, Math.max(0, rows.length - 1));
       counter = reply.counter ?? null;
@@ -116,8 +120,20 @@ export function listing(link, chipName, root, breakpoints) {
   function draw() {
     const first = Math.max(0, Math.floor(box.scrollTop / ROW_PX) - MORE);
     const last = Math.min(rows.length, Math.ceil((box.scrollTop + box.clientHeight) / ROW_PX) + MORE);
-    const seen = rows.slice(first, last).map((row, offset) => rowElement(row, first + offset));
-    sheet.replaceChildren(...seen);
+    for (const [index, element] of shownRows) {
+      if (index >= first && index < last) continue;
+      element.remove();
+      shownRows.delete(index);
+    }
+    for (let index = first; index < last; index++) {
+      let element = shownRows.get(index);
+      if (!element) {
+        element = rowElement(rows[index], index);
+        shownRows.set(index, element);
+        sheet.append(element);
+      }
+      dress(element, rows[index], index);
+    }
     const current = sheet.querySelector("[data-active]");
     if (current) box.setAttribute("aria-activedescendant", current.id);
     else box.removeAttribute("aria-activedescendant");
@@ -128,16 +144,9 @@ export function listing(link, chipName, root, breakpoints) {
    * @param {number} index
    */
   function rowElement(row, index) {
-    const stops = breakpoints.at(chipName, row.address);
-    const isHere = row.address === counter;
     const element = h(
       "div",
-      {
-        class: "listing-row", role: "option", id: `${chipName}-row-${index}`, "data-index": index,
-        "aria-selected": stops ? "true" : "false", "aria-current": isHere ? "step" : null,
-        "data-active": index === active && document.activeElement === box,
-        "aria-label": `${row.address}: ${row.text}${stops ? ", breakpoint" : ""}${isHere ? ", current" : ""}`,
-      },
+      { class: "listing-row", role: "option", id: `${chipName}-row-${index}`, "data-index": index },
       h("span", { class: "mark" }),
       h("span", { class: "address" }, String(row.address)),
       h("span", { class: "bytes" }, row.bytes),
@@ -145,6 +154,22 @@ export function listing(link, chipName, root, breakpoints) {
     );
     element.style.top = `${index * ROW_PX}px`;
     return element;
+  }
+
+  /**
+   * @param {HTMLElement} element
+   * @param {Row} row
+   * @param {number} index
+   */
+  function dress(element, row, index) {
+    const stops = breakpoints.at(chipName, row.address);
+    const isHere = row.address === counter;
+    const label = `${row.address}: ${row.text}${stops ? ", breakpoint" : ""}${isHere ? ", current" : ""}`;
+    element.setAttribute("aria-selected", String(stops));
+    element.setAttribute("aria-label", label);
+    element.toggleAttribute("data-active", index === active && document.activeElement === box);
+    if (isHere) element.setAttribute("aria-current", "step");
+    else element.removeAttribute("aria-current");
   }
 
   const gone = link.on("branch", load);

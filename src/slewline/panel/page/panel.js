@@ -181,6 +181,9 @@ try {
   const kept = localStorage.getItem(THEME);
   if (kept === "dark" || kept === "light") setTheme(kept);
 } catch { /* a browser that keeps nothing */ }
+new ResizeObserver(([entry]) => {
+  document.documentElement.style.setProperty("--top", `${Math.ceil(entry.borderBoxSize[0].blockSize)}px`);
+}).observe(part("top"));
 part("theme").addEventListener("click", switchTheme);
 setUpTabs();
 

@@ -29,10 +29,10 @@ export function registers(sheet, chipName, root) {
     const axes = many(chip) ? chip.axes : [];
     const whole = Object.keys(chip.registers ?? {});
     const names = axes.length ? [...new Set([...Object.keys(axes[0].registers ?? {}), ...whole])] : whole;
+    const columns = axes.length ? axes.map((/** @type {any} */ _axis, /** @type {number} */ n) => `Axis ${n + 1}`) : ["Value"];
     head.replaceChildren(
       h("th", { scope: "col" }, "Register"),
-      ...(axes.length ? axes : [null]).map((_one, index) =>
-        h("th", { scope: "col", class: "number" }, axes.length ? `Axis ${index + 1}` : "Value")),
+      ...columns.map((/** @type {string} */ column) => h("th", { scope: "col", class: "number" }, column)),
       h("th", { scope: "col", class: "unit" }, "Unit"),
       h("th", { scope: "col", class: "says" }, "Meaning"),
     );
@@ -40,7 +40,7 @@ export function registers(sheet, chipName, root) {
     body.replaceChildren(
       ...names.map((name) => {
         const one = said.get(name) ?? {};
-        const own = (axes.length ? axes : [null]).map(() => h("td", { class: "number" }));
+        const own = columns.map(() => h("td", { class: "number" }));
         cells.set(name, own);
         const bits = one.bits ? ` (${one.bits} bits)` : "";
         return h("tr", { title: one.says ? `${one.says}${bits}` : null },

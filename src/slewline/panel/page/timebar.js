@@ -65,7 +65,7 @@ export function timebar(link, root, fail) {
       h("span", { class: "caption" }, "Next edge"), pin, pins, edge, h("button", { "data-writes": true, "aria-label": "To the next edge" }, "Go")),
     h("form", { class: "group", submit: runTo },
       h("span", { class: "caption" }, "Run to"), place, value, h("button", { "data-writes": true, "aria-label": "Run there" }, "Go")),
-    h("div", { class: "group", id: "breakpoints" }));
+    h("div", { class: "group", id: "breakpoints" }), state);
   const opens = h("button", {
     type: "button", class: "opens-steps", "aria-expanded": "false",
     click: () => opens.setAttribute("aria-expanded", String(more.classList.toggle("open"))),
@@ -73,9 +73,9 @@ export function timebar(link, root, fail) {
 
   root.append(
     h("div", { class: "bar-time" }, now, go,
-      h("div", { class: "rates", role: "group", "aria-label": "Rate" }, ...rates), opens, state),
-    more,
+      h("div", { class: "rates", role: "group", "aria-label": "Rate" }, ...rates), opens),
     h("div", { class: "bar-past" }, began, slider, ended, branches),
+    more,
   );
   document.addEventListener("keydown", shortcut);
 
