@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import webbrowser
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import ProgramError, UsageError
-from .files import chip_of, is_bench, read_program, say_replaced
+from .files import Refused, chip_of, is_bench, read_program, say_replaced
 from .panel_process import PanelProcess
-from .run import Refused
 from .serve import open_bench_file, say, show_ports, signals
 from .single import single
 
 if TYPE_CHECKING:
     from ..bench import Bench
     from ..bench.file import BenchFile
+    from ..links.server import Server
 
 
 @dataclass
@@ -70,7 +70,8 @@ class PanelCommand:
     def show_server(self, address: str) -> int:
         """Open the panel of another server, until it or this command ends."""
         token = os.environ.get("SLEWLINE_TOKEN") or None
-        with PanelProcess(address, self.listen, token, self.read_only, self.allow_remote) as panel:
+        with PanelProcess(self.listen, token, self.read_only, self.allow_remote) as panel:
+            panel.attach(address)
             self.tell(panel)
             with suppress(KeyboardInterrupt):
                 panel.wait()
@@ -79,28 +80,32 @@ class PanelCommand:
     # -------------------------------------------------------------------------------------------- a server of our own
     def serve(self) -> int:
         """Serve the bench and its panel, until a signal ends it."""
+        say_replaced(self.journal)
+        with PanelProcess.beside(self.listen, self.read_only, self.allow_remote) as panel:
+            try:
+                bench = self.new_bench()
+            except ProgramError as error:  # a line of a script that cannot be played
+                raise Refused(str(error)) from error
+            server = self.server(bench)
+            with signals(server):
+                try:
+                    if self.file is not None:
+                        show_ports(open_bench_file(server, self.file))
+                    panel.open(server)
+                    self.tell(panel)
+                except BaseException:
+                    server.close()
+                    raise
+                server.run()
+        return 0
+
+    def server(self, bench: Bench) -> Server:
+        """Return the server, without ports."""
         from ..links.lines.pace import Paced
         from ..links.server import Server
 
-        say_replaced(self.journal)
-        try:
-            bench = self.new_bench()
-        except ProgramError as error:  # a line of a script that cannot be played
-            raise Refused(str(error)) from error
         pace = Paced(bench, self.rate or "1")
-        server = Server(bench, pace, None, self.allow_remote, lambda text: say(f"slewline: {text}"))
-        with ExitStack() as stack, signals(server):
-            try:
-                if self.file is not None:
-                    show_ports(open_bench_file(server, self.file))
-                panel = PanelProcess.of(server, self.listen, self.read_only, self.allow_remote)
-                stack.enter_context(panel)
-                self.tell(panel)
-            except BaseException:
-                server.close()
-                raise
-            server.run()
-        return 0
+        return Server(bench, pace, None, self.allow_remote, lambda text: say(f"slewline: {text}"))
 
     def new_bench(self) -> Bench:
         """Return the bench, with its hosts."""

@@ -22,49 +22,57 @@ END_S = 3.0
 
 
 class PanelProcess:
-    """A panel that runs.
+    """A panel that starts at once, while the bench is being built, and opens when it knows the control port.
 
     Args:
-        control: where the control port is, HOST:PORT.
         listen: where the page is to be found, HOST:PORT.
         token: of the control port.
         read_only: the page may look and not touch.
         allow_remote: browsers on other machines may connect.
 
     Raises:
-        UsageError: something that the panel needs is not installed, or it does not start.
+        UsageError: something that the panel needs is not installed, or the address is not allowed.
     """
 
     def __init__(
-        self,
-        control: str,
-        listen: str,
-        token: str | None = None,
-        read_only: bool = False,
-        allow_remote: bool = False,
+        self, listen: str, token: str | None = None, read_only: bool = False, allow_remote: bool = False
     ) -> None:
         if "panel" in lacking():
             raise UsageError(needs("the panel needs", "panel"))
         parse_address(listen, allow_remote)
-        command = [sys.executable, "-P", "-m", "slewline.panel", "--with-parent", "--attach", control]
-        command += ["--listen", listen, *["--read-only"] * read_only, *["--allow-remote"] * allow_remote]
+        self.token, self.url = token, ""
+        command = [sys.executable, "-P", "-m", "slewline.panel", "--attach", "-", "--listen", listen, "--with-parent"]
+        command += [*["--read-only"] * read_only, *["--allow-remote"] * allow_remote]
         environment = {name: value for name, value in os.environ.items() if name != "SLEWLINE_TOKEN"}
         if token is not None:
             environment["SLEWLINE_TOKEN"] = token
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment, text=True
         )
-        line = self.process.stdout.readline() if self.process.stdout else ""
-        self.url = line.partition(": ")[2].strip()
-        if not self.url:
-            self.close()
-            raise UsageError("the panel has not started; the reason is above")
 
     @classmethod
-    def of(cls, server: Server, listen: str, read_only: bool = False, allow_remote: bool = False) -> PanelProcess:
-        """Return a panel of a server, on a control port of its own."""
-        token = secrets.token_urlsafe(24)
-        return cls(server.control(CONTROL, token).where, listen, token, read_only, allow_remote)
+    def beside(cls, listen: str, read_only: bool = False, allow_remote: bool = False) -> PanelProcess:
+        """Return a panel of a server of this process; `open` makes it a control port that nobody else knows."""
+        return cls(listen, secrets.token_urlsafe(24), read_only, allow_remote)
+
+    def open(self, server: Server) -> None:
+        """Open the page of a server of this process."""
+        self.attach(server.control(CONTROL, self.token).where)
+
+    def attach(self, control: str) -> None:
+        """Open the page of the server with this control port, HOST:PORT.
+
+        Raises:
+            UsageError: it does not open.
+        """
+        if self.process.stdin is None or self.process.stdout is None:
+            return
+        with suppress(OSError):
+            self.process.stdin.write(f"{control}\n")
+            self.process.stdin.flush()
+        self.url = self.process.stdout.readline().partition(": ")[2].strip()
+        if not self.url:
+            raise UsageError("the panel has not opened; the reason is above")
 
     def wait(self) -> None:
         """Wait until the panel has ended."""

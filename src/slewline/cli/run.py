@@ -18,7 +18,7 @@ from ..errors import ProgramError, Timeout, TornJournal
 from ..record.pictures.pictures import SUFFIXES
 from ..record.waveforms.layouts import layout_paths
 from ..record.waveforms.vcd import unit_of
-from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, say_replaced
+from .files import STDIN, Outputs, Refused, chip_of, is_bench, read_options, read_program, say_replaced
 from .single import single
 from .transcript import Transcript, seconds
 
@@ -37,16 +37,6 @@ PLOTTED = (  # pins in these roles, below the curves
 DEFAULT_BUSES: Buses = "bits"
 OF_VCD = ("pins", "timescale", "vcd_buses", "vcd_values", "layout")
 COLOURS = {"finding": "red", "motion": "green", "host": "cyan"}
-
-
-class Refused(click.ClickException):
-    """Something that cannot be run at all."""
-
-    exit_code = 2
-
-    def show(self, file: Any = None) -> None:
-        """Print the message to the standard error."""
-        click.echo(f"slewline: {self.message}", err=True)
 
 
 @dataclass

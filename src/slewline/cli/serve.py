@@ -72,24 +72,27 @@ class ServeCommand:
         """Do it, until a signal ends it; returns the exit status."""
         ports = self.check_options()
         say_replaced(self.journal)
-        with state_directory(self.state) as stores:
+        with ExitStack() as stack, state_directory(self.state) as stores:
+            panel = None
+            if self.panel is not None:
+                panel = stack.enter_context(PanelProcess.beside(self.panel, allow_remote=self.allow_remote))
             bench = self.new_bench(stores)
             server = self.server(bench)
-            with ExitStack() as stack, signals(server):
-                self.open_ports(server, ports, stack)
+            with signals(server):
+                self.open_ports(server, ports, panel)
                 if self.status:
                     server.loop.ask(lambda: show_again(server))
                 server.run()
         return 0
 
-    def open_ports(self, server: Server, ports: list[tuple[str, str]], stack: ExitStack) -> None:
+    def open_ports(self, server: Server, ports: list[tuple[str, str]], panel: PanelProcess | None) -> None:
         """Open what is asked for, and tell where it is found."""
         try:
             found = open_bench_file(server, self.file) if self.bench else self.open_chip(server, ports)
             if self.control:
                 found.append(("control", server.control(self.control, self.token).where))
-            if self.panel is not None:
-                panel = stack.enter_context(PanelProcess.of(server, self.panel, allow_remote=self.allow_remote))
+            if panel is not None:
+                panel.open(server)
                 found.append(("panel", panel.url))
             show_ports(found)
         except BaseException:

@@ -1,6 +1,7 @@
 """Run the panel as a process of its own: python -m slewline.panel --attach HOST:PORT.
 
-It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  The token of the control port, if it has
+It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  Whoever starts it before there is a control
+port gives --attach -, and then HOST:PORT in a line of the standard input.  The token of the control port, if it has
 one, comes in the environment, SLEWLINE_TOKEN: a command line can be read by everybody on the machine.
 """
 
@@ -23,7 +24,7 @@ WRONG_USE = 2
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the panel; returns the exit status."""
     parser = argparse.ArgumentParser("python -m slewline.panel", description="The panel of a slewline server.")
-    parser.add_argument("--attach", metavar="HOST:PORT", required=True, help="the control port of the server")
+    parser.add_argument("--attach", metavar="HOST:PORT", required=True, help="the control port of the server; -: read")
     parser.add_argument("--listen", metavar="HOST:PORT", default=LISTEN, help="where the page is found")
     parser.add_argument("--read-only", action="store_true", help="pages may look and not touch")
     parser.add_argument("--allow-remote", action="store_true", help="browsers on other machines may connect")
@@ -41,9 +42,12 @@ def run(options: argparse.Namespace) -> int:
     from .app import Panel
     from .relay import Access
 
-    host, port = parse_address(options.attach, True)
+    attach = options.attach if options.attach != "-" else sys.stdin.buffer.readline().decode().strip()
+    if not attach:
+        return 0  # whoever started it has gone
+    host, port = parse_address(attach, True)
     if not port:
-        raise UsageError(f"address {options.attach!r}: a control port has a number")
+        raise UsageError(f"address {attach!r}: a control port has a number")
     listen, at = parse_address(options.listen, options.allow_remote)
     access = Access(
         host,
