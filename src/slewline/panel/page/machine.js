@@ -18,13 +18,13 @@ const AXIS_TURN = 200; // steps of the motor that is drawn for an axis of a chip
 const TEXT_MS = 100; // between two changes of the same figures
 const LAMP_ROLES = /^(output\d|ready|running|slewing|moving|motion_complete|ramping|program_entry|interrupt)$/;
 const JOG = ["cw", "ccw", "off"];
-const SHAFT_KEYS = ["angle", "per_turn", "position", "place", "low", "high", "unit", "spots", "lit"];
+const SHAFT_KEYS = ["angle", "per_turn", "position", "place", "low", "high", "unit", "spots", "lit", "on"];
 
 /**
  * Draw the machine.
  * @param {Link} link
  * @param {HTMLElement} root
- * @returns {{close: () => void}}
+ * @returns {{update: () => void, close: () => void}}
  */
 export function machine(link, root) {
   return new Machine(link, root);
@@ -48,9 +48,9 @@ class Machine {
     this.lastPs = 0;
     this.jump = true;
     this.ends = [
-      link.on("view", () => this.update()),
-      link.on("branch", () => (this.jump = true)),
-      link.on("connected", () => this.clear()),
+      link.on("branch", () => {
+        this.jump = true;
+      }),
     ];
     this.update();
   }
@@ -85,6 +85,7 @@ class Machine {
     this.problem.hidden = false;
   }
 
+  /** Draw what has changed; called with every picture in which something may have. */
   update() {
     const { view, timePs } = this.link;
     const jumped = this.jump || timePs < this.lastPs;
@@ -136,8 +137,8 @@ class Machine {
  * @returns {HTMLElement}
  */
 function frame(name, kind, look) {
-  const heading = h("h3", { class: "card-title" }, name, h("small", {}, kind));
-  return h("section", { class: `card ${look}`, "aria-label": `${name}, ${kind}` }, heading);
+  const heading = h("h3", { class: "bench-title" }, name, h("small", {}, kind));
+  return h("section", { class: `bench-card ${look}`, "aria-label": `${name}, ${kind}` }, heading);
 }
 
 /** A figure with its unit, changed no more often than it can be read. */
@@ -147,9 +148,9 @@ class Reading {
    * @param {string} unit
    */
   constructor(name, unit) {
-    this.value = h("span", { class: "reading-value" }, "0");
-    const label = h("span", { class: "reading-name" }, name);
-    this.element = h("div", { class: "reading" }, label, this.value, h("span", { class: "reading-unit" }, unit));
+    this.value = h("span", { class: "bench-value" }, "0");
+    const label = h("span", { class: "bench-name" }, name);
+    this.element = h("div", { class: "bench-reading" }, label, this.value, h("span", { class: "bench-unit" }, unit));
     this.lastMs = 0;
     /** @type {ReturnType<typeof setTimeout> | undefined} */
     this.timer = undefined;
@@ -192,8 +193,8 @@ class AxisCard {
     /** @type {string[]} */
     this.lit = [];
     this.state = h("span", { class: "axis-state" });
-    const readings = h("div", { class: "readings" }, this.position.element, this.velocity.element, this.state);
-    this.element = frame(name, "axis", "card-axis");
+    const readings = h("div", { class: "bench-readings" }, this.position.element, this.velocity.element, this.state);
+    this.element = frame(name, "axis", "bench-axis");
     const left = h("div", { class: "axis-shaft" }, this.dial.canvas, readings);
     this.element.append(h("div", { class: "axis-row" }, left, this.strips.canvas), this.lamps.element);
     link.request({ do: "describe", chip }).then(
@@ -239,14 +240,14 @@ class PartCard {
    */
   constructor(name, info, part, act) {
     this.name = name;
-    this.kind = String(info.kind ?? "").replaceAll("_", " ");
+    this.kind = words(String(info.kind ?? ""));
     /** @type {string[]} */
     const verbs = info.verbs ?? [];
     /** @type {((moment: Moment, shows: Data) => void)[]} */
     this.takers = [];
     /** @type {(() => void)[]} */
     this.closers = [];
-    this.element = frame(name, this.kind, "card-part");
+    this.element = frame(name, this.kind, "bench-part");
     const shows = part?.shows ?? {};
     const keys = new Set(Object.keys(shows));
     const rest = new Set(verbs);
@@ -312,7 +313,7 @@ class PartCard {
     }
     const rail = new Rail(`carriage ${this.name}`);
     this.closers.push(() => rail.close());
-    this.element.classList.add("card-wide");
+    this.element.classList.add("bench-wide");
     this.element.append(rail.canvas, reading.element);
     this.takers.push(({ jumped, view }, now) => {
       const { low, high, unit, lit, spots } = now;
@@ -327,6 +328,15 @@ class PartCard {
     const shows = moment.view.parts?.[this.name]?.shows ?? {};
     for (const take of this.takers) take(moment, shows);
   }
+}
+
+/**
+ * Return the name of a kind of part in words: HpDisplay, hp_display.
+ * @param {string} kind
+ * @returns {string}
+ */
+function words(kind) {
+  return kind.replace(/(?<=[a-z0-9])(?=[A-Z])/g, " ").replaceAll("_", " ").toLowerCase();
 }
 
 /**

@@ -27,7 +27,7 @@ const OPEN = "z"; // nothing drives it
  * @param {Link} link
  * @param {string} chipName
  * @param {HTMLElement} root
- * @returns {{close: () => void}}
+ * @returns {{update: () => void, close: () => void}}
  */
 export function packageView(link, chipName, root) {
   return new PackageView(link, chipName, root);
@@ -58,14 +58,14 @@ class PackageView {
     this.problem = h("p", { class: "draw-problem", role: "alert", hidden: true });
     root.replaceChildren(this.body, this.says, this.problem);
     this.sizes = new ResizeObserver(() => this.resized());
-    this.ends = [link.on("view", () => this.update()), link.on("branch", () => this.held.clear())];
+    this.end = link.on("branch", () => this.held.clear()); // inputs are as they were then
     this.load();
   }
 
   close() {
     this.closed = true;
     this.sizes.disconnect();
-    for (const end of this.ends) end();
+    this.end();
     this.root.replaceChildren();
   }
 
@@ -121,7 +121,7 @@ class PackageView {
     // the rows of the grid are as many as the pins of a side, whatever the part
     const tracks = `repeat(${count}, var(--pin-pitch))`;
     grid.style.gridTemplateRows = square ? `auto ${tracks} auto` : tracks;
-    grid.style.gridTemplateColumns = square ? `auto ${tracks} auto` : "1fr minmax(5.5rem, 9rem) 1fr";
+    grid.style.gridTemplateColumns = square ? `auto ${tracks} auto` : "1fr clamp(3rem, 18cqw, 7rem) 1fr";
     const body = h("div", { class: "package-body" }, printed);
     if (one.numbered) body.append(h("span", { class: "package-notch", "aria-hidden": "true" }));
     body.style.gridArea = square ? `2 / 2 / ${count + 2} / ${count + 2}` : `1 / 2 / ${count + 1} / 3`;
@@ -158,7 +158,6 @@ class PackageView {
     const mark = h("span", { class: "pin-mark", "aria-hidden": "true" });
     const works = !missing && (pin.way === "in" || pin.way === "both");
     const element = h(works ? "button" : "span", { class: `pin pin-${side}`, type: works ? "button" : null });
-    if (works) element.dataset.writes = "";
     element.append(name, mark, number);
     if (side === "left" || side === "right") {
       element.style.gridRow = String(at + shift);
@@ -169,6 +168,7 @@ class PackageView {
       element.style.gridRow = side === "top" ? "1" : String(count + 2);
     }
     if (missing) {
+      mark.remove();
       set(element, { class: `pin pin-${side} pin-missing`, "aria-hidden": "true" });
       return element;
     }
@@ -193,7 +193,7 @@ class PackageView {
       element,
       () => {
         wasHeld = this.held.has(pin.name);
-        if (!wasHeld) this.drive(pin, pressedLevel(pin, this.level(pin)));
+        if (!wasHeld && this.link.writes) this.drive(pin, pressedLevel(pin, this.level(pin)));
       },
       (heldMs) => {
         if (wasHeld || heldMs > SHORT_MS) this.release(pin);
@@ -240,7 +240,7 @@ class PackageView {
    * @param {Pin} pin
    */
   key(event, pin) {
-    const works = pin.way === "in" || pin.way === "both";
+    const works = this.link.writes && (pin.way === "in" || pin.way === "both");
     if (works && (event.key === "0" || event.key === "1")) this.drive(pin, event.key === "1" ? 1 : 0);
     else if (works && event.key === "Escape") this.release(pin);
     else if (!this.go(event.key, pin)) return;
@@ -303,12 +303,13 @@ class PackageView {
     this.says.replaceChildren(h("b", {}, number + pin.name), ` ${wayText(pin)}${active}: ${pin.says}`);
   }
 
+  /** Draw what has changed; called with every picture in which something may have. */
   update() {
     for (const one of this.pins.values()) {
       const { pin, element, mark } = one;
       const level = this.level(pin);
       const held = this.held.has(pin.name);
-      const shown = `${level} ${held}`;
+      const shown = `${level} ${held} ${this.link.writes}`;
       if (shown === one.shown) continue;
       one.shown = shown;
       const signal = hasSignal(pin);
@@ -317,6 +318,7 @@ class PackageView {
       set(element, {
         "aria-label": `${number}${pin.name}, ${wayText(pin)}${state}`,
         "aria-pressed": element.localName === "button" ? String(held) : null,
+        "aria-disabled": element.localName === "button" && !this.link.writes ? "true" : null,
         "data-level": signal ? (level === 1 ? "1" : level === 0 ? "0" : "z") : null,
         "data-active": pin.active !== null && level === pin.active,
         "data-held": held,

@@ -67,7 +67,8 @@ export class Rail {
 
   /** @returns {[number, number]} the places at both ends of the picture */
   range() {
-    const ends = this.zones.flatMap((zone) => [zone.low, zone.high]).filter((end) => typeof end === "number");
+    const all = [...this.zones.flatMap((zone) => [zone.low, zone.high]), ...this.marks];
+    const ends = all.filter((end) => typeof end === "number");
     const least = Math.min(this.low ?? this.least, ...ends);
     const most = Math.max(this.high ?? this.most, ...ends);
     if (this.low !== null && this.high !== null) return [least, most];
