@@ -347,7 +347,7 @@ function words(kind) {
  */
 function zones(view, part) {
   return Object.entries(view.parts ?? {})
-    .filter(([, one]) => one.shows?.on === part && "closed" in one.shows)
+    .filter(([, { shows }]) => shows?.on === part && "closed" in shows && (shows.low ?? shows.high ?? null) !== null)
     .map(([name, { shows }]) => ({ name, low: shows.low ?? null, high: shows.high ?? null, closed: shows.closed === true }));
 }
 

@@ -16,6 +16,16 @@ const LEVELS = new Map([
   ["", "\u2013"],
 ]);
 
+/**
+ * Return the difference of two values, without what is only rounding.
+ * @param {number} a
+ * @param {number} b
+ * @returns {number}
+ */
+function apart(a, b) {
+  return Math.abs(b - a) < 1e-9 * Math.max(Math.abs(a), Math.abs(b)) ? 0 : b - a;
+}
+
 export class Readings {
   constructor() {
     /** What was asked at the instant of a cursor alone. @type {({ps: number, traces: Map<string, Trace>} | null)[]} */
@@ -49,7 +59,7 @@ export class Readings {
     for (const name of signals) {
       const found = cursors.map((ps, n) => (ps === null ? null : this.at(name, ps, n, traces)));
       const numbers = found.map((one) => (typeof one === "number" ? one : null));
-      const difference = numbers[0] !== null && numbers[1] !== null ? numbers[1] - numbers[0] : null;
+      const difference = numbers[0] !== null && numbers[1] !== null ? apart(numbers[0], numbers[1]) : null;
       const unit = this.unit(name, traces);
       const texts = found.map((one) => (typeof one === "string" ? (LEVELS.get(one) ?? "") : valueText(one, unit)));
       this.fill(name, texts, difference === null ? "" : valueText(difference, unit));

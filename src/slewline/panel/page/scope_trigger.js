@@ -11,7 +11,7 @@ const KINDS = { none: "off", edge: "edge", level: "level", value: "position or v
 const EDGES = { rises: "rises", falls: "falls", any: "rises or falls" };
 const LEVELS = { 1: "is high", 0: "is low" };
 const SLOPES = { rises: "rises through", falls: "falls through" };
-const MODES = { auto: "auto: rolls without one", normal: "normal: waits for one" };
+const MODES = { auto: "or roll", normal: "and wait" };
 
 export class Trigger {
   /**
@@ -28,7 +28,7 @@ export class Trigger {
     this.slope = select("Slope", SLOPES, heard);
     this.value = field("Value", { type: "number", step: "any", value: "0", ...heard });
     this.chip = select("Findings of", { "": "anything" }, heard);
-    this.mode = select("Without a trigger", MODES, heard);
+    this.mode = select("Until there is one", MODES, heard);
     this.back = control("\u2039 previous", () => seek(true), { "aria-label": "Previous trigger" });
     this.forth = control("next \u203a", () => seek(false), { "aria-label": "Next trigger" });
     this.state = h("span", { class: "trigger-state", role: "status" });

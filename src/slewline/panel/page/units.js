@@ -119,7 +119,7 @@ export function niceStep(span, parts) {
 export function ticks(low, high, parts) {
   const step = niceStep(high - low, parts);
   const found = [];
-  for (let n = Math.ceil(low / step - 1e-9); n * step <= high + step * 1e-9; n++) found.push(n * step);
+  for (let n = Math.ceil(low / step - 1e-9) || 0; n * step <= high + step * 1e-9; n++) found.push(n * step);
   return found;
 }
 
@@ -132,7 +132,7 @@ export function ticks(low, high, parts) {
  */
 export function timeTicks(start, stop, parts) {
   const step = Math.max(niceStep(stop - start, parts), 1);
-  const first = Math.ceil(start / step - 1e-9);
+  const first = Math.ceil(start / step - 1e-9) || 0; // no -0
   const count = Math.floor(stop / step + 1e-9) - first + 1;
   const far = start > 0 && Math.abs(stop) / step > 2000;
   const base = far ? first * step : 0;
