@@ -44,7 +44,8 @@ from slewline.language.describe import describe, option_table, table
 from slewline.language.lines import usage
 from slewline.language.lines.reference import line_table
 from slewline.language.packets import Packets
-from slewline.links.control.requests import COMMON, NAMES, REQUESTS, Key, RequestSpec, schema
+from slewline.links.control.kinds import Key, RequestSpec
+from slewline.links.control.requests import COMMON, NAMES, REQUESTS, schema
 from slewline.parts import KINDS, options_of, part_class
 from slewline.parts.base.part import Part
 
@@ -327,7 +328,7 @@ def parts_page() -> str:
         f"{NOTE}# Parts: motors, drivers, switches, encoders, hosts\n\n{text}\n{table_of_kinds}\n\n"
         f"## Options\n{''.join(chapters)}\n"
         "## From Python\n\nThe methods and attributes of a part, besides its `name`, `pin(name)`, `pins`, `findings`,\n"
-        "`on_finding`, `quantities()`, `idle` and `waiting`. `help` says more.\n\n"
+        "`on_finding`, `quantities()`, `shows()`, `idle` and `waiting`. `help` says more.\n\n"
         f"{table(('kind', ''), faces)}\n\n"
         "## Roles\n\nWhat pins of chips and parts are for; the tables of pins on the pages of the chips name them.\n\n"
         f"{roles}\n"

@@ -13,30 +13,21 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.component import Finding
     from ...core.motion.one_axis import OneAxis
-    from ..sockets.loop import Loop
 
 SHOWN_FINDINGS = 20
 
 
 class Serving(Protocol):
-    """What a status tells of a server, and what a control port does to it."""
+    """What a status has of a server."""
 
     bench: Bench
     pace: Pace
-    loop: Loop
     lines: dict[str, HostLine]
     found: int
     troubles: list[str]
-    allow_remote: bool
 
     def steps_of(self, chip: Chip) -> int:
         """Return how many steps a chip has made since the beginning, on all axes."""
-
-    def catch_up(self) -> None:
-        """Work what hosts have sent before this moment, where they need not wait for answers."""
-
-    def stop(self) -> None:
-        """End the server."""
 
 
 def status(server: Serving) -> dict[str, Any]:
