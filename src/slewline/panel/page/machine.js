@@ -7,6 +7,7 @@ import { Contact, Display, Figures, JogSwitch, Lamps, Thumbwheels, verbButtons }
 import { Rail } from "./rail.js";
 import { ShaftDial } from "./shaft.js";
 import { Strips } from "./strips.js";
+import { drawDue } from "./surface.js";
 import { digitsOf } from "./units.js";
 
 /** @typedef {import("./link.js").Link} Link */
@@ -101,10 +102,11 @@ class Machine {
     }
     for (const name of Object.keys(view.parts ?? {})) {
       const info = this.parts?.[name];
-      if (info && !this.cards.has(name)) this.add(name, new PartCard(name, info, view.parts[name], this.actor(name)));
+      if (info && !this.cards.has(name) && seen(info, view.parts[name])) this.add(name, new PartCard(name, info, view.parts[name], this.actor(name)));
       else if (!info && !(this.parts && this.asking)) this.learn();
     }
     for (const card of this.cards.values()) card.take(moment);
+    drawDue();
   }
 
   /**
@@ -127,6 +129,16 @@ class Machine {
       this.link.request({ do: "act", part, verb, args }).catch((error) => this.tell(error));
     };
   }
+}
+
+/**
+ * Return whether there is anything of a part to be seen or worked: a host, say, has nothing.
+ * @param {Data} info
+ * @param {Data} part
+ * @returns {boolean}
+ */
+function seen(info, part) {
+  return [info.verbs, Object.keys(part?.shows ?? {}), Object.keys(part?.levels ?? {})].some((all) => all?.length > 0);
 }
 
 /**

@@ -235,32 +235,29 @@ class Scope {
   async askWindow() {
     this.stale = false;
     this.askedMs = performance.now();
-    const nowPs = this.link.timePs;
-    if (this.following && !(await this.aim(nowPs))) {
-      this.askedPs = nowPs;
-      return;
-    }
-    const { start, span } = this;
+    const { following, span } = this;
+    const nowPs = (this.askedPs = this.link.timePs);
+    const start = following ? await this.aim(nowPs) : this.start;
+    if (start === null) return;
     const stop = Math.min(Math.round(start + span), nowPs);
-    this.askedPs = nowPs;
-    this.surface.changed();
-    if (stop <= start) return;
-    const signals = [...this.signals.chosen];
-    const columns = Math.max(Math.round((this.inner * (stop - start)) / span), 2);
     const from = Math.round(start);
-    const reply = await this.link.request({ do: "window", signals, start: from, stop, columns });
+    const signals = [...this.signals.chosen];
+    const columns = Math.max(Math.round((this.inner * (stop - from)) / span), 2);
+    const reply = stop > from ? await this.link.request({ do: "window", signals, start: from, stop, columns }) : { signals: {} };
     for (const [name, signal] of Object.entries(reply.signals)) {
       if (this.signals.chosen.includes(name)) this.traces.set(name, decoded(signal, from, stop));
     }
+    // the window rolls on when what is in it is there; a user who has moved it meanwhile has it where he wants it
+    if (following && this.following && this.span === span) this.start = start;
     this.problem.hidden = true;
     this.surface.changed();
     this.read();
   }
 
   /**
-   * Put the window where it belongs while time passes: at its end, or around the last trigger.
+   * Return where the window belongs while time passes: at its end, or around the last trigger; null if it shows that already.
    * @param {number} nowPs
-   * @returns {Promise<boolean>} is there anything new to show?
+   * @returns {Promise<number | null>}
    */
   async aim(nowPs) {
     const sought = this.trigger.sought();
@@ -270,20 +267,17 @@ class Scope {
       // what was found before the last window is not looked for again
       const start = Math.round(Math.max(this.found !== null && this.found < stop ? this.found : stop - back, 0));
       const reply = stop > start ? await this.link.request({ do: "find", on: sought, start, stop, last: true }) : {};
-      const found = typeof reply.found_ps === "number" ? reply.found_ps : this.found;
       const before = this.found;
+      const found = typeof reply.found_ps === "number" ? reply.found_ps : before;
       this.found = found;
       say(this.trigger.state, found === null ? "waiting" : `at ${instantText(found, this.span / 1000)}`);
       if (found !== null) {
         const at = Math.max(found - SHARE * this.span, 0);
-        const same = at === this.start && found === before && this.complete();
-        this.start = at;
-        return !same;
+        return at === this.start && found === before && this.complete() ? null : at;
       }
-      if (this.trigger.mode.value === "normal") return false;
+      if (this.trigger.mode.value === "normal") return null;
     }
-    this.start = Math.max(nowPs - this.span, 0);
-    return true;
+    return Math.max(nowPs - this.span, 0);
   }
 
   /** @returns {boolean} is all of the window there? */

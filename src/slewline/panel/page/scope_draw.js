@@ -303,7 +303,8 @@ function curveLane(context, trace, x, start, stop, left, width, top, bottom, col
   const found = extent(trace, start, stop);
   if (!found) return "";
   const speed = /velocity/.test(name);
-  const [low, high] = speed ? roundRange(Math.min(found[0], 0), Math.max(found[1], 0)) : roundRange(...found);
+  const rest = speed && !found[0] && !found[1];
+  const [low, high] = rest ? [0, 1] : speed ? roundRange(Math.min(found[0], 0), Math.max(found[1], 0)) : roundRange(...found);
   const y = (/** @type {number} */ value) => bottom - 1 - ((value - low) / (high - low)) * (bottom - top - 2);
   context.strokeStyle = colours.faint;
   for (const value of [low, (low + high) / 2, high]) {

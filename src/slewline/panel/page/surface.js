@@ -13,36 +13,61 @@ const NAMES = [
   "cursor-a", "cursor-b", "trigger", "accent",
 ]; // prettier-ignore
 const FASTEST_MS = 30; // between two pictures of what moves
+const EARLY_MS = 6; // by which a picture may come before its time
+const LATE_MS = 12;
 
 /** @type {Set<Surface>} */
 const waiting = new Set();
 /** @type {Set<Surface>} */
 const all = new Set();
 let frame = 0;
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let timer;
 /** @type {Colours | null} */
 let colours = null;
 
-/** @param {number} nowMs */
-function drawn(nowMs) {
-  frame = 0;
+/**
+ * Draw what waits and is due.
+ * @param {number} nowMs
+ */
+function draw(nowMs) {
   for (const surface of [...waiting]) {
-    if (!surface.seen || nowMs - surface.lastMs < surface.intervalMs - 4) continue;
+    if (!surface.seen || nowMs - surface.lastMs < surface.intervalMs - EARLY_MS) continue;
     waiting.delete(surface);
     surface.lastMs = nowMs;
     surface.paint(nowMs);
   }
-  wake();
 }
 
-/** Ask for a frame, if a surface that is seen waits for one. */
+/** Ask for a frame when a surface that is seen is due: a frame costs, even if nothing is drawn in it. */
 function wake() {
   if (frame || document.hidden) return;
-  for (const surface of waiting) {
-    if (surface.seen) {
-      frame = requestAnimationFrame(drawn);
-      return;
-    }
-  }
+  let dueMs = Infinity;
+  for (const surface of waiting) if (surface.seen) dueMs = Math.min(dueMs, surface.lastMs + surface.intervalMs);
+  if (dueMs === Infinity) return;
+  const waitMs = dueMs - performance.now();
+  clearTimeout(timer);
+  // a view that comes at its time draws in its own frame, before this one
+  if (waitMs > 0) timer = setTimeout(ask, waitMs + LATE_MS);
+  else ask();
+}
+
+function ask() {
+  clearTimeout(timer);
+  if (frame || document.hidden) return;
+  frame = requestAnimationFrame((nowMs) => {
+    frame = 0;
+    draw(nowMs);
+    wake();
+  });
+}
+
+/** Draw at once what is due: called within a frame, so that canvases change together with all else. */
+export function drawDue() {
+  cancelAnimationFrame(frame);
+  frame = 0;
+  if (!document.hidden) draw(performance.now());
+  wake();
 }
 
 function recolour() {
