@@ -81,6 +81,7 @@ export function chipCard(link, sheet, name, root, breakpoints, fail) {
       const off = chip.powered === false;
       say(state, off ? "no supply" : chip.working ? `works on ${chip.working}` : chip.waiting || (chip.idle ? "idle" : ""));
       state.className = `state ${off ? "off" : chip.working ? "working" : "idle"}`;
+      power.hidden = chip.powered === undefined;
       say(power, off ? "Supply off" : "Supply on");
       power.setAttribute("aria-pressed", String(!off));
       for (const one of views) one.update(view, timePs);

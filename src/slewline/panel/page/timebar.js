@@ -136,9 +136,9 @@ export function timebar(link, root, fail) {
     const text = value.value.trim();
     if (!text) return value.focus();
     if (!paused) await ask({ do: "pause" });
-    const where = place.value === "time" ? { time: writtenTime(text) } :
-      { chip: chip.value, [place.value]: Number(text.replace("−", "-").replace(/\s/g, "")) };
-    wait({ do: "until", timeout: STEP_TIMEOUT, ...where });
+    const number = Number(text.replace("−", "-").replace(/\s/g, ""));
+    wait(place.value === "time" ? { do: "until", time: writtenTime(text) } :
+      { do: "until", chip: chip.value, [place.value]: number, timeout: STEP_TIMEOUT });
   }
 
   function scrub() {
