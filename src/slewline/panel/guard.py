@@ -62,7 +62,7 @@ class Guard:
         why = self.refused(Headers(scope=scope), scope["type"] == "websocket")
 
         async def send_guarded(message: Message) -> None:
-            if message["type"] in ("http.response.start", "websocket.http.response.start"):
+            if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
                 headers.update(HEADERS)
                 if why is not None:
@@ -71,6 +71,8 @@ class Guard:
 
         if why is None:
             await self.app(scope, receive, send_guarded)
+        elif scope["type"] == "websocket":
+            await send({"type": "websocket.close"})  # before it is accepted: 403
         else:
             await PlainTextResponse(f"{why}\n", 403)(scope, receive, send_guarded)
 
