@@ -58,7 +58,8 @@ class Scope extends Feed {
       drawScope(context, width, height, colours, this.picture());
     });
     onPointers(this.canvas, {
-      pan: (px) => this.pan(-px / this.inner),
+      // two fingers change the length of a window that follows; one takes it out of that
+      pan: (px, pinched) => !(pinched && this.following) && this.pan(-px / this.inner),
       zoom: (factor, at) => this.zoom(factor, this.time(at)),
       grip: (at, within) => this.grip(at, within),
       move: (cursor, at) => this.place(cursor, this.snapped(at)),
