@@ -12,7 +12,7 @@ import { digitsOf } from "./units.js";
 
 /** @typedef {import("./link.js").Link} Link */
 /** @typedef {Record<string, any>} Data */
-/** @typedef {{name: string, jumped: boolean, nowPs: number, rate: number, view: Data}} Moment */
+/** @typedef {{jumped: boolean, legible: boolean, nowPs: number, rate: number, view: Data}} Moment */
 /** @typedef {{element: HTMLElement, take: (moment: Moment) => void, close: () => void}} Card */
 
 const AXIS_TURN = 200; // steps of the motor that is drawn for an axis of a chip
@@ -45,9 +45,12 @@ class Machine {
     this.cards = new Map();
     /** Parts as `parts` has them, or null before they are known. @type {Data | null} */
     this.parts = null;
-    this.asking = false;
+    this.asked = false;
     this.lastPs = 0;
     this.jump = true;
+    this.textMs = 0; // when lamps and figures were set
+    /** @type {ReturnType<typeof setTimeout> | undefined} */
+    this.timer = undefined;
     this.ends = [
       link.on("branch", () => {
         this.jump = true;
@@ -57,6 +60,7 @@ class Machine {
   }
 
   close() {
+    clearTimeout(this.timer);
     for (const end of this.ends) end();
     this.clear();
   }
@@ -69,15 +73,13 @@ class Machine {
   }
 
   async learn() {
-    if (this.asking) return;
-    this.asking = true;
+    this.asked = true;
     try {
       this.parts = (await this.link.request({ do: "parts" })).parts;
       this.update();
     } catch (error) {
       this.tell(error);
     }
-    this.asking = false;
   }
 
   /** @param {unknown} error */
@@ -93,18 +95,26 @@ class Machine {
     this.jump = false;
     this.lastPs = timePs;
     const rate = view.pace?.lockstep ? 1 : (view.pace?.rate ?? 1);
-    const moment = { name: "", jumped, nowPs: timePs, rate, view };
+    // what moves is drawn with every view, what is to be read no more often than it can be
+    const sinceMs = performance.now() - this.textMs;
+    const legible = jumped || sinceMs >= TEXT_MS;
+    clearTimeout(this.timer);
+    if (legible) this.textMs = performance.now();
+    else this.timer = setTimeout(() => this.update(), TEXT_MS - sinceMs);
+    const moment = { jumped, legible, nowPs: timePs, rate, view };
     for (const [name, chip] of Object.entries(view.chips ?? {})) {
       chip.axes?.forEach((/** @type {Data} */ _, /** @type {number} */ n) => {
         const key = `axis ${name} ${n}`;
         if (!this.cards.has(key)) this.add(key, new AxisCard(this.link, name, n, chip.axes.length > 1));
       });
     }
+    let unknown = false;
     for (const name of Object.keys(view.parts ?? {})) {
       const info = this.parts?.[name];
       if (info && !this.cards.has(name) && seen(info, view.parts[name])) this.add(name, new PartCard(name, info, view.parts[name], this.actor(name)));
-      else if (!info && !(this.parts && this.asking)) this.learn();
+      else if (!info) unknown = true;
     }
+    if (unknown && !this.asked) this.learn();
     for (const card of this.cards.values()) card.take(moment);
     drawDue();
   }
@@ -153,7 +163,7 @@ function frame(name, kind, look) {
   return h("section", { class: `bench-card ${look}`, "aria-label": `${name}, ${kind}` }, heading);
 }
 
-/** A figure with its unit, changed no more often than it can be read. */
+/** A figure with its name and unit. */
 class Reading {
   /**
    * @param {string} name
@@ -163,25 +173,11 @@ class Reading {
     this.value = h("span", { class: "bench-value" }, "0");
     const label = h("span", { class: "bench-name" }, name);
     this.element = h("div", { class: "bench-reading" }, label, this.value, h("span", { class: "bench-unit" }, unit));
-    this.lastMs = 0;
-    /** @type {ReturnType<typeof setTimeout> | undefined} */
-    this.timer = undefined;
   }
 
   /** @param {number} value */
   show(value) {
-    clearTimeout(this.timer);
-    const waitMs = this.lastMs + TEXT_MS - performance.now();
-    if (waitMs > 0) {
-      this.timer = setTimeout(() => this.show(value), waitMs); // the last one is shown in any case
-      return;
-    }
-    this.lastMs = performance.now();
     say(this.value, digitsOf(value, 7));
-  }
-
-  close() {
-    clearTimeout(this.timer);
   }
 }
 
@@ -207,7 +203,7 @@ class AxisCard {
     this.state = h("span", { class: "axis-state" });
     const readings = h("div", { class: "bench-readings" }, this.position.element, this.velocity.element, this.state);
     this.element = frame(name, "axis", "bench-axis");
-    const left = h("div", { class: "axis-shaft" }, this.dial.canvas, readings);
+    const left = h("div", { class: "axis-shaft" }, this.dial.element, readings);
     this.element.append(h("div", { class: "axis-row" }, left, this.strips.canvas), this.lamps.element);
     link.request({ do: "describe", chip }).then(
       ({ sheet }) => {
@@ -223,18 +219,17 @@ class AxisCard {
   close() {
     this.dial.close();
     this.strips.close();
-    this.position.close();
-    this.velocity.close();
     this.element.remove();
   }
 
   /** @param {Moment} moment */
-  take({ view, jumped, nowPs, rate }) {
+  take({ view, jumped, legible, nowPs, rate }) {
     const chip = view.chips?.[this.chip];
     const axis = chip?.axes?.[this.axis];
     if (!axis) return;
     this.dial.take(axis.position, AXIS_TURN, jumped);
     this.strips.take(nowPs, axis.position, axis.velocity ?? 0, rate);
+    if (!legible) return;
     this.position.show(axis.position);
     this.velocity.show(axis.velocity ?? 0);
     say(this.state, axis.moving ? "moving" : "at rest");
@@ -257,6 +252,8 @@ class PartCard {
     const verbs = info.verbs ?? [];
     /** @type {((moment: Moment, shows: Data) => void)[]} */
     this.takers = [];
+    /** What is to be read. @type {((moment: Moment, shows: Data) => void)[]} */
+    this.legible = [];
     /** @type {(() => void)[]} */
     this.closers = [];
     this.element = frame(name, this.kind, "bench-part");
@@ -275,11 +272,11 @@ class PartCard {
       const figures = new Figures();
       this.element.append(figures.element);
       const left = [...keys];
-      this.takers.push((_, now) => figures.take(Object.fromEntries(left.map((key) => [key, now[key]]))));
+      this.legible.push((_, now) => figures.take(Object.fromEntries(left.map((key) => [key, now[key]]))));
     }
     if (rest.size) this.element.append(verbButtons(name, [...rest], act));
     const lamps = new Lamps(name);
-    this.takers.push(({ view }) => lamps.take(view.parts?.[name]?.levels ?? {}));
+    this.legible.push(({ view }) => lamps.take(view.parts?.[name]?.levels ?? {}));
     this.element.append(lamps.element);
   }
 
@@ -296,7 +293,7 @@ class PartCard {
    */
   simple(one, keys, own) {
     this.element.append(one.element);
-    this.takers.push((_, shows) => one.take(shows));
+    this.legible.push((_, shows) => one.take(shows));
     for (const key of own) keys.delete(key);
   }
 
@@ -312,33 +309,33 @@ class PartCard {
     for (const key of SHAFT_KEYS) keys.delete(key);
     const key = ["angle", "place", "position"].find((one) => typeof shows[one] === "number") ?? "position";
     const reading = new Reading(key, shows.unit ?? "steps");
-    this.closers.push(() => reading.close());
     if (turns) {
       const dial = new ShaftDial(`shaft of ${this.name}`);
       this.closers.push(() => dial.close());
-      this.element.append(h("div", { class: "part-shaft" }, dial.canvas, reading.element));
+      this.element.append(h("div", { class: "part-shaft" }, dial.element, reading.element));
       this.takers.push(({ jumped }, now) => {
         dial.take(now.angle ?? now.position, now.per_turn ?? AXIS_TURN, jumped);
-        reading.show(now[key]);
       });
+      this.legible.push((_, now) => reading.show(now[key]));
       return;
     }
     const rail = new Rail(`carriage ${this.name}`);
     this.closers.push(() => rail.close());
     this.element.classList.add("bench-wide");
-    this.element.append(rail.canvas, reading.element);
+    this.element.append(rail.element, reading.element);
     this.takers.push(({ jumped, view }, now) => {
       const { low, high, unit, lit, spots } = now;
       const marks = Array.isArray(spots) ? spots.map((one) => (typeof one === "number" ? one : one.position)) : [];
       rail.take(now[key], jumped, { low, high, unit, lit: Boolean(lit), marks, zones: zones(view, this.name) });
-      reading.show(now[key]);
     });
+    this.legible.push((_, now) => reading.show(now[key]));
   }
 
   /** @param {Moment} moment */
   take(moment) {
     const shows = moment.view.parts?.[this.name]?.shows ?? {};
     for (const take of this.takers) take(moment, shows);
+    if (moment.legible) for (const take of this.legible) take(moment, shows);
   }
 }
 

@@ -4,6 +4,7 @@
 
 const EASE_MS = 60; // in which most of a difference is made up
 const PATIENCE_MS = 250; // without a view for so long, it stands
+const SOON_MS = 20; // within which nothing new is said
 const CLOSE = 0.02; // steps: what is nearer than that has arrived
 
 export class Follower {
@@ -24,7 +25,7 @@ export class Follower {
   take(value, nowMs) {
     const sinceMs = nowMs - this.viewMs;
     if (Number.isNaN(this.value) || sinceMs > 4 * PATIENCE_MS) this.jump(value, nowMs);
-    if (sinceMs < 1) return;
+    if (sinceMs < 1 || (value === this.value && sinceMs < SOON_MS)) return; // the same view again
     const difference = value - this.value;
     // a single step is no speed: only what goes on in the same direction is carried on
     const steady = difference * this.difference > 0;

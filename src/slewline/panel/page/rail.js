@@ -3,8 +3,9 @@
  */
 
 import { h } from "./dom.js";
+import { set } from "./elements.js";
 import { Follower } from "./motion.js";
-import { Surface, calm } from "./surface.js";
+import { Moving, Surface, calm } from "./surface.js";
 import { digitsOf, niceStep, roundRange, ticks } from "./units.js";
 
 /** @typedef {import("./surface.js").Colours} Colours */
@@ -32,12 +33,28 @@ export class Rail {
     /** @type {Zone[]} */
     this.zones = [];
     this.drawn = "";
-    this.canvas = h("canvas", { class: "rail", role: "img", "aria-label": name });
-    this.surface = new Surface(this.canvas, (...all) => this.draw(...all));
+    this.canvas = h("canvas", { class: "rail-scale" });
+    this.carriage = h("div", { class: "carriage" });
+    this.element = h("div", { class: "rail", role: "img", "aria-label": name }, this.canvas, this.carriage);
+    this.surface = new Surface(this.canvas, (...all) => this.draw(all[0], all[1], all[2], all[3]));
+    this.moving = new Moving(this.element, (nowMs) => this.move(nowMs));
   }
 
   close() {
     this.surface.close();
+    this.moving.close();
+  }
+
+  /**
+   * @param {number} nowMs
+   * @returns {boolean}
+   */
+  move(nowMs) {
+    const [low, high] = this.range();
+    const inside = this.moving.width - 2 * MARGIN;
+    const x = MARGIN + ((this.follower.at(nowMs) - low) / (high - low || 1)) * inside - CARRIAGE / 2;
+    this.carriage.style.transform = `translateX(${x.toFixed(1)}px)`;
+    return this.follower.moves && !calm();
   }
 
   /**
@@ -60,9 +77,13 @@ export class Rail {
     this.zones = more.zones ?? [];
     if (jump || calm()) this.follower.jump(place, nowMs);
     else this.follower.take(place, nowMs);
-    const drawn = JSON.stringify([this.low, this.high, this.lit, this.marks.length, this.zones]);
-    if (place !== before || this.follower.moves || drawn !== this.drawn) this.surface.changed();
+    set(this.carriage, { "data-lit": this.lit });
+    if (place !== before || this.follower.moves) this.moving.changed();
+    const drawn = JSON.stringify([this.range(), this.low, this.high, this.marks.length, this.zones]);
+    if (drawn === this.drawn) return;
     this.drawn = drawn;
+    this.surface.changed();
+    this.moving.changed();
   }
 
   /** @returns {[number, number]} the places at both ends of the picture */
@@ -81,11 +102,8 @@ export class Rail {
    * @param {number} width
    * @param {number} height
    * @param {Colours} colours
-   * @param {number} nowMs
-   * @returns {boolean}
    */
-  draw(context, width, height, colours, nowMs) {
-    const place = this.follower.at(nowMs);
+  draw(context, width, height, colours) {
     const [low, high] = this.range();
     const inside = width - 2 * MARGIN;
     const x = (/** @type {number} */ at) => MARGIN + ((at - low) / (high - low || 1)) * inside;
@@ -105,14 +123,6 @@ export class Rail {
     ])) {
       if (at !== null) hardStop(context, x(at) + (side * CARRIAGE) / 2, y, side, colours);
     }
-    const trail = this.follower.perMs * 33 * (inside / (high - low || 1));
-    const ghosts = calm() ? 0 : Math.min(Math.floor(Math.abs(trail) / 8), 8);
-    for (let n = ghosts; n >= 0; n--) {
-      context.globalAlpha = n ? 0.25 * (1 - n / (ghosts + 1)) : 1;
-      this.carriage(context, x(place) - (n ? (trail * n) / ghosts : 0), y, colours);
-    }
-    context.globalAlpha = 1;
-    return this.follower.moves && !calm();
   }
 
   /**
@@ -175,33 +185,6 @@ export class Rail {
       context.textAlign = "center";
       context.fillText(zone.name, Math.min(Math.max(middle, half + 4), width - half - 4), y - 27);
     }
-  }
-
-  /**
-   * @param {CanvasRenderingContext2D} context
-   * @param {number} x
-   * @param {number} y
-   * @param {Colours} colours
-   */
-  carriage(context, x, y, colours) {
-    context.beginPath();
-    context.roundRect(x - CARRIAGE / 2, y - 13, CARRIAGE, 20, 3);
-    context.fillStyle = colours.metal;
-    context.fill();
-    context.strokeStyle = colours.line;
-    context.stroke();
-    context.beginPath();
-    context.moveTo(x, y - 11);
-    context.lineTo(x, y + 11);
-    context.strokeStyle = this.lit ? colours.trigger : colours.accent;
-    context.lineWidth = this.lit ? 3 : 2;
-    context.stroke();
-    context.lineWidth = 1;
-    if (!this.lit) return;
-    context.beginPath();
-    context.arc(x, y + 11, 4, 0, 2 * Math.PI);
-    context.fillStyle = colours.trigger;
-    context.fill();
   }
 }
 

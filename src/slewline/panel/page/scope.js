@@ -7,25 +7,20 @@
 
 import { h, say } from "./dom.js";
 import { control, set } from "./elements.js";
-import { Readings } from "./scope_readings.js";
 import { saveImage, saveText } from "./scope_save.js";
 import { CURSOR_NAMES, drawScope, gutter, pictureHeight } from "./scope_draw.js";
+import { Feed, SETTLE_MS, SHARE } from "./scope_feed.js";
 import { onPointers } from "./scope_pointer.js";
 import { Signals, firstSignals } from "./scope_signals.js";
 import { Trigger } from "./scope_trigger.js";
 import { Surface, currentColours } from "./surface.js";
 import { SECOND, instantText, timeText } from "./units.js";
-import { decoded, nearestEdge, zoomed } from "./window_data.js";
+import { nearestEdge, zoomed } from "./window_data.js";
 
 /** @typedef {import("./link.js").Link} Link */
-/** @typedef {import("./window_data.js").Trace} Trace */
 
-const FOLLOW_MS = 100; // between two windows while time passes
-const SETTLE_MS = 150; // after which a cursor that has come to rest is read exactly
 const LEAST_PS = 1000;
 const MOST_PS = 30 * 86400 * SECOND;
-const SHARE = 0.3; // of the window that is before the trigger
-const SEARCH_PS = 20 * SECOND; // how far back a trigger is looked for, at least
 const KEEP = "1 h";
 const SNAP_PX = 6;
 const ZOOM = 1.6;
@@ -41,37 +36,20 @@ export function scope(link, root) {
   return new Scope(link, root);
 }
 
-class Scope {
+class Scope extends Feed {
   /**
    * @param {Link} link
    * @param {HTMLElement} root
    */
   constructor(link, root) {
-    this.link = link;
-    this.start = 0;
-    this.span = 2 * SECOND;
-    this.following = true;
-    /** @type {Map<string, Trace>} */
-    this.traces = new Map();
-    /** @type {(number | null)[]} */
-    this.cursors = [null, null];
+    super(link);
     this.active = 0;
-    /** @type {number | null} */
-    this.found = null;
     this.recorded = "";
-    this.busy = false;
-    this.stale = true; // the picture wants a window that has not been asked for
-    this.askedMs = 0;
-    this.askedPs = -1; // time up to which the last window went
-    this.movedMs = 0; // when a cursor was moved
-    this.closed = false;
-
     this.signals = new Signals((chosen) => this.shown(chosen));
     this.trigger = new Trigger(() => this.retrigger(), (last) => this.seek(last));
     this.follow = control("Follow", () => this.toggle(), { "aria-pressed": "true" });
     this.range = h("span", { class: "scope-span" });
-    this.problem = h("p", { class: "draw-problem", role: "alert", hidden: true });
-    this.readings = new Readings();
+    set(this.problem, { class: "draw-problem", role: "alert", hidden: true });
     this.canvas = h("canvas", { class: "scope-canvas", tabindex: "0", role: "img", "aria-label": "Scope" });
     this.element = this.build();
     root.replaceChildren(this.element);
@@ -80,7 +58,8 @@ class Scope {
       drawScope(context, width, height, colours, this.picture());
     });
     onPointers(this.canvas, {
-      pan: (px) => this.pan(-px / this.inner),
+      // two fingers change the length of a window that follows; one takes it out of that
+      pan: (px, pinched) => !(pinched && this.following) && this.pan(-px / this.inner),
       zoom: (factor, at) => this.zoom(factor, this.time(at)),
       grip: (at, within) => this.grip(at, within),
       move: (cursor, at) => this.place(cursor, this.snapped(at)),
@@ -144,12 +123,6 @@ class Scope {
     }
   }
 
-  /** @param {unknown} error */
-  tell(error) {
-    say(this.problem, error instanceof Error ? error.message : String(error));
-    this.problem.hidden = false;
-  }
-
   /** @param {string[]} chosen */
   shown(chosen) {
     for (const name of this.traces.keys()) if (!chosen.includes(name)) this.traces.delete(name);
@@ -207,101 +180,6 @@ class Scope {
     this.pump();
   }
 
-  /** Ask for what is wanted next, unless something is under way. */
-  async pump() {
-    if (this.busy || this.closed || document.hidden || !this.surface.seen || !this.link.connected) return;
-    const job = this.job();
-    if (!job) return;
-    this.busy = true;
-    try {
-      await job.call(this);
-    } catch (error) {
-      if (!this.closed) this.tell(error);
-    }
-    this.busy = false;
-    if (this.stale) this.pump();
-  }
-
-  /** @returns {(() => Promise<void>) | null} */
-  job() {
-    const [nowMs, nowPs] = [performance.now(), this.link.timePs];
-    const due = nowMs - this.askedMs >= FOLLOW_MS;
-    const passes = nowPs !== this.askedPs && (this.following || this.start + this.span > this.askedPs);
-    if (this.signals.chosen.length && (this.stale || (passes && due))) return this.askWindow;
-    if (this.movedMs && nowMs - this.movedMs >= SETTLE_MS) return this.askCursors;
-    return null;
-  }
-
-  async askWindow() {
-    this.stale = false;
-    this.askedMs = performance.now();
-    const { following, span } = this;
-    const nowPs = (this.askedPs = this.link.timePs);
-    const start = following ? await this.aim(nowPs) : this.start;
-    if (start === null) return;
-    const stop = Math.min(Math.round(start + span), nowPs);
-    const from = Math.round(start);
-    const signals = [...this.signals.chosen];
-    const columns = Math.max(Math.round((this.inner * (stop - from)) / span), 2);
-    const reply = stop > from ? await this.link.request({ do: "window", signals, start: from, stop, columns }) : { signals: {} };
-    for (const [name, signal] of Object.entries(reply.signals)) {
-      if (this.signals.chosen.includes(name)) this.traces.set(name, decoded(signal, from, stop));
-    }
-    // the window rolls on when what is in it is there; a user who has moved it meanwhile has it where he wants it
-    if (following && this.following && this.span === span) this.start = start;
-    this.problem.hidden = true;
-    this.surface.changed();
-    this.read();
-  }
-
-  /**
-   * Return where the window belongs while time passes: at its end, or around the last trigger; null if it shows that already.
-   * @param {number} nowPs
-   * @returns {Promise<number | null>}
-   */
-  async aim(nowPs) {
-    const sought = this.trigger.sought();
-    if (sought && !this.trigger.holds(this.link.view)) {
-      const stop = Math.round(nowPs - (1 - SHARE) * this.span);
-      const back = Math.max(10 * this.span, SEARCH_PS);
-      // what was found before the last window is not looked for again
-      const start = Math.round(Math.max(this.found !== null && this.found < stop ? this.found : stop - back, 0));
-      const reply = stop > start ? await this.link.request({ do: "find", on: sought, start, stop, last: true }) : {};
-      const before = this.found;
-      const found = typeof reply.found_ps === "number" ? reply.found_ps : before;
-      this.found = found;
-      say(this.trigger.state, found === null ? "waiting" : `at ${instantText(found, this.span / 1000)}`);
-      if (found !== null) {
-        const at = Math.max(found - SHARE * this.span, 0);
-        return at === this.start && found === before && this.complete() ? null : at;
-      }
-      if (this.trigger.mode.value === "normal") return null;
-    }
-    return Math.max(nowPs - this.span, 0);
-  }
-
-  /** @returns {boolean} is all of the window there? */
-  complete() {
-    return this.signals.chosen.every((name) => {
-      const trace = this.traces.get(name);
-      return trace !== undefined && trace.start <= Math.round(this.start) && trace.stop >= Math.round(this.start + this.span);
-    });
-  }
-
-  /** Read the levels and values at the cursors exactly, also where they are outside the picture. */
-  async askCursors() {
-    const movedMs = this.movedMs;
-    for (const [n, ps] of this.cursors.entries()) {
-      if (ps === null || this.readings.exact[n]?.ps === ps || ps + 1 > this.link.timePs) continue;
-      const signals = [...this.signals.chosen];
-      const reply = await this.link.request({ do: "window", signals, start: ps, stop: ps + 1, columns: 1 });
-      const traces = new Map(Object.entries(reply.signals).map(([name, one]) => [name, decoded(one, ps, ps + 1)]));
-      this.readings.exact[n] = { ps, traces };
-    }
-    if (this.movedMs === movedMs) this.movedMs = 0;
-    this.read();
-  }
-
   retrigger() {
     this.found = null;
     say(this.trigger.state, "");
@@ -330,6 +208,11 @@ class Scope {
   }
 
   // ------------------------------------------------------------------------------------------------------------- window
+  /** @returns {boolean} */
+  get seen() {
+    return this.surface.seen;
+  }
+
   /** @returns {number} px of the window */
   get inner() {
     const width = this.canvas.clientWidth || 800;
@@ -425,7 +308,6 @@ class Scope {
     this.cursors[n] = ps === null ? null : Math.max(Math.round(ps), 0);
     this.movedMs = performance.now();
     setTimeout(() => this.pump(), SETTLE_MS + 10);
-    this.surface.changed();
     this.read();
   }
 
@@ -437,6 +319,7 @@ class Scope {
   }
 
   read() {
+    this.surface.changed();
     this.buttons?.forEach((one, n) => set(one, { "aria-pressed": String(this.cursors[n] !== null) }));
     this.readings.show(this.cursors, this.signals.chosen, this.traces, this.span / this.inner);
     const end = instantText(this.start + this.span, this.span / 100);

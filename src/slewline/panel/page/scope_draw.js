@@ -23,7 +23,8 @@ import { digitsOf, instantText, roundRange, timeTicks } from "./units.js";
  * @property {number} now
  */
 
-export const RULER = 34;
+const RULER = 34;
+const BASE = 14; // below it, for the base of its times, where there is no room beside it
 const PIN_LANE = 34;
 const CURVE_LANE = 92;
 const GAP = 6;
@@ -37,6 +38,15 @@ export const CURSOR_NAMES = ["A", "B"];
  */
 export function gutter(width) {
   return width < 560 ? 0 : 150;
+}
+
+/**
+ * Return where the first lane begins.
+ * @param {number} width
+ * @returns {number}
+ */
+function lanesTop(width) {
+  return gutter(width) ? RULER : RULER + BASE;
 }
 
 /**
@@ -57,7 +67,7 @@ function laneHeight(curve, width) {
  */
 export function pictureHeight(picture, width) {
   const lanes = picture.signals.map((name) => laneHeight(picture.quantities.has(name), width) + GAP);
-  return RULER + lanes.reduce((sum, one) => sum + one, 0) + GAP;
+  return lanesTop(width) + lanes.reduce((sum, one) => sum + one, 0) + GAP;
 }
 
 /**
@@ -73,7 +83,7 @@ export function drawScope(context, width, height, colours, picture) {
   const x = (/** @type {number} */ ps) => left + ((ps - start) / (stop - start)) * (width - left);
   context.font = `11px ${colours.font}`;
   ruler(context, left, width, height, x, picture, colours);
-  let top = RULER;
+  let top = lanesTop(width);
   for (const name of picture.signals) {
     const curve = picture.quantities.has(name);
     const tall = laneHeight(curve, width);

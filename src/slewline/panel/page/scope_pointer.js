@@ -10,7 +10,7 @@ const TAP_MS = 350;
 
 /**
  * @typedef {object} Hands
- * @property {(px: number) => void} pan by so many px
+ * @property {(px: number, pinched: boolean) => void} pan by so many px
  * @property {(factor: number, at: number) => void} zoom about a place, in px from the left
  * @property {(at: number, within: number) => number | null} grip which cursor is there
  * @property {(cursor: number, at: number) => void} move put a cursor at a place
@@ -52,7 +52,7 @@ export function onPointers(element, hands) {
     if (cursor !== null) {
       hands.move(cursor, place(event));
     } else if (down.size === 1) {
-      if (movedPx > TAP_PX) hands.pan(by);
+      if (movedPx > TAP_PX) hands.pan(by, false);
     } else {
       const other = [...down].find(([id]) => id !== event.pointerId)?.[1];
       if (other) pinch(before, other, event);
@@ -68,7 +68,7 @@ export function onPointers(element, hands) {
   function pinch(before, other, event) {
     const apart = (/** @type {{x: number, y: number}} */ one) => Math.max(Math.hypot(one.x - other.x, one.y - other.y), 20);
     const left = element.getBoundingClientRect().left;
-    hands.pan((event.clientX - before.x) / 2);
+    hands.pan((event.clientX - before.x) / 2, true);
     hands.zoom(apart(before) / apart({ x: event.clientX, y: event.clientY }), (event.clientX + other.x) / 2 - left);
   }
 
@@ -87,7 +87,7 @@ export function onPointers(element, hands) {
       event.preventDefault();
       const unit = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
       const sideways = event.shiftKey ? event.deltaX || event.deltaY : event.deltaX;
-      if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) hands.pan(-sideways * unit);
+      if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) hands.pan(-sideways * unit, false);
       else hands.zoom(Math.exp(event.deltaY * unit * WHEEL), place(event));
     },
     { passive: false },

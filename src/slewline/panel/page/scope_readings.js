@@ -55,7 +55,7 @@ export class Readings {
     const [a, b] = cursors;
     const both = a !== null && b !== null;
     const instants = cursors.map((ps) => (ps === null ? "\u2013" : instantText(ps, resolution / 10)));
-    this.fill("time", instants, both ? `${timeText(b - a, 6)}   ${b === a ? "" : rateText(b - a)}` : "");
+    this.fill("time", instants, both ? `${timeText(b - a, 6)}\n${b === a ? "" : rateText(b - a)}` : "");
     for (const name of signals) {
       const found = cursors.map((ps, n) => (ps === null ? null : this.at(name, ps, n, traces)));
       const numbers = found.map((one) => (typeof one === "number" ? one : null));

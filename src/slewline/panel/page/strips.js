@@ -11,7 +11,7 @@ import { SECOND, digitsOf, roundRange, timeText } from "./units.js";
 
 const KEPT = 640; // values of each: ten seconds of views, twice over
 const SPAN_S = 10; // on the clock of the wall
-const PICTURE_MS = 66;
+const PICTURE_MS = 100;
 const LEFT = 6;
 
 export class Strips {

@@ -1,5 +1,5 @@
 /**
- * A canvas that is drawn only when something has changed, is seen, and the page is not hidden: one loop for all of them.
+ * What is drawn only when something has changed, is seen, and the page is not hidden: one loop for all of it.
  *
  * Sizes are those of the page (CSS pixels); the canvas itself has as many points as the screen.
  */
@@ -16,9 +16,9 @@ const FASTEST_MS = 30; // between two pictures of what moves
 const EARLY_MS = 6; // by which a picture may come before its time
 const LATE_MS = 12;
 
-/** @type {Set<Surface>} */
+/** @type {Set<Moving>} */
 const waiting = new Set();
-/** @type {Set<Surface>} */
+/** @type {Set<Moving>} */
 const all = new Set();
 let frame = 0;
 /** @type {ReturnType<typeof setTimeout> | undefined} */
@@ -97,28 +97,30 @@ still.addEventListener("change", recolour);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", recolour);
 new MutationObserver(recolour).observe(document.documentElement, { attributeFilter: ["class", "data-theme", "style"] });
 
-export class Surface {
+/**
+ * An element that is drawn when something has changed: `step` does so, and returns whether it goes on moving.
+ */
+export class Moving {
   /**
-   * @param {HTMLCanvasElement} canvas its size is that of the style sheet
-   * @param {Draw} draw
+   * @param {HTMLElement} element
+   * @param {(nowMs: number) => boolean | void} step
    * @param {number} [intervalMs] between two pictures
    */
-  constructor(canvas, draw, intervalMs = FASTEST_MS) {
-    this.canvas = canvas;
-    this.draw = draw;
+  constructor(element, step, intervalMs = FASTEST_MS) {
+    this.element = element;
+    this.step = step;
     this.intervalMs = intervalMs;
-    this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
     this.width = 0;
     this.height = 0;
     this.seen = false;
     this.lastMs = -Infinity;
     this.sizes = new ResizeObserver(() => this.resized());
-    this.sizes.observe(canvas);
+    this.sizes.observe(element);
     this.places = new IntersectionObserver((entries) => {
       this.seen = entries[entries.length - 1].isIntersecting;
       wake();
     });
-    this.places.observe(canvas);
+    this.places.observe(element);
     all.add(this);
     this.changed();
   }
@@ -137,10 +139,30 @@ export class Surface {
   }
 
   resized() {
-    this.width = this.canvas.clientWidth;
-    this.height = this.canvas.clientHeight;
+    this.width = this.element.clientWidth;
+    this.height = this.element.clientHeight;
     this.lastMs = -Infinity;
     this.changed();
+  }
+
+  /** @param {number} nowMs */
+  paint(nowMs) {
+    if (this.width && this.step(nowMs)) this.changed();
+  }
+}
+
+/** A canvas that is drawn when something has changed. */
+export class Surface extends Moving {
+  /**
+   * @param {HTMLCanvasElement} canvas its size is that of the style sheet
+   * @param {Draw} draw
+   * @param {number} [intervalMs] between two pictures
+   */
+  constructor(canvas, draw, intervalMs = FASTEST_MS) {
+    super(canvas, () => {}, intervalMs);
+    this.canvas = canvas;
+    this.draw = draw;
+    this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
   }
 
   /** @param {number} nowMs */
