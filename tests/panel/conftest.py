@@ -75,9 +75,9 @@ def ask(socket, **request):
             return reply
 
 
-@pytest.fixture
-def served():
-    """A server of a CY525, in a thread, with a control port that wants a token."""
+@contextmanager
+def lab():
+    """Yield a server of a CY525, in a thread, with a control port that wants a token."""
     bench = slewline.Bench()
     bench.host(bench.add("cy525", name="x"))
     server = Server(bench, Paced(bench))
@@ -87,9 +87,33 @@ def served():
         yield threaded
 
 
+@pytest.fixture(scope="module")
+def standing():
+    """A server and its panel, for all tests of a module: a panel takes half a second to open."""
+    with lab() as served:
+        panel = PanelProcess(served.where)
+        yield served, panel
+        assert panel.close() == ""
+
+
+@pytest.fixture
+def served(standing):
+    """That server; the next test finds it as it was."""
+    served, _ = standing
+    yield served
+    served.do(served.bench.pin("x.abort").release)
+    served.do(served.server.pace.go)
+
+
+@pytest.fixture
+def panel(standing, served):
+    """Its panel."""
+    return standing[1]
+
+
 @pytest.fixture
 def panels(served):
-    """Open panels of that server; all end without a word on the standard error."""
+    """Open more panels of that server; all end without a word on the standard error."""
     opened = []
 
     def panel(*options, **more):
@@ -98,9 +122,3 @@ def panels(served):
 
     yield panel
     assert [one.close() for one in opened] == [""] * len(opened)
-
-
-@pytest.fixture
-def panel(panels):
-    """One panel, with nothing special."""
-    return panels()

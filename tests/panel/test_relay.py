@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed
 
 from tests.links.conftest import PATIENCE
 
-from .conftest import PanelProcess, ask
+from .conftest import PanelProcess, ask, lab
 
 
 @pytest.fixture
@@ -56,15 +56,19 @@ def test_every_page_has_a_connection_of_its_own(panel, page):
         assert ask(other, do="status")["id"] == 1
 
 
-def test_the_end_of_the_server_closes_the_page(panel, page, served):
-    served.server.stop()
-    with pytest.raises(ConnectionClosed) as closed:
-        while True:
+def test_the_end_of_the_server_closes_the_page():
+    with lab() as served:
+        panel = PanelProcess(served.where)
+        with panel.connect() as page, pytest.raises(ConnectionClosed) as closed:
             page.recv(PATIENCE)
-    assert "server" in closed.value.rcvd.reason
+            served.server.stop()
+            while True:
+                page.recv(PATIENCE)
+        assert "server" in closed.value.rcvd.reason
+    assert panel.close() == ""
 
 
-def test_without_a_server_the_page_is_told(panels, served):
+def test_without_a_server_the_page_is_told():
     panel = PanelProcess("127.0.0.1:1")
     with panel.connect() as page, pytest.raises(ConnectionClosed) as closed:
         page.recv(PATIENCE)

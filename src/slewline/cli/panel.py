@@ -13,7 +13,7 @@ import click
 
 from ..errors import ProgramError, UsageError
 from .files import Refused, chip_of, is_bench, read_program, say_replaced
-from .panel_process import PanelProcess
+from .panel_process import PanelProcess, kept_journal
 from .serve import open_bench_file, say, show_ports, signals
 from .single import single
 
@@ -81,7 +81,10 @@ class PanelCommand:
     def serve(self) -> int:
         """Serve the bench and its panel, until a signal ends it."""
         say_replaced(self.journal)
-        with PanelProcess.beside(self.listen, self.read_only, self.allow_remote) as panel:
+        with (
+            PanelProcess.beside(self.listen, self.read_only, self.allow_remote) as panel,
+            kept_journal(self.journal) as self.journal,
+        ):
             try:
                 bench = self.new_bench()
             except ProgramError as error:  # a line of a script that cannot be played

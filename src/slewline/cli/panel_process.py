@@ -6,7 +6,10 @@ import os
 import secrets
 import subprocess
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -98,3 +101,13 @@ class PanelProcess:
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.close()
+
+
+@contextmanager
+def kept_journal(path: str | None) -> Iterator[str]:
+    """Yield a journal, without which there is no way back in time: the one that is named, or one for this run alone."""
+    if path is not None:
+        yield path
+        return
+    with TemporaryDirectory(prefix="slewline-", ignore_cleanup_errors=True) as folder:
+        yield str(Path(folder) / "journal")

@@ -20,7 +20,7 @@ from ..core.datasheet.channel import AdaptiveLine, FlowBus
 from ..core.datasheet.option import checked, read
 from ..errors import UsageError
 from .files import read_options, say_replaced
-from .panel_process import PanelProcess
+from .panel_process import PanelProcess, kept_journal
 
 if TYPE_CHECKING:
     from ..bench.file import BenchFile
@@ -76,6 +76,7 @@ class ServeCommand:
             panel = None
             if self.panel is not None:
                 panel = stack.enter_context(PanelProcess.beside(self.panel, allow_remote=self.allow_remote))
+                self.journal = stack.enter_context(kept_journal(self.journal))
             bench = self.new_bench(stores)
             server = self.server(bench)
             with signals(server):
