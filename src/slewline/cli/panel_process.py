@@ -81,11 +81,15 @@ class PanelProcess:
         """Wait until the panel has ended."""
         self.process.wait()
 
-    def close(self) -> None:
-        """End the panel: it does so when its standard input is closed."""
+    def stop(self) -> None:
+        """Let the panel end: it does so when its standard input is closed; may be called in a signal handler."""
         if self.process.stdin is not None:
             with suppress(OSError):
                 self.process.stdin.close()
+
+    def close(self) -> None:
+        """End the panel, and wait until it has ended."""
+        self.stop()
         try:
             self.process.wait(END_S)
         except subprocess.TimeoutExpired:
