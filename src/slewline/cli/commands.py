@@ -328,10 +328,10 @@ def panel_command(**options: Any) -> int:
     With --attach the panel shows what runs in a server, whatever host program talks to it; a token of its control port
     is taken from the environment, SLEWLINE_TOKEN.
 
-    The page is found under the address that is printed.  Whoever has its token may work the chip; without it the page
-    only looks.
+    The page is found under the address that is printed.  Any browser with its token may work the chip; without it the
+    page only looks.
     """
-    from .panel import PanelCommand
+    from .panel.command import PanelCommand
 
     return PanelCommand(**options).perform()
 

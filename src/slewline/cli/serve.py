@@ -20,7 +20,7 @@ from ..core.datasheet.channel import AdaptiveLine, FlowBus
 from ..core.datasheet.option import checked, read
 from ..errors import UsageError
 from .files import read_options, say_replaced
-from .panel_process import PanelProcess, kept_journal
+from .panel.process import PanelProcess, kept_journal
 
 if TYPE_CHECKING:
     from ..bench.file import BenchFile
@@ -192,7 +192,7 @@ def open_bench_file(server: Server, file: BenchFile) -> list[tuple[str, str]]:
 
 
 def show_ports(found: Iterable[tuple[str, str]]) -> None:
-    """Print the name of each port, and where it is found; whoever waits for it reads it at once."""
+    """Print the name of each port, and where it is found; a program that waits for it reads it at once."""
     for name, where in found:
         click.echo(f"{name}: {where}")
     sys.stdout.flush()

@@ -28,7 +28,7 @@ def single(
     """Return a bench with a chip and a host, on which a program is queued.
 
     Args:
-        program: the text, and the name of its file; None: the host waits for what it is told.
+        program: the text, and the name of its file; None: the host waits for what it is to send.
         strap: levels of inputs; all others are those with which a program without address and checksum is understood.
         options: of the chip.
         memory: an image of the memory beside the chip.

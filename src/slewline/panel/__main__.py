@@ -1,7 +1,7 @@
 """Run the panel as a process of its own: python -m slewline.panel --attach HOST:PORT.
 
-It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  Whoever starts it before there is a control
-port gives --attach -, and then HOST:PORT in a line of the standard input.  The token of the control port, if it has
+It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  A program that starts it before there is a
+control port gives --attach -, and then HOST:PORT in a line of the standard input.  The token of the control port, if it has
 one, comes in the environment, SLEWLINE_TOKEN: a command line can be read by everybody on the machine.
 """
 
@@ -39,12 +39,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Open the panel that the options ask for, until it is ended."""
-    from .app import Panel
+    from .app import PanelServer
     from .relay import Access
 
     attach = options.attach if options.attach != "-" else sys.stdin.buffer.readline().decode().strip()
     if not attach:
-        return 0  # whoever started it has gone
+        return 0  # the program that started it has gone
     host, port = parse_address(attach, True)
     if not port:
         raise UsageError(f"address {attach!r}: a control port has a number")
@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
         options.read_only,
         token_needed=not is_loopback(listen),
     )
-    panel = Panel(access, listen, at, options.allow_remote)
+    panel = PanelServer(access, listen, at, options.allow_remote)
     sys.stdout.write(f"panel: {panel.url}\n")
     sys.stdout.flush()
     if options.with_parent:

@@ -88,7 +88,7 @@ def application(access: Access, port: int, name: str, allow_remote: bool = False
     )
 
 
-class Panel:
+class PanelServer:
     """A panel on a port of its own.
 
     Args:

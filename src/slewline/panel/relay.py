@@ -8,8 +8,8 @@ token of the control port itself is sent from here and never reaches a browser.
 The control port answers the requests of a connection in order, so one that waits (`until`, `step`) would hold up all
 that come after it, `pause` among them.  Each of these therefore has a connection of its own.
 
-Memory is bounded: a message is passed on before the next one is read, in both directions, so whoever does not read
-holds up only his own sender; a page has at most `WAITS` requests that wait.
+Memory is bounded: a message is passed on before the next one is read, in both directions, so a side that does not read
+holds up only its own sender; a page has at most `WAITS` requests that wait.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Hangup(Exception):
         self.code, self.why = code, why
 
 
-class Refused(Exception):
+class NotAllowed(Exception):
     """A request that does not reach the server.
 
     Args:
@@ -86,7 +86,7 @@ class Access:
         """
         try:
             token = parsed(greeting).get("token")
-        except Refused as error:
+        except NotAllowed as error:
             raise Hangup(POLICY, str(error)) from None
         if token is None and not self.token_needed:
             return False
@@ -104,19 +104,19 @@ def parsed(text: str) -> dict[str, Any]:
     """Return a message as the server will read it.
 
     Raises:
-        Refused: it is no object, or more than one line: JSON allows line feeds between its tokens, and the server would
+        NotAllowed: it is no object, or more than one line: JSON allows line feeds between its tokens, and the server would
             take what follows one for a request of its own, which was never checked.
     """
     if len(text.encode("utf-8", "replace")) > LONGEST:
-        raise Refused(f"the request has more than {LONGEST} bytes")
+        raise NotAllowed(f"the request has more than {LONGEST} bytes")
     if "\n" in text or "\r" in text:
-        raise Refused("a request is one line")
+        raise NotAllowed("a request is one line")
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
-        raise Refused('expected an object such as {"do": "status"}')
+        raise NotAllowed('expected an object such as {"do": "status"}')
     return found
 
 
@@ -124,14 +124,14 @@ def checked(text: str, writes: bool) -> str:
     """Return what a request asks for.
 
     Raises:
-        Refused: it may not be asked here, or not by this page.
+        NotAllowed: it may not be asked here, or not by this page.
     """
     request = parsed(text)
     do, number = request.get("do"), request.get("id")
     if not isinstance(do, str) or do in NEVER:
-        raise Refused(f"{do}: not from a page", number)
+        raise NotAllowed(f"{do}: not from a page", number)
     if not writes and do not in READING:
-        raise Refused(f"{do}: this page may only read", number)
+        raise NotAllowed(f"{do}: this page may only read", number)
     return do
 
 
@@ -208,7 +208,7 @@ class Relay:
                 if checked(text, writes) in WAITING:
                     self.wait(text)
                     continue
-            except Refused as error:
+            except NotAllowed as error:
                 await self.send(error.reply)
                 continue
             writer.write(f"{text}\n".encode("utf-8", "replace"))
@@ -223,10 +223,10 @@ class Relay:
         """Pass on a request whose reply takes its time.
 
         Raises:
-            Refused: too many of them wait already.
+            NotAllowed: too many of them wait already.
         """
         if len(self.waits) >= WAITS:
-            raise Refused(f"{WAITS} requests wait already", json.loads(text).get("id"))
+            raise NotAllowed(f"{WAITS} requests wait already", json.loads(text).get("id"))
         task = asyncio.create_task(self.wait_for(text))
         self.waits.add(task)
         task.add_done_callback(self.waits.discard)
@@ -237,13 +237,13 @@ class Relay:
         try:
             reader, writer = await self.connected()
         except Hangup as error:
-            await self.send(Refused(error.why, number).reply)
+            await self.send(NotAllowed(error.why, number).reply)
             return
         try:
             writer.write(f"{text}\n".encode("utf-8", "replace"))
             await self.send(await line_of(reader))
         except Hangup as error:
-            await self.send(Refused(error.why, number).reply)
+            await self.send(NotAllowed(error.why, number).reply)
         except (OSError, WebSocketDisconnect, RuntimeError):
             pass  # the page or the server has gone, which the other two tasks notice
         finally:

@@ -92,7 +92,7 @@ function written(kind, chip, text, edge) {
  * Show the list of breakpoints, with a form for more.
  * @param {Breakpoints} breakpoints
  * @param {HTMLElement} root
- * @returns {{update: (view: any) => void}}
+ * @returns {{update: (view: any) => void, close: () => void}}
  */
 export function breakpointsView(breakpoints, root) {
   const count = h("span", { class: "count" });
@@ -106,13 +106,25 @@ export function breakpointsView(breakpoints, root) {
     { class: "row", submit: add },
     kind, chip, text, edge, h("button", { "data-writes": true }, "Add"),
   );
-  root.append(
-    h("details", { class: "popover" },
-      h("summary", {}, "Breakpoints", count),
-      h("div", { class: "popover-body" },
-        list, form,
-        h("p", { class: "quiet" }, "A click on a line of the program sets one there."))),
-  );
+  const popover = h("details", { class: "popover", keydown: leave },
+    h("summary", {}, "Breakpoints", count),
+    h("div", { class: "popover-body" },
+      list, form,
+      h("p", { class: "quiet" }, "A click on a line of the program sets one there.")));
+  root.append(popover);
+  document.addEventListener("pointerdown", pressedElsewhere);
+
+  /** @param {Event} event */
+  function leave(event) {
+    if (/** @type {KeyboardEvent} */ (event).key !== "Escape" || !popover.open) return;
+    popover.open = false;
+    popover.querySelector("summary")?.focus();
+  }
+
+  /** @param {Event} event */
+  function pressedElsewhere(event) {
+    if (!popover.contains(/** @type {Node} */ (event.target))) popover.open = false;
+  }
 
   function adapt() {
     const chosen = /** @type {keyof HINTS} */ (kind.value);
@@ -151,6 +163,11 @@ export function breakpointsView(breakpoints, root) {
       if (names.join() === chips) return;
       chips = names.join();
       choices(chip, Object.fromEntries(names.map((name) => [name, name])));
+    },
+    close() {
+      document.removeEventListener("pointerdown", pressedElsewhere);
+      breakpoints.listeners.delete(show);
+      root.replaceChildren();
     },
   };
 }

@@ -208,7 +208,7 @@ export function editor(link, sheets, root, fail) {
       const fitting = new Set([...sheets.values()].map((sheet) => sheet.part.toLowerCase()));
       const all = reply.examples.filter((/** @type {any} */ one) => !one.part || fitting.has(one.part.toLowerCase()));
       choices(example, { "": "Examples…", ...Object.fromEntries(
-        all.map((/** @type {any} */ one) => [one.name, `${one.title || one.name}`])) });
+        all.map((/** @type {any} */ one) => [one.name, exampleName(one)])) });
     },
     () => { example.hidden = true; },
   );
@@ -227,6 +227,16 @@ export function editor(link, sheets, root, fail) {
       root.replaceChildren();
     },
   };
+}
+
+/**
+ * Return how an example is listed: the name of its file, and what it shows.
+ * @param {{name: string, title: string}} one
+ * @returns {string}
+ */
+function exampleName(one) {
+  const name = one.name.split("/").at(-1) ?? one.name;
+  return one.title ? `${name}: ${one.title.replace(/\.$/, "")}` : name;
 }
 
 /**

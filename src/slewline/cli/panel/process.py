@@ -13,12 +13,12 @@ from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from ..errors import UsageError
-from ..extras import lacking, needs
-from ..links.sockets.address import parse_address
+from ...errors import UsageError
+from ...extras import lacking, needs
+from ...links.sockets.address import parse_address
 
 if TYPE_CHECKING:
-    from ..links.server import Server
+    from ...links.server import Server
 
 CONTROL = "127.0.0.1:0"  # of the control port that only the panel knows
 END_S = 3.0

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..errors import ProgramError, UsageError
-from .files import Refused, chip_of, is_bench, read_program, say_replaced
-from .panel_process import PanelProcess, kept_journal
-from .serve import open_bench_file, say, show_ports, signals
-from .single import single
+from ...errors import ProgramError, UsageError
+from ..files import Refused, chip_of, is_bench, read_program, say_replaced
+from ..serve import open_bench_file, say, show_ports, signals
+from ..single import single
+from .process import PanelProcess, kept_journal
 
 if TYPE_CHECKING:
-    from ..bench import Bench
-    from ..bench.file import BenchFile
-    from ..links.server import Server
+    from ...bench import Bench
+    from ...bench.file import BenchFile
+    from ...links.server import Server
 
 
 @dataclass
@@ -69,7 +69,7 @@ class PanelCommand:
     # ------------------------------------------------------------------------------------------ a server that runs
     def show_server(self, address: str) -> int:
         """Open the panel of another server, until it or this command ends."""
-        from ..links.sockets import system
+        from ...links.sockets import system
 
         token = os.environ.get("SLEWLINE_TOKEN") or None
         with PanelProcess(self.listen, token, self.read_only, self.allow_remote) as panel:
@@ -107,8 +107,8 @@ class PanelCommand:
 
     def server(self, bench: Bench) -> Server:
         """Return the server, without ports."""
-        from ..links.lines.pace import Paced
-        from ..links.server import Server
+        from ...links.lines.pace import Paced
+        from ...links.server import Server
 
         pace = Paced(bench, self.rate or "1")
         return Server(bench, pace, None, self.allow_remote, lambda text: say(f"slewline: {text}"))
@@ -117,7 +117,7 @@ class PanelCommand:
         """Return the bench, with its hosts."""
         what = self.what or ""
         if self.is_bench:
-            from ..bench.file import BenchFile
+            from ...bench.file import BenchFile
 
             self.file = BenchFile(what, self.anywhere, self.allow_code)
             bench = self.file.load(journal=self.journal)
