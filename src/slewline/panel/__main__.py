@@ -1,8 +1,9 @@
 """Run the panel as a process of its own: python -m slewline.panel --attach HOST:PORT.
 
 It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  A program that starts it before there is a
-control port gives --attach -, and then HOST:PORT in a line of the standard input.  The token of the control port, if it has
-one, comes in the environment, SLEWLINE_TOKEN: a command line can be read by everybody on the machine.
+control port gives --attach -, and then HOST:PORT in a line of the standard input.  The token of the
+control port, if it has one, comes in the environment, SLEWLINE_TOKEN: a command line can be read by everybody on the
+machine.
 """
 
 from __future__ import annotations

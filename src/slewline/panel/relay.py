@@ -104,8 +104,8 @@ def parsed(text: str) -> dict[str, Any]:
     """Return a message as the server will read it.
 
     Raises:
-        NotAllowed: it is no object, or more than one line: JSON allows line feeds between its tokens, and the server would
-            take what follows one for a request of its own, which was never checked.
+        NotAllowed: it is no object, or more than one line: JSON allows line feeds between its tokens, and the server
+            would take what follows one for a request of its own, which was never checked.
     """
     if len(text.encode("utf-8", "replace")) > LONGEST:
         raise NotAllowed(f"the request has more than {LONGEST} bytes")

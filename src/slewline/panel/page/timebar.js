@@ -33,7 +33,9 @@ export function timebar(link, root, fail) {
   /** @type {number | null} */
   let wantedPs = null; // the instant to which the slider points, while a request is under way
   let sending = false;
-  let branch = 0;
+  let base = 0; // the branch of the slider: that from which it has gone back, until time passes again
+  /** Where the slider has led, and to which branch. @type {{branch: number, ps: number} | null} */
+  let visit = null;
 
   const now = h("output", { class: "clock", "aria-label": "Virtual time in seconds" });
   const go = h("button", { type: "button", "data-writes": true, class: "go", click: toggle, title: "F8" });
@@ -154,9 +156,13 @@ export function timebar(link, root, fail) {
     while (wantedPs !== null) { // the last place of the slider counts; those before it are left out
       const ps = wantedPs;
       wantedPs = null;
-      await ask({ do: "back", time: asTime(ps), branch });
+      visit = { branch: -1, ps };
+      const reply = await ask({ do: "back", time: asTime(ps), branch: base });
+      if (reply) visit = { branch: reply.branch, ps: reply.time_ps ?? ps };
+      else visit = null;
     }
     sending = scrubbing = false;
+    readBranches();
   }
 
   function changeBranch() {
@@ -166,13 +172,17 @@ export function timebar(link, root, fail) {
   async function readBranches() {
     try {
       const reply = await link.request({ do: "branches" });
-      branch = reply.current;
-      const own = reply.branches.find((/** @type {any} */ one) => one.number === branch);
-      horizonPs = Math.max(link.timePs, own?.now_ps ?? 0);
+      const current = reply.branches.find((/** @type {any} */ one) => one.number === reply.current);
+      if (sending) return;
+      if (visit?.branch !== reply.current) {
+        visit = null;
+        base = reply.current;
+        horizonPs = Math.max(link.timePs, current?.now_ps ?? 0);
+      }
       choices(branches, Object.fromEntries(reply.branches.map((/** @type {any} */ one) =>
         [String(one.number), one.parent === null || one.parent === undefined ? `branch ${one.number}` :
           `branch ${one.number}, of ${one.parent} from ${readable(one.from_ps)}`])));
-      branches.value = String(branch);
+      branches.value = String(reply.current);
       branches.hidden = reply.branches.length < 2;
     } catch {
       branches.hidden = true; // a server that keeps no past
@@ -208,6 +218,11 @@ export function timebar(link, root, fail) {
   let toldRate = null;
   return {
     update(view, timePs) {
+      if (visit && !sending && view.pace?.branch === visit.branch && timePs > visit.ps) { // time passes in the new branch
+        base = visit.branch;
+        visit = null;
+        horizonPs = timePs;
+      }
       horizonPs = Math.max(horizonPs, timePs);
       const pace = view.pace ?? {};
       paused = pace.paused === true;
