@@ -174,6 +174,11 @@ class Terminal:
         what = "release()" if level is None else f"drive({level!r})"
         raise NoSuchAttribute(f"{self.name}: level cannot be set: it is what the wire shows; write pin.{what}")
 
+    @property
+    def held(self) -> int | None:
+        """The level that the pin is driven to from outside; None: it is not driven."""
+        return self._level
+
     def drive(self, level: int, at: Time | None = None) -> None:
         """Drive the pin to 0 or 1 from outside, now or at an instant.
 

@@ -20,9 +20,10 @@ from __future__ import annotations
 import hmac
 import json
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from time import perf_counter
+from typing import Any
 
 from ...bench.runner import Wait
 from ...core.time.timebase import PS_PER_S, picoseconds
@@ -33,7 +34,7 @@ from ..sockets.address import is_loopback, parse_address
 from ..sockets.preamble import Preamble
 from ..sockets.stream import SocketStream
 from ..time.roads import connection, greeting
-from ..views.views import difference
+from ..views.views import at, difference, put
 from .kinds import Data
 from .requests import as_object, read
 from .time_verbs import TimeVerbs
@@ -48,6 +49,7 @@ OFTENEST_S = 0.005  # events of a client
 OF_ALL_BRANCHES = ("back", "branches", "branch", "quit", "schema")  # requests that are answered here
 MARK = "of the branch"  # the id of a request of ours
 MARKED = json.dumps({"id": MARK})[:-1].encode()
+GATHER_S = 0.0003  # how long a view is compared in a turn of the loop
 CLOCK_S = 0.1  # between two that tell only the time
 
 
@@ -111,6 +113,8 @@ class Client:
         self.seen: Data = {}  # the view that it has
         self.told = (0, 0, 0.0)  # what was said up to there, and when it was last told anything
         self.watching = 0  # the number of its subscription
+        self.gathering: Iterator[tuple[tuple[str, ...], Any]] | None = None  # what of a view is still to be compared
+        self.changed: Data = {}  # what has changed in it
         self.beyond: Beyond | None = None  # the branch to which its requests go
         self.stream = SocketStream(self.server.loop, connection, self.take, self.gone, self.room, QUEUE, self.ended)
 
@@ -225,25 +229,40 @@ class Client:
         self.server.loop.after(self.every_s, partial(self.tell, watching))
         if self.stream.outgoing or self.beyond is not None:
             return
-        dialogue, now_s = self.server.dialogue, perf_counter()
+        dialogue = self.server.dialogue
         touched, number, told_s = self.told
         if dialogue.touched != touched:
             entries = [*dialogue.changed(touched, number)][::-1]
             self.event({"event": "said", "entries": entries})
             self.told = dialogue.touched, dialogue.number, told_s
-        view = self.server.views.view()
-        changed = difference(self.seen, view)
-        self.seen = view
-        if changed or (now_s - told_s > CLOCK_S and not self.server.pace.paused):
-            self.event({"event": "view", "view": changed})
-            self.told = dialogue.touched, dialogue.number, now_s
+        if self.gathering is None:
+            self.gathering, self.changed = self.server.views.pieces(), {}
+            self.gather()
+
+    def gather(self) -> None:
+        """Find what of the view has changed, for a share of the turn: answers of modules must not be late for it."""
+        end_s = perf_counter() + GATHER_S
+        for path, value in self.gathering or ():
+            old = at(self.seen, path)
+            if value != old:
+                both = isinstance(value, dict) and isinstance(old, dict)
+                put(self.changed, path, difference(old, value) if both else value)
+                put(self.seen, path, value)
+            if perf_counter() > end_s:
+                self.server.loop.ask(self.gather)
+                return
+        self.gathering = None
+        told_s, now_s = self.told[2], perf_counter()
+        if self.changed or (now_s - told_s > CLOCK_S and not self.server.pace.paused):
+            self.event({"event": "view", "view": self.changed})
+            self.told = *self.told[:2], now_s
 
     def divert(self, where: str, event: Data) -> None:
         """Let requests go to the control port of a branch from now on; "": they are answered here again."""
         if self.beyond is not None:
             self.beyond.close()
         self.event(event)
-        self.beyond = Beyond(self, where) if where else None
+        self.beyond, self.gathering = Beyond(self, where) if where else None, None
         self.seen, self.told = {}, (self.server.dialogue.touched, self.server.dialogue.number, 0.0)
 
     def event(self, found: Data) -> None:

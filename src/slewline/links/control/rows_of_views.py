@@ -117,7 +117,11 @@ REQUESTS = (
         "Find the first, or the last, instant of a window at which something happens.",
         {"on": {"pin": "x.mov", "edge": "falls"}, "start": 0, "stop": "1 s", "last": True},
         (
-            Key("on", OBJECT, "pin and edge; quantity, value and slope; finding, with the name of a chip or part"),
+            Key(
+                "on",
+                OBJECT,
+                "pin and edge, or level; quantity, value and slope; finding, with the name of its source",
+            ),
             START,
             STOP,
             Key("last", BOOLEAN, "the last one", "false"),

@@ -248,6 +248,7 @@ def sheet_data(sheet: Sheet) -> Data:
             "active": pin.active,
             "role": pin.role,
             "axis": pin.axis,
+            "where": pin.where,
         }
         for pin in sheet.pins
     ]

@@ -145,9 +145,11 @@ class Scope:
         """Return the first, or the last, instant (ps) at which something happens in a window; None: it does not.
 
         Raises:
-            UsageError: not a pin and its edge, nor a quantity, a value and its slope, nor a finding.
+            UsageError: not a pin and its edge or level, nor a quantity, a value and its slope, nor a finding.
             NotRecorded: the pin is not recorded.
         """
+        if {"pin", "level"} <= set(on):
+            return self._level(on["pin"], on["level"], start, stop, last)
         if "pin" in on:
             return self._edge(on["pin"], on.get("edge", "any"), start, stop, last)
         if "quantity" in on and "value" in on:
@@ -156,7 +158,9 @@ class Scope:
             found = self.bench[on["finding"]].findings if on["finding"] else self.bench.findings
             times = [each.time_ps for each in found if start <= each.time_ps <= stop]
             return None if not times else times[-1] if last else times[0]
-        raise UsageError(f"find on {dict(on)!r}; allowed pin and edge; quantity, value and slope; finding")
+        raise UsageError(
+            f"find on {dict(on)!r}; allowed pin and edge; pin and level; quantity, value and slope; finding"
+        )
 
     def _edge(self, name: str, edge: str, start: int, stop: int, last: bool) -> int | None:
         probe, recorder = self.probe(name), self.recorder
@@ -175,6 +179,17 @@ class Scope:
                 return int(fitting[-1])
             stop, width = begin - 1, 2 * width
         return None
+
+    def _level(self, name: str, level: Any, start: int, stop: int, last: bool) -> int | None:
+        """The first instant at which a pin has a level, or the last."""
+        if level not in (0, 1):
+            raise UsageError(f"find {name}: level {level!r}; allowed 0, 1")
+        probe = self.probe(name)
+        at = stop if last else max(start, self.recorder.since(probe))
+        if self.recorder.level_at(probe, at) == level:
+            return at
+        ended = self._edge(name, "any" if last else ("rises" if level else "falls"), start, stop, last)
+        return ended - 1 if last and ended is not None and ended > start else ended
 
     def _crossing(self, name: str, value: Any, slope: str, start: int, stop: int, last: bool) -> int | None:
         if not isinstance(value, int | float) or slope not in ("rises", "falls", "any"):

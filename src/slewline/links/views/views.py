@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 from zlib import crc32
 
@@ -38,14 +38,20 @@ class Views:
 
     def view(self) -> Data:
         """Return everything that a panel shows, now."""
-        server = self.server
-        return {
-            "pace": self.pace(),
-            "chips": {name: self.chip(chip) for name, chip in self.bench.chips.items()},
-            "parts": {name: part_view(part) for name, part in self.bench.parts.items()},
-            "findings": server.found,
-            "entries": server.dialogue.number,
-        }
+        found: Data = {"chips": {}, "parts": {}}
+        for path, value in self.pieces():
+            put(found, path, value)
+        return found
+
+    def pieces(self) -> Iterator[tuple[tuple[str, ...], Any]]:
+        """Yield the same a piece at a time, each with its keys: a chip, a part, a number."""
+        yield ("pace",), self.pace()
+        for name, chip in self.bench.chips.items():
+            yield ("chips", name), self.chip(chip)
+        for name, part in self.bench.parts.items():
+            yield ("parts", name), part_view(part)
+        yield ("findings",), self.server.found
+        yield ("entries",), self.server.dialogue.number
 
     def pace(self) -> Data:
         """Return how time passes."""
@@ -67,6 +73,7 @@ class Views:
         ]
         return {
             "levels": levels(chip),
+            "held": {name: pin.held for name, pin in chip.pins.items() if pin.held is not None},
             "registers": dict(chip.registers),
             "axes": axes,
             "counter": chip.program_counter,
@@ -75,6 +82,21 @@ class Views:
             "idle": chip.idle,
             "program": crc32(chip.program),
         }
+
+
+def put(view: Data, path: tuple[str, ...], value: Any) -> None:
+    """Put a piece into a view."""
+    for key in path[:-1]:
+        view = view.setdefault(key, {})
+    view[path[-1]] = value
+
+
+def at(view: Mapping[str, Any], path: tuple[str, ...]) -> Any:
+    """Return a piece of a view; None: it is not there."""
+    found: Any = view
+    for key in path:
+        found = found.get(key) if isinstance(found, Mapping) else None
+    return found
 
 
 def levels(owner: Chip | Part) -> dict[str, int | None]:

@@ -119,6 +119,10 @@ class HpDisplay(Shows, Part):
             return BLANK * CHARACTERS
         return "".join(_glyph(byte) for byte in self._cells[FIRST:])
 
+    def shows(self) -> dict[str, Any]:
+        """Return its line, how bright it is, in percent, and which places flash."""
+        return {"text": self.rows, "brightness": self.brightness, "flashing": list(self.flashing)}
+
     @property
     def brightness(self) -> int:
         """How bright it is, in percent."""

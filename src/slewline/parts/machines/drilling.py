@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from ...core.datasheet.option import Option
 from ...core.time.kernel import Kernel
@@ -19,6 +20,8 @@ from ..shafts.interlock import InterlockMonitor
 from ..shafts.motor import STEP_WIRING, StepDrive, attach_drive
 from ..shafts.sensors import Switch
 from ..shafts.shaft import forget_shaft, shaft_quantities
+
+SHOWN = 200  # holes
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +58,10 @@ class Bar(Part):
     def position(self) -> int:
         """Steps forward since the last cut."""
         return self.drive.position - self._cut_at
+
+    def shows(self) -> dict[str, Any]:
+        """Return how far the bar is, in steps, where its last holes are, and how many pieces were cut off."""
+        return {"position": self.position, "spots": self.holes[-SHOWN:], "pieces": len(self.pieces)}
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""
@@ -103,6 +110,10 @@ class Drill(Part):
     def position(self) -> int:
         """Steps clockwise since the beginning."""
         return self.drive.position
+
+    def shows(self) -> dict[str, Any]:
+        """Return where the drill is, in steps."""
+        return {"position": self.position}
 
     def rewired(self) -> None:
         """Start to watch the pins: the part is wired, and time is about to pass."""

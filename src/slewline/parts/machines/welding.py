@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from ...core.datasheet.option import Option
 from ...core.time.kernel import Kernel
@@ -13,6 +14,8 @@ from ..base.part import Part
 from ..shafts.interlock import InterlockMonitor
 from ..shafts.motor import STEP_WIRING, StepDrive, attach_drive
 from ..shafts.shaft import forget_shaft, shaft_quantities
+
+SHOWN = 200  # spots
 
 
 class Workpieces(Part):
@@ -61,6 +64,10 @@ class Workpieces(Part):
                 self.drivers["in_place"].drive(0)
                 self._next()
 
+    def shows(self) -> dict[str, Any]:
+        """Return how many workpieces there are, how many are finished, and what the one in place still needs."""
+        return {"pieces": self.pieces, "finished": self.finished, "left": self.left}
+
     @property
     def waiting(self) -> str:
         """What the part waits for."""
@@ -106,6 +113,11 @@ class Welder(Part):
     def position(self) -> int:
         """Steps clockwise since the beginning."""
         return self.drive.position
+
+    def shows(self) -> dict[str, Any]:
+        """Return where the torch is, in steps, where its last spots are, and whether it burns."""
+        spots = [spot.position for spot in self.spots[-SHOWN:]]
+        return {"position": self.position, "spots": spots, "lit": self.lit is not None}
 
     def _torch(self, net: Net) -> None:
         now = self.kernel.now

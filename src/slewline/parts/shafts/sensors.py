@@ -134,6 +134,7 @@ class Switch(Part):
         if (low is None and high is None) or (low is not None and high is not None and low >= high):
             raise UsageError(f"{name}: closed from low {low} to high {high}; allowed low below high, one of them None")
         self.axis, self.wiring = axis, MappingProxyType({"out": role})
+        self._low, self._high = low, high
         self._active = active
         self._levels: tuple[int | None, int | None] = (None, active or 0)
         scale, self._says = zone(fraction_or_none(low), fraction_or_none(high), fraction(hysteresis))
@@ -158,8 +159,9 @@ class Switch(Part):
         return self._zone.closed_at(self.kernel.seen)
 
     def shows(self) -> dict[str, Any]:
-        """Return whether it is closed."""
-        return {"closed": self.closed}
+        """Return whether it is closed, between which places of the shaft it is, in steps, and what turns that."""
+        source = getattr(self.rule.shaft.source, "name", None)
+        return {"closed": self.closed, "low": self._low, "high": self._high, "on": source}
 
     def _cut(self, ps: int) -> None:
         """Keep whether it is closed at an instant (ps)."""
