@@ -23,11 +23,16 @@ const MARKS = new Map([
 const OPEN = "z"; // nothing drives it
 
 /**
- * @param {Pin | number} pin
- * @returns {boolean} does it carry a signal?
+ * Return two rows of equal length of the pins that carry a signal, in their order round the package.
+ * @param {(Pin | number)[][]} rows
+ * @returns {Pin[][]}
  */
-function carries(pin) {
-  return typeof pin !== "number" && hasSignal(pin);
+function halves([left, right]) {
+  /** @type {Pin[]} */
+  const found = [];
+  for (const pin of [...left, ...[...right].reverse()]) if (typeof pin !== "number" && hasSignal(pin)) found.push(pin);
+  const half = Math.ceil(found.length / 2);
+  return [found.slice(0, half), found.slice(half).reverse()];
 }
 
 /**
@@ -123,7 +128,7 @@ class PackageView {
     const square = one.square && !this.narrow;
     const folded = one.square && !square;
     const brief = folded && !this.whole;
-    const sides = square ? one.sides : twoRows(one).map((side) => (brief ? side.filter(carries) : side));
+    const sides = square ? one.sides : brief ? halves(twoRows(one)) : twoRows(one);
     const part = this.sheet.part.toUpperCase();
     const name = `${this.chip}: ${part}${one.name ? `, ${one.name}` : ""}`;
     const printed = h("span", { class: "package-print", "aria-hidden": "true" }, h("b", {}, part), one.name);
