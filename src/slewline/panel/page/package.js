@@ -6,7 +6,7 @@
  */
 
 import { h, say } from "./dom.js";
-import { set } from "./elements.js";
+import { control, set } from "./elements.js";
 import { onHold } from "./hold.js";
 import { hasSignal, levelText, packages, pressedLevel, twoRows, wayText } from "./package_layout.js";
 
@@ -21,6 +21,19 @@ const MARKS = new Map([
   [0, "0"],
 ]);
 const OPEN = "z"; // nothing drives it
+
+/**
+ * Return two rows of equal length of the pins that carry a signal, in their order round the package.
+ * @param {(Pin | number)[][]} rows
+ * @returns {Pin[][]}
+ */
+function halves([left, right]) {
+  /** @type {Pin[]} */
+  const found = [];
+  for (const pin of [...left, ...[...right].reverse()]) if (typeof pin !== "number" && hasSignal(pin)) found.push(pin);
+  const half = Math.ceil(found.length / 2);
+  return [found.slice(0, half), found.slice(half).reverse()];
+}
 
 /**
  * Draw the package of a chip.
@@ -51,6 +64,7 @@ class PackageView {
     this.packages = [];
     this.sheet = { part: "", title: "" };
     this.narrow = false;
+    this.whole = false; // in a narrow place: also the pins without a signal
     this.current = "";
     this.closed = false;
     this.body = h("div", { class: "packages" });
@@ -112,7 +126,9 @@ class PackageView {
    */
   onePackage(one) {
     const square = one.square && !this.narrow;
-    const sides = square ? one.sides : twoRows(one);
+    const folded = one.square && !square;
+    const brief = folded && !this.whole;
+    const sides = square ? one.sides : brief ? halves(twoRows(one)) : twoRows(one);
     const part = this.sheet.part.toUpperCase();
     const name = `${this.chip}: ${part}${one.name ? `, ${one.name}` : ""}`;
     const printed = h("span", { class: "package-print", "aria-hidden": "true" }, h("b", {}, part), one.name);
@@ -131,6 +147,14 @@ class PackageView {
       side.forEach((pin, at) => grid.append(this.onePin(pin, names[which], at, count, square)));
     });
     const figure = h("figure", { class: "package-figure" }, grid);
+    if (folded) {
+      const says = brief ? "All pins" : "Only pins with a signal";
+      const change = () => {
+        this.whole = !this.whole;
+        this.build();
+      };
+      figure.append(control(says, change, { class: "package-all", "aria-label": `${name}: ${says.toLowerCase()}` }));
+    }
     if (one.loose.length) {
       const loose = h("div", { class: "package-loose" }, "number not known: ");
       for (const pin of one.loose) loose.append(this.onePin(pin, "loose", 0, 0, false));

@@ -9,7 +9,7 @@ import { h, say } from "./dom.js";
 import { control, set } from "./elements.js";
 import { saveImage, saveText } from "./scope_save.js";
 import { CURSOR_NAMES, drawScope, gutter, pictureHeight } from "./scope_draw.js";
-import { Feed, SETTLE_MS, SHARE } from "./scope_feed.js";
+import { Feed, SETTLE_MS, SHARE, least } from "./scope_feed.js";
 import { onPointers } from "./scope_pointer.js";
 import { Signals, firstSignals } from "./scope_signals.js";
 import { Trigger } from "./scope_trigger.js";
@@ -193,7 +193,7 @@ class Scope extends Feed {
     const stop = this.start + this.span;
     const inside = this.found !== null && this.found >= this.start && this.found <= stop;
     const from = Math.round(inside ? /** @type {number} */ (this.found) : this.start + SHARE * this.span);
-    const window = last ? { start: 0, stop: Math.max(from - 1, 0) } : { start: from + 1, stop: this.link.timePs };
+    const window = last ? { start: 0, stop: Math.max(from - least(from), 0) } : { start: from + least(from), stop: this.link.timePs };
     try {
       const { found_ps: found } = await this.link.request({ do: "find", on: sought, ...window, last });
       say(this.trigger.state, typeof found === "number" ? `at ${instantText(found, this.span / 1000)}` : "none there");

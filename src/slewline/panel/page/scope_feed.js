@@ -15,6 +15,15 @@ const SEARCH_PS = 20 * SECOND; // how far back a trigger is looked for, at least
 export const SETTLE_MS = 150; // after which a cursor that has come to rest is read exactly
 export const SHARE = 0.3; // of the window that is before the trigger
 
+/**
+ * Return the least step of time that a number tells apart at an instant: 1 ps in the first hours.
+ * @param {number} ps
+ * @returns {number}
+ */
+export function least(ps) {
+  return Math.max(1, Math.ceil(ps * 2 * Number.EPSILON));
+}
+
 export class Feed {
   /** @param {Link} link */
   constructor(link) {
@@ -145,10 +154,11 @@ export class Feed {
   async askCursors() {
     const movedMs = this.movedMs;
     for (const [n, ps] of this.cursors.entries()) {
-      if (ps === null || this.readings.exact[n]?.ps === ps || ps + 1 > this.link.timePs) continue;
+      if (ps === null || this.readings.exact[n]?.ps === ps || ps + least(ps) > this.link.timePs) continue;
       const signals = [...this.signals.chosen];
-      const reply = await this.link.request({ do: "window", signals, start: ps, stop: ps + 1, columns: 1 });
-      const traces = new Map(Object.entries(reply.signals).map(([name, one]) => [name, decoded(one, ps, ps + 1)]));
+      const stop = ps + least(ps);
+      const reply = await this.link.request({ do: "window", signals, start: ps, stop, columns: 1 });
+      const traces = new Map(Object.entries(reply.signals).map(([name, one]) => [name, decoded(one, ps, stop)]));
       this.readings.exact[n] = { ps, traces };
     }
     if (this.movedMs === movedMs) this.movedMs = 0;

@@ -69,7 +69,7 @@ export class Signals {
   list(title, names, prefix) {
     const boxes = names.map((name) => {
       const signal = prefix + name;
-      const box = h("input", { type: "checkbox", value: signal, checked: this.chosen.includes(signal) });
+      const box = h("input", { type: "checkbox", value: signal, "aria-label": signal, checked: this.chosen.includes(signal) });
       box.addEventListener("change", () => this.choose(signal, box.checked));
       return h("label", { "data-signal": signal.toLowerCase() }, box, name);
     });
