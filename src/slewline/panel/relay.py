@@ -26,7 +26,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 # fmt: off
 READING = frozenset((
     "read", "status", "findings", "steps", "schema", "describe", "parts", "listing", "view", "subscribe", "said",
-    "window", "signals", "find", "export", "assemble", "examples", "branches",
+    "window", "signals", "find", "export", "assemble", "examples", "example", "branches",
 ))
 # fmt: on
 WAITING = frozenset(("until", "step", "advance"))

@@ -190,7 +190,7 @@ class Client:
                 self.reply(request, found)
         except (SlewlineError, TypeError, ValueError, KeyError) as error:
             self.waiting = False
-            self.reply(request, {"error": str(error)})
+            self.reply(request or numbered(line), {"error": str(error)})
 
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool = False
@@ -350,6 +350,15 @@ class Beyond:
 def in_ps(seconds: float) -> int:
     """Return seconds as whole picoseconds."""
     return int(seconds * PS_PER_S)
+
+
+def numbered(line: bytes) -> Data:
+    """Return the `id` of a request that cannot be read, so that the client knows which one it was."""
+    try:
+        request = as_object(line)
+    except (SlewlineError, ValueError):
+        return {}
+    return {"id": request["id"]} if "id" in request else {}
 
 
 def same(token: object, expected: str) -> bool:

@@ -53,7 +53,7 @@ export function editor(link, sheets, root, fail) {
     const chosen = example.value;
     if (!chosen) return;
     try {
-      const reply = await link.request({ do: "examples", name: chosen });
+      const reply = await link.request({ do: "example", name: chosen });
       const part = chosen.split(".").at(-1);
       const fits = [...sheets].find(([, sheet]) => sheet.part.toLowerCase() === part);
       if (fits) chip.value = fits[0];
