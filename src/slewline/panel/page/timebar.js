@@ -147,6 +147,7 @@ export function timebar(link, root, fail) {
     wantedPs = (Number(slider.value) / NOTCHES) * horizonPs;
     say(now, clock(wantedPs));
     scrubbing = true;
+    say(state, "");
     goBack();
   }
 
