@@ -46,6 +46,8 @@ export function chipCard(link, sheet, name, root, breakpoints, fail) {
 
   /** @type {View[]} */
   const views = [registers(sheet, name, table), listing(link, name, program, breakpoints)];
+  const cell = program.parentElement;
+  if (cell) cell.hidden = !sheet.buffer_bytes; // a chipset stores no program
   const ends = [commandLine(link, sheet, name, line, fail)];
   let closed = false;
   import("./package.js").then(

@@ -5,7 +5,7 @@
 import { h, say } from "./dom.js";
 import { grouped, shown } from "./format.js";
 
-/** @typedef {import("./link.js").Link} Link */
+const LONG_LETTER = 3; // a command with a name, such as SET_POS, says what the register's name says
 
 /**
  * Show the registers of a chip.
@@ -46,7 +46,7 @@ export function registers(sheet, chipName, root) {
         return h("tr", { title: one.says ? `${one.says}${bits}` : null },
           h("th", { scope: "row" },
             h("span", { class: "register-name" }, name.replaceAll("_", " ")),
-            one.letter && h("span", { class: "letter" }, one.letter)),
+            one.letter?.length < LONG_LETTER && h("span", { class: "letter" }, one.letter)),
           ...own,
           h("td", { class: "unit" }, one.unit ?? ""),
           h("td", { class: "says" }, one.says ?? ""));
