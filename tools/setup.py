@@ -274,7 +274,7 @@ def compiled_tests(work, *more):
     return tests(work, "-p", "tests.compiled", *more)
 
 
-def check(_work):
+def check(work):
     return [
         ["-m", "ruff", "check"],
         ["-m", "ruff", "format", "--check"],
@@ -283,6 +283,7 @@ def check(_work):
         ["tools/conformance.py", "--check"],
         ["tools/describe_docs.py", "--check"],
         ["tools/stubs.py", "--check"],
+        [os.path.join("tools", "page", "check.py"), os.path.join(work, "build", "page")],
         ["-m", "pytest", "-m", "docs", "tests/docs"],
     ]
 

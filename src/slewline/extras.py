@@ -13,6 +13,7 @@ EXTRAS = {  # by extra: packages, each as it is installed and as it is imported
     "files": (("msgspec", "msgspec"),),
     "plot": (("matplotlib", "matplotlib"),),
     "serial": (("pyserial", "serial"),),
+    "panel": (("starlette", "starlette"), ("uvicorn", "uvicorn"), ("websockets", "websockets")),
 }
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import slewline
 from slewline.errors import UsageError
-from slewline.links.ports.tcp import parse_address
+from slewline.links.sockets.address import parse_address
 
 
 @pytest.fixture

@@ -12,8 +12,8 @@ import slewline
 from slewline.errors import UsageError
 from slewline.links.lines.line import BACKLOG
 from slewline.links.lines.pace import Lockstep, Paced
-from slewline.links.ports.tcp import parse_address
 from slewline.links.server import Server
+from slewline.links.sockets.address import parse_address
 
 from .conftest import STRAPS, Threaded
 

@@ -2,51 +2,15 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 import click
 
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide
-from .options.values import (
-    DIRECTORY,
-    FILE,
-    Drive,
-    Frequency,
-    Names,
-    PartName,
-    SettingText,
-    Strap,
-    TimeWithUnit,
-    look_here,
-)
+from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, path
+from .options.values import DIRECTORY, FILE, Drive, Names, PartName, SettingText, Strap, TimeWithUnit
 from .options.version_option import version_option
-
-EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
-path = partial(click.option, metavar="F", type=FILE)
-CHIP = click.option(
-    "--chip",
-    type=PartName(),
-    is_eager=True,
-    metavar="CHIP",
-    help="The part; by default that of the ending of FILE, as in .cy525.",
-)
-ALLOW_CODE = click.option(
-    "--allow-code",
-    is_flag=True,
-    callback=look_here,
-    help="A bench file or journal may name a chip or part as module:Class, which runs the code of the module.",
-)
-CRYSTAL = click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
-MEMORY = path("--memory", help="Image of the memory beside the chip: a dump, or Intel HEX.")
-ANYWHERE = click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
-OPTIONS = click.option(
-    "--options",
-    metavar="F.toml",
-    help='Options of the chip (`describe` lists them), as a bench file has them: rate_table = "27k", [inferred] ...',
-)
-JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead.")
 
 
 @click.group(
@@ -311,6 +275,13 @@ def chips_command(**options: Any) -> int:
 )
 @click.option("--allow-remote", is_flag=True, help="Other machines may connect; to the control port with --token only.")
 @click.option("--status", is_flag=True, help="Show a status line every second; else SIGUSR1 asks for one.")
+@click.option(
+    "--panel",
+    metavar="HOST:PORT",
+    is_flag=False,
+    flag_value="127.0.0.1:0",
+    help="Also open a panel, a page for a web browser; without HOST:PORT on any free port.",
+)
 @OPTIONS
 def serve_command(**options: Any) -> int:
     """Put a chip on a port, where host software finds it as if it were real, until SIGINT, SIGTERM or SIGHUP.
@@ -334,6 +305,35 @@ def serve_command(**options: Any) -> int:
     from .serve import ServeCommand
 
     return ServeCommand(**options).perform()
+
+
+@cli.command("panel", short_help="See a chip and work it, in a web browser.", epilog=EXIT)
+@click.argument("what", metavar="[CHIP | BENCH.toml | PROGRAM]", required=False, is_eager=True)
+@CHIP
+@click.option("--attach", metavar="HOST:PORT", help="The control port of a server that runs, instead of a chip.")
+@click.option("--listen", metavar="HOST:PORT", default="127.0.0.1:0", help="Where the page is found; any free port.")
+@click.option("--read-only", is_flag=True, help="The page may look and not touch.")
+@click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
+@click.option("--no-browser", is_flag=True, help="Open no web browser; print the address only.")
+@click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
+@path("--journal", help="Write every input from outside, for slewline run --replay.")
+@ANYWHERE
+@ALLOW_CODE
+@click.option("--allow-remote", is_flag=True, help="Other machines may connect; they need the address with its token.")
+def panel_command(**options: Any) -> int:
+    """Open a panel, a page on which a chip is seen and worked, until SIGINT, SIGTERM or SIGHUP.
+
+    Shown are its pins, registers, program and conversation; time can be stopped, stepped and taken back.  A PROGRAM is
+    given to the chip by its host, as `slewline run` does; the ports of the [[serve]] tables of a bench file are opened.
+    With --attach the panel shows what runs in a server, whatever host program talks to it; a token of its control port
+    is taken from the environment, SLEWLINE_TOKEN.
+
+    The page is found under the address that is printed.  Any browser with its token may work the chip; without it the
+    page only looks.
+    """
+    from .panel.command import PanelCommand
+
+    return PanelCommand(**options).perform()
 
 
 @cli.command("help", hidden=True)

@@ -23,6 +23,16 @@ LONGEST = 1000  # characters of a line
 STDIN = "-"
 
 
+class Refused(click.ClickException):
+    """Something that cannot be run at all."""
+
+    exit_code = 2
+
+    def show(self, file: Any = None) -> None:
+        """Print the message to the standard error."""
+        click.echo(f"slewline: {self.message}", err=True)
+
+
 def read_program(path: str) -> str:
     """Return the text of a program file, or of the standard input for "-"."""
     text = read_text(path, sys.stdin.buffer.read() if path == STDIN else None)

@@ -241,7 +241,7 @@ def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str
     """
     from ..bench import Bench
     from ..bench.file import BenchFile
-    from .run import read
+    from .single import read
 
     if is_bench(file):
         if chip is not None:

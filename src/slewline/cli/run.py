@@ -12,22 +12,20 @@ from typing import TYPE_CHECKING, Any, cast
 import click
 
 from ..bench.pictures.waveforms import STEPS, VCD
-from ..chips import sheet_of
 from ..core.messages.whole import counted
 from ..core.time.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout, TornJournal
 from ..record.pictures.pictures import SUFFIXES
 from ..record.waveforms.layouts import layout_paths
 from ..record.waveforms.vcd import unit_of
-from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, say_replaced
+from .files import STDIN, Outputs, Refused, chip_of, is_bench, read_options, read_program, say_replaced
+from .single import single
 from .transcript import Transcript, seconds
 
 if TYPE_CHECKING:
     from ..bench import Bench
-    from ..bench.scripts.script_runner import Script
     from ..core.chip import Chip
     from ..core.component import Finding
-    from ..core.datasheet.table import Sheet
     from ..parts.base.part import Part
     from ..parts.memories.memory import Eeprom, Ram
     from ..record.waveforms.vcd_sources import Buses
@@ -39,16 +37,6 @@ PLOTTED = (  # pins in these roles, below the curves
 DEFAULT_BUSES: Buses = "bits"
 OF_VCD = ("pins", "timescale", "vcd_buses", "vcd_values", "layout")
 COLOURS = {"finding": "red", "motion": "green", "host": "cyan"}
-
-
-class Refused(click.ClickException):
-    """Something that cannot be run at all."""
-
-    exit_code = 2
-
-    def show(self, file: Any = None) -> None:
-        """Print the message to the standard error."""
-        click.echo(f"slewline: {self.message}", err=True)
 
 
 @dataclass
@@ -162,22 +150,19 @@ class RunCommand:
 
     def single(self, file: str, journal: str | None) -> Bench:
         """Return a bench with a chip, a host, and a program."""
-        from ..bench import Bench
-        from ..bench.memories import put_memory
-        from ..bench.scripts.script import check_script, run_script
-
         text = read_program(file)
         part = chip_of(file, self.chip)
-        script, straps = read(text, file, sheet_of(part))
-        bench = Bench(journal=journal)
-        options = read_options(self.options, part)
-        chip = bench.add(part, crystal=self.crystal, straps=straps | dict(self.strap), **options)
-        put_memory(bench, chip, self.memory)
-        host = bench.host(chip, over=self.over)
-        check_script(bench, host, script)
-        self.prepare(bench)
-        run_script(bench, host, script)
-        return bench
+        return single(
+            part,
+            (text, file),
+            crystal=self.crystal,
+            strap=dict(self.strap),
+            options=read_options(self.options, part),
+            memory=self.memory,
+            over=self.over,
+            journal=journal,
+            prepare=self.prepare,
+        )
 
     def prepare(self, bench: Bench) -> None:
         """Drive pins, record what will be written, and listen for the transcript; refuse what would run in vain."""
@@ -304,25 +289,6 @@ def memory_of(bench: Bench, path: str) -> Eeprom | Ram:
         what = f"{len(found)} of them" if found else "none"
         raise Refused(f"{path}: --save-memory needs one memory on the bench, which has {what}; leave it out")
     return found[0]
-
-
-def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
-    """Return the script of a program file, and the straps that it needs.
-
-    The bytes of a .hex file go to a chip in binary mode, to a chipset packet by packet; a module on a serial line runs
-    at its highest rate and without checksums.
-    """
-    from ..bench.scripts.script import read_script
-    from ..language.dialect import dialect_of
-
-    straps = sheet.fastest | sheet.plain
-    if not file.lower().endswith(".hex"):
-        return read_script(text, file), straps
-    lines = [line.split(";", 1)[0].strip() for line in text.splitlines()]
-    lines = dialect_of(sheet).parted(lines, sheet)
-    script = read_script("\n".join(line and f"@bytes {line}" for line in lines), file)
-    mode = sheet.role("text")
-    return script, straps | ({mode.name: 0} if mode is not None else {})
 
 
 def show(ps: int, who: str, kind: str, text: str) -> None:

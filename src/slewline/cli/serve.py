@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -20,8 +20,10 @@ from ..core.datasheet.channel import AdaptiveLine, FlowBus
 from ..core.datasheet.option import checked, read
 from ..errors import UsageError
 from .files import read_options, say_replaced
+from .panel.process import PanelProcess, kept_journal
 
 if TYPE_CHECKING:
+    from ..bench.file import BenchFile
     from ..core.datasheet.table import Sheet
     from ..links.lines.line import HostLine
     from ..links.lines.pace import Pace
@@ -64,30 +66,36 @@ class ServeCommand:
     options: str | None
     allow_remote: bool
     status: bool
+    panel: str | None = None
 
     def perform(self) -> int:
         """Do it, until a signal ends it; returns the exit status."""
         ports = self.check_options()
         say_replaced(self.journal)
-        with state_directory(self.state) as stores:
+        with ExitStack() as stack, state_directory(self.state) as stores:
+            panel = None
+            if self.panel is not None:
+                panel = stack.enter_context(PanelProcess.beside(self.panel, allow_remote=self.allow_remote))
+                self.journal = stack.enter_context(kept_journal(self.journal))
             bench = self.new_bench(stores)
             server = self.server(bench)
             with signals(server):
-                self.open_ports(server, ports)
+                self.open_ports(server, ports, panel)
                 if self.status:
                     server.loop.ask(lambda: show_again(server))
                 server.run()
         return 0
 
-    def open_ports(self, server: Server, ports: list[tuple[str, str]]) -> None:
+    def open_ports(self, server: Server, ports: list[tuple[str, str]], panel: PanelProcess | None) -> None:
         """Open what is asked for, and tell where it is found."""
         try:
-            found = self.open_bench_file(server) if self.bench else self.open_chip(server, ports)
+            found = open_bench_file(server, self.file) if self.bench else self.open_chip(server, ports)
             if self.control:
                 found.append(("control", server.control(self.control, self.token).where))
-            for name, where in found:
-                click.echo(f"{name}: {where}")
-            sys.stdout.flush()
+            if panel is not None:
+                panel.open(server)
+                found.append(("panel", panel.url))
+            show_ports(found)
         except BaseException:
             server.close()
             raise
@@ -168,18 +176,26 @@ class ServeCommand:
             found.append((titled(line), getattr(server, "tcp" if kind == REGISTERS else kind)(line, where).where))
         return found
 
-    def open_bench_file(self, server: Server) -> list[tuple[str, str]]:
-        """Open the ports of a bench file; return the name of each, and where it is found."""
-        found = []
-        served = self.file.served(server.bench)
-        lines = []
-        for port in served:
-            with self.file.at("serve", port.number):
-                lines.append(server.line(*port.chips, framing=port.framing, over=port.over))
-        for port, line in zip(served, lines, strict=True):
-            with self.file.at("serve", port.number, port.kind):
-                found.append((titled(line), getattr(server, port.kind)(line, port.where).where))
-        return found
+
+def open_bench_file(server: Server, file: BenchFile) -> list[tuple[str, str]]:
+    """Open the ports of a bench file; return the name of each, and where it is found."""
+    found = []
+    served = file.served(server.bench)
+    lines = []
+    for port in served:
+        with file.at("serve", port.number):
+            lines.append(server.line(*port.chips, framing=port.framing, over=port.over))
+    for port, line in zip(served, lines, strict=True):
+        with file.at("serve", port.number, port.kind):
+            found.append((titled(line), getattr(server, port.kind)(line, port.where).where))
+    return found
+
+
+def show_ports(found: Iterable[tuple[str, str]]) -> None:
+    """Print the name of each port, and where it is found; a program that waits for it reads it at once."""
+    for name, where in found:
+        click.echo(f"{name}: {where}")
+    sys.stdout.flush()
 
 
 def bus_of(part: str) -> str | None:

@@ -33,7 +33,8 @@ from .lines.line import ConnectorLine, HostLine
 from .lines.log import TranscriptFile
 from .lines.pace import Pace, Paced
 from .ports.registers import RegisterLine, RegisterPort
-from .ports.tcp import TcpPort, is_loopback, parse_address
+from .ports.tcp import TcpPort
+from .sockets.address import is_loopback, parse_address
 from .sockets.loop import Loop
 from .sockets.system import fine_timer
 from .time.breakpoints import Breakpoints

@@ -29,7 +29,8 @@ from ...bench.runner import Wait
 from ...core.time.timebase import PS_PER_S, picoseconds
 from ...core.wires.pin import Condition
 from ...errors import SlewlineError, UsageError
-from ..ports.tcp import Listener, is_loopback, parse_address
+from ..ports.tcp import Listener
+from ..sockets.address import is_loopback, parse_address
 from ..sockets.preamble import Preamble
 from ..sockets.stream import SocketStream
 from ..time.roads import connection, greeting
@@ -189,7 +190,7 @@ class Client:
                 self.reply(request, found)
         except (SlewlineError, TypeError, ValueError, KeyError) as error:
             self.waiting = False
-            self.reply(request, {"error": str(error)})
+            self.reply(request or numbered(line), {"error": str(error)})
 
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool = False
@@ -349,6 +350,15 @@ class Beyond:
 def in_ps(seconds: float) -> int:
     """Return seconds as whole picoseconds."""
     return int(seconds * PS_PER_S)
+
+
+def numbered(line: bytes) -> Data:
+    """Return the `id` of a request that cannot be read, so that the client knows which one it was."""
+    try:
+        request = as_object(line)
+    except (SlewlineError, ValueError):
+        return {}
+    return {"id": request["id"]} if "id" in request else {}
 
 
 def same(token: object, expected: str) -> bool:

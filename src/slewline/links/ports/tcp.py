@@ -17,7 +17,6 @@ not.
 
 from __future__ import annotations
 
-import ipaddress
 import socket
 from collections import deque
 from collections.abc import Callable
@@ -27,6 +26,7 @@ from functools import partial
 from ...bench.runner import Wait
 from ...errors import UsageError
 from ..lines.line import ANSWER_TIMEOUT_PS, HostLine
+from ..sockets.address import parse_address, resolved
 from ..sockets.loop import Loop
 from ..sockets.preamble import HOLD_S, Preamble
 from ..sockets.stream import CHUNK, QUEUE, SocketStream
@@ -39,46 +39,6 @@ FAREWELL_S = 1.0  # how long a host that was refused may take to read why
 REMAINS = 8192  # bytes of hosts that have gone which the next one has to wait for: ten seconds at 9600 baud
 AHEAD = 1 << 20  # bytes that are read to find the end of a host; at 9600 baud they would take 18 minutes
 LEFT = 64  # bytes that a host which has gone counts for, besides those that it has left
-
-
-def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
-    """Return "HOST:PORT" as a pair; port 0 means any free one, a port alone is one of this machine.
-
-    Raises:
-        UsageError: not of this form, or reachable from other machines without `allow_remote`.
-    """
-    host, colon, port = text.rpartition(":") if ":" in text else ("127.0.0.1", ":", text.strip())
-    host = host.strip("[]")
-    high = f": port {port} is above 65535" if port.isdecimal() and int(port) > 65535 else ""
-    if not colon or not host or not port.isdecimal() or high:
-        raise UsageError(
-            f"address {text!r}{high}; expected HOST:PORT, such as 127.0.0.1:4001, or a port of this machine, 4001 "
-            "(port 0: any free one)"
-        )
-    if not allow_remote and not is_loopback(host):
-        resolved(host, text)
-        raise UsageError(f"address {text!r}: other machines could reach it; add --allow-remote if they may")
-    return host, int(port)
-
-
-def is_loopback(host: str) -> bool:
-    """Return whether an address is that of this machine, seen from inside."""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
-
-
-def resolved(host: str, address: str) -> int:
-    """Return the family of addresses to which a name belongs."""
-    try:
-        return socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][0]
-    except (OSError, UnicodeError):
-        raise UsageError(
-            f"address {address!r}: the name {host!r} cannot be resolved; give a name or address of this machine"
-        ) from None
 
 
 class Listener:

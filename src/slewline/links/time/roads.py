@@ -6,7 +6,7 @@ import json
 import socket
 from typing import TYPE_CHECKING
 
-from ..ports.tcp import parse_address
+from ..sockets.address import parse_address
 from ..sockets.stream import SocketStream
 
 if TYPE_CHECKING:

@@ -111,8 +111,11 @@ def part_view(part: Part) -> Data:
 
 
 def difference(before: Mapping[str, Any], after: Mapping[str, Any]) -> Data:
-    """Return what has changed from one view to another, in its shape.  Lists of objects keep their places."""
-    found: Data = {}
+    """Return what has changed from one view to another, in its shape; what is no longer there is None.
+
+    Lists of objects keep their places.
+    """
+    found: Data = {key: None for key in before if key not in after and before[key] is not None}
     for key, value in after.items():
         old = before.get(key)
         if old == value:

@@ -1,0 +1,136 @@
+"""slewline panel: a page for a web browser, of a chip, a bench file, a program, or a server that runs already."""
+
+from __future__ import annotations
+
+import os
+import signal
+import webbrowser
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ...errors import ProgramError, UsageError
+from ..files import Refused, chip_of, is_bench, read_program, say_replaced
+from ..serve import open_bench_file, say, show_ports, signals
+from ..single import single
+from .process import PanelProcess, kept_journal
+
+if TYPE_CHECKING:
+    from ...bench import Bench
+    from ...bench.file import BenchFile
+    from ...links.server import Server
+
+
+@dataclass
+class PanelCommand:
+    """What the panel is to show, as the command line asks for it."""
+
+    what: str | None
+    chip: str | None
+    attach: str | None
+    listen: str
+    read_only: bool
+    rate: str | None
+    no_browser: bool
+    strap: tuple[tuple[str, int], ...]
+    journal: str | None
+    anywhere: bool
+    allow_code: bool
+    allow_remote: bool
+    file: BenchFile | None = None
+
+    def perform(self) -> int:
+        """Do it, until a signal ends it; returns the exit status."""
+        self.check_options()
+        return self.serve() if self.attach is None else self.show_server(self.attach)
+
+    def check_options(self) -> None:
+        """Refuse options that exclude each other."""
+        if (self.what is None) == (self.attach is None):
+            raise click.UsageError("give one of a chip, a bench file, a program, and --attach HOST:PORT")
+        own = {"chip": self.chip, "rate": self.rate, "strap": self.strap, "journal": self.journal}
+        given = [name for name, value in own.items() if value]
+        if self.attach is not None and given:
+            raise click.UsageError(f"--attach shows a server as it is; leave out --{' --'.join(given)}")
+        if self.is_bench and (self.chip or self.strap):
+            raise click.UsageError("a bench file names its chips and their straps; leave out --chip, --strap")
+        if self.anywhere and not self.is_bench:
+            raise click.UsageError("--anywhere needs a bench file")
+        if self.allow_code and not self.is_bench:
+            raise click.UsageError("--allow-code needs a bench file; CHIP may name a module without it")
+
+    @property
+    def is_bench(self) -> bool:
+        """Is it a bench file?"""
+        return self.what is not None and is_bench(self.what)
+
+    # ------------------------------------------------------------------------------------------ a server that runs
+    def show_server(self, address: str) -> int:
+        """Open the panel of another server, until it or this command ends."""
+        from ...links.sockets import system
+
+        token = os.environ.get("SLEWLINE_TOKEN") or None
+        with PanelProcess(self.listen, token, self.read_only, self.allow_remote) as panel:
+            for number in system.numbers("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
+                signal.signal(number, lambda *_: panel.stop())
+            panel.attach(address)
+            self.tell(panel)
+            panel.wait()
+        return 0
+
+    # -------------------------------------------------------------------------------------------- a server of our own
+    def serve(self) -> int:
+        """Serve the bench and its panel, until a signal ends it."""
+        say_replaced(self.journal)
+        with (
+            PanelProcess.beside(self.listen, self.read_only, self.allow_remote) as panel,
+            kept_journal(self.journal) as self.journal,
+        ):
+            try:
+                bench = self.new_bench()
+            except ProgramError as error:  # a line of a script that cannot be played
+                raise Refused(str(error)) from error
+            server = self.server(bench)
+            with signals(server):
+                try:
+                    if self.file is not None:
+                        show_ports(open_bench_file(server, self.file))
+                    panel.open(server)
+                    self.tell(panel)
+                except BaseException:
+                    server.close()
+                    raise
+                server.run()
+        return 0
+
+    def server(self, bench: Bench) -> Server:
+        """Return the server, without ports."""
+        from ...links.lines.pace import Paced
+        from ...links.server import Server
+
+        pace = Paced(bench, self.rate or "1")
+        return Server(bench, pace, None, self.allow_remote, lambda text: say(f"slewline: {text}"))
+
+    def new_bench(self) -> Bench:
+        """Return the bench, with its hosts."""
+        what = self.what or ""
+        if self.is_bench:
+            from ...bench.file import BenchFile
+
+            self.file = BenchFile(what, self.anywhere, self.allow_code)
+            bench = self.file.load(journal=self.journal)
+            if not bench.chips:
+                raise UsageError(f"{what}: no chip on the bench, so there is nothing to show")
+            return bench
+        if self.chip is None and not Path(what).suffix and not Path(what).is_file():
+            return single(what, strap=dict(self.strap), journal=self.journal)
+        text, part = read_program(what), chip_of(what, self.chip)
+        return single(part, (text, what), strap=dict(self.strap), journal=self.journal)
+
+    def tell(self, panel: PanelProcess) -> None:
+        """Print where the panel is found, and open it in a web browser."""
+        show_ports([("panel", panel.url)])
+        if not self.no_browser:
+            webbrowser.open(panel.url)

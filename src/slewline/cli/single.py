@@ -1,0 +1,76 @@
+"""A bench with a single chip, its host, and perhaps a program: what `run` and `panel` begin with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from ..chips import sheet_of
+
+if TYPE_CHECKING:
+    from ..bench import Bench
+    from ..bench.scripts.script_runner import Script
+    from ..core.datasheet.table import Sheet
+
+
+def single(
+    part: str,
+    program: tuple[str, str] | None = None,
+    *,
+    crystal: str | None = None,
+    strap: Mapping[str, int] | None = None,
+    options: Mapping[str, Any] | None = None,
+    memory: str | None = None,
+    over: str | None = None,
+    journal: str | None = None,
+    prepare: Callable[[Bench], object] = lambda _bench: None,
+) -> Bench:
+    """Return a bench with a chip and a host, on which a program is queued.
+
+    Args:
+        program: the text, and the name of its file; None: the host waits for what it is to send.
+        strap: levels of inputs; all others are those with which a program without address and checksum is understood.
+        options: of the chip.
+        memory: an image of the memory beside the chip.
+        over: the channel of a chip that has several.
+        journal: where every input from outside is written.
+        prepare: called with the bench before the program is queued.
+
+    Raises:
+        ProgramError: a line of the program that cannot be played.
+    """
+    from ..bench import Bench
+    from ..bench.memories import put_memory
+    from ..bench.scripts.script import check_script, run_script
+
+    sheet = sheet_of(part)
+    script, straps = (None, sheet.fastest | sheet.plain) if program is None else read(*program, sheet)
+    bench = Bench(journal=journal)
+    chip = bench.add(part, crystal=crystal, straps=straps | dict(strap or {}), **(options or {}))
+    put_memory(bench, chip, memory)
+    host = bench.host(chip, over=over)
+    if script is not None:
+        check_script(bench, host, script)
+    prepare(bench)
+    if script is not None:
+        run_script(bench, host, script)
+    return bench
+
+
+def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
+    """Return the script of a program file, and the straps that it needs.
+
+    The bytes of a .hex file go to a chip in binary mode, to a chipset packet by packet; a module on a serial line runs
+    at its highest rate and without checksums.
+    """
+    from ..bench.scripts.script import read_script
+    from ..language.dialect import dialect_of
+
+    straps = sheet.fastest | sheet.plain
+    if not file.lower().endswith(".hex"):
+        return read_script(text, file), straps
+    lines = [line.split(";", 1)[0].strip() for line in text.splitlines()]
+    lines = dialect_of(sheet).parted(lines, sheet)
+    script = read_script("\n".join(line and f"@bytes {line}" for line in lines), file)
+    mode = sheet.role("text")
+    return script, straps | ({mode.name: 0} if mode is not None else {})

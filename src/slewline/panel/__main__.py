@@ -1,0 +1,78 @@
+"""Run the panel as a process of its own: python -m slewline.panel --attach HOST:PORT.
+
+It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  A program that starts it before there is a
+control port gives --attach -, and then HOST:PORT in a line of the standard input.  The token of the
+control port, if it has one, comes in the environment, SLEWLINE_TOKEN: a command line can be read by everybody on the
+machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import secrets
+import sys
+import threading
+from collections.abc import Callable, Sequence
+
+from ..errors import SlewlineError, UsageError
+from ..links.sockets.address import is_loopback, parse_address
+
+LISTEN = "127.0.0.1:0"
+WRONG_USE = 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the panel; returns the exit status."""
+    parser = argparse.ArgumentParser("python -m slewline.panel", description="The panel of a slewline server.")
+    parser.add_argument("--attach", metavar="HOST:PORT", required=True, help="the control port of the server; -: read")
+    parser.add_argument("--listen", metavar="HOST:PORT", default=LISTEN, help="where the page is found")
+    parser.add_argument("--read-only", action="store_true", help="pages may look and not touch")
+    parser.add_argument("--allow-remote", action="store_true", help="browsers on other machines may connect")
+    parser.add_argument("--with-parent", action="store_true", help="end when the standard input is closed")
+    options = parser.parse_args(arguments)
+    try:
+        return run(options)
+    except SlewlineError as error:
+        sys.stderr.write(f"slewline: {error}\n")
+        return WRONG_USE
+
+
+def run(options: argparse.Namespace) -> int:
+    """Open the panel that the options ask for, until it is ended."""
+    from .app import PanelServer
+    from .relay import Access
+
+    attach = options.attach if options.attach != "-" else sys.stdin.buffer.readline().decode().strip()
+    if not attach:
+        return 0  # the program that started it has gone
+    host, port = parse_address(attach, True)
+    if not port:
+        raise UsageError(f"address {attach!r}: a control port has a number")
+    listen, at = parse_address(options.listen, options.allow_remote)
+    access = Access(
+        host,
+        port,
+        secrets.token_urlsafe(24),
+        os.environ.pop("SLEWLINE_TOKEN", None) or None,
+        options.read_only,
+        token_needed=not is_loopback(listen),
+    )
+    panel = PanelServer(access, listen, at, options.allow_remote)
+    sys.stdout.write(f"panel: {panel.url}\n")
+    sys.stdout.flush()
+    if options.with_parent:
+        threading.Thread(target=end_with_parent, args=(panel.stop,), daemon=True).start()
+    panel.run()
+    return 0
+
+
+def end_with_parent(stop: Callable[[], object]) -> None:
+    """Wait until the standard input is closed, as it is when the process at its other end has gone; then stop."""
+    while os.read(0, 4096):
+        pass
+    stop()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,141 @@
+"""The web server of the panel: the files of the page, and its websocket.
+
+panel = Panel(access, "127.0.0.1", 0)
+print(panel.url)
+panel.run()
+"""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import socket
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.routing import Mount, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from ..errors import UsageError
+from ..links.sockets.address import resolved
+from .guard import Guard
+from .relay import CLIENTS, FULL, LONGEST, Access, Hangup, Relay
+
+if TYPE_CHECKING:
+    from starlette.websockets import WebSocket
+
+PAGE = Path(__file__).with_name("page")
+CONNECTIONS = 64  # of all kinds
+IDLE_S = 10  # how long a connection may say nothing, or not finish its request
+PING_S = 20.0
+END_S = 1
+
+
+class HttpConnection(H11Protocol):
+    """A connection that is given up if its first request does not come, and not taken if there are too many."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Take a connection."""
+        super().connection_made(transport)
+        if len(self.connections) > CONNECTIONS:
+            transport.abort()
+            return
+        self.deadline = self.loop.call_later(IDLE_S, self.give_up)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Take notice that the connection has gone."""
+        if hasattr(self, "deadline"):
+            self.deadline.cancel()
+        super().connection_lost(exc)
+
+    def give_up(self) -> None:
+        """Close a connection on which nothing is being answered; one that has become a websocket is not ours."""
+        if self in self.connections and self.cycle is None:
+            self.transport.abort()
+
+
+def application(access: Access, port: int, name: str, allow_remote: bool = False) -> Starlette:
+    """Return the web application.
+
+    Args:
+        access: where the control port is, and who may do what there.
+        port: on which it will be found.
+        name: the name or address on which it listens.
+        allow_remote: browsers on other machines may ask.
+    """
+    clients = 0
+
+    async def link(page: WebSocket) -> None:
+        nonlocal clients
+        relay = Relay(page, access)
+        if clients >= CLIENTS:
+            await page.accept()
+            await relay.hang_up(Hangup(FULL, f"{CLIENTS} pages are open already."))
+            return
+        clients += 1
+        try:
+            await relay.run()
+        finally:
+            clients -= 1
+
+    return Starlette(
+        routes=[WebSocketRoute("/link", link), Mount("/", StaticFiles(directory=PAGE, html=True))],
+        middleware=[Middleware(Guard, port=port, name=name, allow_remote=allow_remote)],
+    )
+
+
+class PanelServer:
+    """A panel on a port of its own.
+
+    Args:
+        access: where the control port is, and who may do what there.
+        host: on which it listens.
+        port: 0: any free one.
+        allow_remote: browsers on other machines may ask.
+
+    Raises:
+        UsageError: the port is taken.
+    """
+
+    def __init__(self, access: Access, host: str, port: int, allow_remote: bool = False) -> None:
+        address = f"{host}:{port}"
+        try:
+            self.socket = socket.create_server((host, port), family=resolved(host, address), backlog=CONNECTIONS)
+        except OSError as error:
+            raise UsageError(f"address {address!r}: {error.strerror or error}; choose another one") from None
+        self.port = self.socket.getsockname()[1]
+        shown = f"[{host}]" if ":" in host else host
+        self.url = f"http://{shown}:{self.port}/#token={access.token}"
+        self.server = uvicorn.Server(
+            uvicorn.Config(
+                application(access, self.port, host, allow_remote),
+                http=HttpConnection,
+                ws="websockets-sansio",
+                ws_max_size=LONGEST,
+                ws_ping_interval=PING_S,
+                ws_ping_timeout=PING_S,
+                ws_per_message_deflate=False,  # a small message could become a large one
+                lifespan="off",
+                log_config=None,
+                log_level="error",
+                access_log=False,
+                proxy_headers=False,
+                server_header=False,
+                timeout_keep_alive=IDLE_S,
+                timeout_graceful_shutdown=END_S,
+            )
+        )
+
+    def run(self) -> None:
+        """Serve until `stop`, SIGINT or SIGTERM."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: None)  # the server raises it once more when it has ended
+        asyncio.run(self.server.serve([self.socket]))
+
+    def stop(self) -> None:
+        """End `run`; may be called in any thread."""
+        self.server.should_exit = True

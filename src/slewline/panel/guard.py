@@ -1,0 +1,104 @@
+"""What keeps strangers out: pages of other sites, names that were bound to our address, frames around the page.
+
+A browser tells in each request which name it has asked for (Host) and, when it opens a websocket, which page did so
+(Origin).  A page of a stranger cannot forge either; a name that a stranger has bound to 127.0.0.1 shows in Host.
+"""
+
+from __future__ import annotations
+
+from ipaddress import ip_address
+from typing import TYPE_CHECKING
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import PlainTextResponse
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
+POLICY = "; ".join(
+    (
+        "default-src 'none'",
+        "script-src 'self'",
+        "style-src 'self'",
+        "img-src 'self' blob: data:",
+        "connect-src 'self'",
+        "frame-ancestors 'none'",
+        "base-uri 'none'",
+        "form-action 'none'",
+    )
+)
+HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+
+
+class Guard:
+    """Refuse requests that no page of the panel makes; add the headers that bind the browser to each answer.
+
+    Args:
+        app: what answers the others.
+        port: on which the panel listens.
+        name: the name or address on which it listens.
+        allow_remote: browsers on other machines may ask, by an address or by that name.
+    """
+
+    def __init__(self, app: ASGIApp, port: int, name: str, allow_remote: bool = False) -> None:
+        self.app, self.port, self.allow_remote = app, port, allow_remote
+        bare = f"[{name}]" if ":" in name else name.lower()
+        self.names = {*LOOPBACK_NAMES, bare}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or open a websocket."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        why = self.refused(Headers(scope=scope), scope["type"] == "websocket")
+
+        async def send_guarded(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                headers.update(HEADERS)
+                if why is not None:
+                    headers["Connection"] = "close"
+            await send(message)
+
+        if why is None:
+            await self.app(scope, receive, send_guarded)
+        elif scope["type"] == "websocket":
+            await send({"type": "websocket.close"})  # before it is accepted: 403
+        else:
+            await PlainTextResponse(f"{why}\n", 403)(scope, receive, send_guarded)
+
+    def refused(self, headers: Headers, is_socket: bool) -> str | None:
+        """Return why a request is refused; None: it is not."""
+        hosts = headers.getlist("host")
+        if len(hosts) != 1 or not self.is_ours(hosts[0]):
+            return "This panel is not found under that name."
+        origins = headers.getlist("origin")
+        if is_socket and origins != [f"http://{hosts[0].lower()}"]:
+            return "Only the page of this panel may connect."
+        return None
+
+    def is_ours(self, host: str) -> bool:
+        """Return whether this is our name or address, with our port."""
+        name, _, port = host.lower().rpartition(":")
+        if self.port == 80 and host.lower() in self.names:  # which browsers leave out
+            return True
+        if port != str(self.port):
+            return False
+        return name in self.names or (self.allow_remote and is_address(name))
+
+
+def is_address(name: str) -> bool:
+    """Return whether this is an address, which nobody can bind to another one, and no name."""
+    try:
+        return ip_address(name.strip("[]")) is not None
+    except ValueError:
+        return False

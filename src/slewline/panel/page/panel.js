@@ -1,0 +1,210 @@
+/**
+ * The page: connects to the server, lays out its chips, and draws whenever something has changed.
+ */
+
+import { Breakpoints, breakpointsView } from "./breakpoints.js";
+import { chipCard } from "./chip.js";
+import { dialogue } from "./dialogue.js";
+import { allowWrites, h, say } from "./dom.js";
+import { editor } from "./editor.js";
+import { Link } from "./link.js";
+import { timebar } from "./timebar.js";
+
+/** @typedef {{update: (view: any, timePs: number) => void, close?: () => void}} View */
+
+const NOTICE_MS = 8000;
+const THEME = "slewline theme";
+
+/**
+ * Return the element of the page with this name.
+ * @param {string} id
+ * @returns {HTMLElement}
+ */
+function part(id) {
+  return /** @type {HTMLElement} */ (document.getElementById(id));
+}
+
+const token = new URLSearchParams(location.hash.slice(1)).get("token");
+const link = new Link(`ws://${location.host}/link`, token);
+/** The views that are shown now. @type {View[]} */
+let views = [];
+/** @type {Map<string, any>} */
+const sheets = new Map();
+let generation = 0; // of the layout: a new connection has a new one
+let asked = false; // a drawing is due
+
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let noticeTimer;
+
+/**
+ * Tell what went wrong, for a while.
+ * @param {Error} error
+ */
+function fail(error) {
+  const notice = part("notice");
+  notice.textContent = error.message;
+  notice.hidden = false;
+  clearTimeout(noticeTimer);
+  noticeTimer = setTimeout(() => { notice.hidden = true; }, NOTICE_MS);
+}
+
+const breakpoints = new Breakpoints(link, fail);
+
+/** Draw with the next picture of the screen; in a hidden page there is none. */
+function redraw() {
+  if (asked) return;
+  asked = true;
+  requestAnimationFrame(() => {
+    asked = false;
+    for (const view of views) {
+      try {
+        view.update(link.view, link.timePs);
+      } catch (error) {
+        console.error(error); // one view that fails must not blind the others
+      }
+    }
+    say(part("findings"), String(link.view.findings ?? 0));
+    part("findings-badge").classList.toggle("some", (link.view.findings ?? 0) > 0);
+  });
+}
+
+/** Bring what may be worked up to date. */
+function applyAccess() {
+  document.body.classList.toggle("read-only", link.connected && !link.writes);
+  allowWrites(link.connected && link.writes);
+}
+
+/** Lay out the page for what the server has. */
+async function layOut() {
+  const mine = ++generation;
+  const names = Object.keys(link.view.chips ?? {});
+  /** @type {any[]} */
+  let replies;
+  try {
+    replies = await Promise.all(names.map((chip) => link.request({ do: "describe", chip })));
+  } catch (error) {
+    fail(/** @type {Error} */ (error));
+    return;
+  }
+  if (mine !== generation) return;
+  for (const view of views) view.close?.();
+  views = [];
+  sheets.clear();
+  names.forEach((name, index) => sheets.set(name, replies[index].sheet));
+  for (const id of ["timebar", "chips", "conversation", "editor", "machine", "scope"]) part(id).replaceChildren();
+  document.body.classList.toggle("one-chip", names.length === 1);
+
+  views.push(timebar(link, part("timebar"), fail));
+  views.push(breakpointsView(breakpoints, part("breakpoints")));
+  for (const name of names) {
+    const root = h("div", { class: "card-frame" });
+    part("chips").append(root);
+    views.push(chipCard(link, sheets.get(name), name, root, breakpoints, fail));
+  }
+  views.push(dialogue(link, part("conversation")));
+  views.push(editor(link, sheets, part("editor"), fail));
+  document.title = `${names.join(", ")} · slewline`;
+  graphic("machine.js", "machine", mine);
+  graphic("scope.js", "scope", mine);
+  breakpoints.renew();
+  redraw();
+}
+
+/**
+ * Show a view that draws, if it is there.
+ * @param {string} file
+ * @param {"machine" | "scope"} name of its function, and of its place
+ * @param {number} mine
+ */
+async function graphic(file, name, mine) {
+  const place = part(name);
+  const frame = /** @type {HTMLElement} */ (place.closest("section"));
+  try {
+    const module = await import(`./${file}`);
+    if (mine !== generation) return;
+    frame.hidden = false;
+    views.push(module[name](link, place));
+    frame.hidden = !place.childElementCount;
+    redraw();
+  } catch (error) {
+    frame.hidden = true;
+    console.info(error);
+  }
+}
+
+/** @param {string} text */
+function status(text) {
+  say(part("connection-text"), text);
+  part("connection").className = link.connected ? "connection on" : "connection off";
+}
+
+/** Switch between dark and light; by default the system's. */
+function switchTheme() {
+  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+  const now = document.documentElement.dataset.theme ?? (dark ? "dark" : "light");
+  setTheme(now === "dark" ? "light" : "dark");
+}
+
+/** @param {string} theme */
+function setTheme(theme) {
+  document.documentElement.dataset.theme = theme;
+  try {
+    localStorage.setItem(THEME, theme);
+  } catch { /* a browser that keeps nothing */ }
+}
+
+/** Show one of the tabs beside the chips. */
+function setUpTabs() {
+  const tabs = [...document.querySelectorAll("[role=tab]")];
+  /** @param {Element} chosen */
+  const show = (chosen) => {
+    for (const tab of tabs) {
+      const isChosen = tab === chosen;
+      tab.setAttribute("aria-selected", String(isChosen));
+      /** @type {HTMLElement} */ (tab).tabIndex = isChosen ? 0 : -1;
+      part(tab.getAttribute("aria-controls") ?? "").hidden = !isChosen;
+    }
+  };
+  tabs.forEach((tab, index) => {
+    tab.addEventListener("click", () => show(tab));
+    tab.addEventListener("keydown", (event) => {
+      const by = { ArrowRight: 1, ArrowLeft: -1 }[/** @type {KeyboardEvent} */ (event).key];
+      if (!by) return;
+      const next = tabs[(index + by + tabs.length) % tabs.length];
+      show(next);
+      /** @type {HTMLElement} */ (next).focus();
+    });
+  });
+}
+
+try {
+  const kept = localStorage.getItem(THEME);
+  if (kept === "dark" || kept === "light") setTheme(kept);
+} catch { /* a browser that keeps nothing */ }
+new ResizeObserver(([entry]) => {
+  document.documentElement.style.setProperty("--top", `${Math.ceil(entry.borderBoxSize[0].blockSize)}px`);
+}).observe(part("top"));
+part("theme").addEventListener("click", switchTheme);
+setUpTabs();
+
+let known = "";
+link.on("connected", () => {
+  known = "";
+  applyAccess();
+  status(link.writes ? "connected" : "connected, only to look");
+});
+link.on("lost", (event) => {
+  status(event.reason);
+  applyAccess();
+});
+link.on("view", () => {
+  const names = Object.keys(link.view.chips ?? {}).join();
+  if (names !== known) {
+    known = names;
+    layOut();
+  }
+  redraw();
+});
+addEventListener("hashchange", () => location.reload()); // another token
+status("connecting…");
+link.open();

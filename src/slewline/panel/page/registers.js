@@ -1,0 +1,100 @@
+/**
+ * The registers of a chip, under the names and in the units of its manual; what has changed lights up.
+ */
+
+import { h, say } from "./dom.js";
+import { grouped, shown } from "./format.js";
+
+const LONG_LETTER = 3; // a command with a name, such as SET_POS, says what the register's name says
+
+/**
+ * Show the registers of a chip.
+ * @param {Record<string, any>} sheet of the chip
+ * @param {string} chipName
+ * @param {HTMLElement} root
+ * @returns {{update: (view: any) => void, close: () => void}}
+ */
+export function registers(sheet, chipName, root) {
+  /** What the sheet says of each, by name. @type {Map<string, any>} */
+  const said = new Map((sheet.registers ?? []).map((/** @type {any} */ one) => [one.name, one]));
+  const head = h("tr");
+  const body = h("tbody");
+  root.append(h("table", { class: "registers", "aria-label": `Registers of ${chipName}` }, h("thead", {}, head), body));
+  /** The cells of each register: one, or one for each axis. @type {Map<string, HTMLElement[]>} */
+  let cells = new Map();
+  let shape = "";
+
+  /** @param {any} chip */
+  function build(chip) {
+    const axes = many(chip) ? chip.axes : [];
+    const whole = Object.keys(chip.registers ?? {});
+    const names = axes.length ? [...new Set([...Object.keys(axes[0].registers ?? {}), ...whole])] : whole;
+    const columns = axes.length ? axes.map((/** @type {any} */ _axis, /** @type {number} */ n) => `Axis ${n + 1}`) : ["Value"];
+    head.replaceChildren(
+      h("th", { scope: "col" }, "Register"),
+      ...columns.map((/** @type {string} */ column) => h("th", { scope: "col", class: "number" }, column)),
+      h("th", { scope: "col", class: "unit" }, "Unit"),
+      h("th", { scope: "col", class: "says" }, "Meaning"),
+    );
+    cells = new Map();
+    body.replaceChildren(
+      ...names.map((name) => {
+        const one = said.get(name) ?? {};
+        const own = columns.map(() => h("td", { class: "number" }));
+        cells.set(name, own);
+        const bits = one.bits ? ` (${one.bits} bits)` : "";
+        return h("tr", { title: one.says ? `${one.says}${bits}` : null },
+          h("th", { scope: "row" },
+            h("span", { class: "register-name" }, name.replaceAll("_", " ")),
+            one.letter?.length < LONG_LETTER && h("span", { class: "letter" }, one.letter)),
+          ...own,
+          h("td", { class: "unit" }, one.unit ?? ""),
+          h("td", { class: "says" }, one.says ?? ""));
+      }),
+    );
+  }
+
+  return {
+    update(view) {
+      const chip = view.chips?.[chipName];
+      if (!chip) return;
+      const now = `${many(chip) ? chip.axes.length : 1} ${Object.keys(chip.registers ?? {}).join()}`;
+      const fresh = now !== shape;
+      if (fresh) {
+        shape = now;
+        build(chip);
+      }
+      for (const [name, own] of cells) {
+        own.forEach((cell, index) => {
+          const value = many(chip) ? chip.axes[index]?.registers?.[name] : chip.registers[name];
+          if (say(cell, shown(value)) && !fresh) flash(cell);
+          if (typeof value === "number" && Number.isInteger(value) && value >= 0) {
+            cell.title = `${grouped(value)} = ${value.toString(16).toUpperCase()} hexadecimal`;
+          }
+        });
+      }
+    },
+    close() {
+      root.replaceChildren();
+    },
+  };
+}
+
+/**
+ * Return whether a chip has several axes.
+ * @param {any} chip
+ * @returns {boolean}
+ */
+function many(chip) {
+  return (chip.axes?.length ?? 0) > 1;
+}
+
+/**
+ * Let a cell light up and fade.
+ * @param {HTMLElement} cell
+ */
+export function flash(cell) {
+  for (const old of cell.getAnimations()) old.cancel();
+  const lit = getComputedStyle(cell).getPropertyValue("--flash");
+  cell.animate([{ backgroundColor: lit }, { backgroundColor: "transparent" }], { duration: 700, easing: "ease-out" });
+}

@@ -1,0 +1,190 @@
+/**
+ * What is drawn only when something has changed, is seen, and the page is not hidden: one loop for all of it.
+ *
+ * Sizes are those of the page (CSS pixels); the canvas itself has as many points as the screen.
+ */
+
+/** @typedef {Record<string, string>} Colours */
+/** @typedef {(context: CanvasRenderingContext2D, width: number, height: number, colours: Colours, nowMs: number) =>
+ *    boolean | void} Draw returns whether it goes on moving */
+
+const NAMES = [
+  "ground", "plate", "body", "line", "faint", "ink", "muted", "high", "low", "open", "velocity", "position", "metal",
+  "cursor-a", "cursor-b", "trigger", "accent",
+]; // prettier-ignore
+const FASTEST_MS = 30; // between two pictures of what moves
+const EARLY_MS = 6; // by which a picture may come before its time
+const LATE_MS = 12;
+
+/** @type {Set<Moving>} */
+const waiting = new Set();
+/** @type {Set<Moving>} */
+const all = new Set();
+let frame = 0;
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let timer;
+/** @type {Colours | null} */
+let colours = null;
+
+/**
+ * Draw what waits and is due.
+ * @param {number} nowMs
+ */
+function draw(nowMs) {
+  for (const surface of [...waiting]) {
+    if (!surface.seen || nowMs - surface.lastMs < surface.intervalMs - EARLY_MS) continue;
+    waiting.delete(surface);
+    surface.lastMs = nowMs;
+    surface.paint(nowMs);
+  }
+}
+
+/** Ask for a frame when a surface that is seen is due: a frame costs, even if nothing is drawn in it. */
+function wake() {
+  if (frame || document.hidden) return;
+  let dueMs = Infinity;
+  for (const surface of waiting) if (surface.seen) dueMs = Math.min(dueMs, surface.lastMs + surface.intervalMs);
+  if (dueMs === Infinity) return;
+  const waitMs = dueMs - performance.now();
+  clearTimeout(timer);
+  // a view that comes at its time draws in its own frame, before this one
+  if (waitMs > 0) timer = setTimeout(ask, waitMs + LATE_MS);
+  else ask();
+}
+
+function ask() {
+  clearTimeout(timer);
+  if (frame || document.hidden) return;
+  frame = requestAnimationFrame((nowMs) => {
+    frame = 0;
+    draw(nowMs);
+    wake();
+  });
+}
+
+/** Draw at once what is due: called within a frame, so that canvases change together with all else. */
+export function drawDue() {
+  cancelAnimationFrame(frame);
+  frame = 0;
+  if (!document.hidden) draw(performance.now());
+  wake();
+}
+
+function recolour() {
+  colours = null;
+  for (const surface of all) surface.changed();
+}
+
+/** @returns {Colours} */
+function theme() {
+  if (!colours) {
+    const style = getComputedStyle(document.documentElement);
+    colours = Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--draw-${name}`).trim() || "gray"]));
+    colours.font = style.getPropertyValue("--draw-font").trim() || "sans-serif";
+  }
+  return colours;
+}
+
+const still = matchMedia("(prefers-reduced-motion: reduce)");
+
+/** @returns {boolean} does the user want no motion that is only for show? */
+export function calm() {
+  return still.matches;
+}
+
+document.addEventListener("visibilitychange", wake);
+still.addEventListener("change", recolour);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", recolour);
+new MutationObserver(recolour).observe(document.documentElement, { attributeFilter: ["class", "data-theme", "style"] });
+
+/**
+ * An element that is drawn when something has changed: `step` does so, and returns whether it goes on moving.
+ */
+export class Moving {
+  /**
+   * @param {HTMLElement} element
+   * @param {(nowMs: number) => boolean | void} step
+   * @param {number} [intervalMs] between two pictures
+   */
+  constructor(element, step, intervalMs = FASTEST_MS) {
+    this.element = element;
+    this.step = step;
+    this.intervalMs = intervalMs;
+    this.width = 0;
+    this.height = 0;
+    this.seen = false;
+    this.lastMs = -Infinity;
+    this.sizes = new ResizeObserver(() => this.resized());
+    this.sizes.observe(element);
+    this.places = new IntersectionObserver((entries) => {
+      this.seen = entries[entries.length - 1].isIntersecting;
+      wake();
+    });
+    this.places.observe(element);
+    all.add(this);
+    this.changed();
+  }
+
+  close() {
+    this.sizes.disconnect();
+    this.places.disconnect();
+    all.delete(this);
+    waiting.delete(this);
+  }
+
+  /** Draw it with the next frame. */
+  changed() {
+    waiting.add(this);
+    wake();
+  }
+
+  resized() {
+    this.width = this.element.clientWidth;
+    this.height = this.element.clientHeight;
+    this.lastMs = -Infinity;
+    this.changed();
+  }
+
+  /** @param {number} nowMs */
+  paint(nowMs) {
+    if (this.width && this.step(nowMs)) this.changed();
+  }
+}
+
+/** A canvas that is drawn when something has changed. */
+export class Surface extends Moving {
+  /**
+   * @param {HTMLCanvasElement} canvas its size is that of the style sheet
+   * @param {Draw} draw
+   * @param {number} [intervalMs] between two pictures
+   */
+  constructor(canvas, draw, intervalMs = FASTEST_MS) {
+    super(canvas, () => {}, intervalMs);
+    this.canvas = canvas;
+    this.draw = draw;
+    this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  }
+
+  /** @param {number} nowMs */
+  paint(nowMs) {
+    const { canvas, context, width, height } = this;
+    if (!width || !height) return;
+    const ratio = window.devicePixelRatio || 1;
+    const [across, down] = [Math.round(width * ratio), Math.round(height * ratio)];
+    if (canvas.width !== across || canvas.height !== down) {
+      canvas.width = across;
+      canvas.height = down;
+    }
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    if (this.draw(context, width, height, theme(), nowMs)) this.changed();
+  }
+}
+
+/**
+ * Return the colours as they are now.
+ * @returns {Colours}
+ */
+export function currentColours() {
+  return theme();
+}

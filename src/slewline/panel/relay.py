@@ -1,0 +1,279 @@
+"""The way between a page and the control port: lines are messages, and pass untouched.
+
+    page  --- one websocket ---  relay  --- TCP ---  control port
+
+The first message of a page has the token that the address of the page carries; a page without one may only read.  The
+token of the control port itself is sent from here and never reaches a browser.
+
+The control port answers the requests of a connection in order, so one that waits (`until`, `step`) would hold up all
+that come after it, `pause` among them.  Each of these therefore has a connection of its own.
+
+Memory is bounded: a message is passed on before the next one is read, in both directions, so a side that does not read
+holds up only its own sender; a page has at most `WAITS` requests that wait.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hmac
+import json
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+# fmt: off
+READING = frozenset((
+    "read", "status", "findings", "steps", "schema", "describe", "parts", "listing", "view", "subscribe", "said",
+    "window", "signals", "find", "export", "assemble", "examples", "example", "branches",
+))
+# fmt: on
+WAITING = frozenset(("until", "step", "advance"))
+NEVER = frozenset(("quit",))  # who has started the server ends it
+LONGEST = 1 << 16  # characters of a message to the server
+LONGEST_REPLY = 1 << 24  # bytes of a line from the server
+WAITS = 4
+CLIENTS = 16
+GREETING_S = 10.0  # how long a page may take to send its token
+CONNECT_S = 5.0
+
+POLICY, TOO_BIG, FULL, WRONG_TOKEN, GONE = 1008, 1009, 1013, 4403, 4502  # codes with which a websocket is closed
+
+
+class Hangup(Exception):
+    """The websocket is to be closed.
+
+    Args:
+        code: of the protocol; from 4000 on: ours.
+        why: shown by the page.
+    """
+
+    def __init__(self, code: int, why: str) -> None:
+        super().__init__(why)
+        self.code, self.why = code, why
+
+
+class NotAllowed(Exception):
+    """A request that does not reach the server.
+
+    Args:
+        why: the error of the reply.
+        number: the `id` of the request.
+    """
+
+    def __init__(self, why: str, number: Any = None) -> None:
+        super().__init__(why)
+        self.reply = json.dumps({"error": why} | ({} if number is None else {"id": number}))
+
+
+@dataclass(frozen=True)
+class Access:
+    """Where the control port is, and who may do what there."""
+
+    host: str
+    port: int
+    token: str  # of the page
+    control_token: str | None = None
+    read_only: bool = False
+    token_needed: bool = False  # to read, too
+
+    def writes(self, greeting: str) -> bool:
+        """Return whether the page that sends this first message may move and write.
+
+        Raises:
+            Hangup: the token is wrong, or missing where it is needed.
+        """
+        try:
+            token = parsed(greeting).get("token")
+        except NotAllowed as error:
+            raise Hangup(POLICY, str(error)) from None
+        if token is None and not self.token_needed:
+            return False
+        if not isinstance(token, str) or not same(token, self.token):
+            raise Hangup(WRONG_TOKEN, "The token in the address of the page is not that of this panel.")
+        return not self.read_only
+
+
+def same(one: str, other: str) -> bool:
+    """Return whether two tokens are equal, in a time that does not tell how much of them is."""
+    return hmac.compare_digest(one.encode("utf-8", "replace"), other.encode("utf-8"))
+
+
+def parsed(text: str) -> dict[str, Any]:
+    """Return a message as the server will read it.
+
+    Raises:
+        NotAllowed: it is no object, or more than one line: JSON allows line feeds between its tokens, and the server
+            would take what follows one for a request of its own, which was never checked.
+    """
+    if len(text.encode("utf-8", "replace")) > LONGEST:
+        raise NotAllowed(f"the request has more than {LONGEST} bytes")
+    if "\n" in text or "\r" in text:
+        raise NotAllowed("a request is one line")
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise NotAllowed('expected an object such as {"do": "status"}')
+    return found
+
+
+def checked(text: str, writes: bool) -> str:
+    """Return what a request asks for.
+
+    Raises:
+        NotAllowed: it may not be asked here, or not by this page.
+    """
+    request = parsed(text)
+    do, number = request.get("do"), request.get("id")
+    if not isinstance(do, str) or do in NEVER:
+        raise NotAllowed(f"{do}: not from a page", number)
+    if not writes and do not in READING:
+        raise NotAllowed(f"{do}: this page may only read", number)
+    return do
+
+
+class Relay:
+    """A page that is connected."""
+
+    def __init__(self, page: WebSocket, access: Access) -> None:
+        self.page, self.access = page, access
+        self.sending = asyncio.Lock()
+        self.waits: set[asyncio.Task[None]] = set()
+
+    async def run(self) -> None:
+        """Pass messages both ways until one side has gone."""
+        await self.page.accept()
+        try:
+            async with asyncio.timeout(GREETING_S):
+                greeting = await self.page.receive_text()
+            writes = self.access.writes(greeting)
+            reader, writer = await self.connected()
+        except TimeoutError:
+            await self.hang_up(Hangup(POLICY, "No token came in time."))
+            return
+        except (Hangup, KeyError) as error:
+            await self.hang_up(error)
+            return
+        try:
+            await self.send(json.dumps({"event": "panel", "writes": writes}))
+            await first_to_end(self.upwards(writer, writes), self.downwards(reader))
+        except (Hangup, KeyError) as error:
+            await self.hang_up(error)
+        except OSError:
+            await self.hang_up(Hangup(GONE, "The server has ended the connection."))
+        finally:
+            for task in list(self.waits):
+                task.cancel()
+            writer.transport.abort()
+
+    async def send(self, text: str) -> None:
+        """Send a message to the page, when it has taken those before."""
+        async with self.sending:
+            await self.page.send_text(text)
+
+    async def hang_up(self, error: Hangup | KeyError) -> None:
+        """Close the websocket; a KeyError is a message that is no text."""
+        code, why = (error.code, error.why) if isinstance(error, Hangup) else (POLICY, "Messages are text.")
+        with suppress(WebSocketDisconnect, RuntimeError):
+            await self.page.close(code, why)
+
+    async def connected(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+        """Return a connection to the control port, which knows us.
+
+        Raises:
+            Hangup: there is none.
+        """
+        where = f"{self.access.host}:{self.access.port}"
+        try:
+            async with asyncio.timeout(CONNECT_S):
+                reader, writer = await asyncio.open_connection(self.access.host, self.access.port, limit=LONGEST_REPLY)
+                if self.access.control_token is not None:
+                    greeting = {"token": self.access.control_token, "do": "read", "pins": []}
+                    writer.write(f"{json.dumps(greeting)}\n".encode())
+                    if "error" in json.loads(await reader.readline() or b'{"error": ""}'):
+                        writer.transport.abort()
+                        raise Hangup(GONE, f"The control port at {where} wants another token.")
+        except (OSError, ValueError, TimeoutError):
+            raise Hangup(GONE, f"There is no server at {where}.") from None
+        return reader, writer
+
+    async def upwards(self, writer: asyncio.StreamWriter, writes: bool) -> None:
+        """Pass requests on, and refuse what may not be asked."""
+        while True:
+            text = await self.page.receive_text()
+            try:
+                if checked(text, writes) in WAITING:
+                    self.wait(text)
+                    continue
+            except NotAllowed as error:
+                await self.send(error.reply)
+                continue
+            writer.write(f"{text}\n".encode("utf-8", "replace"))
+            await writer.drain()
+
+    async def downwards(self, reader: asyncio.StreamReader) -> None:
+        """Pass replies and events on; nothing is read while the page takes nothing."""
+        while True:
+            await self.send(await line_of(reader))
+
+    def wait(self, text: str) -> None:
+        """Pass on a request whose reply takes its time.
+
+        Raises:
+            NotAllowed: too many of them wait already.
+        """
+        if len(self.waits) >= WAITS:
+            raise NotAllowed(f"{WAITS} requests wait already", json.loads(text).get("id"))
+        task = asyncio.create_task(self.wait_for(text))
+        self.waits.add(task)
+        task.add_done_callback(self.waits.discard)
+
+    async def wait_for(self, text: str) -> None:
+        """Send a request on a connection of its own, and pass its reply on."""
+        number = json.loads(text).get("id")
+        try:
+            reader, writer = await self.connected()
+        except Hangup as error:
+            await self.send(NotAllowed(error.why, number).reply)
+            return
+        try:
+            writer.write(f"{text}\n".encode("utf-8", "replace"))
+            await self.send(await line_of(reader))
+        except Hangup as error:
+            await self.send(NotAllowed(error.why, number).reply)
+        except (OSError, WebSocketDisconnect, RuntimeError):
+            pass  # the page or the server has gone, which the other two tasks notice
+        finally:
+            writer.transport.abort()
+
+
+async def line_of(reader: asyncio.StreamReader) -> str:
+    """Return the next line of the control port.
+
+    Raises:
+        Hangup: there is none any more, or it is too long.
+    """
+    try:
+        line = await reader.readline()
+    except ValueError:
+        raise Hangup(TOO_BIG, f"A reply of the server has more than {LONGEST_REPLY} bytes.") from None
+    if not line.endswith(b"\n"):
+        raise Hangup(GONE, "The server has ended the connection.")
+    return line[:-1].decode("utf-8", "replace")
+
+
+async def first_to_end(*ways: Any) -> None:
+    """Run both ways until one ends; the other is cancelled.  Nothing is raised where the page has gone."""
+    tasks = [asyncio.ensure_future(way) for way in ways]
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+    for task in done:
+        with suppress(WebSocketDisconnect):
+            task.result()

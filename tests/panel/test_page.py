@@ -1,0 +1,161 @@
+"""The page in Chromium: it shows the chip, does what is asked, and asks nobody but the panel."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from pathlib import Path
+
+import pytest
+
+import slewline.panel
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+SIZES = {"desktop": (1440, 900), "phone": (390, 844)}
+PAGE = Path(slewline.panel.__file__).with_name("page")
+HEAVIEST = 300_000  # bytes of the whole page
+pytestmark = pytest.mark.system
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Chromium; where it is missing the test is skipped, in CI it fails."""
+    path = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if path is None:
+        reason = "no Chromium is installed; on Debian:  apt install chromium"
+        if os.environ.get("CI"):
+            pytest.fail(reason)
+        pytest.skip(reason)
+    playwright = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
+    with playwright.sync_playwright() as running:
+        chromium = running.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(params=SIZES)
+def size(request):
+    """A desktop, and a phone."""
+    return dict(zip(("width", "height"), SIZES[request.param], strict=True))
+
+
+@pytest.fixture
+def opened(browser, panel, size):
+    """Open the page at a size, with the address that is printed or another one; no error may show on its console."""
+    pages, wrong = [], []
+
+    def page(url=panel.url, **more):
+        one = browser.new_page(viewport=size, **more)
+        pages.append(one)
+        one.set_default_timeout(15_000)
+        one.on("pageerror", lambda error: wrong.append(str(error)))
+        one.on("console", lambda said: wrong.append(said.text) if said.type in ("error", "warning") else None)
+        one.on("request", lambda asked: wrong.append(asked.url) if panel.host not in asked.url else None)
+        one.goto(url)
+        one.wait_for_selector(".chip-card .figure")
+        return one
+
+    yield page
+    for one in pages:
+        one.close()
+    assert wrong == []
+
+
+def steps(page):
+    """Open the controls that a phone hides."""
+    if page.locator(".opens-steps").is_visible():
+        page.click(".opens-steps")
+
+
+def until(met, seconds=15):
+    """Wait until something is true."""
+    end = time.monotonic() + seconds
+    while not met():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_the_page_is_light_enough():
+    assert sum(path.stat().st_size for path in PAGE.iterdir()) < HEAVIEST
+
+
+def test_a_chip_is_shown_and_worked(opened, served):
+    page = opened()
+    page.get_by_label("Command for x").fill("A 100")
+    page.keyboard.press("Enter")
+    page.get_by_role("listitem").filter(has_text="A 100").first.wait_for()
+    until(lambda: served.do(lambda: served.bench.chips["x"].position) == 100)
+    page.locator(".axis-reading .figure", has_text="100").first.wait_for()
+
+
+def test_time_is_paused_and_let_go(opened, served):
+    page = opened()
+    page.get_by_role("button", name="Pause", exact=True).click()
+    page.get_by_role("button", name="Go", exact=True).first.wait_for()
+    assert served.do(lambda: served.server.pace.paused)
+    page.keyboard.press("F8")
+    page.get_by_role("button", name="Pause", exact=True).wait_for()
+    assert not served.do(lambda: served.server.pace.paused)
+
+
+def test_without_the_token_nothing_can_be_worked(opened, panel):
+    page = opened(panel.origin)
+    assert "only to look" in page.locator("#connection").text_content()
+    assert page.locator("[data-writes]:enabled").count() == 0
+
+
+def test_nothing_is_wider_than_the_screen(opened, size):
+    page = opened()
+    assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
+
+
+def test_every_control_has_a_name(opened):
+    page = opened()
+    steps(page)
+    nameless = page.evaluate("""() => [...document.querySelectorAll("button, input, select, textarea, [role=listbox]")]
+        .filter((one) => !(one.getAttribute("aria-label") || one.getAttribute("aria-labelledby") ||
+            one.labels?.length || one.textContent.trim() || one.title)).map((one) => one.outerHTML)""")
+    assert nameless == []
+
+
+def test_what_is_said_is_text_and_no_markup(opened, served):
+    page = opened()
+    page.get_by_label("Command for x").fill("<img src=x onerror=alert(1)>")
+    page.keyboard.press("Enter")
+    page.locator(".entry, .notice:visible").filter(has_text="<img").first.wait_for()
+    assert page.locator("#conversation img, .notice img").count() == 0
+
+
+def test_a_program_is_assembled_with_its_problems_in_place(opened):
+    page = opened()
+    page.get_by_role("tab", name="Editor").click()
+    page.get_by_role("textbox", name="Program", exact=True).fill("E\nR 100\nR 900\nQ")
+    page.locator(".problems li").first.wait_for()
+    assert page.locator(".problems .place").first.text_content().startswith("3:")
+    assert page.locator(".gutter-line").nth(2).get_attribute("class") == "gutter-line error"
+
+
+def test_a_program_is_loaded_and_a_breakpoint_set_with_the_keyboard(opened, served):
+    page = opened()
+    page.get_by_role("tab", name="Editor").click()
+    page.get_by_role("textbox", name="Program", exact=True).fill("E\nR 100\nS 200\nQ")
+    page.get_by_role("button", name="Load").click()
+    listing = page.get_by_role("listbox", name="Program of x")
+    listing.get_by_role("option").first.wait_for()
+    listing.focus()
+    page.keyboard.press("Home")
+    page.keyboard.press("Enter")
+    page.locator(".listing-row[aria-selected=true]").wait_for()
+    page.keyboard.press("Enter")
+    page.locator(".listing-row[aria-selected=true]").wait_for(state="detached")
+
+
+def test_a_page_that_was_cut_off_comes_back(opened, served):
+    page = opened()
+    control = served.server.ports[0]
+    served.do(lambda: [client.gone("") for client in list(control.clients)])
+    page.locator("#connection.off").wait_for()
+    page.locator("#connection.on").wait_for()
+    before = page.locator(".clock").text_content()
+    page.wait_for_function("text => document.querySelector('.clock').textContent !== text", arg=before)
