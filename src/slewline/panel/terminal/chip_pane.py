@@ -1,0 +1,156 @@
+"""A chip: where its motors are, its registers, and the levels of its pins, in the manual's names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from textual.content import Content
+
+from .drawing import LEVELS, Part, figure, line, pair, strip
+from .panes import OfChip
+
+SHOWN = (  # roles of the pins that are shown, in this order
+    *("ready", "running", "moving", "slewing", "ramping", "motion_complete", "program_entry", "direction", "step"),
+    *("output1", "output2", "output3", "input1", "input2", "input3", "interrupt", "enable", "abort"),
+    *("end", "end_plus", "end_minus", "home", "jog", "flow", "display_select", "text", "select", "reset"),
+)
+STRIP_ROWS = {False: 2, True: 5}  # of the strip of velocity, on a screen that is wide or not
+NAME = 13  # columns of the names beside a table of axes
+DIM = "dim"
+
+
+class ChipPane(OfChip):
+    """The registers, status and pins of a chip; a chip with several axes has a column for each."""
+
+    top = 0
+
+    def move(self, rows: int) -> None:
+        """Scroll."""
+        self.top = max(self.top + rows, 0)
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """The state of the chip."""
+        return self.session.chip_state(self.chip)
+
+    @property
+    def sheet(self) -> dict[str, Any]:
+        """The data sheet of the chip."""
+        return self.session.sheets[self.chip]
+
+    def lines(self, width: int, height: int) -> list[Content]:
+        """Return the rows that are seen."""
+        found = self.of_axes(width) if self.axes > 1 else self.of_chip(width)
+        self.top = max(min(self.top, len(found) - height), 0)
+        return found[self.top : self.top + height]
+
+    # ------------------------------------------------------------------------------------------------------- one axis
+    def of_chip(self, width: int) -> list[Content]:
+        """Return all rows of a chip with one motor."""
+        axis = self.state["axes"][0]
+        rows = [line(width, *self.motion(axis, width))]
+        rows += [line(width, (row, "$text-primary")) for row in self.curve(0, width)]
+        rows += self.work(width)
+        left, right = self.registers(axis), self.levels(self.shown())
+        half = (width - 3) // 2
+        for at in range(max(len(left), len(right))):
+            one = pair(half, *left[at]) if at < len(left) else [(" " * half, "")]
+            two = pair(width - 3 - half, *right[at]) if at < len(right) else []
+            rows.append(line(width, *one, (" │ ", DIM), *two))
+        return rows
+
+    def motion(self, axis: dict[str, Any], width: int) -> list[Part]:
+        """Return position and velocity in a row."""
+        value = f"{figure(axis['velocity'])} steps/s"
+        position = f"position {axis['position']}"
+        says = "moving" if axis["moving"] else "at rest"
+        says = says if self.state.get("powered", True) else "no supply"
+        style = "bold $text-success" if axis["moving"] else "bold"
+        gap = max(width - len(position) - len(value) - len(says), 2)
+        return [(position, style), (" " * (gap // 2), ""), (value, style), (" " * (gap - gap // 2), ""), (says, style)]
+
+    def curve(self, axis: int, width: int, height: int | None = None) -> list[str]:
+        """Return the strip of velocity of an axis."""
+        values = self.session.curves.get(self.session.velocities(self.chip)[axis], [])
+        top = max((abs(value) for value in values if value is not None), default=0.0)
+        return strip(values, width, height or STRIP_ROWS[self.app.has_class("wide")], top)
+
+    def work(self, width: int) -> list[Content]:
+        """Return what the chip works on, and what it waits for."""
+        state = self.state
+        waiting = state.get("waiting") or ""
+        waiting = waiting.removeprefix(f"{self.chip}: ")
+        return [
+            line(width, ("command ", DIM), (state.get("working") or "none", "bold" if state.get("working") else DIM)),
+            line(width, ("state   ", DIM), (waiting, "")),
+        ]
+
+    def registers(self, axis: dict[str, Any]) -> list[tuple[str, str, str, str]]:
+        """Return the registers: name, value, and the styles of both."""
+        values = {**self.state["registers"], **axis["registers"]}
+        found = []
+        for row in self.sheet["registers"]:
+            letter = row["letter"] if len(row["letter"] or "") == 1 else ""
+            found.append((f"{letter or ' '} {row['name']}", str(values.get(row["name"], "")), "", "bold"))
+        return found
+
+    def shown(self) -> list[dict[str, Any]]:
+        """Return the pins that are shown: those that a role makes worth it, and user bits."""
+        pins = [pin for pin in self.sheet["pins"] if pin["role"] in SHOWN or (pin["way"] == "both" and not pin["role"])]
+        return sorted(pins, key=lambda pin: SHOWN.index(pin["role"]) if pin["role"] in SHOWN else len(SHOWN))
+
+    def levels(self, pins: list[dict[str, Any]]) -> list[tuple[str, str, str, str]]:
+        """Return pins and their levels: name, value, and the styles of both."""
+        found = []
+        for pin in pins:
+            level = self.state["levels"].get(pin["name"])
+            found.append((spoken(pin["name"]), LEVELS.get(level, "?"), "", active_style(pin, level)))
+        return found
+
+    # ----------------------------------------------------------------------------------------------------- several axes
+    def of_axes(self, width: int) -> list[Content]:
+        """Return all rows of a chip with several motors: a table with a column for each."""
+        axes = self.state["axes"]
+        room = (width - NAME) // len(axes)
+
+        def row(name: str, cells: list[Part]) -> Content:
+            parts: list[Part] = [(f"{name[: NAME - 1]:<{NAME}}", DIM)]
+            parts += [(f"{text[: room - 1]:>{room}}", style) for text, style in cells]
+            return line(width, *parts)
+
+        def style(axis: dict[str, Any]) -> str:
+            return "bold $text-success" if axis["moving"] else "bold"
+
+        rows = [row("", [(f"axis {number}", "bold underline") for number in range(1, len(axes) + 1)])]
+        rows.append(row("position", [(str(axis["position"]), style(axis)) for axis in axes]))
+        rows.append(row("steps/s", [(figure(axis["velocity"]), style(axis)) for axis in axes]))
+        curves = [self.curve(at, room - 2) for at in range(len(axes))]
+        for drawn in zip(*curves, strict=True):
+            rows.append(line(width, " " * NAME, *((f"  {cell}", "$text-primary") for cell in drawn)))
+        rows += self.work(width)
+        for role in dict.fromkeys(pin["role"] for pin in self.shown() if self.many(pin)):
+            pins = {pin["axis"]: pin for pin in self.shown() if pin["role"] == role}
+            cells = [self.levels([pins[at]])[0] if at in pins else ("", "", "", "") for at in range(1, len(axes) + 1)]
+            rows.append(row(spoken(pins[1]["name"].rstrip("1")), [(cell[1], cell[3]) for cell in cells]))
+        for register in self.sheet["registers"]:
+            name = register["name"]
+            rows.append(row(name, [(str(axis["registers"].get(name, "")), "") for axis in axes]))
+        whole = [pin for pin in self.shown() if not self.many(pin)]
+        for pin, (name, level, _, how) in zip(whole, self.levels(whole), strict=True):
+            del pin
+            rows.append(line(width, (f"{name[: NAME - 1]:<{NAME}}", DIM), (level.rjust(room), how)))
+        return rows
+
+    def many(self, pin: dict[str, Any]) -> bool:
+        """Return whether every axis has such a pin."""
+        return bool(pin["role"]) and any(other["role"] == pin["role"] and other["axis"] > 1 for other in self.shown())
+
+
+def spoken(name: str) -> str:
+    """Return the name of a pin as the manuals write it."""
+    return name.upper().replace("_", " ")
+
+
+def active_style(pin: dict[str, Any], level: int | None) -> str:
+    """Return how a level is shown: what is active stands out."""
+    return "bold $text-success" if level is not None and level == pin.get("active") else DIM
