@@ -336,6 +336,36 @@ def serve_command(**options: Any) -> int:
     return ServeCommand(**options).perform()
 
 
+@cli.command("debug", short_help="Debug a program in the terminal: step, stop, and go back in time.", epilog=EXIT)
+@click.argument("target", metavar="[FILE | CHIP | BENCH.toml]", required=False, type=FILE, is_eager=True)
+@CHIP
+@CRYSTAL
+@click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
+@OPTIONS
+@MEMORY
+@ANYWHERE
+@ALLOW_CODE
+@click.option("--rate", type=float, default=1.0, show_default=True, help="Virtual seconds per second, 0.001 to 1000.")
+@click.option("--attach", metavar="HOST:PORT", help="Debug what the server with this control port has, instead.")
+@click.option("--control", metavar="HOST:PORT", help="No screen: open a control port, for a front end of your own.")
+@click.option(
+    "--token",
+    metavar="TEXT",
+    envvar="SLEWLINE_TOKEN",
+    help="What clients of the control port must send; also taken from the environment, SLEWLINE_TOKEN.",
+)
+@click.option("--while-input", is_flag=True, hidden=True)  # ends with the standard input
+def debug_command(**options: Any) -> int:
+    """Debug a program, a chip or a bench file: registers, pins, the program and the conversation on one screen.
+
+    Time stands at the first instant.  The space bar lets it pass, s goes on by an instruction, b puts a breakpoint, the
+    left arrow goes back; ? lists the keys.
+    """
+    from .debug import DebugCommand
+
+    return DebugCommand(**options).perform()
+
+
 @cli.command("help", hidden=True)
 @click.argument("command", required=False)
 @click.pass_context

@@ -11,14 +11,14 @@
         print(event["event"])
     await client.close()
 
-Requests are those of docs/reference/control.md.  Any number may be under way at once; the port answers in order.
+Requests are those of docs/reference/control.md.  Any number may be under way at once: each has a number, by which its
+reply is known.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
-from collections import deque
 from collections.abc import AsyncIterator
 from contextlib import suppress
 from typing import Any
@@ -50,7 +50,8 @@ class ControlClient:
         self.on_event: Hook[[Data]] = Hook()
         self.on_end: Hook[[str]] = Hook()
         self._reader, self._writer, self._token = reader, writer, token
-        self._owed: deque[asyncio.Future[Data]] = deque()
+        self._owed: dict[int, asyncio.Future[Data]] = {}  # by the number of the request
+        self._number = 0
         self._anew = False  # the next view is a whole one
         self._task = asyncio.create_task(self._read())
 
@@ -88,11 +89,12 @@ class ControlClient:
         """
         if not self.open:
             raise ConnectionEnded(ENDED)
-        line = {"do": do, **keys}
+        self._number += 1
+        line = {"do": do, "id": self._number, **keys}
         if self._token is not None:
             line["token"], self._token = self._token, None
         owed: asyncio.Future[Data] = asyncio.get_running_loop().create_future()
-        self._owed.append(owed)
+        self._owed[self._number] = owed
         self._writer.write(json.dumps(line).encode() + b"\n")
         with suppress(ConnectionError):
             await self._writer.drain()
@@ -141,10 +143,10 @@ class ControlClient:
         """Take in a line of the server."""
         self.now_ps = line.get("time_ps", self.now_ps)
         if "event" not in line:
-            if self._owed:
-                owed = self._owed.popleft()
-                if not owed.done():  # its caller may have given up
-                    owed.set_result(line)
+            number = line.get("id", next(iter(self._owed), None))  # what cannot be read is answered without
+            owed = self._owed.pop(number, None)
+            if owed is not None and not owed.done():  # its caller may have given up
+                owed.set_result(line)
             return
         if line["event"] == "branch":
             self._anew = True
@@ -157,10 +159,10 @@ class ControlClient:
         if not self.open:
             return
         self.open = False
-        while self._owed:
-            owed = self._owed.popleft()
+        for owed in self._owed.values():
             if not owed.done():
                 owed.set_exception(ConnectionEnded(why))
+        self._owed.clear()
         self.on_end(why)
 
 

@@ -51,7 +51,8 @@ class ChipPane(OfChip):
         rows = [line(width, *self.motion(axis, width))]
         rows += [line(width, (row, "$text-primary")) for row in self.curve(0, width)]
         rows += self.work(width)
-        left, right = self.registers(axis), self.levels(self.shown())
+        left = self.registers(axis) + self.levels([pin for pin in self.shown() if pin["way"] == "in"])
+        right = self.levels([pin for pin in self.shown() if pin["way"] != "in"])
         half = (width - 3) // 2
         for at in range(max(len(left), len(right))):
             one = pair(half, *left[at]) if at < len(left) else [(" " * half, "")]
@@ -64,30 +65,29 @@ class ChipPane(OfChip):
         value = f"{figure(axis['velocity'])} steps/s"
         position = f"position {axis['position']}"
         says = "moving" if axis["moving"] else "at rest"
-        says = says if self.state.get("powered", True) else "no supply"
+        says = says if self.state.get("powered", True) else "supply off"
         style = "bold $text-success" if axis["moving"] else "bold"
         gap = max(width - len(position) - len(value) - len(says), 2)
         return [(position, style), (" " * (gap // 2), ""), (value, style), (" " * (gap - gap // 2), ""), (says, style)]
 
     def curve(self, axis: int, width: int, height: int | None = None) -> list[str]:
         """Return the strip of velocity of an axis."""
-        values = self.session.curves.get(self.session.velocities(self.chip)[axis], [])
+        names = self.session.velocities(self.chip)
+        values = self.session.curves.get(names[axis], []) if axis < len(names) else []
         top = max((abs(value) for value in values if value is not None), default=0.0)
         return strip(values, width, height or STRIP_ROWS[self.app.has_class("wide")], top)
 
     def work(self, width: int) -> list[Content]:
         """Return what the chip works on, and what it waits for."""
-        state = self.state
-        waiting = state.get("waiting") or ""
+        working, waiting = self.state.get("working") or "", self.state.get("waiting") or ""
         waiting = waiting.removeprefix(f"{self.chip}: ")
-        return [
-            line(width, ("command ", DIM), (state.get("working") or "none", "bold" if state.get("working") else DIM)),
-            line(width, ("state   ", DIM), (waiting, "")),
-        ]
+        if not self.app.has_class("wide"):
+            return [line(width, (working, "bold"), ": " * bool(working), waiting)]
+        return [line(width, ("command  ", DIM), (working, "bold")), line(width, ("state    ", DIM), waiting)]
 
     def registers(self, axis: dict[str, Any]) -> list[tuple[str, str, str, str]]:
         """Return the registers: name, value, and the styles of both."""
-        values = {**self.state["registers"], **axis["registers"]}
+        values = {**self.state["registers"], **axis.get("registers", {})}
         found = []
         for row in self.sheet["registers"]:
             letter = row["letter"] if len(row["letter"] or "") == 1 else ""
@@ -121,7 +121,7 @@ class ChipPane(OfChip):
         def style(axis: dict[str, Any]) -> str:
             return "bold $text-success" if axis["moving"] else "bold"
 
-        rows = [row("", [(f"axis {number}", "bold underline") for number in range(1, len(axes) + 1)])]
+        rows = [row("", [(f"axis {number}", "bold $text-primary") for number in range(1, len(axes) + 1)])]
         rows.append(row("position", [(str(axis["position"]), style(axis)) for axis in axes]))
         rows.append(row("steps/s", [(figure(axis["velocity"]), style(axis)) for axis in axes]))
         curves = [self.curve(at, room - 2) for at in range(len(axes))]
@@ -134,7 +134,7 @@ class ChipPane(OfChip):
             rows.append(row(spoken(pins[1]["name"].rstrip("1")), [(cell[1], cell[3]) for cell in cells]))
         for register in self.sheet["registers"]:
             name = register["name"]
-            rows.append(row(name, [(str(axis["registers"].get(name, "")), "") for axis in axes]))
+            rows.append(row(name, [(str(axis.get("registers", {}).get(name, "")), "") for axis in axes]))
         whole = [pin for pin in self.shown() if not self.many(pin)]
         for pin, (name, level, _, how) in zip(whole, self.levels(whole), strict=True):
             del pin

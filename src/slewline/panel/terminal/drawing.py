@@ -43,10 +43,10 @@ def figure(value: float) -> str:
 
 
 def strip(values: Sequence[float | None], width: int, height: int, top: float) -> list[str]:
-    """Return a curve as rows of braille, filled from below; two columns of values a character, the last at the right."""
+    """Return a curve as rows of braille, filled from below, two values a character; what is at rest is a line."""
     values = spread(values, width * 2)
-    steps = height * 4
-    heights = [0 if value is None or not top else max(round(abs(value) / top * steps), value != 0) for value in values]
+    steps = height * 4 - 1
+    heights = [0 if value is None else 1 + round(abs(value) / (top or 1) * steps) for value in values]
     rows = []
     for row in range(height - 1, -1, -1):
         cells = []

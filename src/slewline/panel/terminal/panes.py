@@ -139,16 +139,17 @@ class ProgramPane(OfChip):
     def drawn(self, width: int, digits: int, room: int, at: int, row: dict[str, Any], current: bool) -> Content:
         """Return an instruction as a row."""
         stops = self.session.stops_at(self.chip, row["address"])
+        chosen = at == self.row and self.has_focus
         style = "bold $text-success" if current else ""
         parts: list[Part] = [
-            ("●" if stops else " ", "$text-error"),
+            ("●" if stops else " ", "bold $text-error"),
             ("▶" if current else " ", style),
-            (f"{row['address']:>{digits}}  ", style or "dim"),
-            (f"{row['bytes']:<{room}}  ", style or "dim"),
+            (f"{row['address']:>{digits}}  ", style or ("" if chosen else "dim")),
+            (f"{row['bytes']:<{room}}  ", style or ("" if chosen else "dim")),
             (row["text"], style),
         ]
         drawn = line(width, *parts)
-        return drawn.stylize("reverse") if at == self.row and self.has_focus else drawn
+        return drawn.stylize("on $primary 30% underline") if chosen else drawn
 
 
 class TalkPane(Pane):

@@ -6,6 +6,7 @@ Nothing here knows of a screen: `on_change` says that something is to be shown a
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import Coroutine
 from typing import Any
 
@@ -35,6 +36,7 @@ class Session:
         self.parts: Data = {}
         self.breakpoints: list[Data] = []
         self.curves: dict[str, list[float | None]] = {}  # velocity, by the name of the signal
+        self.quantities: list[str] = []
         self.selected = ""
         self.why = ""  # why time stands
         self.doing = ""  # what is waited for
@@ -45,7 +47,6 @@ class Session:
         self._programs: dict[str, Any] = {}  # the number of the listing that is held
         self._tasks: set[asyncio.Task[None]] = set()
         self._drawn_ps = -1
-        self._window_known = True
 
     # ------------------------------------------------------------------------------------------------ the connection
     async def open(self) -> None:
@@ -58,6 +59,7 @@ class Session:
         for chip in view["chips"]:
             self.sheets[chip] = (await self.client.request("describe", chip=chip))["sheet"]
         self.parts = (await self.client.request("parts"))["parts"]
+        self.quantities = (await self.client.request("signals"))["quantities"]
         await self._all_again()
         self._spawn(self._draw_curves())
 
@@ -184,14 +186,7 @@ class Session:
 
     async def pause(self) -> None:
         """Let time stand; a wait that is under way is broken off."""
-        if not self.doing:
-            await self.client.request("pause")
-            return
-        other = await ControlClient.connect(self.address, self.token, remote=True)  # ours has its reply to come first
-        try:
-            await other.request("pause")
-        finally:
-            await other.close()
+        await self.client.request("pause")
 
     async def wait_for(self, doing: str, do: str, **keys: Any) -> None:
         """Step, or wait for something, one at a time; `doing` says what is waited for."""
@@ -202,7 +197,8 @@ class Session:
         try:
             reply = await self.client.request(do, **keys)
             if not reply.get("met", True) and not self.why:
-                self.trouble = f"{doing}: has not happened"
+                self.trouble = f"{doing}: not reached"
+            self.why = self.why or ("" if self.trouble else doing)
         finally:
             self.doing = ""
             self.on_change()
@@ -233,9 +229,9 @@ class Session:
         ps = max(ps, 0)
         if ps >= self.now_ps:
             await self._stand()
-            await self.wait_for(f"{ps / PS_PER_S:g} s", "until", time=exact(ps))
+            await self.wait_for(f"{ps / PS_PER_S:g} s", "until", time=ps)
         else:
-            await self.wait_for(f"back to {ps / PS_PER_S:g} s", "back", time=exact(ps))
+            await self.wait_for(f"back to {ps / PS_PER_S:g} s", "back", time=ps)
 
     async def _stand(self) -> None:
         if not self.paused and not self.doing:
@@ -277,6 +273,8 @@ class Session:
 
     async def _curves_at(self, now: int) -> None:
         signals = [signal for chip in self.chips for signal in self.velocities(chip)]
+        if not signals:
+            return
         start = max(now - CURVE_PS, 0)
         try:
             found = await self.client.request(
@@ -286,18 +284,13 @@ class Session:
             self.curves = {}
             return
         for signal, curve in found["signals"].items():
-            self.curves[signal] = columns(curve, now - CURVE_PS, now)
+            if "values" in curve:
+                self.curves[signal] = columns(curve, now - CURVE_PS, now)
         self.on_change()
 
     def velocities(self, chip: str) -> list[str]:
         """Return the names of the velocities of a chip, axis by axis."""
-        axes = len(self.chips[chip]["axes"])
-        return [f"{chip} velocity"] if axes == 1 else [f"{chip} axis {axis} velocity" for axis in range(1, axes + 1)]
-
-
-def exact(ps: int) -> int | str:
-    """Return an instant as the port takes it: whole picoseconds."""
-    return f"{ps} ps"
+        return [name for name in self.quantities if re.match(rf"{re.escape(chip)}\W(.*\W)?velocity$", name)]
 
 
 def columns(curve: Data, start: int, stop: int) -> list[float | None]:
