@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,7 @@ from .files import is_bench, read_options
 
 if TYPE_CHECKING:
     from ..bench import Bench
+    from ..links.server import Server
 
 TOKEN = "SLEWLINE_TOKEN"  # noqa: S105: the name of a variable
 LOOPBACK = "127.0.0.1:0"
@@ -98,35 +100,38 @@ class DebugCommand:
         from ..links.server import Server
         from .serve import signals
 
-        bench = self.new_bench()
-        pace = Paced(bench, f"{self.rate:g}")
-        pace.pause_time()
-        server = Server(bench, pace)
-        with signals(server):
-            try:
-                click.echo(f"control: {server.control(str(self.control), self.token).where}")
-                sys.stdout.flush()
-            except BaseException:
-                server.close()
-                raise
-            if self.while_input:
-                Thread(target=lambda: (sys.stdin.buffer.read(), server.stop()), daemon=True).start()
-            server.run()
+        with TemporaryDirectory(prefix="slewline-debug-", ignore_cleanup_errors=True) as folder:
+            pace = Paced(self.new_bench(os.path.join(folder, "journal")), f"{self.rate:g}")
+            pace.pause_time()
+            server = Server(pace.bench, pace)
+            with signals(server):
+                try:
+                    click.echo(f"control: {server.control(str(self.control), self.token).where}")
+                    sys.stdout.flush()
+                except BaseException:
+                    server.close()
+                    raise
+                if self.while_input:
+                    end_with_input(server)
+                server.run()
         return 0
 
-    def new_bench(self) -> Bench:
-        """Return the bench: of a bench file, of a program and its chip, or of a chip with a host that waits."""
+    def new_bench(self, journal: str) -> Bench:
+        """Return the bench: of a bench file, of a program and its chip, or of a chip with a host that waits.
+
+        Its journal makes every instant of the past reachable.
+        """
         target = str(self.target)
         if is_bench(target):
             from ..bench.file import BenchFile
 
-            return BenchFile(target, self.anywhere, self.allow_code).load()
+            return BenchFile(target, self.anywhere, self.allow_code).load(journal=journal)
         if not Path(target).exists() and (target in CATALOGUE.names() or ":" in target):
             from ..bench import Bench
             from ..bench.memories import put_memory
 
             sheet = sheet_of(target)
-            bench = Bench()
+            bench = Bench(journal=journal)
             straps = sheet.fastest | sheet.plain | dict(self.strap)
             chip = bench.add(target, crystal=self.crystal, straps=straps, **read_options(self.options, target))
             put_memory(bench, chip, self.memory)
@@ -137,7 +142,26 @@ class DebugCommand:
         given: dict[str, Any] = {field.name: None for field in fields(RunCommand)}
         given |= {"drive": (), "strap": self.strap, "chip": self.chip, "crystal": self.crystal, "quiet": True}
         given |= {"options": self.options, "memory": self.memory, "file": target}
-        return RunCommand(**given).single(target, None)
+        return RunCommand(**given).single(target, journal)
+
+
+def end_with_input(server: Server) -> None:
+    """Stop a server when the standard input ends, as it does with the process at its other end."""
+
+    def read() -> None:
+        if not os.read(0, 1024):
+            server.stop()
+
+    if os.name == "posix":
+        server.loop.watch(0, read)  # a process with threads cannot be forked, and forks are the way back
+        return
+
+    def wait() -> None:
+        while os.read(0, 1024):
+            pass
+        server.stop()
+
+    Thread(target=wait, daemon=True).start()
 
 
 def app_class() -> Any:

@@ -16,6 +16,7 @@ SHOWN = (  # roles of the pins that are shown, in this order
 )
 STRIP_ROWS = {False: 2, True: 5}  # of the strip of velocity, on a screen that is wide or not
 NAME = 13  # columns of the names beside a table of axes
+EXPLAINED = 26  # columns of a name and its value, beside what the manual says
 DIM = "dim"
 
 
@@ -51,6 +52,8 @@ class ChipPane(OfChip):
         rows = [line(width, *self.motion(axis, width))]
         rows += [line(width, (row, "$text-primary")) for row in self.curve(0, width)]
         rows += self.work(width)
+        if self.app.has_class("wide") and not self.app.has_class("two"):
+            return [*rows, *self.explained(axis, width)]
         left = self.registers(axis) + self.levels([pin for pin in self.shown() if pin["way"] == "in"])
         right = self.levels([pin for pin in self.shown() if pin["way"] != "in"])
         half = (width - 3) // 2
@@ -58,6 +61,20 @@ class ChipPane(OfChip):
             one = pair(half, *left[at]) if at < len(left) else [(" " * half, "")]
             two = pair(width - 3 - half, *right[at]) if at < len(right) else []
             rows.append(line(width, *one, (" │ ", DIM), *two))
+        return rows
+
+    def explained(self, axis: dict[str, Any], width: int) -> list[Content]:
+        """Return registers and pins one below the other, each with what the manual says of it."""
+        rows = [line(width), line(width, ("registers", "bold $text-primary"))]
+        sheet = self.sheet
+        for (name, value, _, style), row in zip(self.registers(axis), sheet["registers"], strict=True):
+            says = ", ".join(each for each in (row["unit"], row["says"]) if each)
+            rows.append(line(width, *pair(EXPLAINED, name, value, "", style), (f"  {says}", DIM)))
+        for title, outputs in (("outputs", True), ("inputs", False)):
+            rows += [line(width), line(width, (title, "bold $text-primary"))]
+            pins = [pin for pin in self.shown() if (pin["way"] != "in") == outputs]
+            for pin, (name, value, _, style) in zip(pins, self.levels(pins), strict=True):
+                rows.append(line(width, *pair(EXPLAINED, name, value, "", style), (f"  {pin['says']}", DIM)))
         return rows
 
     def motion(self, axis: dict[str, Any], width: int) -> list[Part]:
@@ -79,11 +96,16 @@ class ChipPane(OfChip):
 
     def work(self, width: int) -> list[Content]:
         """Return what the chip works on, and what it waits for."""
-        working, waiting = self.state.get("working") or "", self.state.get("waiting") or ""
+        waiting = self.state.get("waiting") or ""
+        current = self.session.row_at(self.chip)
+        instruction = "" if current is None else self.session.listings[self.chip][current]["text"]
+        working = self.state.get("working") or instruction
         waiting = waiting.removeprefix(f"{self.chip}: ")
+        stops = [points_out(point) for point in self.session.breakpoints if "address" not in point]
+        others = [line(width, ("● ", "bold $text-error"), ", ".join(stops))] if stops else []
         if not self.app.has_class("wide"):
-            return [line(width, (working, "bold"), ": " * bool(working), waiting)]
-        return [line(width, ("command  ", DIM), (working, "bold")), line(width, ("state    ", DIM), waiting)]
+            return [line(width, (working, "bold"), ": " * bool(working), waiting), *others]
+        return [line(width, ("command  ", DIM), (working, "bold")), line(width, ("state    ", DIM), waiting), *others]
 
     def registers(self, axis: dict[str, Any]) -> list[tuple[str, str, str, str]]:
         """Return the registers: name, value, and the styles of both."""
@@ -154,3 +176,16 @@ def spoken(name: str) -> str:
 def active_style(pin: dict[str, Any], level: int | None) -> str:
     """Return how a level is shown: what is active stands out."""
     return "bold $text-success" if level is not None and level == pin.get("active") else DIM
+
+
+def points_out(point: dict[str, Any]) -> str:
+    """Return a breakpoint in words, other than that of an instruction."""
+    if "pin" in point:
+        return f"{point['pin']} {'changes' if point['edge'] == 'any' else point['edge']}"
+    if "finding" in point:
+        return f"finding {point['finding']}".strip()
+    axis = f" axis {point['axis']}" if point.get("axis", 1) > 1 else ""
+    if "position" in point:
+        return f"{point['chip']}{axis} at {point['position']}"
+    value = f" = {point['value']}" if "value" in point else ""
+    return f"{point['chip']}.{point['register']}{value}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import wrap
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -11,8 +12,12 @@ from textual.content import Content
 from textual.screen import ModalScreen
 from textual.widgets import Static
 
+from .drawing import Part
 from .session import Session
 from .verbs import VERBS
+
+TITLE = "bold $text-primary"
+NAME = 15  # columns of a key, a verb or a command
 
 KEYS = (
     ("space", "let time pass, let it stand; ends a wait"),
@@ -24,11 +29,11 @@ KEYS = (
     ("u", "run to the selected row"),
     ("g", "go to an instant, on or back"),
     ("p", "run to a position"),
-    ("left, right", "1 s back, 1 s on; with shift 0.1 s; with ctrl 10 ms"),
+    ("left, right", "1 s back, 1 s on; with shift 0.1 s, with ctrl 10 ms"),
     ("[  ]", "time passes slower, faster"),
-    ("tab", "next pane; up, down, page up and page down move in it"),
+    ("tab", "next pane; up, down, page up, page down move in it"),
     ("1 to 9, ctrl+w", "select a chip"),
-    ("/  :", "command line: a command to the chip, a verb of the debugger"),
+    ("/  :", "command line: to the chip, to the debugger"),
     ("d", "dark or light"),
     ("q", "quit"),
 )
@@ -54,16 +59,25 @@ class HelpScreen(ModalScreen[None]):
 
     def text(self) -> Content:
         """Return the page."""
-        parts: list[tuple[str, str]] = [("Keys\n", "bold $text-primary")]
-        parts += [part for key, says in KEYS for part in ((f"  {key:<15}", "bold"), (f" {says}\n", ""))]
-        parts.append(("\nVerbs of the debugger\n", "bold $text-primary"))
-        for verb in VERBS:
-            parts += [(f"  :{verb.name:<9}", "bold"), (f" {verb.takes}{'; ' * bool(verb.takes)}{verb.says}\n", "")]
+        width = min(self.app.size.width, 110) - 8
+        rows: list[Part] = [("Keys\n", TITLE)]
+        rows += [part for key, says in KEYS for part in entry(width, key, says)]
+        rows.append(("\nVerbs of the debugger\n", TITLE))
+        rows += [
+            part
+            for verb in VERBS
+            for part in entry(width, f":{verb.name}", f"{verb.takes}{'; ' * bool(verb.takes)}{verb.says}")
+        ]
         sheet = self.session.sheets.get(self.session.selected)
         if sheet is not None:
-            parts.append((f"\nCommands of the {sheet['part'].upper()}\n", "bold $text-primary"))
-            width = max((len(row["syntax"]) for row in sheet["commands"]), default=0)
+            rows.append((f"\nCommands of the {sheet['part'].upper()}\n", TITLE))
             for row in sheet["commands"]:
-                parts += [(f"  {row['syntax']:<{width}}", "bold"), (f"  {row['name']}: {row['says']}", "")]
-                parts.append((f"  ({row['where']})\n", "dim"))
-        return Content.assemble(*parts)
+                rows += entry(width, row["syntax"], f"{row['name']}: {row['says']} ({row['where']})")
+        return Content.assemble(*rows)
+
+
+def entry(width: int, name: str, says: str) -> list[Part]:
+    """Return a name, and what is said of it in rows beside it."""
+    first, *more = wrap(says, max(width - NAME - 3, 20)) or [""]
+    rows: list[Part] = [(f"  {name:<{NAME}}", "bold"), (f" {first}\n", "")]
+    return rows + [(f"{' ' * (NAME + 3)}{row}\n", "") for row in more]
