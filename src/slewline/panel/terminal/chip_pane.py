@@ -41,7 +41,7 @@ class ChipPane(OfChip):
 
     def lines(self, width: int, height: int) -> list[Content]:
         """Return the rows that are seen."""
-        found = self.of_axes(width) if self.axes > 1 else self.of_chip(width)
+        found = [*(self.of_axes(width) if self.axes > 1 else self.of_chip(width)), *self.parts(width)]
         self.top = max(min(self.top, len(found) - height), 0)
         return found[self.top : self.top + height]
 
@@ -129,6 +129,16 @@ class ChipPane(OfChip):
             found.append((spoken(pin["name"]), LEVELS.get(level, "?"), "", active_style(pin, level)))
         return found
 
+    def parts(self, width: int) -> list[Content]:
+        """Return what the parts around the chips show: displays, switches, shafts."""
+        rows = []
+        for name, state in self.session.client.view.get("parts", {}).items():
+            shows = state.get("shows") or {}
+            if shows:
+                says = "  ".join(shown_value(key, value) for key, value in shows.items())
+                rows.append(line(width, (f"{name} ", DIM), says))
+        return [line(width), line(width, ("around the chips", "bold $text-primary")), *rows] if rows else []
+
     # ----------------------------------------------------------------------------------------------------- several axes
     def of_axes(self, width: int) -> list[Content]:
         """Return all rows of a chip with several motors: a table with a column for each."""
@@ -176,6 +186,13 @@ def spoken(name: str) -> str:
 def active_style(pin: dict[str, Any], level: int | None) -> str:
     """Return how a level is shown: what is active stands out."""
     return "bold $text-success" if level is not None and level == pin.get("active") else DIM
+
+
+def shown_value(key: str, value: Any) -> str:
+    """Return what a part shows as text: the rows of a display as they are."""
+    if key == "text" and isinstance(value, list):
+        return "│".join(["", *map(str, value), ""])
+    return f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"
 
 
 def points_out(point: dict[str, Any]) -> str:

@@ -46,7 +46,7 @@ class Session:
         self.on_change: Hook[[]] = Hook()
         self._programs: dict[str, Any] = {}  # the number of the listing that is held
         self._tasks: set[asyncio.Task[None]] = set()
-        self._drawn_ps = -1
+        self.drawn_ps = -1
 
     # ------------------------------------------------------------------------------------------------ the connection
     async def open(self) -> None:
@@ -76,7 +76,7 @@ class Session:
             await self._listing(chip)
         said = await self.client.request("said", start=0)
         self.entries = {entry["number"]: entry for entry in said["entries"]}
-        self._drawn_ps = -1
+        self.drawn_ps = -1
         self.on_change()
 
     async def _listing(self, chip: str) -> None:
@@ -266,9 +266,10 @@ class Session:
     async def _draw_curves(self) -> None:
         """Keep the strips of velocity up to date, while time passes."""
         while self.client.open:
-            if self.now_ps != self._drawn_ps and not self.doing:
-                self._drawn_ps = self.now_ps
-                await self._curves_at(self._drawn_ps)
+            if self.now_ps != self.drawn_ps and not self.doing:
+                now = self.now_ps
+                await self._curves_at(now)
+                self.drawn_ps = now
             await asyncio.sleep(CURVE_EVERY_S)
 
     async def _curves_at(self, now: int) -> None:
