@@ -44,7 +44,8 @@ from slewline.language.describe import describe, option_table, table
 from slewline.language.lines import usage
 from slewline.language.lines.reference import line_table
 from slewline.language.packets import Packets
-from slewline.links.control.requests import COMMON, NAMES, REQUESTS, Key, RequestSpec, schema
+from slewline.links.control.kinds import Key, RequestSpec
+from slewline.links.control.requests import COMMON, NAMES, REQUESTS, schema
 from slewline.parts import KINDS, options_of, part_class
 from slewline.parts.base.part import Part
 

@@ -12,7 +12,8 @@ import pytest
 import slewline
 from slewline.errors import UsageError
 from slewline.links.control import control
-from slewline.links.control.requests import MAX_FINDINGS, REQUESTS, schema
+from slewline.links.control.kinds import MAX_FINDINGS
+from slewline.links.control.requests import REQUESTS, schema
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
@@ -189,7 +190,7 @@ def test_the_status_says_what_has_passed(stand):
         ('{"do": "read", "pins": [7]}', "expected a list"),
         ('{"do": "advance", "time": 0.5}', "a float would be rounded"),
         ('{"do": "advance", "time": "-1 s"}', "does not run backwards"),
-        ('{"do": "until", "pin": "x.ui1"}', "give pin and level, or chip and position"),
+        ('{"do": "until", "pin": "x.ui1"}', "give pin and level, chip and position, chip and address"),
         ('{"do": "until", "pin": "x.ui1", "level": 1, "chip": "x", "position": 1}', "give pin and level, or"),
         ('{"do": "until", "chip": "x", "position": "far"}', "expected a whole number"),
         ('{"do": "fault", "line": "y", "to": "chip", "kind": "lost"}', "no serial line 'y'; there are: x"),

@@ -108,7 +108,19 @@ class Bench:
 
     _for_users: ClassVar[tuple[str, ...]] = (
         *("add", "host", "part", "wire", "pin", "chips", "parts", "run", "run_to", "run_until", "run_until_idle", "at"),
-        *("now", "now_ps", "findings", "quantity", "until", "until_idle", "wait", "connect", "place", "catch_up"),
+        *(
+            "now",
+            "now_ps",
+            "findings",
+            "quantity",
+            "quantities",
+            "until",
+            "until_idle",
+            "wait",
+            "connect",
+            "place",
+            "catch_up",
+        ),
         *(
             "conclude",
             "record",
@@ -238,6 +250,7 @@ class Bench:
     record = delegate("_signals", Signals.record)
     edges = delegate("_signals", Signals.edges)
     quantity = delegate("_signals", Signals.quantity)
+    quantities = delegate("_signals", Signals.quantities)
     save_vcd = delegate("_files", WaveformFiles.save_vcd)
     save_csv = delegate("_files", WaveformFiles.save_csv)
     save_steps = delegate("_files", WaveformFiles.save_steps)

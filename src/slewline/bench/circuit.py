@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from itertools import chain, count
 from typing import TYPE_CHECKING, Any
 
@@ -186,10 +187,15 @@ class Circuit:
         store = options.get("store")
         if store is None or not (self.outside.on_input or self.outside.write):
             return dict
-        if (write := self.outside.write) is not None:
-            options["store"] = store = JournaledStore(store, lambda **what: write("store", {"of": name} | what))
+        if self.outside.write is not None:
+            options["store"] = store = JournaledStore(store, partial(self._tell_journal, name))
             return lambda: {"store": list(store.begin())}
         return lambda: {"store": list(store.read())}
+
+    def _tell_journal(self, name: str, **what: Any) -> None:
+        """What a store has refused or lost goes into the journal of the moment."""
+        if self.outside.write is not None:
+            self.outside.write("store", {"of": name} | what)
 
     def _mounted(self, kind: str, sits: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
         """The shaft that a new part sits on, as an argument of its constructor; none, if it sits on none."""

@@ -6,6 +6,7 @@ names no module, whose import would run its code, unless that is allowed (`allow
 
 from __future__ import annotations
 
+import json
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..chips import chip_class
 from ..core.component import input_of
-from ..core.memory.store import ReplayedStore
+from ..core.memory.store import JournaledStore, ReplayedStore
 from ..core.time.timebase import Time, moment
 from ..errors import BenchFileError, OtherLaws, SlewlineError, UnknownName, UsageError
 from ..parts import part_class
@@ -24,6 +25,7 @@ from ..parts.hosts.host import Host
 from ..version import __version__
 from .bench import Bench
 from .files.entries import Entries
+from .files.journal import Journal
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
@@ -50,6 +52,7 @@ def survey(found: Entries, allow_code: bool) -> Survey:
         BenchFileError: a chip or part is not there, or is named as module:Class and that is not allowed; with its line.
     """
     known = Survey(0, "", 0, {}, {}, {})
+    entry: dict[str, Any] = {"t": 0}
     for number, entry in found:
         do = entry["do"]
         try:
@@ -104,6 +107,42 @@ def replay(
         stop = known.end if until is None else moment(until)
         _check_laws(path, known, other_laws)
         return _played(found, known, Bench(seed=known.seed, shuffle=shuffle), stop, prepare)
+
+
+def go_on(bench: Bench, path: str | PathLike[str], begin: int, stop: int, copy: str | PathLike[str]) -> None:
+    """Let a bench that stands where a journal was so many bytes long go on to an instant (ps), with what comes in it.
+
+    From there on it has a journal of its own, `copy`, which begins like that one.  The memories of its chips and parts
+    are no longer those outside; they fail as the journal says.
+
+    Raises:
+        BenchFileError: an entry that makes no sense.
+    """
+    outside = bench.kernel.outside
+    outside.write = None
+    found = Entries(path, begin)
+    with closing(found.file):
+        known = survey(found, True)
+        for owner in (*bench.chips.values(), *bench.parts.values()):
+            store = getattr(owner, "store", None)
+            if isinstance(store, JournaledStore):
+                store.detach(known.faults.get(owner.name, {}))
+        _played(found, known, bench, stop, None)
+    with open(path, "rb") as source, open(copy, "wb") as target:
+        target.write(source.read(_length_at(path, begin, stop)))
+    journal = Journal.continued(copy, bench.kernel)
+    object.__setattr__(bench, "journal", journal)  # users may not
+    outside.write = journal.write
+
+
+def _length_at(path: str | PathLike[str], begin: int, stop: int) -> int:
+    """How many bytes of a journal are about instants up to one (ps); `begin`: where a line begins."""
+    with open(path, "rb") as file:
+        file.seek(begin)
+        while line := file.readline():
+            if not line.endswith(b"\n") or json.loads(line)["t"] > stop:
+                return file.tell() - len(line)
+        return file.tell()
 
 
 def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Callable[[Bench], object] | None) -> Bench:

@@ -45,6 +45,7 @@ class Wait:
     done: Callable[[bool], object] = bool
     when: Callable[[], int | None] | None = None  # the instant that follows from the present promises
     nets: Iterable[Net] = ()
+    pushes: bool = False  # time that stands passes for it
 
     def begin(self) -> None:
         """Make the promised edges of the nets instants."""

@@ -3,43 +3,18 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import click
 
+from ..bench.files.examples import files, folder, title
 from ..core.messages.near import hint
 from ..errors import UsageError
 from ..record.whole_file import WholeFile
 from .demo import made
 
-PACKAGE = Path(__file__).parents[1]
-SOUGHT = (PACKAGE / "examples", PACKAGE.parents[1] / "examples")  # of an installed package, of a checkout
-HEADS = {".py": r'"""(.*?)(?:"""|\n)', ".c": r"/\*\s*(.*)", ".h": r"/\*\s*(.*)"}
 LEAN = (".toml", ".c")  # on files next to them, which come along
-COMMENT = r"[;#]\s*(.*)"
-LEAVE_OUT = (".out", ".pyc")  # what a script prints is kept next to it, for the tests
-
-
-def folder() -> Path:
-    """Return the folder of the examples."""
-    for place in SOUGHT:
-        if place.is_dir():
-            return place
-    raise UsageError(f"no examples are installed in {PACKAGE}; reinstall the package")
-
-
-def files(root: Path) -> list[Path]:
-    """Return the files of a folder and of those in it, the upper ones first."""
-    found = [path for path in root.rglob("*") if path.is_file() and path.suffix not in LEAVE_OUT]
-    return sorted(found, key=lambda path: (len(path.parts), path))
-
-
-def title(path: Path) -> str:
-    """Return the title of a file, from its first lines."""
-    match = re.match(HEADS.get(path.suffix, COMMENT), path.read_text("utf-8"))
-    return match[1].strip() if match else ""
 
 
 def find(root: Path, name: str) -> list[Path]:

@@ -16,6 +16,7 @@ from concurrent.futures import Future
 from functools import partial
 from ipaddress import ip_address
 from os import PathLike
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from ..bench.hosting import channel_over
@@ -29,7 +30,10 @@ from ..parts.boards.board import Board
 from ..parts.hosts.adaptive_host import AdaptiveHost
 from ..parts.hosts.bus_host import BusHost
 from ..parts.lines.rs232 import SerialPort
+from .control.breakpoints import Breakpoints
+from .control.past import Past
 from .control.reports import FindingReports, Lateness
+from .control.views import Views
 from .lines.framing import FramedLine
 from .lines.line import ConnectorLine, HostLine
 from .lines.log import TranscriptFile
@@ -41,6 +45,8 @@ from .sockets.system import fine_timer
 
 if TYPE_CHECKING:
     from ..bench import Bench
+    from .control.control import Control
+    from .control.dialogue import Dialogue
 
 UART_BAUD = 9600
 BOARDS: Mapping[type[Channel], tuple[str, str]] = {  # the kind of board on a channel, and how its name ends
@@ -100,6 +106,11 @@ class Server:
         self.ports: list[OpenPort] = []
         self.found = 0  # findings since the beginning
         self.over = False
+        self.branch = 0
+        self.breakpoints = Breakpoints(bench, pace, self._stopped)
+        self.views = Views(self)
+        self._dialogue: Dialogue | None = None
+        self.past = Past(self)
         bench.on_finding.add(self._finding)
         for chip in bench.chips.values():
             for number, motor in enumerate(chip.axes, 1):
@@ -267,13 +278,23 @@ class Server:
     def run(self) -> None:
         """Serve until `stop`; everything is closed then."""
         self.bench.run(0)
+        if self.controls():
+            _ = self.dialogue
+            self.past.begin()
         self.pace.start()
         self.loop.after(LOOK_S, self._look_around)
+        self.serve(lambda: False)
+
+    def serve(self, done: Callable[[], bool]) -> None:
+        """Let time pass and answer, until `stop`, or until something is done; everything is closed then."""
         try:
             with fine_timer():
-                while not self.over:
-                    done = self.pace.pass_time()
-                    ready = self.loop.sleep(self.pace.pause() if done else 0)
+                while not (self.over or done()):
+                    self.past.look()
+                    began_s = perf_counter()
+                    finished = self.pace.pass_time()
+                    self.past.work_s += perf_counter() - began_s
+                    ready = self.loop.sleep(self.pace.pause() if finished else 0)
                     self.pace.present()
                     self.loop.serve(ready)
         finally:
@@ -288,6 +309,7 @@ class Server:
 
     def close(self) -> None:
         """Close every port; the bench stays as it is."""
+        self.past.close()
         for port in self.ports:
             port.close()
         self.ports.clear()
@@ -309,6 +331,35 @@ class Server:
             for port in self.ports:
                 if isinstance(port, RegisterPort):
                     port.catch_up()
+
+    @property
+    def dialogue(self) -> Dialogue:
+        """What hosts and chips have said, from when it was first asked for; with a control port, from the beginning."""
+        if self._dialogue is None:
+            from .control.dialogue import Dialogue
+
+            names = {
+                line.port.name: line.chips[0].name if len(line.chips) == 1 else line.name
+                for line in self.lines.values()
+                if isinstance(line, ConnectorLine)
+            }
+            self._dialogue = Dialogue(self.bench, names)
+        return self._dialogue
+
+    def controls(self) -> list[Control]:
+        """Return the control ports."""
+        from .control.control import Control
+
+        return [port for port in self.ports if isinstance(port, Control)]
+
+    def event(self, what: dict[str, Any]) -> None:
+        """Send an event to all clients of control ports that have subscribed."""
+        for control in self.controls():
+            for client in control.clients:
+                client.event(what)
+
+    def _stopped(self, why: str) -> None:
+        self.event({"event": "stopped", "why": why})
 
     def call(self, function: Callable[[], Any], timeout: float | None = None) -> Any:
         """Call a function in the thread that runs the server, from another thread; returns what it returns."""

@@ -66,14 +66,15 @@ OPTIONAL: dict[str, Kind] = {  # in any entry that has them
 class Entries:
     """The entries of a journal file, with the numbers of their lines; each time from the first one on.
 
-    A last line that was cut off is left out, with the warning TornJournal at the first reading.
+    With `begin` it is read from a byte on at which a line begins, and numbers of lines count from there.  A last line
+    that was cut off is left out, with the warning TornJournal at the first reading.
 
     Raises:
         BenchFileError: not readable, or not a journal; or, while they are read, an entry that makes no sense.
     """
 
-    def __init__(self, path: str | PathLike[str]) -> None:
-        self.path = path
+    def __init__(self, path: str | PathLike[str], begin: int = 0) -> None:
+        self.path, self.begin = path, begin
         try:
             self.file: BinaryIO = opened(path)
         except BenchFileError as error:
@@ -81,7 +82,7 @@ class Entries:
         self.count: int | None = None  # how many there are, once they have all been read: a later reading sees no more
 
     def __iter__(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        self.file.seek(0)
+        self.file.seek(self.begin)
         yield from islice(self._read(), self.count)
 
     def error(self, number: int, says: str) -> BenchFileError:
@@ -97,13 +98,13 @@ class Entries:
             entry = self._parsed(number, line)
             if entry is None:
                 break
-            if not found:
+            if not found and not self.begin:
                 self._check_first(entry)
             self._check(number, entry, last)
             last = entry.get("t", 0)
             found += 1
             yield number, entry
-        if not found:
+        if not found and not self.begin:
             raise BenchFileError(f"journal {self.path}: the first line is not that of a journal, version {VERSION}")
         self.count = found
 

@@ -28,7 +28,7 @@ from fractions import Fraction
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, Literal, TextIO
 from weakref import finalize
 
 from ...core.time.hook import Hook
@@ -49,16 +49,19 @@ class Journal:
     """
 
     def __init__(self, path: str | PathLike[str], kernel: Kernel, seed: int) -> None:
+        replaced(path)
+        self._open(path, kernel, "w")
+        self.write("journal", {"version": VERSION, "seed": seed, "slewline": __version__})
+
+    def _open(self, path: str | PathLike[str], kernel: Kernel, mode: Literal["w", "a"]) -> None:
         self.path, self.kernel = Path(path), kernel
         self.failure = ""  # why nothing can be written any more
         self.on_failure: Hook[[str]] = Hook()  # called once, where the run goes on without a journal
-        replaced(path)
         try:
-            self.file: TextIO = open(path, "w", encoding="ascii", buffering=1)  # noqa: SIM115
+            self.file: TextIO = open(path, mode, encoding="ascii", buffering=1)  # noqa: SIM115
         except OSError as error:
             raise BenchFileError(self._refusal(error)) from None
         finalize(self, closed, self.file)  # a bench needs no closing
-        self.write("journal", {"version": VERSION, "seed": seed, "slewline": __version__})
 
     def write(self, do: str, what: dict[str, Any]) -> None:
         """Write one input, at this instant.
@@ -87,6 +90,13 @@ class Journal:
 
     def _refusal(self, error: OSError) -> str:
         return f"journal {self.path}: {error.strerror or error}; give a file that can be written"
+
+    @classmethod
+    def continued(cls, path: str | PathLike[str], kernel: Kernel) -> Journal:
+        """Go on with a journal that is there, at its end."""
+        journal = cls.__new__(cls)
+        journal._open(path, kernel, "a")
+        return journal
 
     def close(self) -> None:
         """Close the file; no more entries are written."""

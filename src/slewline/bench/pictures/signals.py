@@ -156,6 +156,18 @@ class Signals:
         nets = self.chosen([pin])
         return self.recorder.edges(nets[pin], *self.window_of(nets, start, stop))  # type: ignore[return-value]
 
+    def quantities(self) -> dict[str, Quantity]:
+        """Return the quantities of axes and parts, by full name."""
+        chips, parts = self.circuit.chips, self.circuit.parts
+        return {
+            f"{scope}.{quantity.name}": quantity
+            for scope, quantities in [
+                *((scope, axis.quantities()) for chip in chips.values() for scope, axis in axes_of(chip)),
+                *((part.name, part.quantities()) for part in parts.values()),
+            ]
+            for quantity in quantities
+        }
+
     def quantity(self, name: str) -> Quantity:
         """Return a quantity, which has a value at every instant: `bench.quantity("driver.current").at("3 ms")`.
 
@@ -166,14 +178,7 @@ class Signals:
             UnknownName: there is none; the message lists those there are.
         """
         chips, parts = self.circuit.chips, self.circuit.parts
-        known = {
-            f"{scope}.{quantity.name}": quantity
-            for scope, quantities in [
-                *((scope, axis.quantities()) for chip in chips.values() for scope, axis in axes_of(chip)),
-                *((part.name, part.quantities()) for part in parts.values()),
-            ]
-            for quantity in quantities
-        }
+        known = self.quantities()
         owner, _, what = name.partition(".") if isinstance(name, str) else ("", "", "")
         full = f"{owner}.axis1.{what}" if owner in chips and chips[owner].sheet.axes > 1 and "." not in what else name
         if full not in known:

@@ -112,7 +112,7 @@ def pins(ctx: click.Context, _param: click.Parameter, begun: str) -> list[Comple
 @quietly
 def example(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
     """Complete the name of an example, or of a folder of them."""
-    from ..examples import files, folder, title
+    from ...bench.files.examples import files, folder, title
 
     root = folder()
     found = {path.relative_to(root).as_posix(): title(path) for path in files(root)}

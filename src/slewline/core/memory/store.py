@@ -113,6 +113,10 @@ class JournaledStore:
             put(whole, data, at)
             self.write(bytes(whole))
 
+    def detach(self, faults: Mapping[int, Mapping[str, Any]]) -> None:
+        """Keep the content in the model from now on, with the faults of a replay (see `ReplayedStore`)."""
+        self.store = ReplayedStore(self._known.data, faults, self._calls)
+
     def _told(self, call: Callable[[], T]) -> T:
         if self._calls is not None:
             self._calls += 1
@@ -132,12 +136,12 @@ class ReplayedStore(Memory):
 
     Args:
         faults: by the number of the call: its `error`, or the `content` that was found.
+        calls: how many there were before; None: they are numbered from `begin` on.
     """
 
-    def __init__(self, data: bytes, faults: Mapping[int, Mapping[str, Any]]) -> None:
+    def __init__(self, data: bytes, faults: Mapping[int, Mapping[str, Any]], calls: int | None = None) -> None:
         super().__init__(data)
-        self._faults = faults
-        self._calls: int | None = None
+        self._faults, self._calls = faults, calls
 
     def begin(self) -> None:
         """Begin to number the calls."""

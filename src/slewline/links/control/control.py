@@ -2,7 +2,8 @@
 
 A client connects by TCP, sends one JSON object a line, and gets one JSON object a line for each, in order.  A reply
 has `time_ps`, virtual time; one that has `error` reports what was wrong, and nothing was done.  `requests.py` has the
-requests, as rows; docs/reference/control.md shows them.
+requests, as rows; docs/reference/control.md shows them.  A client that subscribes gets events as well: lines with
+`event`, between the replies.
 
 In lockstep, `until` lets time pass as `advance` does; paced, time passes by itself.  A client that waits sends its next
 request when it likes; it is read when the reply to the one before has gone out.  A client that sends no more still gets
@@ -20,30 +21,38 @@ import hmac
 import json
 import socket
 from collections.abc import Callable
+from functools import partial
 from time import perf_counter
-from typing import TYPE_CHECKING
 
-from ...bench.runner import NEVER, Wait
-from ...core.messages.near import hint
-from ...core.time.timebase import moment, picoseconds
+from ...bench.runner import Wait
+from ...core.time.timebase import PS_PER_S, picoseconds
 from ...core.wires.pin import Condition
 from ...errors import SlewlineError, UsageError
-from ..lines.line import ConnectorLine
 from ..ports.tcp import Listener, is_loopback, parse_address
 from ..sockets.preamble import Preamble
 from ..sockets.stream import SocketStream
-from .requests import MAX_FINDINGS, MAX_STEPS, Data, as_object, read, schema
-from .status import Serving, status
-
-if TYPE_CHECKING:
-    from ...core.chip import Chip
-    from ...core.motion.one_axis import OneAxis
+from .kinds import Data
+from .past import connection, greeting
+from .requests import as_object, read
+from .status import Serving
+from .time_verbs import TimeVerbs
+from .verbs import PinVerbs
+from .view_verbs import ViewVerbs
+from .views import difference
 
 LONGEST = 1 << 16  # bytes of a request
 QUEUE = 1 << 24  # bytes of replies
 SHARE_S = 0.001  # how long requests of a client are answered in a turn of the loop
 SHORTEST_TOKEN = 8  # characters
-DIRECTIONS = ("chip", "host")
+OFTENEST_S = 0.005  # events of a client
+OF_ALL_BRANCHES = ("back", "branches", "branch", "quit", "schema")  # requests that are answered here
+MARK = "of the branch"  # the id of a request of ours
+MARKED = json.dumps({"id": MARK})[:-1].encode()
+CLOCK_S = 0.1  # between two that tell only the time
+
+
+class Verbs(PinVerbs, TimeVerbs, ViewVerbs):
+    """What every request does."""
 
 
 class Control:
@@ -93,6 +102,11 @@ class Client:
         self.known = self.refused = False  # by the first line
         self.beginning = Preamble()
         self.postponed = False  # requests wait for the next turn of the loop
+        self.every_s = 0.0  # between two events, of a client that has subscribed
+        self.seen: Data = {}  # the view that it has
+        self.told = (0, 0, 0.0)  # what was said up to there, and when it was last told anything
+        self.watching = 0  # the number of its subscription
+        self.beyond: Beyond | None = None  # the branch to which its requests go
         self.stream = SocketStream(self.server.loop, connection, self.take, self.gone, self.room, QUEUE, self.ended)
 
     def room(self) -> int:
@@ -159,22 +173,77 @@ class Client:
         self.server.catch_up()
         try:
             request = read(line)
-            found = Requests(self.server, self).perform(request)
+            if self.beyond is not None and request["do"] not in OF_ALL_BRANCHES:
+                self.beyond.forward(request, line)
+                return
+            found = getattr(Verbs(self.server, self), f"do_{request['do']}")(request)
             if found is not None:
                 self.reply(request, found)
         except (SlewlineError, TypeError, ValueError, KeyError) as error:
             self.reply(request, {"error": str(error)})
 
-    def wait(self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int) -> None:
-        """Owe a reply until a condition is met, or an instant (ps) is there."""
-        self.waiting = True
+    def wait(
+        self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool = False
+    ) -> None:
+        """Owe a reply until a condition is met, or at an instant (ps); `pushes`: a time that stands passes for it."""
+        answer = self.answer_later(request)
+        wait = Wait(condition.met, limit_ps, lambda met: answer(reply(met)), condition.foreseen, condition.nets, pushes)
+        self.server.pace.wait(wait)
 
-        def done(met: bool) -> None:
+    def answer_later(self, request: Data) -> Callable[[Data], object]:
+        """Owe a reply; return what gives it.  A client that has subscribed may have several due at once."""
+        self.waiting = not self.every_s
+
+        def answer(found: Data) -> None:
             self.waiting = False
-            self.reply(request, reply(met))
+            self.reply(request, found)
             self.server.loop.ask(self.go_on)
 
-        self.server.pace.wait(Wait(condition.met, limit_ps, done, condition.foreseen, condition.nets))
+        return answer
+
+    # -------------------------------------------------------------------------------------------------------- events
+    def subscribe(self, every_s: float) -> Data:
+        """Send events from now on, at most so often; 0: no more.  Return the view as it is."""
+        self.every_s = every_s and max(every_s, OFTENEST_S)
+        self.watching += 1
+        dialogue = self.server.dialogue
+        self.seen, self.told = self.server.views.view(), (dialogue.touched, dialogue.number, perf_counter())
+        if self.every_s:
+            self.server.loop.after(self.every_s, partial(self.tell, self.watching))
+        return self.seen
+
+    def tell(self, watching: int) -> None:
+        """Send what has changed, unless the client has not read what was sent before."""
+        if watching != self.watching or not self.stream.open:
+            return
+        self.server.loop.after(self.every_s, partial(self.tell, watching))
+        if self.stream.outgoing or self.beyond is not None:
+            return
+        dialogue, now_s = self.server.dialogue, perf_counter()
+        touched, number, told_s = self.told
+        if dialogue.touched != touched:
+            entries = [*dialogue.changed(touched, number)][::-1]
+            self.event({"event": "said", "entries": entries})
+            self.told = dialogue.touched, dialogue.number, told_s
+        view = self.server.views.view()
+        changed = difference(self.seen, view)
+        self.seen = view
+        if changed or (now_s - told_s > CLOCK_S and not self.server.pace.paused):
+            self.event({"event": "view", "view": changed})
+            self.told = dialogue.touched, dialogue.number, now_s
+
+    def divert(self, where: str, event: Data) -> None:
+        """Let requests go to the control port of a branch from now on; "": they are answered here again."""
+        if self.beyond is not None:
+            self.beyond.close()
+        self.event(event)
+        self.beyond = Beyond(self, where) if where else None
+        self.seen, self.told = {}, (self.server.dialogue.touched, self.server.dialogue.number, 0.0)
+
+    def event(self, found: Data) -> None:
+        """Send an event to a client that has subscribed."""
+        if self.every_s and self.stream.open:
+            self.stream.write(json.dumps({"event": "", "time_ps": self.server.bench.now_ps} | found).encode() + b"\n")
 
     def go_on(self) -> None:
         """Answer requests that have come meanwhile, and go on reading."""
@@ -185,177 +254,79 @@ class Client:
 
     def reply(self, request: Data, found: Data) -> None:
         """Send the reply to a request, a line."""
-        if "id" in request:
-            found = {"id": request["id"]} | found
-        self.stream.write(json.dumps(found | {"time_ps": self.server.bench.now_ps}).encode() + b"\n")
+        about = {"id": request["id"]} if "id" in request else {}
+        self.stream.write(json.dumps(about | {"time_ps": self.server.bench.now_ps} | found).encode() + b"\n")
 
     def gone(self, _why: str) -> None:
         """Take notice that the connection is closed: pending waits stay active, but their replies are discarded."""
+        self.watching += 1
+        if self.beyond is not None:
+            self.beyond.close()
         self.stream.close()
         self.connection.close()
         if self in self.control.clients:
             self.control.clients.remove(self)
 
 
+class Beyond:
+    """The way of a client's requests to the world of a branch, and of replies and events back."""
+
+    def __init__(self, client: Client, where: str) -> None:
+        self.client = client
+        self.socket = connection(where)
+        self.stream = SocketStream(client.server.loop, self.socket, self.take, self.gone, queue=QUEUE)
+        self.rest = b""
+        self.greeted = False
+        self.stream.write(greeting(client.control.token))
+        if client.every_s:
+            self.stream.write(
+                json.dumps({"do": "subscribe", "every": in_ps(client.every_s), "id": MARK}).encode() + b"\n"
+            )
+
+    def forward(self, request: Data, line: bytes) -> None:
+        """Send a request there."""
+        client = self.client
+        if request["do"] == "breakpoints":
+            Verbs(client.server, client).do_breakpoints(request)  # those of the next branch
+        if request["do"] == "subscribe":
+            client.every_s = picoseconds(request["every"]) / PS_PER_S
+        client.server.past.forwarded(request["do"])
+        client.waiting = not client.every_s
+        self.stream.write(line + b"\n")
+
+    def take(self, data: bytes) -> None:
+        """Pass on replies and events."""
+        client = self.client
+        *lines, self.rest = (self.rest + data).split(b"\n")
+        for line in lines:
+            if not self.greeted:
+                self.greeted = True
+            elif line.startswith(b'{"event"'):
+                client.stream.write(line + b"\n")
+            elif line.startswith(MARKED):
+                found = json.loads(line)
+                client.event({"event": "view", "view": found.get("view", {}), "time_ps": found["time_ps"]})
+            else:
+                client.stream.write(line + b"\n")
+                client.waiting = False
+                client.server.loop.ask(client.go_on)
+
+    def gone(self, why: str) -> None:
+        """Tell that the branch has ended."""
+        self.close()
+        self.client.reply({}, {"error": f"the branch has ended: {why}"})
+
+    def close(self) -> None:
+        """Hang up."""
+        self.stream.close()
+        self.socket.close()
+
+
+def in_ps(seconds: float) -> int:
+    """Return seconds as whole picoseconds."""
+    return int(seconds * PS_PER_S)
+
+
 def same(token: object, expected: str) -> bool:
     """Return whether it is the token, in a time that does not depend on how much of it is right."""
     return isinstance(token, str) and hmac.compare_digest(token.encode("utf-8", "replace"), expected.encode("utf-8"))
-
-
-class Requests:
-    """What each request does; None: the reply comes later."""
-
-    def __init__(self, server: Serving, client: Client) -> None:
-        self.server, self.client, self.bench = server, client, server.bench
-
-    def perform(self, request: Data) -> Data | None:
-        """Do what a request asks for."""
-        found: Data | None = getattr(self, f"do_{request['do']}")(request)
-        return found
-
-    def chip(self, name: str) -> Chip:
-        """Return a chip by its name.
-
-        Raises:
-            UnknownName: no such chip.
-        """
-        chips = self.bench.chips
-        if name not in chips:
-            raise UsageError(f"no chip {name!r}; there are: {', '.join(chips)}{hint(name, chips)}")
-        return chips[name]
-
-    def axis(self, request: Data) -> OneAxis:
-        """Return the axis of a chip that a request names, the first one by default."""
-        return self.chip(request["chip"]).axis(request.get("axis", 1))
-
-    def do_drive(self, request: Data) -> Data:
-        """Drive a pin from outside."""
-        self.bench.pin(request["pin"]).drive(request["level"])
-        return {}
-
-    def do_release(self, request: Data) -> Data:
-        """Release a pin from outside."""
-        self.bench.pin(request["pin"]).release()
-        return {}
-
-    def do_pulse(self, request: Data) -> Data:
-        """Drive a pin for a time."""
-        self.bench.pin(request["pin"]).pulse(request["level"], request["width"])
-        return {}
-
-    def do_read(self, request: Data) -> Data:
-        """Reply with the levels of some pins."""
-        if not isinstance(request["pins"], list) or not all(isinstance(name, str) for name in request["pins"]):
-            raise UsageError(f'pins {request["pins"]!r}; expected a list such as ["x.rdy"]')
-        return {"levels": {name: self.bench.pin(name).level for name in request["pins"]}}
-
-    def do_advance(self, request: Data) -> None:
-        """Let time pass in lockstep; reply when it has."""
-        if not self.server.pace.lockstep:
-            raise UsageError("advance: time follows the wall clock here; start the server with --lockstep")
-        end = self.bench.now_ps + picoseconds(request["time"])
-        self.client.wait(request, lambda _met: {}, NEVER, end)
-
-    def do_until(self, request: Data) -> None:
-        """Wait for a condition; reply when it is met, or its time is over."""
-        condition = self.condition(request)
-        end = self.bench.now_ps + picoseconds(request.get("timeout", "60 s"))
-        self.client.wait(request, lambda met: {"met": met}, condition, end)
-
-    def condition(self, request: Data) -> Condition:
-        """Return the condition of a request: a pin with its level, or a chip with its position."""
-        if {"pin", "level"} <= set(request) and not {"chip", "position"} & set(request):
-            return self.bench.pin(request["pin"]).is_(request["level"])
-        if {"chip", "position"} <= set(request) and not {"pin", "level"} & set(request):
-            if not isinstance(request["position"], int):
-                raise UsageError(f"position {request['position']!r}; expected a whole number")
-            return self.axis(request).reaches(request["position"])
-        raise UsageError("until: give pin and level, or chip and position")
-
-    def line(self, name: str) -> ConnectorLine:
-        """Return a serial line by its name, or by that of any chip on it.
-
-        Raises:
-            UnknownName: no such line.
-        """
-        lines = [line for line in self.server.lines.values() if isinstance(line, ConnectorLine)]
-        for line in lines:
-            if name == line.name or name in (chip.name for chip in line.chips):
-                return line
-        names = [line.name for line in lines]
-        raise UsageError(f"no serial line {name!r}; there are: {', '.join(names) or 'none'}{hint(name, names)}")
-
-    def eeprom(self, request: Data, fails: bool) -> Data:
-        """Let the EEPROM of a module fail, or no more."""
-        chip = self.chip(request["chip"])
-        if not hasattr(chip, "eeprom_fault"):
-            raise UsageError(f"chip {chip.name!r}: a {chip.sheet.part} has no EEPROM")
-        if {"line", "to", "count", "chance", "seed"} & set(request) or request.get("kind", "eeprom") != "eeprom":
-            raise UsageError(f"{request['do']}: a chip takes the kind eeprom only; all others need a line")
-        chip.eeprom_fault = fails
-        return {}
-
-    def do_fault(self, request: Data) -> Data:
-        """Plan faults in the characters of a line, or in a chip's EEPROM."""
-        if "chip" in request:
-            return self.eeprom(request, True)
-        if not {"line", "to"} <= set(request):
-            raise UsageError("fault: needs line, to and kind, or chip and the kind eeprom")
-        line, to = self.line(request["line"]), request["to"]
-        if to not in DIRECTIONS:
-            raise UsageError(f"to {to!r}; allowed {', '.join(DIRECTIONS)}")
-        noise = line.to_chip if to == "chip" else line.to_host
-        noise.plan(request["kind"], request.get("count", 1), request.get("chance", 1), request.get("seed", 0))
-        return {}
-
-    def do_clear(self, request: Data) -> Data:
-        """End the faults of a line, and reply with how many characters they hit; or those of a chip's EEPROM."""
-        if "chip" in request:
-            return self.eeprom(request, False)
-        if "line" not in request:
-            raise UsageError("clear: needs line or chip")
-        line = self.line(request["line"])
-        line.to_chip.clear()
-        line.to_host.clear()
-        return {"hits": {"chip": line.to_chip.done, "host": line.to_host.done}}
-
-    def do_power(self, request: Data) -> Data:
-        """Switch the supply of a chip."""
-        if not isinstance(request["on"], bool):
-            raise UsageError(f"on {request['on']!r}; allowed true, false")
-        self.chip(request["chip"]).power(request["on"])
-        return {}
-
-    def do_status(self, _request: Data) -> Data:
-        """Reply with the state of everything."""
-        return status(self.server)
-
-    def do_findings(self, request: Data) -> Data:
-        """Reply with the last findings, of a chip or part or of all."""
-        start = picoseconds(request.get("start", 0))
-        owner = self.bench[request["source"]] if "source" in request else self.bench
-        found = [one for one in owner.findings if one.time_ps >= start]
-        shown = [
-            {"time_ps": one.time_ps, "source": one.source, "code": one.code, "text": one.text}
-            for one in found[-MAX_FINDINGS:]
-        ]
-        return {"findings": shown, "omitted": len(found) - len(shown)}
-
-    def do_schema(self, _request: Data) -> Data:
-        """Reply with the schema of requests and replies."""
-        return {"schema": schema()}
-
-    def do_steps(self, request: Data) -> Data:
-        """Reply with the steps of an axis."""
-        axis = self.axis(request)
-        start, stop = request.get("start", axis.motor.since), request.get("stop", self.bench.now_ps)
-        count = axis.motor.count(moment(start), min(moment(stop), self.bench.now_ps))
-        if count > MAX_STEPS:
-            raise UsageError(f"steps: {count} in this window; ask for windows of at most {MAX_STEPS}")
-        steps = axis.steps(start, stop)
-        return {name: getattr(steps, name).tolist() for name in ("times_ps", "directions", "positions")}
-
-    def do_quit(self, _request: Data) -> Data:
-        """End the server."""
-        self.server.stop()
-        return {}

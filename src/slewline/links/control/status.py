@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from ...core.component import Finding
     from ...core.motion.one_axis import OneAxis
     from ..sockets.loop import Loop
+    from .breakpoints import Breakpoints
+    from .control import Control
+    from .dialogue import Dialogue
+    from .past import Past
+    from .views import Views
 
 SHOWN_FINDINGS = 20
 
@@ -28,6 +33,14 @@ class Serving(Protocol):
     found: int
     troubles: list[str]
     allow_remote: bool
+    breakpoints: Breakpoints
+    views: Views
+    branch: int
+    past: Past
+
+    @property
+    def dialogue(self) -> Dialogue:
+        """What was said."""
 
     def steps_of(self, chip: Chip) -> int:
         """Return how many steps a chip has made since the beginning, on all axes."""
@@ -37,6 +50,12 @@ class Serving(Protocol):
 
     def stop(self) -> None:
         """End the server."""
+
+    def event(self, what: dict[str, Any]) -> None:
+        """Send an event to all clients that have subscribed."""
+
+    def controls(self) -> list[Control]:
+        """Return the control ports."""
 
 
 def status(server: Serving) -> dict[str, Any]:

@@ -53,6 +53,7 @@ class HostLine:
         self.resume: Callable[[], object] | None = None
         self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those no host read
         self.wait: Wait | None = None  # in lockstep, what lets time pass for what has come
+        self.detour: Callable[[bytes], object] | None = None  # where the bytes of the host go instead
         self.beside: list[HostLine] = []  # lines to the same chip
         self.coming_ends: list[str] = []  # what chips had of a line at the last check
 
@@ -82,6 +83,9 @@ class HostLine:
     def take(self, data: bytes) -> None:
         """Bytes have come from the host."""
         self.taken += len(data)
+        if self.detour is not None:
+            self.detour(data)
+            return
         self.note(TO_CHIP, data)
         self.feed(data)
         limit_ps = self.kernel.now + ANSWER_TIMEOUT_PS

@@ -8,7 +8,8 @@
     lockstep    virtual time stops, except while a wait needs it: the bytes of a line and the answer to
                 them, an `advance`, an `until`.  An endless motion is as far as the host has come, whenever it asks.
 
-In both, time passes in slices of some milliseconds of the wall clock, so that the world is served while it passes.
+A pause lets time stand in both: it passes then only for waits that push it, such as a single step.  In both, time
+passes in slices of some milliseconds of the wall clock, so that the world is served while it passes.
 """
 
 from __future__ import annotations
@@ -64,14 +65,31 @@ class Pace:
         self.waits: list[Wait] = []
         self.stop_ns = 0
         self.lag = Lag()
+        self.paused = False
 
     def start(self) -> None:
         """Begin to serve: power the chips up before anybody can speak to them."""
         self.kernel.run(self.kernel.now + POWER_UP_PS)
 
+    def pause_time(self) -> None:
+        """Let time stand at this instant."""
+        self.paused = True
+
+    def go(self) -> None:
+        """Let time pass again."""
+        self.paused = False
+
     def goal(self) -> int:
         """Return the instant up to which time may pass now (ps)."""
+        return self._pushed() if self.paused else self._goal()
+
+    def _goal(self) -> int:
+        """As `goal`, while nobody has paused."""
         raise NotImplementedError
+
+    def _pushed(self) -> int:
+        """The instant up to which waits push a time that stands (ps)."""
+        return max((wait.limit_ps for wait in self.waits if wait.pushes), default=self.kernel.now)
 
     def pause(self) -> float | None:
         """Return how long the loop may sleep once the goal is reached, in seconds; None: until a byte comes."""
@@ -131,6 +149,21 @@ class Pace:
                 wait.done(met)
 
 
+def rate_of(rate: str | float) -> Fraction:
+    """Return virtual seconds per second.
+
+    Raises:
+        UsageError: no number above 0.
+    """
+    try:
+        found = Fraction(str(rate))
+    except (ValueError, ZeroDivisionError):
+        found = Fraction(0)
+    if found <= 0:
+        raise UsageError(f"rate {rate!r}; expected virtual seconds per second, such as 1 or 0.1")
+    return found
+
+
 class Paced(Pace):
     """Virtual time follows the wall clock.
 
@@ -140,21 +173,26 @@ class Paced(Pace):
 
     def __init__(self, bench: Bench, rate: str | float = 1, clock: Callable[[], int] = perf_counter_ns) -> None:
         super().__init__(bench, clock)
-        try:
-            self.rate = Fraction(str(rate))
-        except (ValueError, ZeroDivisionError):
-            self.rate = Fraction(0)
-        if self.rate <= 0:
-            raise UsageError(f"rate {rate!r}; expected virtual seconds per second, such as 1 or 0.1")
+        self.rate = rate_of(rate)
         self.origin_ps = self.origin_ns = 0
 
     def start(self) -> None:
         """Begin to serve: virtual time and the wall clock start together."""
         super().start()
+        self._begin()
+
+    def _begin(self) -> None:
+        """Let virtual time and the wall clock start together from here on."""
         self.origin_ps, self.origin_ns = self.kernel.now, self.clock()
 
-    def goal(self) -> int:
-        """Return the instant that the wall clock has reached (ps)."""
+    def go(self, rate: str | float | None = None) -> None:
+        """Let time pass with the wall clock from this instant on; without a rate as fast as before."""
+        self.rate = self.rate if rate is None else rate_of(rate)
+        self._begin()
+        super().go()
+
+    def _goal(self) -> int:
+        """The instant that the wall clock has reached (ps)."""
         passed = self.clock() - self.origin_ns
         return self.origin_ps + passed * PS_PER_NS * self.rate.numerator // self.rate.denominator
 
@@ -166,7 +204,7 @@ class Paced(Pace):
         """Let time pass up to the wall clock, for a slice at most; return False when there is more to do at once."""
         due = self.kernel.next_time()
         goal = self.goal()
-        if due is not None and due <= goal:
+        if due is not None and due <= goal and not self.paused:
             lag_ns = self.nanoseconds(goal - due)
             self.lag.note(lag_ns)
             if lag_ns > LOST_NS:
@@ -181,6 +219,8 @@ class Paced(Pace):
     def pause(self) -> float | None:
         """Return the seconds until the next event is due; None: until a byte comes."""
         self.kernel.settle()
+        if self.paused:
+            return 0 if self.goal() > self.kernel.now else None
         times: list[int | None] = [self.kernel.next_time()]
         for wait in self.waits:
             times += [wait.limit_ps, wait.when() if wait.when is not None else None]
@@ -196,8 +236,8 @@ class Lockstep(Pace):
 
     lockstep = True
 
-    def goal(self) -> int:
-        """Return the instant up to which a client lets time pass (ps)."""
+    def _goal(self) -> int:
+        """The instant up to which a client lets time pass (ps)."""
         return max((wait.limit_ps for wait in self.waits), default=self.kernel.now)
 
     def pause(self) -> float | None:

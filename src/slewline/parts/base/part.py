@@ -60,6 +60,7 @@ class Part(Component):
         "findings",
         "on_finding",
         "quantities",
+        "shows",
         "idle",
         "waiting",
     )
@@ -150,6 +151,10 @@ class Part(Component):
     def quantities(self) -> tuple[Quantity, ...]:
         """Return what the part has over time, to be drawn, written and asked: an angle, a current, a count; or ()."""
         return ()
+
+    def shows(self) -> dict[str, Any]:
+        """Return what the part shows beside its pins, as plain data: where a shaft is, what a display says; or {}."""
+        return {}
 
     def catch_up(self) -> None:
         """Work off what has happened up to the last committed instant, in a part that does so only when asked.

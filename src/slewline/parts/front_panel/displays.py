@@ -16,6 +16,7 @@ from __future__ import annotations
 import re
 from copy import deepcopy
 from types import MappingProxyType
+from typing import Any
 
 from ...core.datasheet.option import Option
 from ...core.time.hook import Hook
@@ -53,6 +54,10 @@ class Shows:
     def picture(self) -> str:
         """What it shows, with a frame, as text."""
         return framed(self.rows)
+
+    def shows(self) -> dict[str, Any]:
+        """Return its lines."""
+        return {"text": self.rows}
 
     @property
     def waiting(self) -> str:

@@ -9,6 +9,7 @@ Thumbwheels are read a digit at a time, at an address of eight bits that no read
 from __future__ import annotations
 
 from types import MappingProxyType
+from typing import Any
 
 from ...core.datasheet.option import Option
 from ...core.time.inputs import from_outside
@@ -103,6 +104,10 @@ class Thumbwheels(Part):
             return None
         return UPPER_NIBBLE | DIGITS.index(self.value[digit])
 
+    def shows(self) -> dict[str, Any]:
+        """Return the command that the bank is for, and what is set."""
+        return {"letter": self.letter, "value": self.value}
+
     @property
     def picture(self) -> str:
         """The bank as text: its letter, and a window a digit."""
@@ -146,6 +151,10 @@ class JogSwitch(Part):
         """Let it go back to the middle."""
         self.input("off")
         self._push("off")
+
+    def shows(self) -> dict[str, Any]:
+        """Return where the switch is: off, cw or ccw."""
+        return {"position": self.position}
 
     def _push(self, position: str) -> None:
         self.position = position

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from ...core.datasheet.option import Option
 from ...errors import UsageError
@@ -45,6 +45,10 @@ class Gear(Part):
     def position(self) -> float:
         """Steps that the driven shaft has turned, a step being that of a motor with as many a turn."""
         return float(self.shaft.place)
+
+    def shows(self) -> dict[str, Any]:
+        """Return where its shaft is, in steps, and how many make a turn."""
+        return {"angle": float(self.shaft.place), "per_turn": self.shaft.per_turn}
 
 
 class Carriage(Part):
@@ -103,6 +107,11 @@ class Carriage(Part):
     def place(self) -> float:
         """Where it is, in its unit."""
         return float(self.shaft.place * self.scale)
+
+    def shows(self) -> dict[str, Any]:
+        """Return where it is, in its unit, and where its hard stops are, None where there is none."""
+        low, high = (None if stop is None else float(stop * self.scale) for stop in self._stops)
+        return {"place": self.place, "unit": self.unit, "low": low, "high": high}
 
     @property
     def lost(self) -> int:

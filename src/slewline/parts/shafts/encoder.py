@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from ...core.datasheet.option import Option
 from ...core.messages.instead import missing
@@ -114,6 +114,10 @@ class ShowsCounts:
     def counts(self) -> int:
         """The count that the outputs show; neither A nor B is high at 0."""
         return self._outputs.count
+
+    def shows(self) -> dict[str, Any]:
+        """Return its count."""
+        return {"counts": self.counts}
 
     @from_outside
     def push(self, counts: int) -> None:

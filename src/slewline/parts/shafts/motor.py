@@ -136,6 +136,10 @@ class Translator(Part):
         """Steps clockwise since the beginning."""
         return self.drive.position
 
+    def shows(self) -> dict[str, Any]:
+        """Return where its shaft is, in steps, and how many make a turn."""
+        return {"angle": float(self.shaft.place), "per_turn": self.shaft.per_turn}
+
 
 class Motor(Part):
     """A motor that does not make every step, with its driver and the detector of its steps (GS-C figures 14, 17, 18).
@@ -217,6 +221,10 @@ class Motor(Part):
         """Whole steps clockwise since the beginning, at the last committed instant."""
         return self.shaft.place // 1
 
+    def shows(self) -> dict[str, Any]:
+        """Return where its shaft is, in steps, and how many make a turn."""
+        return {"angle": float(self.shaft.place), "per_turn": self.shaft.per_turn}
+
     # ------------------------------------------------------------------------------------------------------- changes
     def _advance(self, ps: int) -> None:
         """Take the steps up to an instant (ps)."""
@@ -295,6 +303,10 @@ class Rotor(Part):
         """Steps clockwise since the beginning; at rest in the field of offset 0."""
         self.be_caught_up()
         return self._position
+
+    def shows(self) -> dict[str, Any]:
+        """Return where it is, in steps."""
+        return {"angle": float(self.position), "per_turn": 200}
 
     @property
     def field(self) -> int | None:

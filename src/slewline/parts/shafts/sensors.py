@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from fractions import Fraction
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from ...core.datasheet.option import Option
 from ...core.time.timebase import Time, picoseconds
@@ -156,6 +156,10 @@ class Switch(Part):
     def closed(self) -> bool:
         """Is it closed?"""
         return self._zone.closed_at(self.kernel.seen)
+
+    def shows(self) -> dict[str, Any]:
+        """Return whether it is closed."""
+        return {"closed": self.closed}
 
     def _cut(self, ps: int) -> None:
         """Keep whether it is closed at an instant (ps)."""

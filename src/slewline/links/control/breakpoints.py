@@ -1,0 +1,93 @@
+"""Breakpoints: conditions at which time stands, again and again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from ...bench.runner import NEVER_PS, Wait
+from ...core.program import InstructionCondition
+from ...core.wires.pin import Condition
+from ...errors import UsageError
+from .moments import ArrivalCondition, FindingCondition, PinCondition, RegisterCondition
+
+if TYPE_CHECKING:
+    from ...bench import Bench
+    from ..lines.pace import Pace
+
+MOST = 256
+FORMS: tuple[tuple[frozenset[str], frozenset[str]], ...] = (
+    (frozenset({"chip", "address"}), frozenset()),
+    (frozenset({"chip", "position"}), frozenset({"axis"})),
+    (frozenset({"chip", "register"}), frozenset({"axis", "value"})),
+    (frozenset({"pin"}), frozenset({"edge"})),
+    (frozenset({"finding"}), frozenset()),
+)
+
+
+class Breakpoints:
+    """The breakpoints of a server.
+
+    Args:
+        stopped: called with which one was met, when time stands.
+    """
+
+    def __init__(self, bench: Bench, pace: Pace, stopped: Callable[[str], object]) -> None:
+        self.bench, self.pace, self.stopped = bench, pace, stopped
+        self.rows: list[Mapping[str, Any]] = []  # as they were asked for
+        self.conditions: list[Condition] = []
+        self.waits: list[Wait] = []
+        self.stops = 0  # how often time was made to stand
+
+    def replace(self, rows: list[Mapping[str, Any]]) -> list[str]:
+        """Set these instead of those before; return each in words.
+
+        Raises:
+            UsageError, UnknownName: one that makes no sense; those before stay.
+        """
+        if len(rows) > MOST:
+            raise UsageError(f"{len(rows)} breakpoints; allowed {MOST}")
+        conditions = [self.condition(row) for row in rows]
+        self.rows, self.conditions = list(rows), conditions
+        self.arm()
+        return [str(condition) for condition in conditions]
+
+    def condition(self, row: Mapping[str, Any]) -> Condition:
+        """Return what a breakpoint waits for."""
+        keys = set(row) if isinstance(row, Mapping) else set()
+        if not any(needs <= keys <= needs | may for needs, may in FORMS):
+            forms = "; ".join(", ".join([*sorted(needs), *(f"[{key}]" for key in sorted(may))]) for needs, may in FORMS)
+            raise UsageError(f"breakpoint {row!r}; allowed {forms}")
+        if "pin" in keys:
+            return PinCondition(self.bench.pin(row["pin"]), row.get("edge", "any"))
+        if "finding" in keys:
+            return FindingCondition(self.bench, row["finding"])
+        chip = self.bench.chips.get(row["chip"])
+        if chip is None:
+            raise UsageError(f"no chip {row['chip']!r}; there are: {', '.join(self.bench.chips)}")
+        if "address" in keys:
+            return InstructionCondition(chip, row["address"])
+        axis = chip.axis(row.get("axis", 1))
+        if "position" in keys:
+            return ArrivalCondition(axis, row["position"])
+        return RegisterCondition(axis, row["register"], row.get("value"))
+
+    def arm(self) -> None:
+        """Wait for all of them from this instant on."""
+        for wait in self.waits:
+            self.pace.forget(wait)
+        self.waits = []
+        for condition in self.conditions:
+            condition.begin()
+            text = str(condition)
+            wait = Wait(condition.met, NEVER_PS, self._done(condition, text), condition.foreseen, condition.nets)
+            self.waits.append(wait)
+            self.pace.wait(wait)
+
+    def _done(self, condition: Condition, text: str) -> Callable[[bool], object]:
+        def done(_met: bool) -> None:
+            self.pace.pause_time()
+            self.stops += 1
+            self.stopped(condition.text if isinstance(condition, FindingCondition) else text)
+
+        return done

@@ -1,0 +1,105 @@
+"""What the rows of requests are made of: kinds of values, as JSON schema, and keys."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+Data = dict[str, Any]
+MAX_STEPS = 100_000  # in one reply
+MAX_FINDINGS = 1000
+
+# ----------------------------------------------------------------------------------------------------- kinds of values
+TEXT: Data = {"type": "string"}
+WHOLE: Data = {"type": "integer"}
+BOOLEAN: Data = {"type": "boolean"}
+NUMBER: Data = {"type": "number"}
+TIME: Data = {"type": ["string", "integer"]}
+LEVEL: Data = {"enum": [0, 1]}
+PIN: Data = TEXT | {"pattern": r"^\w+\.\w+$"}
+
+
+def array(of: Data) -> Data:
+    """Return the schema of a list of values of a kind."""
+    return {"type": "array", "items": of}
+
+
+def mapping(of: Data) -> Data:
+    """Return the schema of values of a kind by names that depend on the bench."""
+    return {"type": "object", "additionalProperties": of}
+
+
+def record(needed: Mapping[str, Data], optional: Mapping[str, Data] | None = None) -> Data:
+    """Return the schema of an object with known keys."""
+    return {"type": "object", "properties": {**needed, **(optional or {})}, "required": list(needed)}
+
+
+FOUND = record({"time_ps": WHOLE, "code": TEXT, "text": TEXT})
+AXIS = record({"position": WHOLE, "registers": mapping(WHOLE)})
+CHIP = record(
+    {
+        "part": TEXT,
+        "position": WHOLE,
+        "registers": mapping(WHOLE),
+        "axes": array(AXIS),
+        "program": TEXT,
+        "idle": BOOLEAN,
+        "moving": BOOLEAN,
+        "waiting": TEXT,
+        "steps": WHOLE,
+        "findings": array(FOUND),
+    }
+)
+HITS = record({way: mapping(WHOLE) for way in ("chip", "host")})
+LINE = record(
+    {"chips": array(TEXT), "host": {"type": ["string", "null"]}, "taken": WHOLE, "given": WHOLE, "dropped": WHOLE},
+    {"baud": WHOLE, "format": TEXT, "hits": HITS, "findings": array(FOUND)},
+)
+PACE = record(
+    {"lockstep": BOOLEAN}, {"rate": NUMBER, "events": WHOLE, "late": WHOLE, "worst_us": WHOLE, "lost_us": WHOLE}
+)
+
+
+# ------------------------------------------------------------------------------------------------------- keys, requests
+@dataclass(frozen=True)
+class Key:
+    """A key of a request or of a reply."""
+
+    name: str
+    kind: Data
+    says: str
+    default: str = ""  # of a key that may be left out
+
+
+@dataclass(frozen=True)
+class RequestSpec:
+    """A request; one that has two forms, such as `until`, has two rows."""
+
+    do: str
+    says: str
+    example: Data
+    keys: tuple[Key, ...] = ()
+    reply: tuple[Key, ...] = ()
+    form: str = ""
+
+    @property
+    def needs(self) -> list[str]:
+        """The keys that may not be left out."""
+        return [key.name for key in self.keys if not key.default]
+
+    @property
+    def name(self) -> str:
+        """What it is called in the schema."""
+        return f"{self.do}_{self.form}" if self.form else self.do
+
+
+A_PIN = Key("pin", PIN, "owner and pin")
+A_LEVEL = Key("level", LEVEL, "0 or 1, the electrical level")
+A_CHIP = Key("chip", TEXT, "its name")
+AN_AXIS = Key("axis", WHOLE, "counted from 1", "1")
+A_LINE = Key("line", TEXT, "its name, or that of any chip on it")
+TIMEOUT = Key("timeout", TIME, "how long to wait at most", "60 s")
+MET = Key("met", BOOLEAN, "was the condition met?")
+START = Key("start", TIME, "the window", "0")
+STOP = Key("stop", TIME, "its end", "now")

@@ -1,0 +1,150 @@
+"""Conditions that time verbs and breakpoints wait for: steps, edges, commands, changes of registers, findings."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...core.wires.pin import Condition, Terminal
+from ...errors import UsageError
+
+if TYPE_CHECKING:
+    from ...bench import Bench
+    from ...core.chip import Chip
+    from ...core.component import Finding
+    from ...core.motion.one_axis import OneAxis
+
+LEVELS = {"rises": (1,), "falls": (0,), "any": (0, 1, None)}  # after the edge
+
+
+class StepCondition(Condition):
+    """A motor makes its next step."""
+
+    def __init__(self, of: OneAxis) -> None:
+        self.motor, self.text = of.motor, f"a step of {of.name}"
+
+    def begin(self) -> None:
+        """Count from now on."""
+        self.made = self.motor.made
+
+    def met(self) -> bool:
+        """Return whether it has made a step."""
+        return self.motor.made != self.made
+
+    def when(self) -> int | None:
+        """Return the instant of the next step under the present promises (ps); None: there is none."""
+        positions = self.motor.positions
+        at = positions.index(self.motor.position)
+        beside = {positions[at - 1], positions[(at + 1) % len(positions)]}
+        return min((ps for position in beside if (ps := self.motor.arrives(position)) is not None), default=None)
+
+
+class PinCondition(Condition):
+    """A pin changes, to one level or to any."""
+
+    def __init__(self, pin: Terminal, edge: str) -> None:
+        if edge not in LEVELS:
+            raise UsageError(f"edge {edge!r}; allowed {', '.join(LEVELS)}")
+        self.pin, self.levels, self.nets = pin, LEVELS[edge], (pin.net,)
+        self.text = f"{pin.name} {'changes' if edge == 'any' else edge}"
+
+    def begin(self) -> None:
+        """Look for changes from now on."""
+        self.changes = self.pin.net.changes
+
+    def met(self) -> bool:
+        """Return whether it has changed to such a level."""
+        if self.pin.net.changes == self.changes:
+            return False
+        self.changes = self.pin.net.changes
+        return self.pin.level in self.levels
+
+
+class CommandCondition(Condition):
+    """A chip begins to work on a command."""
+
+    def __init__(self, chip: Chip) -> None:
+        self.chip, self.hit, self.text = chip, False, f"a command of {chip.name}"
+
+    def begin(self) -> None:
+        """Listen from now on."""
+        self.hit = False
+        if self.begun not in self.chip.on_command.listeners:
+            self.chip.on_command.add(self.begun)
+
+    def begun(self, text: str) -> None:
+        """Take notice of a command; "" is the end of one."""
+        if text:
+            self.hit = True
+            self.chip.on_command.remove(self.begun)
+
+    def met(self) -> bool:
+        """Return whether it has begun one."""
+        return self.hit
+
+
+class FindingCondition(Condition):
+    """A finding is made, of one chip or part or of any."""
+
+    def __init__(self, bench: Bench, source: str) -> None:
+        if source:
+            bench[source]  # which must be there
+        self.bench, self.source, self.hit = bench, source, False
+        self.text = f"a finding of {source}" if source else "a finding"
+
+    def begin(self) -> None:
+        """Listen from now on."""
+        self.hit = False
+        if self.found not in self.bench.on_finding.listeners:
+            self.bench.on_finding.add(self.found)
+
+    def found(self, finding: Finding) -> None:
+        """Take notice of a finding."""
+        if self.source in ("", finding.source):
+            self.hit = True
+            self.text = f"{finding.source}: {finding.code}"
+            self.bench.on_finding.remove(self.found)
+
+    def met(self) -> bool:
+        """Return whether one has been made."""
+        return self.hit
+
+
+class RegisterCondition(Condition):
+    """A register takes a value, or changes."""
+
+    def __init__(self, of: OneAxis, name: str, value: int | None) -> None:
+        self.of, self.name, self.value = of, name, value
+        self.before = of.registers[name]  # an unknown name is reported
+        self.text = f"{of.name}: {name} {'changes' if value is None else f'becomes {value}'}"
+
+    def begin(self) -> None:
+        """Look from now on."""
+        self.before = self.of.registers[self.name]
+
+    def met(self) -> bool:
+        """Return whether it has changed, to the value if there is one."""
+        before, self.before = self.before, self.of.registers[self.name]
+        return self.before != before and self.value in (None, self.before)
+
+
+class ArrivalCondition(Condition):
+    """An axis comes to a position; one that is there already must leave it first."""
+
+    def __init__(self, of: OneAxis, position: int) -> None:
+        self.reaches, self.text = of.reaches(position), f"{of.name} at position {position}"
+        self.left = False
+
+    def begin(self) -> None:
+        """Look from now on."""
+        self.left = not self.reaches.met()
+
+    def met(self) -> bool:
+        """Return whether it has come there."""
+        there = self.reaches.met()
+        if not there:
+            self.left = True
+        return there and self.left
+
+    def when(self) -> int | None:
+        """Return the instant at which it comes there under the present promises (ps); None: no promise says so."""
+        return self.reaches.when()

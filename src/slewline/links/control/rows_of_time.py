@@ -1,0 +1,111 @@
+"""The requests that control time, as rows."""
+
+from __future__ import annotations
+
+from .kinds import (
+    A_CHIP,
+    A_PIN,
+    AN_AXIS,
+    BOOLEAN,
+    MET,
+    NUMBER,
+    TEXT,
+    TIME,
+    TIMEOUT,
+    WHOLE,
+    Key,
+    RequestSpec,
+    array,
+    record,
+)
+
+STEPS = ("instruction", "step", "command", "finding")
+EDGES = ("rises", "falls", "any")
+EDGE = Key("edge", {"enum": list(EDGES)}, ", ".join(EDGES), "any")
+A_BREAKPOINT = {"type": "object"}
+A_BRANCH = record(
+    {"number": WHOLE, "parent": {"type": ["integer", "null"]}, "from_ps": WHOLE, "now_ps": WHOLE},
+)
+
+REQUESTS = (
+    RequestSpec("pause", "Let time stand: it passes then only for `step`, `until` and `advance`.", {}),
+    RequestSpec(
+        "go",
+        "Let time pass with the wall clock again.",
+        {"rate": "0.1"},
+        (Key("rate", {"type": ["string", "number"]}, "virtual seconds per second, 0.001 to 1000", "as before"),),
+        (Key("rate", NUMBER, "the rate now"),),
+    ),
+    RequestSpec(
+        "step",
+        "Pause, and let time pass to the next event of a chip.",
+        {"chip": "x", "by": "instruction"},
+        (A_CHIP, Key("by", {"enum": list(STEPS)}, ", ".join(STEPS)), AN_AXIS, TIMEOUT),
+        (MET,),
+        "chip",
+    ),
+    RequestSpec(
+        "step",
+        "Pause, and let time pass to the next edge of a pin.",
+        {"pin": "x.pulse", "edge": "rises"},
+        (A_PIN, EDGE, TIMEOUT),
+        (MET,),
+        "pin",
+    ),
+    RequestSpec(
+        "until",
+        "Wait until an instruction of the stored program begins.",
+        {"chip": "x", "address": 7},
+        (A_CHIP, Key("address", WHOLE, "of the instruction"), TIMEOUT),
+        (MET,),
+        "instruction",
+    ),
+    RequestSpec(
+        "until",
+        "Wait until an instant.",
+        {"time": "1.5 s"},
+        (Key("time", TIME, "since the beginning"),),
+        (MET,),
+        "time",
+    ),
+    RequestSpec(
+        "breakpoints",
+        "Pause whenever one of these is met; they replace those before.",
+        {"breakpoints": [{"chip": "x", "address": 7}, {"pin": "x.slew", "edge": "falls"}]},
+        (
+            Key(
+                "breakpoints",
+                array(A_BREAKPOINT),
+                "chip and address; chip and position; chip and register, with a value or for any change; pin and edge; "
+                "finding, with the name of a chip or part, or empty for all",
+            ),
+        ),
+        (Key("breakpoints", array(TEXT), "each in words"),),
+    ),
+    RequestSpec(
+        "back",
+        "Go to an instant of the past, and pause there; what is done from there on is a branch.",
+        {"time": "1.5 s"},
+        (Key("time", TIME, "since the beginning"), Key("branch", WHOLE, "of which branch", "the one that is shown")),
+        (Key("branch", WHOLE, "the number of the new branch"),),
+    ),
+    RequestSpec(
+        "branches",
+        "The branches that were begun, each with where it left its parent and how far it has come.",
+        {},
+        (),
+        (Key("branches", array(A_BRANCH), "by number; 0 is the first run"), Key("current", WHOLE, "the one shown")),
+    ),
+    RequestSpec(
+        "branch",
+        "Go to a branch as it was left, and pause there.",
+        {"number": 0},
+        (Key("number", WHOLE, "of the branch"),),
+        (Key("branch", WHOLE, "its number"),),
+    ),
+)
+
+EVENTS = {
+    "stopped": record({"event": {"const": "stopped"}, "why": TEXT, "time_ps": WHOLE}),
+    "branch": record({"event": {"const": "branch"}, "branch": WHOLE, "time_ps": WHOLE, "paused": BOOLEAN}),
+}

@@ -1,0 +1,166 @@
+"""The requests for what is seen of chips and parts, as rows."""
+
+from __future__ import annotations
+
+from .kinds import (
+    A_CHIP,
+    BOOLEAN,
+    PIN,
+    START,
+    STOP,
+    TEXT,
+    TIME,
+    WHOLE,
+    Data,
+    Key,
+    RequestSpec,
+    array,
+    mapping,
+    record,
+)
+
+OBJECT: Data = {"type": "object"}
+WHOLE_OR_NULL: Data = {"type": ["integer", "null"]}
+MAX_ENTRIES = 1000
+MAX_COLUMNS = 4000
+VIEW = record({"pace": OBJECT, "chips": mapping(OBJECT), "parts": mapping(OBJECT), "findings": WHOLE, "entries": WHOLE})
+ENTRY = record({"number": WHOLE, "time_ps": WHOLE, "who": TEXT, "kind": TEXT, "text": TEXT}, {"code": TEXT})
+SHEET = record(
+    {
+        "part": TEXT,
+        "title": TEXT,
+        "manual": TEXT,
+        "axes": WHOLE,
+        "buffer_bytes": WHOLE,
+        "memory_unit": TEXT,
+        "pins": array(OBJECT),
+        "registers": array(OBJECT),
+        "commands": array(OBJECT),
+        "wires": array(array(TEXT)),
+    }
+)
+PROGRAM_ROW = record({"address": WHOLE, "bytes": TEXT, "text": TEXT})
+PROBLEM = record({"line": WHOLE, "column": WHOLE, "length": WHOLE, "severity": TEXT, "says": TEXT, "remedy": TEXT})
+FORMS = ("vcd", "csv")
+THE_SIGNALS = Key("signals", array(TEXT), "pins and quantities, as `signals` lists them")
+
+REQUESTS = (
+    RequestSpec(
+        "describe",
+        "What the data sheet of a chip says: pins, registers, commands.",
+        {"chip": "x"},
+        (A_CHIP,),
+        (Key("sheet", SHEET, "from the manual"),),
+    ),
+    RequestSpec(
+        "parts",
+        "The parts around the chips, with what can be done to them.",
+        {},
+        (),
+        (Key("parts", mapping(OBJECT), "by name: kind, pins, verbs, quantities, neighbours"),),
+    ),
+    RequestSpec(
+        "listing",
+        "The stored program of a chip.",
+        {"chip": "x"},
+        (A_CHIP,),
+        (
+            Key("rows", array(PROGRAM_ROW), "an instruction each"),
+            Key("counter", WHOLE_OR_NULL, "the address of the instruction in progress; null: no program runs"),
+        ),
+    ),
+    RequestSpec("view", "Everything that a panel shows, now.", {}, (), (Key("view", VIEW, "of pace, chips, parts"),)),
+    RequestSpec(
+        "subscribe",
+        "Send events from now on: changes of the view, what is said, stops.",
+        {"every": "33 ms"},
+        (Key("every", TIME, "the least time between two, of the wall clock; 0: no more"),),
+        (Key("view", VIEW, "as it is now"),),
+    ),
+    RequestSpec(
+        "said",
+        "What hosts and chips have said, with findings and events; oldest first.",
+        {"start": 0},
+        (Key("start", WHOLE, "the number of the first entry", "0"),),
+        (Key("entries", array(ENTRY), f"the last {MAX_ENTRIES}"), Key("omitted", WHOLE, "how many are left out")),
+    ),
+    RequestSpec(
+        "signals",
+        "What a scope can show.",
+        {},
+        (),
+        (Key("pins", mapping(array(TEXT)), "by owner"), Key("quantities", array(TEXT), "by full name")),
+    ),
+    RequestSpec(
+        "record",
+        "Keep what pins do, from now on.",
+        {"pins": ["x.pulse", "x.slew"], "keep": "1 h"},
+        (Key("pins", array(PIN), "owners and pins"), Key("keep", TIME, "how much of the past", "1 h")),
+    ),
+    RequestSpec(
+        "window",
+        "What signals did in a window, thinned to what so many columns can show.",
+        {"signals": ["x.pulse", "x.velocity"], "start": 0, "stop": "1 s", "columns": 800},
+        (THE_SIGNALS, START, STOP, Key("columns", WHOLE | {"minimum": 1, "maximum": MAX_COLUMNS}, "of the picture")),
+        (
+            Key(
+                "signals",
+                mapping(OBJECT),
+                "by name. A pin: `times_ps` and `levels`, the first one at the start; or, where it has too many edges, "
+                "`columns`, a character each: 0, 1, x (both), - (floats or is not known). A quantity: `unit`, `held`, "
+                "`times_ps` and `values`, null at a break",
+            ),
+        ),
+    ),
+    RequestSpec(
+        "find",
+        "Find the first, or the last, instant of a window at which something happens.",
+        {"on": {"pin": "x.slew", "edge": "falls"}, "start": 0, "stop": "1 s", "last": True},
+        (
+            Key("on", OBJECT, "pin and edge; quantity, value and slope; finding, with the name of a chip or part"),
+            START,
+            STOP,
+            Key("last", BOOLEAN, "the last one", "false"),
+        ),
+        (Key("found_ps", WHOLE_OR_NULL, "null: it does not happen there"),),
+    ),
+    RequestSpec(
+        "export",
+        "Recorded pins as a file.",
+        {"signals": ["x.pulse"], "start": 0, "stop": "1 s", "form": "vcd"},
+        (THE_SIGNALS, START, STOP, Key("form", {"enum": list(FORMS)}, ", ".join(FORMS))),
+        (Key("text", TEXT, "what is in the file"),),
+    ),
+    RequestSpec(
+        "send",
+        "Send commands to a chip, as its host would: lines of a script.",
+        {"chip": "x", "text": "R 100\nG"},
+        (A_CHIP, Key("text", TEXT, "a command a line")),
+    ),
+    RequestSpec(
+        "act",
+        "Do something to a part, as a hand would.",
+        {"part": "wheels", "verb": "turn", "args": [42]},
+        (Key("part", TEXT, "its name"), Key("verb", TEXT, "what to do"), Key("args", {"type": "array"}, "", "none")),
+    ),
+    RequestSpec(
+        "assemble",
+        "Assemble a program for a chip, and look for mistakes; nothing is sent.",
+        {"chip": "x", "text": "E\nF 3\nQ"},
+        (A_CHIP, Key("text", TEXT, "a command a line")),
+        (
+            Key("rows", array(PROGRAM_ROW | {"required": []}), "instructions, with their lines"),
+            Key("bytes", WHOLE, "how long the program is"),
+            Key("problems", array(PROBLEM), "each with its place"),
+        ),
+    ),
+    RequestSpec("examples", "The examples.", {}, (), (Key("examples", array(OBJECT), "name, part and title"),)),
+    RequestSpec(
+        "examples",
+        "The text of an example.",
+        {"name": "programs/weld.cy525"},
+        (Key("name", TEXT, "of the example"),),
+        (Key("text", TEXT, "what is in the file"),),
+        "text",
+    ),
+)

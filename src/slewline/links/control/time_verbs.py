@@ -1,0 +1,153 @@
+"""What the requests that control time do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ...bench.runner import NEVER
+from ...core.time.timebase import moment, readable
+from ...core.wires.pin import Condition
+from ...errors import UsageError
+from ..lines.pace import Paced
+from .kinds import Data
+from .moments import CommandCondition, FindingCondition, PinCondition, StepCondition
+from .rows_of_time import STEPS
+from .verbs import Verbs
+
+SLOWEST, FASTEST = 0.001, 1000
+
+
+class TimeVerbs(Verbs):
+    """Pauses, steps, breakpoints, and the way back."""
+
+    def do_pause(self, _request: Data) -> Data:
+        """Let time stand; waits that push it are over."""
+        self.server.pace.pause_time()
+        self.server.breakpoints.stops += 1
+        return {}
+
+    def do_go(self, request: Data) -> Data:
+        """Let time pass with the wall clock again."""
+        pace = self.server.pace
+        if isinstance(pace, Paced):
+            rate = request.get("rate")
+            if rate is not None and not SLOWEST <= as_number(rate) <= FASTEST:
+                raise UsageError(f"rate {rate!r}; allowed {SLOWEST} to {FASTEST}")
+            pace.go(rate)
+            found: Data = {"rate": float(pace.rate)}
+        else:
+            if "rate" in request:
+                raise UsageError("rate: time passes for hosts alone here (--lockstep); leave it out")
+            pace.go()
+            found = {"rate": 1.0}
+        self.server.breakpoints.arm()
+        return found
+
+    def do_step(self, request: Data) -> None:
+        """Pause, and let time pass to the next event."""
+        condition = self.next_event(request)
+        self.server.pace.pause_time()
+        self.server.breakpoints.arm()
+        self.push(request, condition, self.limit(request))
+
+    def push(self, request: Data, condition: Condition, limit_ps: int) -> None:
+        """Let a time that stands pass up to a condition; a breakpoint, `pause` or `go` on the way ends it, too."""
+        server, stops = self.server, self.server.breakpoints.stops
+        pushing = Pushing(condition, lambda: server.breakpoints.stops != stops or not server.pace.paused)
+        self.client.wait(request, lambda _over: {"met": pushing.reached}, pushing, limit_ps, True)
+
+    def next_event(self, request: Data) -> Condition:
+        """Return the condition of a step."""
+        if "pin" in request:
+            if "chip" in request:
+                raise UsageError("step: give a chip, or a pin")
+            return PinCondition(self.bench.pin(request["pin"]), request.get("edge", "any"))
+        if not {"chip", "by"} <= set(request):
+            raise UsageError("step: needs chip and by, or pin")
+        chip, by = self.chip(request["chip"]), request["by"]
+        if by not in STEPS:
+            raise UsageError(f"by {by!r}; allowed {', '.join(STEPS)}")
+        if by == "instruction":
+            if not chip.program_rows() and chip.program_counter is None:
+                raise UsageError(f"{chip.name}: no program is stored, so there is no instruction to come")
+            return chip.at_instruction()
+        if by == "step":
+            return StepCondition(self.axis(request))
+        return CommandCondition(chip) if by == "command" else FindingCondition(self.bench, chip.name)
+
+    def do_until(self, request: Data) -> None:
+        """Wait for a condition; reply when it is met, or its time is over."""
+        if set(request) - {"id", "token"} == {"do", "time"}:
+            at = moment(request["time"])
+            if at < self.bench.now_ps:
+                now = readable(self.bench.now_ps)
+                raise UsageError(f"until: {readable(at)} is in the past; the time is {now}; `back` goes there")
+            self.client.wait(request, lambda _met: {"met": True}, NEVER, at, self.server.pace.paused)
+            return
+        condition = self.condition(request)
+        if self.server.pace.paused:
+            self.server.breakpoints.arm()
+            self.push(request, condition, self.limit(request))
+        else:
+            condition.begin()
+            self.client.wait(request, lambda met: {"met": met}, condition, self.limit(request), False)
+
+    def condition(self, request: Data) -> Condition:
+        """Return the condition of a request: a level of a pin, a position of an axis, an instruction of a program."""
+        keys = set(request) & {"pin", "level", "chip", "position", "address", "time"}
+        if keys == {"pin", "level"}:
+            return self.bench.pin(request["pin"]).is_(request["level"])
+        if keys == {"chip", "position"}:
+            if not isinstance(request["position"], int):
+                raise UsageError(f"position {request['position']!r}; expected a whole number")
+            return self.axis(request).reaches(request["position"])
+        if keys == {"chip", "address"}:
+            return self.chip(request["chip"]).at_instruction(request["address"])
+        raise UsageError("until: give pin and level, chip and position, chip and address, or time")
+
+    def do_breakpoints(self, request: Data) -> Data:
+        """Replace the breakpoints."""
+        if not isinstance(request["breakpoints"], list):
+            raise UsageError(f"breakpoints {request['breakpoints']!r}; expected a list")
+        return {"breakpoints": self.server.breakpoints.replace(request["breakpoints"])}
+
+    def do_back(self, request: Data) -> None:
+        """Go to an instant of the past."""
+        at = moment(request["time"])
+        self.server.past.back(at, request.get("branch"), self.client.answer_later(request))
+
+    def do_branches(self, request: Data) -> None:
+        """Reply with all branches."""
+        self.server.past.branches(self.client.answer_later(request))
+
+    def do_branch(self, request: Data) -> None:
+        """Go to a branch as it was left."""
+        self.server.past.show(request["number"], self.client.answer_later(request))
+
+
+class Pushing(Condition):
+    """A condition, or the end of the wait for it."""
+
+    def __init__(self, condition: Condition, broken_off: Callable[[], bool]) -> None:
+        condition.begin()
+        self.condition, self.broken_off = condition, broken_off
+        self.text, self.nets = condition.text, condition.nets
+        self.reached = False
+
+    def met(self) -> bool:
+        """Return whether the condition holds, or nobody waits for it any more."""
+        self.reached = self.reached or self.condition.met()
+        return self.reached or self.broken_off()
+
+    @property
+    def foreseen(self) -> Callable[[], int | None] | None:
+        """What promises say of the condition."""
+        return self.condition.foreseen
+
+
+def as_number(rate: object) -> float:
+    """Return a rate as a number; 0 for what is none."""
+    try:
+        return float(str(rate))
+    except ValueError:
+        return 0

@@ -1,0 +1,183 @@
+"""What the requests for pins, faults and the state of a server do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+from ...bench.runner import NEVER
+from ...core.messages.near import hint
+from ...core.time.timebase import moment, picoseconds
+from ...core.wires.pin import Condition
+from ...errors import UsageError
+from ..lines.line import ConnectorLine
+from .kinds import MAX_FINDINGS, MAX_STEPS, Data
+from .requests import schema
+from .status import Serving, status
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+    from ...core.motion.one_axis import OneAxis
+
+DIRECTIONS = ("chip", "host")
+
+
+class Asks(Protocol):
+    """Who asks: a client of the control port."""
+
+    def wait(
+        self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool
+    ) -> None:
+        """Owe a reply until a condition is met, or at an instant (ps); `pushes`: a time that stands passes for it."""
+
+    def answer_later(self, request: Data) -> Callable[[Data], object]:
+        """Owe a reply; return what gives it."""
+
+    def subscribe(self, every_s: float) -> Data:
+        """Send events from now on; return the view as it is."""
+
+
+class Verbs:
+    """What requests do, each in the method of its name; None: the reply comes later."""
+
+    def __init__(self, server: Serving, client: Asks) -> None:
+        self.server, self.client, self.bench = server, client, server.bench
+
+    def limit(self, request: Data) -> int:
+        """Return the instant at which a request has waited for long enough (ps)."""
+        return self.bench.now_ps + picoseconds(request.get("timeout", "60 s"))
+
+    def chip(self, name: str) -> Chip:
+        """Return a chip by its name.
+
+        Raises:
+            UnknownName: no such chip.
+        """
+        chips = self.bench.chips
+        if name not in chips:
+            raise UsageError(f"no chip {name!r}; there are: {', '.join(chips)}{hint(name, chips)}")
+        return chips[name]
+
+    def axis(self, request: Data) -> OneAxis:
+        """Return the axis of a chip that a request names, the first one by default."""
+        return self.chip(request["chip"]).axis(request.get("axis", 1))
+
+
+class PinVerbs(Verbs):
+    """Pins, faults, the state of a server."""
+
+    def do_drive(self, request: Data) -> Data:
+        """Drive a pin from outside."""
+        self.bench.pin(request["pin"]).drive(request["level"])
+        return {}
+
+    def do_release(self, request: Data) -> Data:
+        """Release a pin from outside."""
+        self.bench.pin(request["pin"]).release()
+        return {}
+
+    def do_pulse(self, request: Data) -> Data:
+        """Drive a pin for a time."""
+        self.bench.pin(request["pin"]).pulse(request["level"], request["width"])
+        return {}
+
+    def do_read(self, request: Data) -> Data:
+        """Reply with the levels of some pins."""
+        if not isinstance(request["pins"], list) or not all(isinstance(name, str) for name in request["pins"]):
+            raise UsageError(f'pins {request["pins"]!r}; expected a list such as ["x.rdy"]')
+        return {"levels": {name: self.bench.pin(name).level for name in request["pins"]}}
+
+    def do_advance(self, request: Data) -> None:
+        """Let time pass in lockstep; reply when it has."""
+        if not (self.server.pace.lockstep or self.server.pace.paused):
+            raise UsageError("advance: time follows the wall clock here; pause it, or start the server with --lockstep")
+        end = self.bench.now_ps + picoseconds(request["time"])
+        self.client.wait(request, lambda _met: {}, NEVER, end, self.server.pace.paused)
+
+    def line(self, name: str) -> ConnectorLine:
+        """Return a serial line by its name, or by that of any chip on it.
+
+        Raises:
+            UnknownName: no such line.
+        """
+        lines = [line for line in self.server.lines.values() if isinstance(line, ConnectorLine)]
+        for line in lines:
+            if name == line.name or name in (chip.name for chip in line.chips):
+                return line
+        names = [line.name for line in lines]
+        raise UsageError(f"no serial line {name!r}; there are: {', '.join(names) or 'none'}{hint(name, names)}")
+
+    def eeprom(self, request: Data, fails: bool) -> Data:
+        """Let the EEPROM of a module fail, or no more."""
+        chip = self.chip(request["chip"])
+        if not hasattr(chip, "eeprom_fault"):
+            raise UsageError(f"chip {chip.name!r}: a {chip.sheet.part} has no EEPROM")
+        if {"line", "to", "count", "chance", "seed"} & set(request) or request.get("kind", "eeprom") != "eeprom":
+            raise UsageError(f"{request['do']}: a chip takes the kind eeprom only; all others need a line")
+        chip.eeprom_fault = fails
+        return {}
+
+    def do_fault(self, request: Data) -> Data:
+        """Plan faults in the characters of a line, or in a chip's EEPROM."""
+        if "chip" in request:
+            return self.eeprom(request, True)
+        if not {"line", "to"} <= set(request):
+            raise UsageError("fault: needs line, to and kind, or chip and the kind eeprom")
+        line, to = self.line(request["line"]), request["to"]
+        if to not in DIRECTIONS:
+            raise UsageError(f"to {to!r}; allowed {', '.join(DIRECTIONS)}")
+        noise = line.to_chip if to == "chip" else line.to_host
+        noise.plan(request["kind"], request.get("count", 1), request.get("chance", 1), request.get("seed", 0))
+        return {}
+
+    def do_clear(self, request: Data) -> Data:
+        """End the faults of a line, and reply with how many characters they hit; or those of a chip's EEPROM."""
+        if "chip" in request:
+            return self.eeprom(request, False)
+        if "line" not in request:
+            raise UsageError("clear: needs line or chip")
+        line = self.line(request["line"])
+        line.to_chip.clear()
+        line.to_host.clear()
+        return {"hits": {"chip": line.to_chip.done, "host": line.to_host.done}}
+
+    def do_power(self, request: Data) -> Data:
+        """Switch the supply of a chip."""
+        if not isinstance(request["on"], bool):
+            raise UsageError(f"on {request['on']!r}; allowed true, false")
+        self.chip(request["chip"]).power(request["on"])
+        return {}
+
+    def do_status(self, _request: Data) -> Data:
+        """Reply with the state of everything."""
+        return status(self.server)
+
+    def do_findings(self, request: Data) -> Data:
+        """Reply with the last findings, of a chip or part or of all."""
+        start = picoseconds(request.get("start", 0))
+        owner = self.bench[request["source"]] if "source" in request else self.bench
+        found = [one for one in owner.findings if one.time_ps >= start]
+        shown = [
+            {"time_ps": one.time_ps, "source": one.source, "code": one.code, "text": one.text}
+            for one in found[-MAX_FINDINGS:]
+        ]
+        return {"findings": shown, "omitted": len(found) - len(shown)}
+
+    def do_schema(self, _request: Data) -> Data:
+        """Reply with the schema of requests and replies."""
+        return {"schema": schema()}
+
+    def do_steps(self, request: Data) -> Data:
+        """Reply with the steps of an axis."""
+        axis = self.axis(request)
+        start, stop = request.get("start", axis.motor.since), request.get("stop", self.bench.now_ps)
+        count = axis.motor.count(moment(start), min(moment(stop), self.bench.now_ps))
+        if count > MAX_STEPS:
+            raise UsageError(f"steps: {count} in this window; ask for windows of at most {MAX_STEPS}")
+        steps = axis.steps(start, stop)
+        return {name: getattr(steps, name).tolist() for name in ("times_ps", "directions", "positions")}
+
+    def do_quit(self, _request: Data) -> Data:
+        """End the server."""
+        self.server.stop()
+        return {}

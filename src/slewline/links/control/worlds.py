@@ -1,0 +1,166 @@
+"""Worlds: copies of a server at an instant of its past, each a process of its own.
+
+    server       journal  ............T1...........T2............now
+                                       |            |
+    checkpoint                       fork         fork             they wait, and cost nothing but their pages
+                                       |
+    world                            fork --> plays the journal up to the instant --> serves, paused
+
+A running coroutine cannot be copied, a process can.  A checkpoint lets go of all that it has inherited from outside, so
+that no host hangs on it, and waits for an order; for each it forks once more and stays as it is.  The copy plays what
+the journal has from there up to the instant that is wanted, opens a control port and a port for each line, on this
+machine alone, and says where they are.  From there on it is a server like the first one.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any
+
+from ...bench.replaying import go_on
+from ..sockets.loop import Loop
+from .past import Past
+
+if TYPE_CHECKING:
+    from ..server import Server
+
+LOOPBACK = "127.0.0.1:0"
+GRACE_S = 10.0  # in which the server has to connect
+MOST = 1 << 20  # bytes of an order or of its answer
+Data = dict[str, Any]
+
+
+def fork_checkpoint(server: Server) -> tuple[int, socket.socket]:
+    """Fork a checkpoint of a server; return its process and the socket on which it takes orders."""
+    ours, theirs = socket.socketpair()
+    process = os.fork()
+    if process:
+        theirs.close()
+        return process, ours
+    try:
+        let_go(theirs.fileno())
+        wait_for_orders(server, theirs)
+    except BaseException as error:  # nobody is there to hear of it
+        with suppress(OSError):
+            sys.stderr.write(f"slewline: a checkpoint: {error}\n")
+    finally:
+        os._exit(0)
+
+
+def let_go(kept: int) -> None:
+    """Let go of every descriptor but one: what is open in this process then leads nowhere."""
+    for number in system_signals():
+        signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # whoever ends is forgotten
+    signal.set_wakeup_fd(-1)
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for descriptor in open_descriptors():
+        if descriptor not in (kept, nowhere, 2):
+            with suppress(OSError):
+                os.dup2(nowhere, descriptor)
+
+
+def open_descriptors() -> list[int]:
+    """Return the descriptors that are open in this process."""
+    for folder in ("/proc/self/fd", "/dev/fd"):
+        with suppress(OSError):
+            return [int(name) for name in os.listdir(folder)]
+    return list(range(3, 1024))
+
+
+def system_signals() -> list[int]:
+    """Return the signals that a terminal sends to all processes on it."""
+    return [signal.SIGINT, signal.SIGHUP, signal.SIGUSR1]
+
+
+def wait_for_orders(server: Server, orders: socket.socket) -> None:
+    """Fork a world for each order, until nobody is there to give any."""
+    for order in lines_of(orders):
+        if not os.fork():
+            World(server, json.loads(order), orders).run()
+            os._exit(0)
+
+
+def lines_of(orders: socket.socket) -> Iterator[bytes]:
+    """Yield the lines that come in on a socket."""
+    rest = b""
+    while data := orders.recv(MOST):
+        *lines, rest = (rest + data).split(b"\n")
+        yield from lines
+
+
+class World:
+    """A server in a copy of its process.
+
+    Args:
+        order: `journal`, and `begin`, the byte at which it goes on; `to`, the instant (ps); `copy`, the file of its own
+            journal; `branch`, its number; `token` of its control port; `breakpoints`.
+    """
+
+    def __init__(self, server: Server, order: Data, answers: socket.socket) -> None:
+        self.server, self.order, self.answers = server, order, answers
+        self.bench, self.inherited = server.bench, server.past  # whose folder is not ours to remove
+        self.known = False  # to the server that has asked for it
+
+    def run(self) -> None:
+        """Go to the instant, open the ports, answer where they are, and serve."""
+        try:
+            with self.silence():
+                self.arrive()
+            found = self.open_ports()
+        except Exception as error:
+            found = {"error": str(error)}
+        self.answers.sendall(json.dumps(found).encode() + b"\n")
+        self.answers.close()
+        if "error" not in found:
+            self.server.branch = self.order["branch"]
+            self.server.loop.after(GRACE_S, self.grow_up)
+            self.server.serve(self.deserted)
+
+    def grow_up(self) -> None:
+        """Be deserted, if nobody has come yet."""
+        self.known = True
+
+    def deserted(self) -> bool:
+        """Return whether nobody is connected any more: the server that has asked for this world always is."""
+        clients = any(control.clients for control in self.server.controls())
+        self.known |= clients
+        return self.known and not clients
+
+    @contextmanager
+    def silence(self) -> Iterator[None]:
+        """Say nothing of what the past says again."""
+        server, tell = self.server, self.server.tell
+        server.tell = lambda _text: None
+        server.log.file = None
+        yield
+        server.tell = tell
+
+    def arrive(self) -> None:
+        """Go to the instant."""
+        server, order = self.server, self.order
+        server.loop = server.reports.loop = Loop()
+        server.ports = []
+        server.past = Past(server)  # the way back is the first server's
+        for line in server.lines.values():
+            line.host, line.host_name, line.resume, line.wait, line.detour = None, "", None, None, None
+        for wait in list(server.pace.waits):
+            server.pace.forget(wait)
+        server.breakpoints.waits = []
+        server.pace.pause_time()
+        go_on(self.bench, order["journal"], order["begin"], order["to"], order["copy"])
+        server.breakpoints.replace(order["breakpoints"])
+
+    def open_ports(self) -> Data:
+        """Open the ports; return where they are."""
+        server = self.server
+        control = server.control(LOOPBACK, self.order["token"])
+        lines = {name: server.tcp(line, LOOPBACK).where.rpartition("//")[2] for name, line in server.lines.items()}
+        return {"control": control.where, "lines": lines, "process": os.getpid(), "journal": self.order["copy"]}
