@@ -14,9 +14,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, TemporaryFile
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, cast
 
 import click
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ..bench import Bench
     from ..links.server import Server
 
-TOKEN = "SLEWLINE_TOKEN"  # noqa: S105: the name of a variable
+TOKEN = "SLEWLINE_TOKEN"  # in the environment
 LOOPBACK = "127.0.0.1:0"
 ENDS_S = 5.0
 SLOWEST, FASTEST = 0.001, 1000
@@ -101,9 +101,10 @@ class DebugCommand:
         from .serve import signals
 
         with TemporaryDirectory(prefix="slewline-debug-", ignore_cleanup_errors=True) as folder:
-            pace = Paced(self.new_bench(os.path.join(folder, "journal")), f"{self.rate:g}")
+            bench = self.new_bench(os.path.join(folder, "journal"))
+            pace = Paced(bench, f"{self.rate:g}")
             pace.pause_time()
-            server = Server(pace.bench, pace)
+            server = Server(bench, pace)
             with signals(server):
                 try:
                     click.echo(f"control: {server.control(str(self.control), self.token).where}")
@@ -190,28 +191,23 @@ def server_process(arguments: list[str]) -> Iterator[tuple[str, str]]:
     """
     token = secrets.token_urlsafe(16)
     call = [sys.executable, "-m", "slewline", "debug", *arguments, "--control", LOOPBACK, "--while-input"]
-    process = subprocess.Popen(
-        call,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        env=os.environ | {TOKEN: token, "PYTHONUNBUFFERED": "1"},
-        text=True,
-    )
-    try:
-        first = process.stdout.readline() if process.stdout else ""
-        if not first.startswith("control: "):
-            said = process.communicate()[1].strip()
-            raise UsageError(said.removeprefix("slewline: ") or "the server of the debugger has not started")
-        if process.stderr is not None:  # what it says later is on the screen already; nobody must wait for a reader
-            Thread(target=process.stderr.read, daemon=True).start()
-        yield first.removeprefix("control: ").strip(), token
-    finally:
-        if process.stdin is not None:
-            with suppress(OSError):
-                process.stdin.close()
-        with suppress(subprocess.TimeoutExpired):
-            process.wait(ENDS_S)
-        if process.poll() is None:
+    environment = os.environ | {TOKEN: token, "PYTHONUNBUFFERED": "1"}
+    pipe = subprocess.PIPE
+    with (
+        TemporaryFile() as said,  # by the server, beside what the screen shows
+        subprocess.Popen(call, stdin=pipe, stdout=pipe, stderr=said, env=environment) as process,
+    ):
+        given, printed = cast("IO[bytes]", process.stdin), cast("IO[bytes]", process.stdout)
+        try:
+            first = printed.readline().decode()
+            if not first.startswith("control: "):
+                process.wait()
+                said.seek(0)
+                why = said.read().decode("utf-8", "replace").strip()
+                raise UsageError(why.removeprefix("slewline: ") or "the server of the debugger has not started")
+            yield first.removeprefix("control: ").strip(), token
+        finally:
+            given.close()
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(ENDS_S)
             process.kill()
-            process.wait()

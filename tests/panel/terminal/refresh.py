@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import sys
 
-from .walks import SIZES, SNAPSHOTS
+from .walks import SNAPSHOTS
 
 if __name__ == "__main__":
     for snapshot in SNAPSHOTS:
         if not sys.argv[1:] or snapshot.name in sys.argv[1:]:
-            for size in SIZES:
-                snapshot.path(size).write_text(snapshot.seen(size), "utf-8")
+            for size, seen in snapshot.seen().items():
+                snapshot.path(size).write_text(seen, "utf-8")

@@ -85,7 +85,7 @@ def walked(arguments: list[str], size: tuple[int, int], way: Way) -> None:
     asyncio.run(walk())
 
 
-# --------------------------------------------------------------------------------------------------------- the snapshots
+# -------------------------------------------------------------------------------------------------------- the snapshots
 async def weld(walk: Walk) -> None:
     """The sixth instruction of the program has a breakpoint; from there on, instruction by instruction."""
     await walk.say(":break 6")
@@ -131,22 +131,23 @@ class Snapshot:
     name: str
     file: str
     way: Way
-    straps: tuple[str, ...] = ()
 
     def path(self, size: str) -> Path:
         """The file that shows it."""
         return Path(__file__).parent / f"{self.name}_{size}.txt"
 
-    def seen(self, size: str) -> str:
-        """Walk, and return what is seen."""
-        found = []
+    def seen(self) -> dict[str, str]:
+        """Walk, and return what is seen at the end, at each size of the terminal."""
+        found = {}
 
         async def way(walk: Walk) -> None:
             await self.way(walk)
-            found.append(await walk.settle())
+            for name, size in SIZES.items():
+                await walk.pilot.resize_terminal(*size)
+                found[name] = await walk.settle()
 
-        walked([str(EXAMPLES / self.file), *self.straps], SIZES[size], way)
-        return found[0]
+        walked([str(EXAMPLES / self.file)], SIZES["80x24"], way)
+        return found
 
 
 SNAPSHOTS = (

@@ -143,7 +143,7 @@ class ControlClient:
         """Take in a line of the server."""
         self.now_ps = line.get("time_ps", self.now_ps)
         if "event" not in line:
-            number = line.get("id", next(iter(self._owed), None))  # what cannot be read is answered without
+            number: int = line.get("id", next(iter(self._owed), 0))  # a first line that is refused is answered without
             owed = self._owed.pop(number, None)
             if owed is not None and not owed.done():  # its caller may have given up
                 owed.set_result(line)
@@ -170,7 +170,8 @@ def merged(old: Any, new: Any) -> Any:
     """Return a view with what has changed: objects by key, lists of objects of the same length one by one."""
     if isinstance(old, dict) and isinstance(new, dict):
         return {**old, **{key: merged(old[key], value) if key in old else value for key, value in new.items()}}
-    if isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
-        if all(isinstance(each, dict) for each in (*old, *new)):
-            return [merged(one, two) for one, two in zip(old, new, strict=True)]
-    return new
+    if not isinstance(old, list) or not isinstance(new, list) or len(old) != len(new):
+        return new
+    if not all(isinstance(each, dict) for each in (*old, *new)):
+        return new
+    return [merged(one, two) for one, two in zip(old, new, strict=True)]

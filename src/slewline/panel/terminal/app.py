@@ -22,17 +22,19 @@ from .drawing import clock, line
 from .help import HelpScreen
 from .panes import Pane, ProgramPane, TalkPane
 from .session import Session
-from .verbs import explained, understood
+from .verbs import explained, obey
 
 WIDE = 150  # columns from which on the conversation stands beside the chips
 TALL = 34  # rows from which on a wide screen is used so
+NARROW = 100  # columns up to which the first row names the program alone
+OWN = 256  # bytes of a program up to which the memory is the chip's own; one beside it may hold anything, or nothing
 DRAWN_S = 1 / 20
 KEYS = (  # at the foot: key, what it does, its action; what comes first stays when there is little room
     ("space", "go", "go"),
     ("s", "instr", "step('instruction')"),
     ("n", "step", "step('step')"),
     ("e", "edge", "ask('edge')"),
-    ("b", "break", "toggle"),
+    ("b", "break", "break"),
     ("u", "row", "to_row"),
     ("g", "goto", "ask('time')"),
     ("p", "pos", "ask('position')"),
@@ -49,10 +51,6 @@ KEYS = (  # at the foot: key, what it does, its action; what comes first stays w
 )
 
 
-class Title(Static):
-    """The first row: what is debugged, when it is, and why time stands."""
-
-
 class Debugger(App[None]):
     """The debugger in the terminal."""
 
@@ -67,7 +65,7 @@ class Debugger(App[None]):
         Binding("e", "ask('edge')", show=False),
         Binding("g", "ask('time')", show=False),
         Binding("p", "ask('position')", show=False),
-        Binding("b", "toggle", show=False),
+        Binding("b", "break", show=False),
         Binding("u", "to_row", show=False),
         Binding("left", "shift(-1.0)", show=False),
         Binding("right", "shift(1.0)", show=False),
@@ -94,7 +92,7 @@ class Debugger(App[None]):
     # ------------------------------------------------------------------------------------------------------ the screen
     def compose(self) -> ComposeResult:
         """Make what does not depend on the chips; they come when the port has told of them."""
-        yield Title("", id="title")
+        yield Static("", id="title")
         with Container(id="body"):
             yield Container(id="chips")
             yield TalkPane(self.session, id="talk")
@@ -161,14 +159,13 @@ class Debugger(App[None]):
         session = self.session
         why = session.why or (f"waiting: {session.doing}" if session.doing else "")
         state = "■ paused " if session.paused and not session.doing else "▶ running"
-        left = f" slewline debug  {self.named}"
-        branch = session.pace.get("branch", 0)
-        right = f"{clock(session.now_ps)}  {state}  rate {session.rate:g}{f'  branch {branch}' if branch else ''} "
         width = self.size.width
-        middle = f"  {why}  " if why else "  "
+        left = f" slewline debug  {self.named}" if width >= NARROW else f" {self.named}"
+        branch = session.pace.get("branch", 0)
+        right = f"  {clock(session.now_ps)}  {state}  rate {session.rate:g}{f'  branch {branch}' if branch else ''} "
         room = max(width - len(right) - len(left), 0)
         self.query_one("#title", Static).update(
-            line(width, (left, "bold"), (middle[:room].ljust(room), ""), (right, "bold"))
+            Content.assemble((left, "bold"), line(room, f"  {why}"), (right, "bold"))
         )
 
     def draw_foot(self) -> None:
@@ -190,8 +187,10 @@ class Debugger(App[None]):
             chosen = "▸ " if pane.chip == session.selected and len(session.chips) > 1 else ""
             pane.border_title = f"{chosen}{pane.chip}  {session.sheets[pane.chip]['part'].upper()}"
             pane.parent.display = pane.place == 0 or self.has_class("wide")  # type: ignore[union-attr]
+            pane.border_subtitle = pane.scale
         elif isinstance(pane, ProgramPane):
             used = len(pane.rows)
+            pane.display = bool(used) or (session.sheets[pane.chip].get("buffer_bytes") or 0) <= OWN
             pane.border_title = f"program of {pane.chip}" if len(session.chips) > 1 else "program"
             room = session.sheets[pane.chip].get("buffer_bytes")
             size = sum(len(row["bytes"].split()) for row in pane.rows) if used else 0
@@ -223,7 +222,7 @@ class Debugger(App[None]):
         """Let time pass faster or slower."""
         self.perform(self.session.change_rate(by))
 
-    def action_toggle(self) -> None:
+    def action_break(self) -> None:
         """Put a breakpoint on the selected row."""
         pane = self.program()
         if pane is not None and pane.address is not None:
@@ -238,7 +237,7 @@ class Debugger(App[None]):
 
     def program(self) -> ProgramPane | None:
         """Return the program that the keys speak of: the one in focus, else that of the selected chip."""
-        panes = [pane for pane in self.query(ProgramPane) if pane.parent is not None and pane.parent.display]
+        panes = [pane for pane in self.query(ProgramPane) if pane.display and pane.parent and pane.parent.display]
         focused = [pane for pane in panes if pane.has_focus]
         return next(iter([*focused, *(pane for pane in panes if pane.chip == self.session.selected)]), None)
 
@@ -292,7 +291,7 @@ class Debugger(App[None]):
         elif text.split(" ")[0] in (":help", ":h"):
             self.action_help()
         elif text:
-            self.perform(understood(self.session, text))
+            self.perform(obey(self.session, text))
 
     def on_command_line_left(self, _event: CommandLine.Left) -> None:
         """Go back to the panes."""

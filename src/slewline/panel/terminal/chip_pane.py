@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from textual.content import Content
 
+from ...core.time.timebase import PS_PER_S
 from .drawing import LEVELS, Part, figure, line, pair, strip
 from .panes import OfChip
+from .session import CURVE_PS
 
 SHOWN = (  # roles of the pins that are shown, in this order
     *("ready", "running", "moving", "slewing", "ramping", "motion_complete", "program_entry", "direction", "step"),
@@ -87,12 +90,18 @@ class ChipPane(OfChip):
         gap = max(width - len(position) - len(value) - len(says), 2)
         return [(position, style), (" " * (gap // 2), ""), (value, style), (" " * (gap - gap // 2), ""), (says, style)]
 
+    @property
+    def scale(self) -> str:
+        """What the strips of velocity show."""
+        tops = [peak(self.session.curves.get(name, [])) for name in self.session.velocities(self.chip)]
+        up_to = f", up to {figure(tops[0])} steps/s" if len(tops) == 1 and tops[0] else ""
+        return f"last {CURVE_PS // PS_PER_S} s{up_to}"
+
     def curve(self, axis: int, width: int, height: int | None = None) -> list[str]:
         """Return the strip of velocity of an axis."""
         names = self.session.velocities(self.chip)
         values = self.session.curves.get(names[axis], []) if axis < len(names) else []
-        top = max((abs(value) for value in values if value is not None), default=0.0)
-        return strip(values, width, height or STRIP_ROWS[self.app.has_class("wide")], top)
+        return strip(values, width, height or STRIP_ROWS[self.app.has_class("wide")], peak(values))
 
     def work(self, width: int) -> list[Content]:
         """Return what the chip works on, and what it waits for."""
@@ -176,6 +185,11 @@ class ChipPane(OfChip):
     def many(self, pin: dict[str, Any]) -> bool:
         """Return whether every axis has such a pin."""
         return bool(pin["role"]) and any(other["role"] == pin["role"] and other["axis"] > 1 for other in self.shown())
+
+
+def peak(values: Sequence[float | None]) -> float:
+    """Return the greatest velocity, either way."""
+    return max((abs(value) for value in values if value is not None), default=0.0)
 
 
 def spoken(name: str) -> str:

@@ -22,7 +22,7 @@ KEPT = 5000  # entries of the conversation
 CURVE_PS = 2 * PS_PER_S  # how much of the past a strip of velocity shows
 CURVE_COLUMNS = 240
 CURVE_EVERY_S = 0.2
-RATES = tuple(f"{digit}e{power}" for power in range(-3, 3) for digit in (1, 2, 5)) + ("1e3",)
+RATES = tuple(float(f"{digit}e{power}") for power in range(-3, 4) for digit in (1, 2, 5))[:-2]  # 0.001 to 1000
 
 
 class Session:
@@ -243,9 +243,8 @@ class Session:
 
     async def change_rate(self, by: int) -> None:
         """Let time pass faster or slower, by so many places of the row 1, 2, 5, 10."""
-        values = [float(each) for each in RATES]
-        near = min(range(len(values)), key=lambda at: abs(values[at] - self.rate))
-        self.rate = values[min(max(near + by, 0), len(values) - 1)]
+        near = min(range(len(RATES)), key=lambda at: abs(RATES[at] - self.rate))
+        self.rate = RATES[min(max(near + by, 0), len(RATES) - 1)]
         if not self.paused:
             await self.go()
         self.on_change()
@@ -278,9 +277,7 @@ class Session:
             return
         start = max(now - CURVE_PS, 0)
         try:
-            found = await self.client.request(
-                "window", signals=signals, start=start, stop=now, columns=CURVE_COLUMNS
-            )
+            found = await self.client.request("window", signals=signals, start=start, stop=now, columns=CURVE_COLUMNS)
         except UsageError:  # nothing is kept of so early an instant, or no such signal
             self.curves = {}
             return

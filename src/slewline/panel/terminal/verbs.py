@@ -1,7 +1,6 @@
 """The command line: what the debugger itself is asked begins with a colon, anything else goes to the chip.
 
-    R 100              to the selected chip, as a host would send it
-    :break 7           to the debugger; `VERBS` has them all
+`R 100` goes to the selected chip, as a host would send it; `:break 7` asks the debugger.  `VERBS` has all verbs.
 """
 
 from __future__ import annotations
@@ -127,7 +126,9 @@ def point_of(session: Session, words: list[str]) -> dict[str, Any]:
         return {"pin": session.full_pin(rest[0]), "edge": which}
     if first.isdecimal():
         return {"chip": chip, "address": int(first)}
-    raise UsageError("break: expected ADDRESS, pin PIN [EDGE], register NAME [VALUE], position P [AXIS], finding [WHOSE]")
+    raise UsageError(
+        "break: expected ADDRESS, pin PIN [EDGE], register NAME [VALUE], position P [AXIS], finding [WHOSE]"
+    )
 
 
 async def clear(session: Session, _words: list[str]) -> None:
@@ -191,7 +192,12 @@ VERBS = (
     Verb("until", "ADDRESS", "run to an instruction", until),
     Verb("time", "INSTANT", "go to an instant, on or back: 1.5, 20 ms, +3 ms, -1 s", time),
     Verb("position", "POSITION [AXIS]", "run to a position of a motor", position),
-    Verb("break", "ADDRESS | pin PIN [EDGE] | register NAME [VALUE] | position P [AXIS] | finding", "or no more", put_break),
+    Verb(
+        "break",
+        "ADDRESS | pin PIN [EDGE] | register NAME [VALUE] | position P [AXIS] | finding",
+        "put a breakpoint, or take it away",
+        put_break,
+    ),
     Verb("clear", "", "take all breakpoints away", clear),
     Verb("rate", "RATE", "virtual seconds per second, 0.001 to 1000", rate),
     Verb("drive", "PIN LEVEL", "put a level on a pin", drive),
@@ -203,19 +209,20 @@ VERBS = (
 BY_NAME = {verb.name: verb for verb in VERBS}
 
 
-def understood(session: Session, text: str) -> Work:
-    """Return what a line asks for.
+async def obey(session: Session, text: str) -> None:
+    """Do what a line asks for.
 
     Raises:
-        UsageError: no such verb.
+        UsageError: no such verb, or the server refuses it.
     """
     if not text.startswith(":"):
-        return send(session, text)
+        await session.client.request("send", chip=session.selected, text=text)
+        return
     name, *words = text[1:].split() or [""]
     verb = BY_NAME.get(name) or only(name)
     if verb is None:
         raise UsageError(f"no verb {name!r}; there are: {', '.join(BY_NAME)}{hint(name, BY_NAME)}")
-    return verb.do(session, words)
+    await verb.do(session, words)
 
 
 def only(start: str) -> Verb | None:
@@ -224,12 +231,7 @@ def only(start: str) -> Verb | None:
     return found[0] if len(found) == 1 else None
 
 
-async def send(session: Session, text: str) -> None:
-    """Send what a host would."""
-    await session.client.request("send", chip=session.selected, text=text)
-
-
-# ------------------------------------------------------------------------------------------------------------ completion
+# ----------------------------------------------------------------------------------------------------------- completion
 def candidates(session: Session, text: str) -> list[str]:
     """Return whole lines that a line may become, the likeliest first."""
     head, _, word = text.rpartition(" ")
@@ -268,7 +270,7 @@ def words_at(session: Session, text: str) -> Iterable[str]:
 def explained(session: Session, text: str) -> str:
     """Return one row of help about what is being typed: the manual's, or that of a verb."""
     if text.startswith(":"):
-        name = text[1:].split(" ")[0]
+        name = text[1:].partition(" ")[0]
         verb = BY_NAME.get(name) or only(name)
         if verb is not None:
             return f":{verb.name} {verb.takes}  {verb.says}"
