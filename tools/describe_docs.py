@@ -328,7 +328,7 @@ def parts_page() -> str:
         f"{NOTE}# Parts: motors, drivers, switches, encoders, hosts\n\n{text}\n{table_of_kinds}\n\n"
         f"## Options\n{''.join(chapters)}\n"
         "## From Python\n\nThe methods and attributes of a part, besides its `name`, `pin(name)`, `pins`, `findings`,\n"
-        "`on_finding`, `quantities()`, `idle` and `waiting`. `help` says more.\n\n"
+        "`on_finding`, `quantities()`, `shows()`, `idle` and `waiting`. `help` says more.\n\n"
         f"{table(('kind', ''), faces)}\n\n"
         "## Roles\n\nWhat pins of chips and parts are for; the tables of pins on the pages of the chips name them.\n\n"
         f"{roles}\n"

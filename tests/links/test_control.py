@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 import socket
 
@@ -26,6 +27,8 @@ PROGRAM = ("Po", "S50", "T200", "R20", "+400", "E")
 def stand(lockstep, client):
     """A module on a TCP port: the running server, a host, and a client of the control port."""
     server, line = lockstep()
+    server.bench.part("jog_switch", name="jog")
+    server.bench.record("x.clock", "x.mov")
     port, control = server.tcp(line, "127.0.0.1:0"), server.control("127.0.0.1:0")
     with Threaded(server) as running:
         yield running, client(port.where), Asks(client(control.where))
@@ -191,7 +194,7 @@ def test_the_status_says_what_has_passed(stand):
         ('{"do": "advance", "time": 0.5}', "a float would be rounded"),
         ('{"do": "advance", "time": "-1 s"}', "does not run backwards"),
         ('{"do": "until", "pin": "x.ui1"}', "give pin and level, chip and position, chip and address"),
-        ('{"do": "until", "pin": "x.ui1", "level": 1, "chip": "x", "position": 1}', "give pin and level, or"),
+        ('{"do": "until", "pin": "x.ui1", "level": 1, "chip": "x", "position": 1}', "give pin and level, chip and"),
         ('{"do": "until", "chip": "x", "position": "far"}', "expected a whole number"),
         ('{"do": "fault", "line": "y", "to": "chip", "kind": "lost"}', "no serial line 'y'; there are: x"),
         ('{"do": "fault", "line": "x", "to": "me", "kind": "lost"}', "allowed chip, host"),
@@ -361,11 +364,11 @@ def checker(name):
     return fastjsonschema.compile({"$ref": f"#/definitions/{name}", "definitions": definitions})
 
 
-@pytest.mark.parametrize("row", [row for row in REQUESTS if row.do != "quit"], ids=lambda row: row.name)
-def test_every_request_and_its_reply_are_as_the_schema_says(stand, row):
-    _, host, ask = stand
-    for line in (*PROGRAM, "HELLO"):
-        host.ask(line.encode() + b"\r")
+IN_A_PROCESS = {"go", "back", "branches", "branch"}  # what needs the wall clock, or a process that can be copied
+
+
+def checked(row, ask):
+    """Ask as the example of a row has it, and less; check requests and replies against the schema."""
     example = {"do": row.do, "id": [1]} | row.example
     for name in (row.name, "request"):
         checker(name)(example)
@@ -382,6 +385,31 @@ def test_every_request_and_its_reply_are_as_the_schema_says(stand, row):
     if row.reply:
         with pytest.raises(fastjsonschema.JsonSchemaException):
             checker(f"{row.name}_reply")({"time_ps": 0})
+
+
+@pytest.mark.parametrize(
+    "row", [row for row in REQUESTS if row.do != "quit" and row.do not in IN_A_PROCESS], ids=lambda row: row.name
+)
+def test_every_request_and_its_reply_are_as_the_schema_says(stand, row):
+    _, host, ask = stand
+    for line in (*PROGRAM, "HELLO"):
+        host.ask(line.encode() + b"\r")
+    checked(row, ask)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
+def test_requests_for_the_wall_clock_and_the_past_are_as_the_schema_says(serve, client, tmp_path):
+    chip = ["gs-c200s", *(f"--strap={pin}={level}" for pin, level in STRAPS.items())]
+    ports = serve(
+        *chip, "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--journal", tmp_path / "journal", ports=2
+    ).ports
+    host = client(ports[chip[0].replace("-", "_")])
+    for line in PROGRAM:
+        host.ask(line.encode() + b"\r")
+    ask = Asks(client(ports["control"]))
+    for row in REQUESTS:
+        if row.do in IN_A_PROCESS:
+            checked(row, ask)
 
 
 def test_every_request_has_a_row_and_every_row_is_done():

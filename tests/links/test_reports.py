@@ -6,9 +6,9 @@ import pytest
 
 import slewline
 from slewline.core.component import Finding
-from slewline.links.control.reports import CAUSES, PERIOD_S, FindingReports, Lateness, cause_of
 from slewline.links.lines.pace import Lag, Paced
 from slewline.links.server import Server
+from slewline.links.views.reports import CAUSES, PERIOD_S, FindingReports, Lateness, cause_of
 
 ONE = ("gs-c200s", "--strap", "chs=0", "--lockstep", "--tcp", "127.0.0.1:0")
 

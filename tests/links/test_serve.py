@@ -17,8 +17,8 @@ import serial
 import slewline
 from slewline.cli.main import invoke
 from slewline.cli.serve import ServeCommand, signals
-from slewline.links.control.reports import CAUSES
 from slewline.links.ports.pty import HINT
+from slewline.links.views.reports import CAUSES
 
 from .conftest import COMMAND, PATIENCE, Asks
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from slewline.links import server as module
-from slewline.links.control.status import as_line, status
+from slewline.links.views.status import as_line, status
 
 from .conftest import Threaded
 

@@ -19,11 +19,11 @@ import pytest
 import slewline
 from slewline.core.memory.store import Memory
 from slewline.errors import StoreError, UsageError
-from slewline.links.control.status import status
 from slewline.links.lines import store as store_module
 from slewline.links.lines.pace import Lockstep
 from slewline.links.lines.store import HEADER, MAGIC, RECORD, FileStore, packed
 from slewline.links.server import Server
+from slewline.links.views.status import status
 
 OLD, NEW = b"S10 T100 R50 +5", b"S10 T100 R50 G500000" * 4
 PATH = Path("/state/x.eeprom")

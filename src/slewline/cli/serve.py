@@ -259,7 +259,7 @@ def say(text: str, end: str = "\n") -> None:
 
 def show(server: Server, end: str = "\n") -> None:
     """Print a status line."""
-    from ..links.control.status import as_line
+    from ..links.views.status import as_line
 
     say(as_line(server), end)
 

@@ -24,16 +24,10 @@ from ..core.chip import Chip
 from ..core.component import Finding
 from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, row_for
 from ..core.datasheet.channel import SerialLine as SerialChannel
-from ..core.wires.pin import strapped
 from ..errors import UsageError
-from ..parts.boards.board import Board
 from ..parts.hosts.adaptive_host import AdaptiveHost
 from ..parts.hosts.bus_host import BusHost
-from ..parts.lines.rs232 import SerialPort
-from .control.breakpoints import Breakpoints
-from .control.past import Past
-from .control.reports import FindingReports, Lateness
-from .control.views import Views
+from .lines.connectors import board, connector, uart
 from .lines.framing import FramedLine
 from .lines.line import ConnectorLine, HostLine
 from .lines.log import TranscriptFile
@@ -42,17 +36,16 @@ from .ports.registers import RegisterLine, RegisterPort
 from .ports.tcp import TcpPort, is_loopback, parse_address
 from .sockets.loop import Loop
 from .sockets.system import fine_timer
+from .time.breakpoints import Breakpoints
+from .time.travel import TimeTravel
+from .views.reports import FindingReports, Lateness
+from .views.views import Views
 
 if TYPE_CHECKING:
     from ..bench import Bench
     from .control.control import Control
-    from .control.dialogue import Dialogue
+    from .views.dialogue import Dialogue
 
-UART_BAUD = 9600
-BOARDS: Mapping[type[Channel], tuple[str, str]] = {  # the kind of board on a channel, and how its name ends
-    HostPort: ("isa", "isa"),
-    FlowBus: ("parallel_card", "card"),
-}
 DEAF = (
     "the UART of {chip} only receives: no command is answered; with --framing (in a bench file framing = true) ?0 "
     "to ?3 read back"
@@ -110,7 +103,7 @@ class Server:
         self.breakpoints = Breakpoints(bench, pace, self._stopped)
         self.views = Views(self)
         self._dialogue: Dialogue | None = None
-        self.past = Past(self)
+        self.travel = TimeTravel(self)
         bench.on_finding.add(self._finding)
         for chip in bench.chips.values():
             for number, motor in enumerate(chip.axes, 1):
@@ -148,13 +141,15 @@ class Server:
         """Characters, to modules that share a line."""
         if framing:
             raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
-        return ConnectorLine(name, chips, self.pace, self.log, self._connector(name, chips))
+        port = connector(self.bench, name, chips)
+        self.troubles += [found.text for found in port.findings]  # they are reported as findings
+        return ConnectorLine(name, chips, self.pace, self.log, port)
 
     def _register_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
         """The registers of a board on a host port, or on a bus that works both ways."""
         if framing:
             raise UsageError(f"{name}: has registers of its own; leave out the framing")
-        return RegisterLine(name, chips[0], self.pace, self.log, self._board(chips[0], over))
+        return RegisterLine(name, chips[0], self.pace, self.log, board(self.bench, chips[0], over))
 
     def _adaptive_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
         """Characters, to a chip that finds the rate; a character waits for CTS where the chip uses it."""
@@ -168,34 +163,8 @@ class Server:
         if framing:
             host = self.bench.host(chips[0], name=f"{name}_host", over=over)
             return FramedLine(name, chips[0], self.pace, self.log, cast("BusHost", host))
-        return ConnectorLine(name, chips, self.pace, self.log, self._uart(chips[0]))
-
-    def _connector(self, line: str, chips: Sequence[Chip]) -> SerialPort:
-        """The serial connector of a computer, wired to modules."""
-        formats = {strapped_line(chip) for chip in chips}
-        if len(formats) != 1:
-            raise UsageError(f"{', '.join(chip.name for chip in chips)}: their lines differ in speed or format")
-        baud, bits, parity, stop = formats.pop()
-        name = f"{chips[0].name if len(chips) > 1 else line}_line"
-        port: SerialPort = self.bench.part("serial_port", name=name, baud=baud, bits=bits, parity=parity, stop=stop)
-        self.bench.connect(port, chips)
-        self.troubles += [found.text for found in port.findings]  # they are reported as findings
-        return port
-
-    def _uart(self, chip: Chip) -> SerialPort:
-        """The same, and the UART of figure 10.16, which only receives."""
-        name = f"{chip.name}_line"
-        uart = self.bench.part("uart", name=f"{chip.name}_uart", to=chip, baud=UART_BAUD)
-        port = self.bench.part("serial_port", name=name, ttl=True, baud=UART_BAUD, bits=8, parity="none", stop=1)
-        self.bench.wire(f"{name}.txd", f"{chip.name}_uart.rxd")
-        port.uart.far.ears = {uart.name: uart}
-        self._say(chip.name, DEAF.format(chip=chip.name))
-        return port
-
-    def _board(self, chip: Chip, over: str | None) -> Board:
-        """An interface board on a chip."""
-        kind, tail = BOARDS[type(channel_over(chip, over))]
-        return cast("Board", self.bench.part(kind, name=f"{chip.name}_{tail}", to=chip))
+        self._say(chips[0].name, DEAF.format(chip=chips[0].name))
+        return ConnectorLine(name, chips, self.pace, self.log, uart(self.bench, chips[0]))
 
     def _check(self, line: HostLine, port: str) -> None:
         if port not in line.ports:
@@ -280,7 +249,7 @@ class Server:
         self.bench.run(0)
         if self.controls():
             _ = self.dialogue
-            self.past.begin()
+            self.travel.begin()
         self.pace.start()
         self.loop.after(LOOK_S, self._look_around)
         self.serve(lambda: False)
@@ -290,10 +259,10 @@ class Server:
         try:
             with fine_timer():
                 while not (self.over or done()):
-                    self.past.look()
+                    self.travel.look()
                     began_s = perf_counter()
                     finished = self.pace.pass_time()
-                    self.past.work_s += perf_counter() - began_s
+                    self.travel.work_s += perf_counter() - began_s
                     ready = self.loop.sleep(self.pace.pause() if finished else 0)
                     self.pace.present()
                     self.loop.serve(ready)
@@ -309,7 +278,7 @@ class Server:
 
     def close(self) -> None:
         """Close every port; the bench stays as it is."""
-        self.past.close()
+        self.travel.close()
         for port in self.ports:
             port.close()
         self.ports.clear()
@@ -336,7 +305,7 @@ class Server:
     def dialogue(self) -> Dialogue:
         """What hosts and chips have said, from when it was first asked for; with a control port, from the beginning."""
         if self._dialogue is None:
-            from .control.dialogue import Dialogue
+            from .views.dialogue import Dialogue
 
             names = {
                 line.port.name: line.chips[0].name if len(line.chips) == 1 else line.name
@@ -409,12 +378,6 @@ class Server:
         for line in self.lines.values():
             line.look_for_ends()
         self.loop.after(LOOK_S, self._look_around)
-
-
-def strapped_line(chip: Chip) -> tuple[int, int, str, int]:
-    """Speed and format of a chip's serial port, as its pins are strapped: baud, bits, parity, stop bits."""
-    port = chip.sheet.through(SerialChannel)
-    return port.bauds[strapped(chip.pins, port.baud_pins)], port.bits, port.parity, port.stop
 
 
 LINES: Mapping[type[Channel], Callable[[Server, str, Sequence[Chip], bool, str | None], HostLine]] = {

@@ -31,14 +31,13 @@ from ...errors import SlewlineError, UsageError
 from ..ports.tcp import Listener, is_loopback, parse_address
 from ..sockets.preamble import Preamble
 from ..sockets.stream import SocketStream
+from ..time.roads import connection, greeting
+from ..views.views import difference
 from .kinds import Data
-from .past import connection, greeting
 from .requests import as_object, read
-from .status import Serving
 from .time_verbs import TimeVerbs
-from .verbs import PinVerbs
+from .verbs import Controlled, PinVerbs
 from .view_verbs import ViewVerbs
-from .views import difference
 
 LONGEST = 1 << 16  # bytes of a request
 QUEUE = 1 << 24  # bytes of replies
@@ -51,8 +50,13 @@ MARKED = json.dumps({"id": MARK})[:-1].encode()
 CLOCK_S = 0.1  # between two that tell only the time
 
 
-class Verbs(PinVerbs, TimeVerbs, ViewVerbs):
-    """What every request does."""
+class Requests(PinVerbs, TimeVerbs, ViewVerbs):
+    """What every request does; None: the reply comes later."""
+
+    def perform(self, request: Data) -> Data | None:
+        """Do what a request asks for."""
+        found: Data | None = getattr(self, f"do_{request['do']}")(request)
+        return found
 
 
 class Control:
@@ -65,7 +69,7 @@ class Control:
         UsageError: the address is taken, or other machines could reach it and there is no token.
     """
 
-    def __init__(self, server: Serving, address: str, token: str | None = None) -> None:
+    def __init__(self, server: Controlled, address: str, token: str | None = None) -> None:
         self.server, self.token = server, token
         self.clients: list[Client] = []
         if token is not None and len(token) < SHORTEST_TOKEN:
@@ -176,10 +180,11 @@ class Client:
             if self.beyond is not None and request["do"] not in OF_ALL_BRANCHES:
                 self.beyond.forward(request, line)
                 return
-            found = getattr(Verbs(self.server, self), f"do_{request['do']}")(request)
+            found = Requests(self.server, self).perform(request)
             if found is not None:
                 self.reply(request, found)
         except (SlewlineError, TypeError, ValueError, KeyError) as error:
+            self.waiting = False
             self.reply(request, {"error": str(error)})
 
     def wait(
@@ -287,10 +292,10 @@ class Beyond:
         """Send a request there."""
         client = self.client
         if request["do"] == "breakpoints":
-            Verbs(client.server, client).do_breakpoints(request)  # those of the next branch
+            Requests(client.server, client).do_breakpoints(request)  # those of the next branch
         if request["do"] == "subscribe":
             client.every_s = picoseconds(request["every"]) / PS_PER_S
-        client.server.past.forwarded(request["do"])
+        client.server.travel.forwarded(request["do"])
         client.waiting = not client.every_s
         self.stream.write(line + b"\n")
 

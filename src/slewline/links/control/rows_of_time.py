@@ -47,7 +47,7 @@ REQUESTS = (
     RequestSpec(
         "step",
         "Pause, and let time pass to the next edge of a pin.",
-        {"pin": "x.pulse", "edge": "rises"},
+        {"pin": "x.mov", "edge": "rises"},
         (A_PIN, EDGE, TIMEOUT),
         (MET,),
         "pin",
@@ -71,7 +71,7 @@ REQUESTS = (
     RequestSpec(
         "breakpoints",
         "Pause whenever one of these is met; they replace those before.",
-        {"breakpoints": [{"chip": "x", "address": 7}, {"pin": "x.slew", "edge": "falls"}]},
+        {"breakpoints": [{"chip": "x", "address": 7}, {"pin": "x.mov", "edge": "falls"}]},
         (
             Key(
                 "breakpoints",
@@ -85,7 +85,7 @@ REQUESTS = (
     RequestSpec(
         "back",
         "Go to an instant of the past, and pause there; what is done from there on is a branch.",
-        {"time": "1.5 s"},
+        {"time": "50 ms"},
         (Key("time", TIME, "since the beginning"), Key("branch", WHOLE, "of which branch", "the one that is shown")),
         (Key("branch", WHOLE, "the number of the new branch"),),
     ),

@@ -39,7 +39,7 @@ SHEET = record(
         "wires": array(array(TEXT)),
     }
 )
-PROGRAM_ROW = record({"address": WHOLE, "bytes": TEXT, "text": TEXT})
+PROGRAM_ROW = record({"address": WHOLE, "bytes": TEXT, "text": TEXT}, {"line": WHOLE})
 PROBLEM = record({"line": WHOLE, "column": WHOLE, "length": WHOLE, "severity": TEXT, "says": TEXT, "remedy": TEXT})
 FORMS = ("vcd", "csv")
 THE_SIGNALS = Key("signals", array(TEXT), "pins and quantities, as `signals` lists them")
@@ -94,13 +94,13 @@ REQUESTS = (
     RequestSpec(
         "record",
         "Keep what pins do, from now on.",
-        {"pins": ["x.pulse", "x.slew"], "keep": "1 h"},
+        {"pins": ["x.clock", "x.mov"], "keep": "1 h"},
         (Key("pins", array(PIN), "owners and pins"), Key("keep", TIME, "how much of the past", "1 h")),
     ),
     RequestSpec(
         "window",
         "What signals did in a window, thinned to what so many columns can show.",
-        {"signals": ["x.pulse", "x.velocity"], "start": 0, "stop": "1 s", "columns": 800},
+        {"signals": ["x.clock", "x.velocity"], "start": 0, "stop": "1 s", "columns": 800},
         (THE_SIGNALS, START, STOP, Key("columns", WHOLE | {"minimum": 1, "maximum": MAX_COLUMNS}, "of the picture")),
         (
             Key(
@@ -115,7 +115,7 @@ REQUESTS = (
     RequestSpec(
         "find",
         "Find the first, or the last, instant of a window at which something happens.",
-        {"on": {"pin": "x.slew", "edge": "falls"}, "start": 0, "stop": "1 s", "last": True},
+        {"on": {"pin": "x.mov", "edge": "falls"}, "start": 0, "stop": "1 s", "last": True},
         (
             Key("on", OBJECT, "pin and edge; quantity, value and slope; finding, with the name of a chip or part"),
             START,
@@ -127,40 +127,39 @@ REQUESTS = (
     RequestSpec(
         "export",
         "Recorded pins as a file.",
-        {"signals": ["x.pulse"], "start": 0, "stop": "1 s", "form": "vcd"},
+        {"signals": ["x.clock"], "start": 0, "stop": "1 s", "form": "vcd"},
         (THE_SIGNALS, START, STOP, Key("form", {"enum": list(FORMS)}, ", ".join(FORMS))),
         (Key("text", TEXT, "what is in the file"),),
     ),
     RequestSpec(
         "send",
         "Send commands to a chip, as its host would: lines of a script.",
-        {"chip": "x", "text": "R 100\nG"},
+        {"chip": "x", "text": "V1"},
         (A_CHIP, Key("text", TEXT, "a command a line")),
     ),
     RequestSpec(
         "act",
         "Do something to a part, as a hand would.",
-        {"part": "wheels", "verb": "turn", "args": [42]},
+        {"part": "jog", "verb": "cw"},
         (Key("part", TEXT, "its name"), Key("verb", TEXT, "what to do"), Key("args", {"type": "array"}, "", "none")),
     ),
     RequestSpec(
         "assemble",
         "Assemble a program for a chip, and look for mistakes; nothing is sent.",
-        {"chip": "x", "text": "E\nF 3\nQ"},
+        {"chip": "x", "text": "Po\nS50\n+400\nE"},
         (A_CHIP, Key("text", TEXT, "a command a line")),
         (
-            Key("rows", array(PROGRAM_ROW | {"required": []}), "instructions, with their lines"),
+            Key("rows", array(PROGRAM_ROW), "instructions, with their lines"),
             Key("bytes", WHOLE, "how long the program is"),
             Key("problems", array(PROBLEM), "each with its place"),
         ),
     ),
     RequestSpec("examples", "The examples.", {}, (), (Key("examples", array(OBJECT), "name, part and title"),)),
     RequestSpec(
-        "examples",
+        "example",
         "The text of an example.",
         {"name": "programs/weld.cy525"},
         (Key("name", TEXT, "of the example"),),
         (Key("text", TEXT, "what is in the file"),),
-        "text",
     ),
 )

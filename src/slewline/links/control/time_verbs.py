@@ -9,8 +9,8 @@ from ...core.time.timebase import moment, readable
 from ...core.wires.pin import Condition
 from ...errors import UsageError
 from ..lines.pace import Paced
+from ..time.moments import CommandCondition, FindingCondition, PinCondition, StepCondition
 from .kinds import Data
-from .moments import CommandCondition, FindingCondition, PinCondition, StepCondition
 from .rows_of_time import STEPS
 from .verbs import Verbs
 
@@ -114,15 +114,15 @@ class TimeVerbs(Verbs):
     def do_back(self, request: Data) -> None:
         """Go to an instant of the past."""
         at = moment(request["time"])
-        self.server.past.back(at, request.get("branch"), self.client.answer_later(request))
+        self.server.travel.back(at, request.get("branch"), self.client.answer_later(request))
 
     def do_branches(self, request: Data) -> None:
         """Reply with all branches."""
-        self.server.past.branches(self.client.answer_later(request))
+        self.server.travel.branches(self.client.answer_later(request))
 
     def do_branch(self, request: Data) -> None:
         """Go to a branch as it was left."""
-        self.server.past.show(request["number"], self.client.answer_later(request))
+        self.server.travel.show(request["number"], self.client.answer_later(request))
 
 
 class Pushing(Condition):

@@ -11,15 +11,35 @@ from ...core.time.timebase import moment, picoseconds
 from ...core.wires.pin import Condition
 from ...errors import UsageError
 from ..lines.line import ConnectorLine
+from ..views.status import Serving, status
+from ..views.views import Viewed, Views
 from .kinds import MAX_FINDINGS, MAX_STEPS, Data
 from .requests import schema
-from .status import Serving, status
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.motion.one_axis import OneAxis
+    from ..sockets.loop import Loop
+    from ..time.breakpoints import Breakpoints
+    from ..time.travel import TimeTravel
 
 DIRECTIONS = ("chip", "host")
+
+
+class Controlled(Serving, Viewed, Protocol):
+    """A server, as its control port sees it."""
+
+    loop: Loop
+    allow_remote: bool
+    breakpoints: Breakpoints
+    views: Views
+    travel: TimeTravel
+
+    def catch_up(self) -> None:
+        """Work what hosts have sent before this moment, where they need not wait for answers."""
+
+    def stop(self) -> None:
+        """End the server."""
 
 
 class Asks(Protocol):
@@ -40,7 +60,7 @@ class Asks(Protocol):
 class Verbs:
     """What requests do, each in the method of its name; None: the reply comes later."""
 
-    def __init__(self, server: Serving, client: Asks) -> None:
+    def __init__(self, server: Controlled, client: Asks) -> None:
         self.server, self.client, self.bench = server, client, server.bench
 
     def limit(self, request: Data) -> int:

@@ -10,15 +10,16 @@ from ...bench.files import examples
 from ...bench.scripts.script import run_script
 from ...chips import checks_of
 from ...core.component import input_of
+from ...core.messages.near import hint
 from ...core.time.timebase import Time, moment, picoseconds
 from ...errors import UsageError
 from ...language.assemble import RefusedProgram, assemble
 from ...language.lint import lint
 from ...parts.hosts.host import Host
 from ..lines.line import ConnectorLine
+from ..views.scope import Scope
 from .kinds import Data
 from .rows_of_views import FORMS, MAX_COLUMNS, MAX_ENTRIES
-from .scope import Scope
 from .verbs import Verbs
 
 if TYPE_CHECKING:
@@ -185,19 +186,26 @@ class ViewVerbs(Verbs):
             "problems": [problem_data(problem) for problem in problems],
         }
 
-    def do_examples(self, request: Data) -> Data:
-        """Reply with the examples, or the text of one."""
-        folder = examples.folder()
-        names = {path.relative_to(folder).as_posix(): path for path in examples.files(folder)}
-        if "name" in request:
-            if request["name"] not in names:
-                raise UsageError(f"no example {request['name']!r}; `examples` without a name lists them")
-            return {"text": names[request["name"]].read_text("utf-8", "replace")}
-        found = [
-            {"name": name, "part": path.suffix[1:] or None, "title": examples.title(path)}
-            for name, path in names.items()
+    def do_examples(self, _request: Data) -> Data:
+        """Reply with the examples."""
+        rows = [
+            {"name": name, "part": path.suffix[1:], "title": examples.title(path)}
+            for name, path in self.examples().items()
         ]
-        return {"examples": found}
+        return {"examples": rows}
+
+    def do_example(self, request: Data) -> Data:
+        """Reply with the text of an example."""
+        found = self.examples()
+        if request["name"] not in found:
+            raise UsageError(f"no example {request['name']!r}{hint(request['name'], found)}; `examples` lists them")
+        return {"text": found[request["name"]].read_text("utf-8", "replace")}
+
+    @staticmethod
+    def examples() -> dict[str, Path]:
+        """Return the examples, by name."""
+        folder = examples.folder()
+        return {path.relative_to(folder).as_posix(): path for path in examples.files(folder)}
 
 
 def texts(request: Data, key: str) -> list[str]:

@@ -10,23 +10,18 @@ from __future__ import annotations
 import json
 import os
 import signal
-import socket
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, cast
+from typing import cast
 
 from ...core.time.timebase import readable
 from ...errors import UsageError
-from ..ports.tcp import parse_address
-from ..sockets.stream import SocketStream
-
-if TYPE_CHECKING:
-    from ..lines.line import HostLine
-    from ..server import Server
+from .branches import Answer, Branch, Checkpoint, Data, Travels
+from .roads import Road, connection, greeting
+from .worlds import fork_checkpoint
 
 DUE_S = 0.04  # of work, after which the next checkpoint is due
 CALM_S = 0.002  # before the next event, in which there is time to fork
@@ -40,44 +35,11 @@ HARMLESS = frozenset(
     )
 )  # requests that leave a branch as it is
 
-Data = dict[str, Any]
-Answer = Callable[[Data], object]
 
-
-@dataclass
-class Checkpoint:
-    """A copy of the server that waits."""
-
-    time_ps: int
-    length: int  # of the journal, in bytes
-    work_s: float  # that the server had done
-    process: int
-    orders: socket.socket
-    waiting: list[Answer] = field(default_factory=list)  # for its answers, in order
-    rest: bytes = b""
-
-
-@dataclass
-class Branch:
-    """A run that begins at an instant of another one."""
-
-    number: int
-    parent: int | None
-    from_ps: int
-    now_ps: int  # when it was last left
-    journal: Path
-    shared: int  # bytes at the beginning of its journal that the first one has as well
-    control: str = ""
-    lines: dict[str, str] = field(default_factory=dict)
-    process: int = 0
-    leash: socket.socket | None = None  # the world ends when it is closed
-    touched: bool = False
-
-
-class Past:
+class TimeTravel:
     """Checkpoints and branches of a server; without a journal there is no way back."""
 
-    def __init__(self, server: Server) -> None:
+    def __init__(self, server: Travels) -> None:
         self.server, self.bench = server, server.bench
         self.checkpoints: list[Checkpoint] = []
         self.known: dict[int, Branch] = {}
@@ -114,8 +76,6 @@ class Past:
 
     def keep(self) -> None:
         """Make a checkpoint of this instant."""
-        from .worlds import fork_checkpoint
-
         journal = self.bench.journal
         if journal is None or journal.failure:
             return
@@ -129,7 +89,7 @@ class Past:
             self._thin_out()
 
     def _thin_out(self) -> None:
-        """Give up the checkpoint that costs least: the one between the two that are nearest in work."""
+        """Give up the checkpoint that costs least: whose neighbours have the least work between them."""
         marks = self.checkpoints
         gap = min(range(1, len(marks) - 1), key=lambda n: (marks[n + 1].work_s - marks[n - 1].work_s, n))
         self._end(marks.pop(gap))
@@ -308,7 +268,7 @@ class Past:
         self.roads.clear()
         if branch.number:
             for line in self.server.lines.values():
-                self.roads.append(Road(self, line, branch.lines[line.name]))
+                self.roads.append(Road(self.server.loop, line, branch.lines[line.name], branch))
         else:
             for line in self.server.lines.values():
                 line.detour = None
@@ -357,44 +317,3 @@ class Past:
         if self.folder is not None:
             self.folder.cleanup()
             self.folder = None
-
-
-class Road:
-    """The way of a host's bytes to the line of a world, and back."""
-
-    def __init__(self, past: Past, line: HostLine, where: str) -> None:
-        self.line, self.past = line, past
-        self.socket = connection(where)
-        self.greeted = not getattr(line, "greeting", b"")
-        self.stream = SocketStream(past.server.loop, self.socket, self._take, lambda _why: None)
-        line.detour = self._send
-
-    def _send(self, data: bytes) -> None:
-        self.past.known[self.past.current].touched = True
-        self.stream.write(data)
-
-    def _take(self, data: bytes) -> None:
-        if not self.greeted:  # the host has had its greeting
-            _, end, data = data.partition(b"\n")
-            self.greeted = bool(end)
-        if data and self.line.host is not None:
-            self.line.given += len(data)
-            self.line.host(data)
-
-    def close(self) -> None:
-        """Hang up."""
-        self.line.detour = None
-        self.stream.close()
-        self.socket.close()
-
-
-def connection(where: str) -> socket.socket:
-    """Return a connection to a port of this machine."""
-    found = socket.create_connection(parse_address(where), timeout=5)
-    found.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    return found
-
-
-def greeting(token: str | None) -> bytes:
-    """Return the first request to a control port."""
-    return json.dumps({"do": "read", "pins": []} | ({} if token is None else {"token": token})).encode() + b"\n"

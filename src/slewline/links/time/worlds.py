@@ -25,10 +25,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...bench.replaying import go_on
 from ..sockets.loop import Loop
-from .past import Past
 
 if TYPE_CHECKING:
-    from ..server import Server
+    from .branches import Travels
 
 LOOPBACK = "127.0.0.1:0"
 GRACE_S = 10.0  # in which the server has to connect
@@ -36,7 +35,7 @@ MOST = 1 << 20  # bytes of an order or of its answer
 Data = dict[str, Any]
 
 
-def fork_checkpoint(server: Server) -> tuple[int, socket.socket]:
+def fork_checkpoint(server: Travels) -> tuple[int, socket.socket]:
     """Fork a checkpoint of a server; return its process and the socket on which it takes orders."""
     ours, theirs = socket.socketpair()
     process = os.fork()
@@ -80,7 +79,7 @@ def system_signals() -> list[int]:
     return [signal.SIGINT, signal.SIGHUP, signal.SIGUSR1]
 
 
-def wait_for_orders(server: Server, orders: socket.socket) -> None:
+def wait_for_orders(server: Travels, orders: socket.socket) -> None:
     """Fork a world for each order, until nobody is there to give any."""
     for order in lines_of(orders):
         if not os.fork():
@@ -104,9 +103,9 @@ class World:
             journal; `branch`, its number; `token` of its control port; `breakpoints`.
     """
 
-    def __init__(self, server: Server, order: Data, answers: socket.socket) -> None:
+    def __init__(self, server: Travels, order: Data, answers: socket.socket) -> None:
         self.server, self.order, self.answers = server, order, answers
-        self.bench, self.inherited = server.bench, server.past  # whose folder is not ours to remove
+        self.bench, self.inherited = server.bench, server.travel  # whose folder is not ours to remove
         self.known = False  # to the server that has asked for it
 
     def run(self) -> None:
@@ -148,7 +147,7 @@ class World:
         server, order = self.server, self.order
         server.loop = server.reports.loop = Loop()
         server.ports = []
-        server.past = Past(server)  # the way back is the first server's
+        server.travel = type(server.travel)(server)  # the way back is the first server's
         for line in server.lines.values():
             line.host, line.host_name, line.resume, line.wait, line.detour = None, "", None, None, None
         for wait in list(server.pace.waits):

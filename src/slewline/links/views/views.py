@@ -3,22 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
-from ..lines.pace import Paced
+from ..lines.pace import Pace, Paced
 
 if TYPE_CHECKING:
+    from ...bench import Bench
     from ...core.chip import Chip
     from ...parts.base.part import Part
-    from .status import Serving
+    from .dialogue import Dialogue
 
 Data = dict[str, Any]
+
+
+class Viewed(Protocol):
+    """What is seen of a server."""
+
+    bench: Bench
+    pace: Pace
+    found: int
+    branch: int
+
+    @property
+    def dialogue(self) -> Dialogue:
+        """What hosts and chips have said."""
 
 
 class Views:
     """The views of a server; a program is compared with the one before, so that clients hear of another one."""
 
-    def __init__(self, server: Serving) -> None:
+    def __init__(self, server: Viewed) -> None:
         self.server, self.bench = server, server.bench
         self.programs: dict[str, tuple[bytes, int]] = {}  # by chip: the stored program, and how often it has changed
 

@@ -13,49 +13,21 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.component import Finding
     from ...core.motion.one_axis import OneAxis
-    from ..sockets.loop import Loop
-    from .breakpoints import Breakpoints
-    from .control import Control
-    from .dialogue import Dialogue
-    from .past import Past
-    from .views import Views
 
 SHOWN_FINDINGS = 20
 
 
 class Serving(Protocol):
-    """What a status tells of a server, and what a control port does to it."""
+    """What a status has of a server."""
 
     bench: Bench
     pace: Pace
-    loop: Loop
     lines: dict[str, HostLine]
     found: int
     troubles: list[str]
-    allow_remote: bool
-    breakpoints: Breakpoints
-    views: Views
-    branch: int
-    past: Past
-
-    @property
-    def dialogue(self) -> Dialogue:
-        """What was said."""
 
     def steps_of(self, chip: Chip) -> int:
         """Return how many steps a chip has made since the beginning, on all axes."""
-
-    def catch_up(self) -> None:
-        """Work what hosts have sent before this moment, where they need not wait for answers."""
-
-    def stop(self) -> None:
-        """End the server."""
-
-    def event(self, what: dict[str, Any]) -> None:
-        """Send an event to all clients that have subscribed."""
-
-    def controls(self) -> list[Control]:
-        """Return the control ports."""
 
 
 def status(server: Serving) -> dict[str, Any]:
