@@ -88,11 +88,11 @@ def test_a_row_is_run_to_and_a_breakpoint_taken_away():
 
 def test_the_next_edge_of_a_pin_and_a_position():
     async def way(walk):
-        await walk.pilot.press("e", *"slew")
+        await walk.pilot.press("e", *"programmable", "tab")
         await walk.press("enter")
-        assert walk.session.why == "next edge of cy525.slew"
+        assert walk.session.why == "next edge of cy525.programmable_output"
         await walk.pilot.press("e")
-        assert walk.app.query_one("#command").value == ":edge slew"
+        assert walk.app.query_one("#command").value == ":edge programmable_output"
         await walk.press("escape")
         await walk.pilot.press("p", *"250")
         await walk.press("enter")
@@ -110,7 +110,7 @@ def test_a_wait_that_does_not_end_is_ended_by_the_space_bar():
         assert walk.session.paused
         assert not walk.session.doing
 
-    walked([WELD], SIZES["80x24"], way)
+    walked([WELD, "--strap", "dowhile=0"], SIZES["80x24"], way)
 
 
 def test_a_chip_alone_takes_commands_and_findings_are_shown():

@@ -274,9 +274,12 @@ class Debugger(App[None]):
         self.theme = "textual-light" if self.theme == "textual-dark" else "textual-dark"
 
     # ------------------------------------------------------------------------------------------------- the command line
-    def on_input_changed(self, _event: Input.Changed) -> None:
+    def on_input_changed(self, event: Input.Changed) -> None:
         """Explain what is being typed."""
-        self.session.trouble = ""
+        if event.value:
+            self.session.trouble = ""
+        if event.value == "/":  # which begins a line, and no command of any chip
+            self.query_one(CommandLine).put("")
         self.note()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
