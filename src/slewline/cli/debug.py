@@ -28,6 +28,7 @@ from .files import is_bench, read_options
 if TYPE_CHECKING:
     from ..bench import Bench
     from ..links.server import Server
+    from ..panel.terminal.app import Debugger
 
 TOKEN = "SLEWLINE_TOKEN"  # in the environment
 LOOPBACK = "127.0.0.1:0"
@@ -62,11 +63,9 @@ class DebugCommand:
         from ..panel.terminal.session import Session
 
         if self.attach is not None:
-            app(Session(self.attach, self.token, self.rate), self.attach).run()
-            return 0
+            return run(app(Session(self.attach, self.token, self.rate), self.attach))
         with server_process(self.arguments()) as (address, token):
-            app(Session(address, token, self.rate), Path(str(self.target)).name).run()
-        return 0
+            return run(app(Session(address, token, self.rate), Path(str(self.target)).name))
 
     def check_options(self) -> None:
         """Refuse options that exclude each other."""
@@ -178,6 +177,18 @@ def app_class() -> Any:
             raise
         raise UsageError(f'{needs("the debugger needs", "panel")}; or pip install "slewline[panel]"') from None
     return Debugger
+
+
+def run(app: Debugger) -> int:
+    """Show a screen until its user leaves it; return the exit status.
+
+    Raises:
+        SlewlineError: it could not connect, or the server has gone.
+    """
+    app.run()
+    if app.failure is not None:
+        raise app.failure
+    return app.return_code or 0
 
 
 @contextmanager

@@ -16,6 +16,8 @@ from textual.events import Resize
 from textual.widget import Widget
 from textual.widgets import Input, Static
 
+from ...core.messages.whole import counted
+from ...errors import SlewlineError, UsageError
 from .chip_pane import ChipPane
 from .command_line import CommandLine
 from .drawing import clock, line
@@ -28,7 +30,7 @@ WIDE = 150  # columns from which on the conversation stands beside the chips
 TALL = 34  # rows from which on a wide screen is used so
 NARROW = 100  # columns up to which the first row names the program alone
 OWN = 256  # bytes of a program up to which the memory is the chip's own; one beside it may hold anything, or nothing
-DRAWN_S = 1 / 20
+DRAWN_S = 1 / 15
 KEYS = (  # at the foot: key, what it does, its action; what comes first stays when there is little room
     ("space", "go", "go"),
     ("s", "instr", "step('instruction')"),
@@ -88,6 +90,8 @@ class Debugger(App[None]):
         super().__init__()
         self.session, self.named = session, name
         self.changed = True
+        self.written: dict[str, str] = {}  # rows, by where they stand
+        self.failure: SlewlineError | None = None  # why it has ended, unless the user wanted it to
 
     # ------------------------------------------------------------------------------------------------------ the screen
     def compose(self) -> ComposeResult:
@@ -104,8 +108,12 @@ class Debugger(App[None]):
     async def on_mount(self) -> None:
         """Connect; from then on the screen follows the port."""
         self.theme = "textual-light" if light_background() else "textual-dark"
-        self.query_one("#talk").border_title = "conversation"
-        await self.session.open()
+        try:
+            await self.session.open()
+        except SlewlineError as error:
+            self.failure = error
+            self.exit()
+            return
         places = min(len(self.session.chips), 2)
         chips = self.query_one("#chips")
         for place in range(places):
@@ -150,9 +158,10 @@ class Debugger(App[None]):
         self.draw_foot()
         for pane in self.query(Pane):
             self.name_pane(pane)
-            pane.refresh()
+            pane.renew()
         if self.session.ended:
-            self.exit(message=f"slewline: {self.session.ended}")
+            self.failure = UsageError(self.session.ended)
+            self.exit()
 
     def draw_title(self) -> None:
         """Draw the first row."""
@@ -164,9 +173,13 @@ class Debugger(App[None]):
         branch = session.pace.get("branch", 0)
         right = f"  {clock(session.now_ps)}  {state}  rate {session.rate:g}{f'  branch {branch}' if branch else ''} "
         room = max(width - len(right) - len(left), 0)
-        self.query_one("#title", Static).update(
-            Content.assemble((left, "bold"), line(room, f"  {why}"), (right, "bold"))
-        )
+        self.write("#title", Content.assemble((left, "bold"), line(room, f"  {why}"), (right, "bold")))
+
+    def write(self, where: str, text: Content) -> None:
+        """Write a row anew, if it reads otherwise."""
+        if self.written.get(where) != text.plain:
+            self.written[where] = text.plain
+            self.query_one(where, Static).update(text)
 
     def draw_foot(self) -> None:
         """Draw the row of help, the prompt and the keys."""
@@ -177,27 +190,26 @@ class Debugger(App[None]):
             foot = line(width, (f" {session.trouble}", "bold $text-error"))
         else:
             foot = line(width, (f" {explains}", "")) if explains else keys(width)
-        self.query_one("#prompt", Static).update(prompt(session))
-        self.query_one("#keys", Static).update(foot)
+        self.write("#prompt", Content(prompt(session)))
+        self.write("#keys", foot)
 
     def name_pane(self, pane: Pane) -> None:
         """Give a pane its title."""
         session = self.session
         if isinstance(pane, ChipPane):
             chosen = "▸ " if pane.chip == session.selected and len(session.chips) > 1 else ""
-            pane.border_title = f"{chosen}{pane.chip}  {session.sheets[pane.chip]['part'].upper()}"
+            pane.entitle(f"{chosen}{pane.chip}  {session.sheets[pane.chip]['part'].upper()}", pane.scale)
             pane.parent.display = pane.place == 0 or self.has_class("wide")  # type: ignore[union-attr]
-            pane.border_subtitle = pane.scale
         elif isinstance(pane, ProgramPane):
             used = len(pane.rows)
             pane.display = bool(used) or (session.sheets[pane.chip].get("buffer_bytes") or 0) <= OWN
-            pane.border_title = f"program of {pane.chip}" if len(session.chips) > 1 else "program"
+            title = f"program of {pane.chip}" if len(session.chips) > 1 else "program"
             room = session.sheets[pane.chip].get("buffer_bytes")
             size = sum(len(row["bytes"].split()) for row in pane.rows) if used else 0
-            pane.border_subtitle = f"{size} of {room} bytes" if room else ""
+            pane.entitle(title, f"{size} of {room} bytes" if room else "")
         elif isinstance(pane, TalkPane):
             found = session.client.view.get("findings", 0)
-            pane.border_subtitle = f"{found} finding{'s' * (found != 1)}" if found else ""
+            pane.entitle("conversation", counted(found, "finding") if found else "")
 
     # --------------------------------------------------------------------------------------------------------- the keys
     def perform(self, work: Any) -> None:

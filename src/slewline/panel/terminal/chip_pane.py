@@ -152,7 +152,7 @@ class ChipPane(OfChip):
     def of_axes(self, width: int) -> list[Content]:
         """Return all rows of a chip with several motors: a table with a column for each."""
         axes = self.state["axes"]
-        room = (width - NAME) // len(axes)
+        room = max((width - NAME) // len(axes), 4)
 
         def row(name: str, cells: list[Part]) -> Content:
             parts: list[Part] = [(f"{name[: NAME - 1]:<{NAME}}", DIM)]

@@ -18,6 +18,7 @@ from .session import Session
 MARKS = {"sent": "→", "got": "←", "finding": "!", "command": "·", "event": " "}
 STYLES = {"sent": "$text-primary", "got": "$text-accent", "finding": "bold $text-error", "command": "dim"}
 WHEEL = 3  # rows
+NARROWEST = 20  # columns; in fewer there is nothing to be read
 
 
 class Pane(Widget, can_focus=True):
@@ -35,6 +36,8 @@ class Pane(Widget, can_focus=True):
     def __init__(self, session: Session, **names: Any) -> None:
         super().__init__(**names)
         self.session = session
+        self.seen = Content()
+        self.named = "", ""  # on its border
 
     def lines(self, width: int, height: int) -> list[Content]:
         """Return the rows that are seen."""
@@ -45,8 +48,35 @@ class Pane(Widget, can_focus=True):
 
     def render(self) -> Content:
         """Return what is seen."""
+        self.seen = self.look()
+        return self.seen
+
+    def look(self) -> Content:
+        """Return what is to be seen now."""
         width, height = self.content_size
+        if width < NARROWEST or not height:
+            return Content()
         return Content("\n").join(self.lines(width, height)[:height])
+
+    def renew(self) -> None:
+        """Draw it anew if it looks otherwise: a terminal far away takes its time for every row."""
+        seen = self.look()
+        if seen.plain != self.seen.plain or seen.spans != self.seen.spans:
+            self.refresh()
+
+    def entitle(self, title: str, subtitle: str = "") -> None:
+        """Write these on the border."""
+        if (title, subtitle) != self.named:
+            self.named = title, subtitle
+            self.border_title, self.border_subtitle = title, subtitle
+
+    def on_focus(self) -> None:
+        """Show what is selected."""
+        self.refresh()
+
+    def on_blur(self) -> None:
+        """Show what is selected no more."""
+        self.refresh()
 
     def action_scroll_rows(self, rows: int) -> None:
         """Move by rows."""
