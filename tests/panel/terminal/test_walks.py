@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from .walks import EXAMPLES, SIZES, SNAPSHOTS, walked
+from .walks import EXAMPLES, PAGE, SIZES, SNAPSHOTS, on_page, walked
 
 WELD = str(EXAMPLES / "programs/weld.cy525")
 SEGMENTS = str(EXAMPLES / "programs/segments.gs-c200s")
@@ -23,6 +23,10 @@ def test_every_row_fits(size):
         rows = snapshot.path(size).read_text("utf-8").splitlines()
         assert len(rows) == SIZES[size][1]
         assert max(map(len, rows)) <= SIZES[size][0]
+
+
+def test_the_page_shows_it():
+    assert on_page() in PAGE.read_text("utf-8")
 
 
 def test_a_program_is_stopped_at_a_jump_stepped_and_taken_back():

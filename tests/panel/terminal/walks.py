@@ -16,6 +16,7 @@ from slewline.panel.terminal.session import Session
 
 ROOT = Path(__file__).parents[3]
 EXAMPLES = ROOT / "examples"
+PAGE = ROOT / "docs/howto/debug.md"
 SIZES = {"80x24": (80, 24), "200x50": (200, 50)}
 KEYS = {" ": "space", ":": "colon", "/": "slash", ".": "full_stop", "+": "plus", "-": "minus", "_": "underscore"}
 QUIET = 5  # looks, 50 ms apart, at which nothing has changed: events come as often
@@ -158,3 +159,9 @@ SNAPSHOTS = (
     Snapshot("two_chips", "cy545/together.toml", two_chips),
     Snapshot("help", "programs/weld.cy525", help_screen),
 )
+
+
+def on_page() -> str:
+    """Return the screen that the page about the debugger shows."""
+    rows = SNAPSHOTS[0].path("80x24").read_text("utf-8").splitlines()
+    return "\n".join(f"    {row}" for row in rows)

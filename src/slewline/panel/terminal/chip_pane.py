@@ -44,7 +44,9 @@ class ChipPane(OfChip):
 
     def lines(self, width: int, height: int) -> list[Content]:
         """Return the rows that are seen."""
-        found = [*(self.of_axes(width) if self.axes > 1 else self.of_chip(width)), *self.parts(width)]
+        found = self.of_axes(width) if self.axes > 1 else self.of_chip(width)
+        if self.app.has_class("wide"):
+            found += self.parts(width)
         self.top = max(min(self.top, len(found) - height), 0)
         return found[self.top : self.top + height]
 
@@ -113,7 +115,8 @@ class ChipPane(OfChip):
         stops = [points_out(point) for point in self.session.breakpoints if "address" not in point]
         others = [line(width, ("● ", "bold $text-error"), ", ".join(stops))] if stops else []
         if not self.app.has_class("wide"):
-            return [line(width, (working, "bold"), ": " * bool(working), waiting), *others]
+            around = [line(width, "  ".join(self.around()))] if self.around() else []
+            return [line(width, (working, "bold"), ": " * bool(working), waiting), *others, *around]
         return [line(width, ("command  ", DIM), (working, "bold")), line(width, ("state    ", DIM), waiting), *others]
 
     def registers(self, axis: dict[str, Any]) -> list[tuple[str, str, str, str]]:
@@ -140,13 +143,17 @@ class ChipPane(OfChip):
 
     def parts(self, width: int) -> list[Content]:
         """Return what the parts around the chips show: displays, switches, shafts."""
-        rows = []
-        for name, state in self.session.client.view.get("parts", {}).items():
-            shows = state.get("shows") or {}
-            if shows:
-                says = "  ".join(shown_value(key, value) for key, value in shows.items())
-                rows.append(line(width, (f"{name} ", DIM), says))
+        rows = [line(width, row) for row in self.around()]
         return [line(width), line(width, ("around the chips", "bold $text-primary")), *rows] if rows else []
+
+    def around(self) -> list[str]:
+        """Return what each part shows."""
+        shown = {name: part.get("shows") or {} for name, part in self.session.client.view.get("parts", {}).items()}
+        return [
+            f"{name} {', '.join(shown_value(key, value) for key, value in shows.items())}"
+            for name, shows in shown.items()
+            if shows
+        ]
 
     # ----------------------------------------------------------------------------------------------------- several axes
     def of_axes(self, width: int) -> list[Content]:
