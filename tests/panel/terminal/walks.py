@@ -19,7 +19,7 @@ EXAMPLES = ROOT / "examples"
 PAGE = ROOT / "docs/howto/debug.md"
 SIZES = {"80x24": (80, 24), "200x50": (200, 50)}
 KEYS = {" ": "space", ":": "colon", "/": "slash", ".": "full_stop", "+": "plus", "-": "minus", "_": "underscore"}
-QUIET = 5  # looks, 50 ms apart, at which nothing has changed: events come as often
+QUIET = 4  # looks, 50 ms apart, at which nothing has changed: events come as often
 LONGEST = 400
 
 
