@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
+from zlib import crc32
 
 from ..lines.pace import Pace, Paced
 
@@ -30,11 +31,10 @@ class Viewed(Protocol):
 
 
 class Views:
-    """The views of a server; a program is compared with the one before, so that clients hear of another one."""
+    """The views of a server; of a stored program they have the sum, which tells another one from it."""
 
     def __init__(self, server: Viewed) -> None:
         self.server, self.bench = server, server.bench
-        self.programs: dict[str, tuple[bytes, int]] = {}  # by chip: the stored program, and how often it has changed
 
     def view(self) -> Data:
         """Return everything that a panel shows, now."""
@@ -73,17 +73,8 @@ class Views:
             "working": chip.on_command.text,  # type: ignore[attr-defined]
             "waiting": chip.waiting.partition(": ")[2],
             "idle": chip.idle,
-            "program": self._program(chip),
+            "program": crc32(chip.program),
         }
-
-    def _program(self, chip: Chip) -> int:
-        """How often the stored program has changed."""
-        stored = chip.program
-        before, count = self.programs.get(chip.name, (b"", 0))
-        if stored != before:
-            count += 1
-            self.programs[chip.name] = stored, count
-        return count
 
 
 def levels(owner: Chip | Part) -> dict[str, int | None]:
