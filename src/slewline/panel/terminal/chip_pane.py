@@ -225,5 +225,5 @@ def points_out(point: dict[str, Any]) -> str:
     axis = f" axis {point['axis']}" if point.get("axis", 1) > 1 else ""
     if "position" in point:
         return f"{point['chip']}{axis} at {point['position']}"
-    value = f" = {point['value']}" if "value" in point else ""
+    value = f" = {point['value']}" if "value" in point else " changes"
     return f"{point['chip']}.{point['register']}{value}"
