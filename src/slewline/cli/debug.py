@@ -175,7 +175,7 @@ def app_class() -> Any:
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "textual":
             raise
-        raise UsageError(f'{needs("the debugger needs", "panel")}; or pip install "slewline[panel]"') from None
+        raise UsageError(needs("the debugger needs", "panel")) from None
     return Debugger
 
 
