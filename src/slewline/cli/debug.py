@@ -60,12 +60,12 @@ class DebugCommand:
         if self.control is not None:
             return self.serve()
         app = app_class()
-        from ..panel.terminal.session import Session
+        from ..panel.terminal.session import DebugSession
 
         if self.attach is not None:
-            return run(app(Session(self.attach, self.token, self.rate), self.attach))
+            return run(app(DebugSession(self.attach, self.token, self.rate), self.attach))
         with server_process(self.arguments()) as (address, token):
-            return run(app(Session(address, token, self.rate), Path(str(self.target)).name))
+            return run(app(DebugSession(address, token, self.rate), Path(str(self.target)).name))
 
     def check_options(self) -> None:
         """Refuse options that exclude each other."""

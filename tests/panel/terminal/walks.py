@@ -12,7 +12,7 @@ from pathlib import Path
 
 from slewline.cli.debug import server_process
 from slewline.panel.terminal.app import Debugger
-from slewline.panel.terminal.session import Session
+from slewline.panel.terminal.session import DebugSession
 
 ROOT = Path(__file__).parents[3]
 EXAMPLES = ROOT / "examples"
@@ -77,7 +77,7 @@ def walked(arguments: list[str], size: tuple[int, int], way: Way) -> None:
 
     async def walk() -> None:
         with server_process(arguments) as (address, token):
-            app = Debugger(Session(address, token), Path(arguments[0]).name)
+            app = Debugger(DebugSession(address, token), Path(arguments[0]).name)
             async with app.run_test(size=size) as pilot:
                 one = Walk(app, pilot)
                 await one.settle()

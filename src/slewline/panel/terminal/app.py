@@ -23,7 +23,7 @@ from .command_line import CommandLine
 from .drawing import clock, line
 from .help import HelpScreen
 from .panes import Pane, ProgramPane, TalkPane
-from .session import Session
+from .session import DebugSession
 from .verbs import explained, obey
 
 WIDE = 150  # columns from which on the conversation stands beside the chips
@@ -86,7 +86,7 @@ class Debugger(App[None]):
         *(Binding(str(number), f"chip({number})", show=False) for number in range(1, 10)),
     ]
 
-    def __init__(self, session: Session, name: str) -> None:
+    def __init__(self, session: DebugSession, name: str) -> None:
         super().__init__()
         self.session, self.named = session, name
         self.changed = True
@@ -319,7 +319,7 @@ class Debugger(App[None]):
         self.note()
 
 
-def prompt(session: Session) -> str:
+def prompt(session: DebugSession) -> str:
     """Return the prompt: the chip, and > for a command, or < for the next instruction of its program."""
     chip = session.selected
     if not chip:
@@ -346,7 +346,7 @@ def keys(width: int) -> Content:
     return Content.assemble(*parts)
 
 
-def has_program(session: Session, place: int) -> bool:
+def has_program(session: DebugSession, place: int) -> bool:
     """Return whether a chip can store a program."""
     return bool(session.sheets[list(session.chips)[place]].get("buffer_bytes"))
 

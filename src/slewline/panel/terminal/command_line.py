@@ -9,14 +9,14 @@ from textual.message import Message
 from textual.suggester import Suggester
 from textual.widgets import Input
 
-from .session import Session
+from .session import DebugSession
 from .verbs import candidates
 
 
 class Completion(Suggester):
     """What a line may become."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: DebugSession) -> None:
         super().__init__(use_cache=False, case_sensitive=True)
         self.session = session
 
@@ -40,7 +40,7 @@ class CommandLine(Input):
     class Left(Message):
         """The line is left without a word."""
 
-    def __init__(self, session: Session, **names: Any) -> None:
+    def __init__(self, session: DebugSession, **names: Any) -> None:
         super().__init__(suggester=Completion(session), compact=True, select_on_focus=False, **names)
         self.session = session
         self.history: list[str] = []

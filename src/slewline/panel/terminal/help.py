@@ -13,7 +13,7 @@ from textual.screen import ModalScreen
 from textual.widgets import Static
 
 from .drawing import Part
-from .session import Session
+from .session import DebugSession
 from .verbs import VERBS
 
 TITLE = "bold $text-primary"
@@ -46,7 +46,7 @@ class HelpScreen(ModalScreen[None]):
         Binding("escape,q,question_mark,enter", "dismiss", show=False),
     ]
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: DebugSession) -> None:
         super().__init__()
         self.session = session
 

@@ -13,7 +13,7 @@ from textual.content import Content
 from textual.widget import Widget
 
 from .drawing import Part, line, stamp
-from .session import Session
+from .session import DebugSession
 
 MARKS = {"sent": "→", "got": "←", "finding": "!", "command": "·", "event": " "}
 STYLES = {"sent": "$text-primary", "got": "$text-accent", "finding": "bold $text-error", "command": "dim"}
@@ -33,7 +33,7 @@ class Pane(Widget, can_focus=True):
         Binding("end", "scroll_rows(1000000)", show=False),
     ]
 
-    def __init__(self, session: Session, **names: Any) -> None:
+    def __init__(self, session: DebugSession, **names: Any) -> None:
         super().__init__(**names)
         self.session = session
         self.seen = Content()
@@ -101,7 +101,7 @@ class Pane(Widget, can_focus=True):
 class OfChip(Pane):
     """A pane of one chip; the first such pane shows the selected chip, the next one the chip after it."""
 
-    def __init__(self, session: Session, place: int, **names: Any) -> None:
+    def __init__(self, session: DebugSession, place: int, **names: Any) -> None:
         super().__init__(session, **names)
         self.place = place
 
@@ -123,7 +123,7 @@ class OfChip(Pane):
 class ProgramPane(OfChip):
     """The stored program: the current instruction, a row that is selected, breakpoints."""
 
-    def __init__(self, session: Session, place: int, **names: Any) -> None:
+    def __init__(self, session: DebugSession, place: int, **names: Any) -> None:
         super().__init__(session, place, **names)
         self.row = self.top = 0
         self.followed: object = None  # what was current when the selected row was put there
@@ -185,7 +185,7 @@ class ProgramPane(OfChip):
 class TalkPane(Pane):
     """The conversation: what the host sends, what the chip answers and works on, and findings."""
 
-    def __init__(self, session: Session, **names: Any) -> None:
+    def __init__(self, session: DebugSession, **names: Any) -> None:
         super().__init__(session, **names)
         self.behind = 0  # rows below what is seen
 

@@ -25,7 +25,7 @@ CURVE_EVERY_S = 0.2
 RATES = tuple(float(f"{digit}e{power}") for power in range(-3, 4) for digit in (1, 2, 5))[:-2]  # 0.001 to 1000
 
 
-class Session:
+class DebugSession:
     """A bench, as its control port tells of it."""
 
     def __init__(self, address: str, token: str | None = None, rate: float = 1.0) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 from ...core.messages.near import hint
 from ...core.time.timebase import PS_PER_S, picoseconds
 from ...errors import UsageError
-from .session import Session
+from .session import DebugSession
 
 Work = Coroutine[Any, Any, None]
 EDGES = ("rises", "falls", "any")
@@ -28,7 +28,7 @@ class Verb:
     name: str
     takes: str
     says: str
-    do: Callable[[Session, list[str]], Work]
+    do: Callable[[DebugSession, list[str]], Work]
 
 
 def number(text: str, what: str) -> int:
@@ -44,7 +44,7 @@ def instant(text: str) -> int:
     return picoseconds(f"{text} s" if re.fullmatch(r"[0-9]*\.?[0-9]+", text) else text)
 
 
-async def go(session: Session, words: list[str]) -> None:
+async def go(session: DebugSession, words: list[str]) -> None:
     """Let time pass."""
     await session.go(rate_of(words[0]) if words else None)
 
@@ -57,12 +57,12 @@ def rate_of(text: str) -> float:
         raise UsageError(f"rate {text!r}; expected virtual seconds per second, such as 0.1") from None
 
 
-async def pause(session: Session, _words: list[str]) -> None:
+async def pause(session: DebugSession, _words: list[str]) -> None:
     """Let time stand."""
     await session.pause()
 
 
-async def step(session: Session, words: list[str]) -> None:
+async def step(session: DebugSession, words: list[str]) -> None:
     """Go on to the next instruction, or what else is named."""
     by = words[0] if words else STEPS[0]
     if by not in STEPS:
@@ -70,7 +70,7 @@ async def step(session: Session, words: list[str]) -> None:
     await session.step(by)
 
 
-async def edge(session: Session, words: list[str]) -> None:
+async def edge(session: DebugSession, words: list[str]) -> None:
     """Go on to the next edge of a pin."""
     which = words[1] if len(words) > 1 else "any"
     if not words or which not in EDGES:
@@ -79,14 +79,14 @@ async def edge(session: Session, words: list[str]) -> None:
     await session.to_edge(words[0], which)
 
 
-async def until(session: Session, words: list[str]) -> None:
+async def until(session: DebugSession, words: list[str]) -> None:
     """Run to an instruction."""
     if not words:
         raise UsageError("until: expected the address of an instruction")
     await session.to_address(number(words[0], "address"))
 
 
-async def time(session: Session, words: list[str]) -> None:
+async def time(session: DebugSession, words: list[str]) -> None:
     """Go to an instant."""
     if not words:
         raise UsageError("time: expected an instant, such as 1.5 s")
@@ -97,7 +97,7 @@ async def time(session: Session, words: list[str]) -> None:
         await session.to_time(instant(text))
 
 
-async def position(session: Session, words: list[str]) -> None:
+async def position(session: DebugSession, words: list[str]) -> None:
     """Run to a position."""
     if not words:
         raise UsageError("position: expected a position, in steps")
@@ -105,12 +105,12 @@ async def position(session: Session, words: list[str]) -> None:
     await session.to_position(number(words[0], "position"), axis)
 
 
-async def put_break(session: Session, words: list[str]) -> None:
+async def put_break(session: DebugSession, words: list[str]) -> None:
     """Put a breakpoint, or take it away."""
     await session.toggle(point_of(session, words))
 
 
-def point_of(session: Session, words: list[str]) -> dict[str, Any]:
+def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
     """Return a breakpoint as words describe it."""
     chip, first, rest = session.selected, words[0] if words else "", words[1:]
     if first == "finding":
@@ -131,12 +131,12 @@ def point_of(session: Session, words: list[str]) -> dict[str, Any]:
     )
 
 
-async def clear(session: Session, _words: list[str]) -> None:
+async def clear(session: DebugSession, _words: list[str]) -> None:
     """Take all breakpoints away."""
     await session.put_breakpoints([])
 
 
-async def rate(session: Session, words: list[str]) -> None:
+async def rate(session: DebugSession, words: list[str]) -> None:
     """Set how fast time passes."""
     if not words:
         raise UsageError("rate: expected virtual seconds per second, such as 0.1")
@@ -145,28 +145,28 @@ async def rate(session: Session, words: list[str]) -> None:
         await session.go()
 
 
-async def drive(session: Session, words: list[str]) -> None:
+async def drive(session: DebugSession, words: list[str]) -> None:
     """Put a level on a pin."""
     if len(words) != 2:
         raise UsageError("drive: expected a pin and a level, such as wait 0")
     await session.client.request("drive", pin=session.full_pin(words[0]), level=number(words[1], "level"))
 
 
-async def release(session: Session, words: list[str]) -> None:
+async def release(session: DebugSession, words: list[str]) -> None:
     """Let go of a pin."""
     if not words:
         raise UsageError("release: expected a pin")
     await session.client.request("release", pin=session.full_pin(words[0]))
 
 
-async def power(session: Session, words: list[str]) -> None:
+async def power(session: DebugSession, words: list[str]) -> None:
     """Switch the supply."""
     if words not in (["on"], ["off"]):
         raise UsageError("power: expected on or off")
     await session.client.request("power", chip=session.selected, on=words == ["on"])
 
 
-async def act(session: Session, words: list[str]) -> None:
+async def act(session: DebugSession, words: list[str]) -> None:
     """Do with a part what a hand could."""
     if len(words) < 2:
         raise UsageError(f"act: expected a part and a verb; parts: {', '.join(session.parts) or 'none'}")
@@ -174,7 +174,7 @@ async def act(session: Session, words: list[str]) -> None:
     await session.client.request("act", part=words[0], verb=words[1], args=arguments)
 
 
-async def branch(session: Session, words: list[str]) -> None:
+async def branch(session: DebugSession, words: list[str]) -> None:
     """Go to a branch."""
     if words:
         await session.client.request("branch", number=number(words[0], "branch"))
@@ -209,7 +209,7 @@ VERBS = (
 BY_NAME = {verb.name: verb for verb in VERBS}
 
 
-async def obey(session: Session, text: str) -> None:
+async def obey(session: DebugSession, text: str) -> None:
     """Do what a line asks for.
 
     Raises:
@@ -232,14 +232,14 @@ def only(start: str) -> Verb | None:
 
 
 # ----------------------------------------------------------------------------------------------------------- completion
-def candidates(session: Session, text: str) -> list[str]:
+def candidates(session: DebugSession, text: str) -> list[str]:
     """Return whole lines that a line may become, the likeliest first."""
     head, _, word = text.rpartition(" ")
     head += " " if head else ""
     return [head + each for each in words_at(session, text) if each.lower().startswith(word.lower()) and each != word]
 
 
-def words_at(session: Session, text: str) -> Iterable[str]:
+def words_at(session: DebugSession, text: str) -> Iterable[str]:
     """Return the words that may stand at the end of a line."""
     words = text.split(" ")
     if not text.startswith(":"):
@@ -267,7 +267,7 @@ def words_at(session: Session, text: str) -> Iterable[str]:
     return choices.get((verb, at), ())
 
 
-def explained(session: Session, text: str) -> str:
+def explained(session: DebugSession, text: str) -> str:
     """Return one row of help about what is being typed: the manual's, or that of a verb."""
     if text.startswith(":"):
         name = text[1:].partition(" ")[0]
@@ -279,7 +279,7 @@ def explained(session: Session, text: str) -> str:
     return f"{found['syntax']}  {found['name']}: {found['says']}  ({found['where']})" if found else ""
 
 
-def of_command(session: Session, text: str) -> dict[str, Any] | None:
+def of_command(session: DebugSession, text: str) -> dict[str, Any] | None:
     """Return the command of the sheet that a text begins with: the longest form that fits."""
     rows = session.sheets.get(session.selected, {}).get("commands", ())
     text = text.strip().split("$")[-1]
