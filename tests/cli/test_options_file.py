@@ -9,7 +9,7 @@ import pytest
 
 import slewline
 from slewline.cli.commands import serve_command
-from slewline.cli.serve import ServeCommand
+from slewline.cli.live.serve import ServeCommand
 from slewline.errors import UsageError
 
 MINE = [10 * (k + 1) for k in range(256)]

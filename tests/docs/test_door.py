@@ -79,7 +79,7 @@ def test_a_line_that_cannot_work_is_found(line):
     assert any(complaint(requirement) for requirement in requirements(line))
 
 
-@pytest.mark.parametrize("missing", [*product((True, False), repeat=4)])
+@pytest.mark.parametrize("missing", [*product((True, False), repeat=len(extras.EXTRAS))])
 def test_what_a_message_of_the_program_installs_is_what_is_missing(missing, monkeypatch):
     gone = {module for lacks, rows in zip(missing, extras.EXTRAS.values(), strict=True) for _, module in rows if lacks}
     monkeypatch.setattr("importlib.util.find_spec", lambda module: None if module in gone else module)

@@ -16,7 +16,7 @@ import serial
 
 import slewline
 from slewline.cli.main import invoke
-from slewline.cli.serve import ServeCommand, signals
+from slewline.cli.live.serve import ServeCommand, signals
 from slewline.links.ports.pty import HINT
 from slewline.links.views.reports import CAUSES
 

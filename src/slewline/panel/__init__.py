@@ -1,4 +1,4 @@
-"""The panel: a web page on which a chip is seen and worked, over the control port of a server.
+"""Front ends that show a bench while it runs, over its control port: the panel, a web page, and `terminal/`.
 
 `app.py` has the web server, `guard.py` what keeps strangers out, `relay.py` the way between a page and the control
 port; the page itself is in `page/`.  `python -m slewline.panel --attach HOST:PORT` runs it as a process of its own, so

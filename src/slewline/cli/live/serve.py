@@ -13,22 +13,22 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from ..bench import Bench
-from ..bench.memories import is_outside, put_memory
-from ..chips import sheet_of
-from ..core.datasheet.channel import AdaptiveLine, FlowBus
-from ..core.datasheet.option import checked, read
-from ..errors import UsageError
-from .files import read_options, say_replaced
-from .panel.process import PanelProcess, kept_journal
+from ...bench import Bench
+from ...bench.memories import is_outside, put_memory
+from ...chips import sheet_of
+from ...core.datasheet.channel import AdaptiveLine, FlowBus
+from ...core.datasheet.option import checked, read
+from ...errors import UsageError
+from ..files import read_options, say_replaced
+from .process import PanelProcess, kept_journal
 
 if TYPE_CHECKING:
-    from ..bench.file import BenchFile
-    from ..core.datasheet.table import Sheet
-    from ..links.lines.line import HostLine
-    from ..links.lines.pace import Pace
-    from ..links.lines.store import FileStore
-    from ..links.server import Server
+    from ...bench.file import BenchFile
+    from ...core.datasheet.table import Sheet
+    from ...links.lines.line import HostLine
+    from ...links.lines.pace import Pace
+    from ...links.lines.store import FileStore
+    from ...links.server import Server
 
     Stores = Callable[[str], FileStore]
     Call = Callable[..., object]
@@ -143,7 +143,7 @@ class ServeCommand:
     def new_bench(self, stores: Stores | None) -> Bench:
         """Return the bench, of one chip or from a file."""
         if self.bench is not None:
-            from ..bench.file import BenchFile
+            from ...bench.file import BenchFile
 
             self.file = BenchFile(self.bench, self.anywhere, self.allow_code)
             if not self.file.tables.serve:
@@ -161,8 +161,8 @@ class ServeCommand:
 
     def server(self, bench: Bench) -> Server:
         """Return the server, without ports."""
-        from ..links.lines.pace import Lockstep, Paced
-        from ..links.server import Server
+        from ...links.lines.pace import Lockstep, Paced
+        from ...links.server import Server
 
         pace: Pace = Lockstep(bench) if self.lockstep else Paced(bench, self.rate or "1")
         return Server(bench, pace, self.log, self.allow_remote, lambda text: say(f"slewline: {text}"))
@@ -241,7 +241,7 @@ def state_directory(path: str | None) -> Iterator[Stores | None]:
     if path is None:
         yield None
         return
-    from ..links.sockets import system
+    from ...links.sockets import system
 
     directory = Path(path)
     try:
@@ -260,7 +260,7 @@ def state_directory(path: str | None) -> Iterator[Stores | None]:
 
 def stored(path: Path) -> FileStore:
     """Return a memory in a file; a damaged one is reported now, not when a program is missing."""
-    from ..links.lines.store import FileStore
+    from ...links.lines.store import FileStore
 
     store = FileStore(path)
     store.read()
@@ -275,7 +275,7 @@ def say(text: str, end: str = "\n") -> None:
 
 def show(server: Server, end: str = "\n") -> None:
     """Print a status line."""
-    from ..links.views.status import as_line
+    from ...links.views.status import as_line
 
     say(as_line(server), end)
 
@@ -293,7 +293,7 @@ def signals(server: Server) -> Iterator[None]:
     From the first one on they mean nothing any more: the process ends anyway.  A SIGHUP that is ignored, as `nohup` has
     it, stays so.  A system may lack some of them.
     """
-    from ..links.sockets import system
+    from ...links.sockets import system
 
     hangup = system.numbers("SIGHUP")
     ends = system.numbers("SIGINT", "SIGTERM", "SIGBREAK")

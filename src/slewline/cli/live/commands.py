@@ -1,0 +1,138 @@
+"""The commands that go on until they are ended: what they are called, what they take, which module does the work."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from ..options.kinds import HintingCommand
+from ..options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, MEMORY, OPTIONS, path
+from ..options.values import DIRECTORY, FILE, PartName, SettingText, Strap
+
+
+@click.command("serve", cls=HintingCommand, short_help="Serve chips on ports, to unmodified host software.", epilog=EXIT)
+@click.argument("chip", type=PartName(), required=False, is_eager=True)
+@path("--bench", metavar="FILE", help="A bench file with [[serve]] tables, instead of CHIP.")
+@path("--pty", metavar="LINK", help="On a pseudo-terminal, found by a link of this name. Linux; macOS: 8N1 only.")
+@click.option("--tcp", metavar="HOST:PORT", help="On a TCP socket, 4001 alone: of this machine; port 0: any free one.")
+@click.option("--rfc2217", metavar="HOST:PORT", help="On a TCP socket that takes rate, parity, DTR and RTS.")
+@path("--serial", metavar="DEV", help="On a serial port of this machine: /dev/ttyUSB0, COM3.")
+@click.option(
+    "--registers", metavar="HOST:PORT", help="The bus of a chip that also has a serial line: on a TCP socket."
+)
+@click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, which can also read back.")
+@click.option("--baud", hidden=True)
+@click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
+@click.option("--lockstep", is_flag=True, help="Time passes only for the bytes of the line, and by `advance`.")
+@click.option("--control", metavar="HOST:PORT", help="JSON lines: pins, time, faults, status; from any language.")
+@click.option(
+    "--token",
+    metavar="TEXT",
+    envvar="SLEWLINE_TOKEN",
+    help="What clients of the control port must send; also taken from the environment, SLEWLINE_TOKEN.",
+)
+@click.option("--state", metavar="DIR", type=DIRECTORY, help="Where the EEPROMs are kept.")
+@path("--log", help="Append a transcript of all lines to F; -: on standard error.")
+@path("--journal", help="Write every input from outside, for slewline run --replay.")
+@MEMORY
+@ANYWHERE
+@ALLOW_CODE
+@click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated.")
+@click.option(
+    "--option",
+    type=SettingText(),
+    multiple=True,
+    help="Option of the chip (`describe` lists them), as 'eeprom_time=20 ms'.",
+)
+@click.option("--allow-remote", is_flag=True, help="Other machines may connect; to the control port with --token only.")
+@click.option("--status", is_flag=True, help="Show a status line every second; else SIGUSR1 asks for one.")
+@click.option(
+    "--panel",
+    metavar="HOST:PORT",
+    is_flag=False,
+    flag_value="127.0.0.1:0",
+    help="Also open a panel, a page for a web browser; without HOST:PORT on any free port.",
+)
+@OPTIONS
+def serve_command(**options: Any) -> int:
+    """Put a chip on a port, where host software finds it as if it were real, until SIGINT, SIGTERM or SIGHUP.
+
+    Each port is printed on the standard output as soon as it is open: its name, and the URL or the device under which
+    pySerial finds it.  By default a module has 9600 baud and checksums (--strap chs=0: none).
+
+    A pseudo-terminal has 8 bits and no parity, whatever the host asks for.  A host may open it as 7O2 again and again;
+    one that sets 7O2 twice at once gets EINVAL (invalid argument): a timeout set right after the open, one setting
+    after the other, an open right after a close, stty.  Set such a host to 8N1, or open socket://HOST:PORT (--tcp)
+    or rfc2217://HOST:PORT (--rfc2217); a program in Python can also open slewline://gs-c200s, without any server.
+
+    The MC1451A family has registers instead of a line, and is served with --tcp only.  registers://HOST:PORT takes the
+    messages of slewline.links.ports.registers; their other end is slewline.links.clients.chipset_port for a program in
+    Python, and examples/mc1451a/slewline_port.h for one in C that reads and writes I/O ports.
+
+    A chip with a bus and a serial line has the line on one of these ports and the bus on --registers: the
+    registers of a parallel card, at registers://HOST:PORT, whose other end is slewline.links.clients.card_port.
+    The line has 9600 baud, unless a host on --rfc2217 sets another.
+    """
+    from .serve import ServeCommand
+
+    return ServeCommand(**options).perform()
+
+
+@click.command("panel", cls=HintingCommand, short_help="See a chip and work it, in a web browser.", epilog=EXIT)
+@click.argument("what", metavar="[CHIP | BENCH.toml | PROGRAM]", required=False, is_eager=True)
+@CHIP
+@click.option("--attach", metavar="HOST:PORT", help="The control port of a server that runs, instead of a chip.")
+@click.option("--listen", metavar="HOST:PORT", default="127.0.0.1:0", help="Where the page is found; any free port.")
+@click.option("--read-only", is_flag=True, help="The page may look and not touch.")
+@click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
+@click.option("--no-browser", is_flag=True, help="Open no web browser; print the address only.")
+@click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
+@path("--journal", help="Write every input from outside, for slewline run --replay.")
+@ANYWHERE
+@ALLOW_CODE
+@click.option("--allow-remote", is_flag=True, help="Other machines may connect; they need the address with its token.")
+def panel_command(**options: Any) -> int:
+    """Open a panel, a page on which a chip is seen and worked, until SIGINT, SIGTERM or SIGHUP.
+
+    Shown are its pins, registers, program and conversation; time can be stopped, stepped and taken back.  A PROGRAM is
+    given to the chip by its host, as `slewline run` does; the ports of the [[serve]] tables of a bench file are opened.
+    With --attach the panel shows what runs in a server, whatever host program talks to it; a token of its control port
+    is taken from the environment, SLEWLINE_TOKEN.
+
+    The page is found under the address that is printed.  Any browser with its token may work the chip; without it the
+    page only looks.
+    """
+    from .panel import PanelCommand
+
+    return PanelCommand(**options).perform()
+
+
+@click.command("debug", cls=HintingCommand, short_help="Debug a program in the terminal: step, stop, and go back in time.", epilog=EXIT)
+@click.argument("target", metavar="[FILE | CHIP | BENCH.toml]", required=False, type=FILE, is_eager=True)
+@CHIP
+@CRYSTAL
+@click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
+@OPTIONS
+@MEMORY
+@ANYWHERE
+@ALLOW_CODE
+@click.option("--rate", type=float, default=1.0, show_default=True, help="Virtual seconds per second, 0.001 to 1000.")
+@click.option("--attach", metavar="HOST:PORT", help="Debug what the server with this control port has, instead.")
+@click.option("--control", metavar="HOST:PORT", help="No screen: open a control port, for a front end of your own.")
+@click.option(
+    "--token",
+    metavar="TEXT",
+    envvar="SLEWLINE_TOKEN",
+    help="What clients of the control port must send; also taken from the environment, SLEWLINE_TOKEN.",
+)
+@click.option("--while-input", is_flag=True, hidden=True)  # ends with the standard input
+def debug_command(**options: Any) -> int:
+    """Debug a program, a chip or a bench file: registers, pins, the program and the conversation on one screen.
+
+    Time stands at the first instant.  The space bar lets it pass, s goes on by an instruction, b puts a breakpoint, the
+    left arrow goes back; ? lists the keys.
+    """
+    from .debug import DebugCommand
+
+    return DebugCommand(**options).perform()

@@ -1,0 +1,224 @@
+"""slewline debug: a bench in a server of its own, whose time stands at first, and a screen in the terminal.
+
+The screen knows the bench by its control port alone.  The server is this command again, with `--control`: what the
+debugger does, a front end of one's own can do.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, fields
+from pathlib import Path
+from tempfile import TemporaryDirectory, TemporaryFile
+from threading import Thread
+from typing import IO, TYPE_CHECKING, Any, cast
+
+import click
+
+from ...chips import CATALOGUE, sheet_of
+from ...errors import UsageError
+from ...extras import needs
+from ..files import is_bench, read_options
+
+if TYPE_CHECKING:
+    from ...bench import Bench
+    from ...links.server import Server
+    from ...panel.terminal.app import Debugger
+
+TOKEN = "SLEWLINE_TOKEN"  # in the environment
+LOOPBACK = "127.0.0.1:0"
+ENDS_S = 5.0
+SLOWEST, FASTEST = 0.001, 1000
+
+
+@dataclass
+class DebugCommand:
+    """What is to be debugged, as the command line asks for it."""
+
+    target: str | None
+    chip: str | None
+    crystal: str | None
+    strap: tuple[tuple[str, int], ...]
+    options: str | None
+    memory: str | None
+    anywhere: bool
+    allow_code: bool
+    rate: float
+    attach: str | None
+    control: str | None
+    token: str | None
+    while_input: bool
+
+    def perform(self) -> int:
+        """Do it; return the exit status."""
+        self.check_options()
+        if self.control is not None:
+            return self.serve()
+        app = app_class()
+        from ...panel.terminal.session import DebugSession
+
+        if self.attach is not None:
+            return run(app(DebugSession(self.attach, self.token, self.rate), self.attach))
+        with server_process(self.arguments()) as (address, token):
+            return run(app(DebugSession(address, token, self.rate), Path(str(self.target)).name))
+
+    def check_options(self) -> None:
+        """Refuse options that exclude each other."""
+        if (self.target is None) == (self.attach is None):
+            raise click.UsageError("give one of a program, a chip, a bench file, and --attach HOST:PORT")
+        own = (self.chip, self.crystal, self.options, self.memory, self.control)
+        if self.attach is not None and (any(own) or self.strap or self.anywhere or self.allow_code):
+            raise click.UsageError("--attach debugs what is there; leave out all but --rate and --token")
+        if not SLOWEST <= self.rate <= FASTEST:
+            raise click.UsageError(f"--rate {self.rate:g}: allowed {SLOWEST} to {FASTEST}")
+        if self.target is not None and is_bench(self.target) and (any(own[:-1]) or self.strap):
+            raise click.UsageError(
+                "a bench file names its chips; leave out --chip, --crystal, --strap, --options, --memory"
+            )
+
+    def arguments(self) -> list[str]:
+        """Return this command again, as that of the server."""
+        found = [str(self.target)]
+        for name in ("chip", "crystal", "options", "memory"):
+            if (value := getattr(self, name)) is not None:
+                found += [f"--{name}", str(value)]
+        for pin, level in self.strap:
+            found += ["--strap", f"{pin}={level}"]
+        found += ["--anywhere"] * self.anywhere + ["--allow-code"] * self.allow_code
+        return [*found, "--rate", f"{self.rate:g}"]
+
+    # ----------------------------------------------------------------------------------------------------- the server
+    def serve(self) -> int:
+        """Open a control port for the bench, whose time stands, until a signal ends it."""
+        from ...links.lines.pace import Paced
+        from ...links.server import Server
+        from .serve import signals
+
+        with TemporaryDirectory(prefix="slewline-debug-", ignore_cleanup_errors=True) as folder:
+            bench = self.new_bench(os.path.join(folder, "journal"))
+            pace = Paced(bench, f"{self.rate:g}")
+            pace.pause_time()
+            server = Server(bench, pace)
+            with signals(server):
+                try:
+                    click.echo(f"control: {server.control(str(self.control), self.token).where}")
+                    sys.stdout.flush()
+                except BaseException:
+                    server.close()
+                    raise
+                if self.while_input:
+                    end_with_input(server)
+                server.run()
+        return 0
+
+    def new_bench(self, journal: str) -> Bench:
+        """Return the bench: of a bench file, of a program and its chip, or of a chip with a host that waits.
+
+        Its journal makes every instant of the past reachable.
+        """
+        target = str(self.target)
+        if is_bench(target):
+            from ...bench.file import BenchFile
+
+            return BenchFile(target, self.anywhere, self.allow_code).load(journal=journal)
+        if not Path(target).exists() and (target in CATALOGUE.names() or ":" in target):
+            from ...bench import Bench
+            from ...bench.memories import put_memory
+
+            sheet = sheet_of(target)
+            bench = Bench(journal=journal)
+            straps = sheet.fastest | sheet.plain | dict(self.strap)
+            chip = bench.add(target, crystal=self.crystal, straps=straps, **read_options(self.options, target))
+            put_memory(bench, chip, self.memory)
+            bench.host(chip)
+            return bench
+        from ..run import RunCommand
+
+        given: dict[str, Any] = {field.name: None for field in fields(RunCommand)}
+        given |= {"drive": (), "strap": self.strap, "chip": self.chip, "crystal": self.crystal, "quiet": True}
+        given |= {"options": self.options, "memory": self.memory, "file": target}
+        return RunCommand(**given).single(target, journal)
+
+
+def end_with_input(server: Server) -> None:
+    """Stop a server when the standard input ends, as it does with the process at its other end."""
+
+    def read() -> None:
+        if not os.read(0, 1024):
+            server.stop()
+
+    if os.name == "posix":
+        server.loop.watch(0, read)  # a process with threads cannot be forked, and forks are the way back
+        return
+
+    def wait() -> None:
+        while os.read(0, 1024):
+            pass
+        server.stop()
+
+    Thread(target=wait, daemon=True).start()
+
+
+def app_class() -> Any:
+    """Return the class of the screen.
+
+    Raises:
+        UsageError: its extra is missing.
+    """
+    try:
+        from ...panel.terminal.app import Debugger
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "textual":
+            raise
+        raise UsageError(needs("the debugger needs", "panel")) from None
+    return Debugger
+
+
+def run(app: Debugger) -> int:
+    """Show a screen until its user leaves it; return the exit status.
+
+    Raises:
+        SlewlineError: it could not connect, or the server has gone.
+    """
+    app.run()
+    if app.failure is not None:
+        raise app.failure
+    return app.return_code or 0
+
+
+@contextmanager
+def server_process(arguments: list[str]) -> Iterator[tuple[str, str]]:
+    """Start `slewline debug --control` in a process of its own; yield where its control port is, and the token.
+
+    It ends with us, however we end: when its standard input does.
+
+    Raises:
+        UsageError: it has not started; the message is its own.
+    """
+    token = secrets.token_urlsafe(16)
+    call = [sys.executable, "-m", "slewline", "debug", *arguments, "--control", LOOPBACK, "--while-input"]
+    environment = os.environ | {TOKEN: token, "PYTHONUNBUFFERED": "1"}
+    pipe = subprocess.PIPE
+    with (
+        TemporaryFile() as said,  # by the server, beside what the screen shows
+        subprocess.Popen(call, stdin=pipe, stdout=pipe, stderr=said, env=environment) as process,
+    ):
+        given, printed = cast("IO[bytes]", process.stdin), cast("IO[bytes]", process.stdout)
+        try:
+            first = printed.readline().decode()
+            if not first.startswith("control: "):
+                process.wait()
+                said.seek(0)
+                why = said.read().decode("utf-8", "replace").strip()
+                raise UsageError(why.removeprefix("slewline: ") or "the server of the debugger has not started")
+            yield first.removeprefix("control: ").strip(), token
+        finally:
+            given.close()
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(ENDS_S)
+            process.kill()

@@ -1,1 +1,0 @@
-"""The panel from the command line: what it shows, and the process that it runs in."""

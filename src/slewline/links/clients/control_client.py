@@ -1,0 +1,177 @@
+"""A client of the control port, for programs with asyncio: front ends, editors, tests.
+
+    from slewline.links.clients.control_client import ControlClient
+
+    client = await ControlClient.connect("127.0.0.1:4002")     # slewline serve ... --control 127.0.0.1:4002
+    await client.request("pause")
+    await client.subscribe("50 ms")
+    await client.request("step", chip="x", by="instruction")
+    print(client.now_ps, client.view["chips"]["x"]["counter"])
+    async for event in client.events():                        # until the connection ends
+        print(event["event"])
+    await client.close()
+
+Requests are those of docs/reference/control.md.  Any number may be under way at once: each has a number, by which its
+reply is known.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from contextlib import suppress
+from typing import Any
+
+from ...core.time.hook import Hook
+from ...errors import SlewlineError, UsageError
+from ..ports.tcp import parse_address
+
+Data = dict[str, Any]
+LONGEST = 1 << 26  # bytes of a reply: what a program has said since the beginning may be long
+ENDED = "the connection to the control port has ended"
+
+
+class ConnectionEnded(SlewlineError, ConnectionError):
+    """The server has gone, or has hung up."""
+
+
+class ControlClient:
+    """A connection to a control port; `connect` makes one.
+
+    `view` is what `subscribe` has sent so far, with all changes; `now_ps` the virtual time of the last line.
+    `on_event` is called with every event, after `view` has taken it in; `on_end` with why the connection has ended.
+    """
+
+    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, token: str | None = None) -> None:
+        self.view: Data = {}
+        self.now_ps = 0
+        self.open = True
+        self.on_event: Hook[[Data]] = Hook()
+        self.on_end: Hook[[str]] = Hook()
+        self._reader, self._writer, self._token = reader, writer, token
+        self._owed: dict[int, asyncio.Future[Data]] = {}  # by the number of the request
+        self._number = 0
+        self._anew = False  # the next view is a whole one
+        self._task = asyncio.create_task(self._read())
+
+    @classmethod
+    async def connect(cls, address: str, token: str | None = None, *, remote: bool = False) -> ControlClient:
+        """Connect to a port, HOST:PORT, and make sure that it answers.
+
+        Args:
+            token: what the server wants to see.
+            remote: the server may be on another machine.
+
+        Raises:
+            UsageError: no such address, nobody there, or the token is wrong.
+        """
+        host, port = parse_address(address, remote)
+        try:
+            reader, writer = await asyncio.open_connection(host, port, limit=LONGEST)
+        except OSError as error:
+            raise UsageError(f"{address}: {error.strerror or error}; is the server running?") from None
+        client = cls(reader, writer, token)
+        try:
+            await client.request("read", pins=[])
+        except BaseException:
+            await client.close()
+            raise
+        return client
+
+    # ------------------------------------------------------------------------------------------------------- requests
+    async def request(self, do: str, **keys: Any) -> Data:
+        """Send a request, and return its reply.
+
+        Raises:
+            UsageError: the server refuses it; the message is the server's.
+            ConnectionEnded: the connection has ended before the reply.
+        """
+        if not self.open:
+            raise ConnectionEnded(ENDED)
+        self._number += 1
+        line = {"do": do, "id": self._number, **keys}
+        if self._token is not None:
+            line["token"], self._token = self._token, None
+        owed: asyncio.Future[Data] = asyncio.get_running_loop().create_future()
+        self._owed[self._number] = owed
+        self._writer.write(json.dumps(line).encode() + b"\n")
+        with suppress(ConnectionError):
+            await self._writer.drain()
+        reply = await owed
+        if "error" in reply:
+            raise UsageError(str(reply["error"]))
+        return reply
+
+    async def subscribe(self, every: str) -> Data:
+        """Ask for events, at most so often, such as "50 ms"; return the view, which is kept up to date from now on."""
+        self.view = (await self.request("subscribe", every=every)).get("view", self.view)
+        return self.view
+
+    async def events(self) -> AsyncIterator[Data]:
+        """Yield the events from now on, until the connection ends."""
+        queue: asyncio.Queue[Data | None] = asyncio.Queue()
+        take, end = self.on_event.add(queue.put_nowait), self.on_end.add(lambda _why: queue.put_nowait(None))
+        try:
+            while self.open and (event := await queue.get()) is not None:
+                yield event
+        finally:
+            self.on_event.remove(take)
+            self.on_end.remove(end)
+
+    async def close(self) -> None:
+        """Close the connection; requests under way are given up."""
+        self._end("closed")
+        self._task.cancel()
+        with suppress(asyncio.CancelledError):
+            await self._task
+        self._writer.close()
+        with suppress(OSError):
+            await self._writer.wait_closed()
+
+    # -------------------------------------------------------------------------------------------------------- reading
+    async def _read(self) -> None:
+        why = ENDED
+        try:
+            while line := await self._reader.readline():
+                self._take(json.loads(line))
+        except (OSError, ValueError) as error:
+            why = f"{ENDED}: {error}"
+        self._end(why)
+
+    def _take(self, line: Data) -> None:
+        """Take in a line of the server."""
+        self.now_ps = line.get("time_ps", self.now_ps)
+        if "event" not in line:
+            number: int = line.get("id", next(iter(self._owed), 0))  # a first line that is refused is answered without
+            owed = self._owed.pop(number, None)
+            if owed is not None and not owed.done():  # its caller may have given up
+                owed.set_result(line)
+            return
+        if line["event"] == "branch":
+            self._anew = True
+        elif line["event"] == "view":
+            self.view = line["view"] if self._anew else merged(self.view, line["view"])
+            self._anew = False
+        self.on_event(line)
+
+    def _end(self, why: str) -> None:
+        if not self.open:
+            return
+        self.open = False
+        for owed in self._owed.values():
+            if not owed.done():
+                owed.set_exception(ConnectionEnded(why))
+        self._owed.clear()
+        self.on_end(why)
+
+
+def merged(old: Any, new: Any) -> Any:
+    """Return a view with what has changed: objects by key, lists of objects of the same length one by one."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        return {**old, **{key: merged(old[key], value) if key in old else value for key, value in new.items()}}
+    if not isinstance(old, list) or not isinstance(new, list) or len(old) != len(new):
+        return new
+    if not all(isinstance(each, dict) for each in (*old, *new)):
+        return new
+    return [merged(one, two) for one, two in zip(old, new, strict=True)]

@@ -1,0 +1,80 @@
+"""The command line at the foot of the screen: history, completion, and a row of help."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from textual.binding import Binding, BindingType
+from textual.message import Message
+from textual.suggester import Suggester
+from textual.widgets import Input
+
+from .session import DebugSession
+from .verbs import candidates
+
+
+class Completion(Suggester):
+    """What a line may become."""
+
+    def __init__(self, session: DebugSession) -> None:
+        super().__init__(use_cache=False, case_sensitive=True)
+        self.session = session
+
+    async def get_suggestion(self, value: str) -> str | None:
+        """Return the likeliest one."""
+        found = candidates(self.session, value) if value else []
+        # a command is written as it was begun, r as well as R
+        return next((each for each in found if each.startswith(value)), None)
+
+
+class CommandLine(Input):
+    """A line with history (up, down) and completion (tab, right)."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("up", "older(1)", show=False),
+        Binding("down", "older(-1)", show=False),
+        Binding("tab", "complete", show=False),
+        Binding("escape", "leave", show=False),
+    ]
+
+    class Left(Message):
+        """The line is left without a word."""
+
+    def __init__(self, session: DebugSession, **names: Any) -> None:
+        super().__init__(suggester=Completion(session), compact=True, select_on_focus=False, **names)
+        self.session = session
+        self.history: list[str] = []
+        self.place = 0  # in the history, from its end; 0: the line itself
+        self.found: list[str] = []  # what tab goes through
+
+    def put(self, text: str) -> None:
+        """Begin a line."""
+        self.value = text
+        self.cursor_position = len(text)
+        self.place = 0
+
+    def keep(self, text: str) -> None:
+        """Add a line to the history."""
+        if text and text not in self.history[-1:]:
+            self.history.append(text)
+        self.put("")
+
+    def action_older(self, by: int) -> None:
+        """Show an older line, or a younger one."""
+        place = min(max(self.place + by, 0), len(self.history))
+        self.put(self.history[-place] if place else "")
+        self.place = place
+
+    def action_complete(self) -> None:
+        """Complete the line; again: the next one that it may be."""
+        if self.value in self.found:
+            self.put(self.found[(self.found.index(self.value) + 1) % len(self.found)])
+            return
+        self.found = candidates(self.session, self.value)
+        if self.found:
+            self.put(self.found[0])
+
+    def action_leave(self) -> None:
+        """Leave the line."""
+        self.put("")
+        self.post_message(self.Left())

@@ -1,0 +1,83 @@
+"""The help screen: keys, verbs, and the commands of the selected chip."""
+
+from __future__ import annotations
+
+from textwrap import wrap
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.content import Content
+from textual.screen import ModalScreen
+from textual.widgets import Static
+
+from .drawing import Part
+from .session import DebugSession
+from .verbs import VERBS
+
+TITLE = "bold $text-primary"
+NAME = 15  # columns of a key, a verb or a command
+
+KEYS = (
+    ("space", "let time pass, let it stand; ends a wait"),
+    ("s", "next instruction of the program"),
+    ("n", "next step of the motor"),
+    ("e", "next edge of a pin, which is asked for"),
+    ("f", "next finding"),
+    ("b", "breakpoint on the selected row, or no more"),
+    ("u", "run to the selected row"),
+    ("g", "go to an instant, on or back"),
+    ("p", "run to a position"),
+    ("left, right", "1 s back, 1 s on; with shift 0.1 s, with ctrl 10 ms"),
+    ("[  ]", "time passes slower, faster"),
+    ("tab", "next pane; up, down, page up, page down move in it"),
+    ("1 to 9, ctrl+w", "select a chip"),
+    ("/  :", "command line: to the chip, to the debugger"),
+    ("d", "dark or light"),
+    ("q", "quit"),
+)
+
+
+class HelpScreen(ModalScreen[None]):
+    """All there is to know, in one page."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,q,question_mark,enter", "dismiss", show=False),
+    ]
+
+    def __init__(self, session: DebugSession) -> None:
+        super().__init__()
+        self.session = session
+
+    def compose(self) -> ComposeResult:
+        """Make the page."""
+        with VerticalScroll(id="help") as scroll:
+            scroll.border_title = "help"
+            scroll.border_subtitle = "escape closes"
+            yield Static(self.text())
+
+    def text(self) -> Content:
+        """Return the page."""
+        width = min(self.app.size.width, 110) - 8
+        rows: list[Part] = [("Keys\n", TITLE)]
+        rows += [part for key, says in KEYS for part in entry(width, key, says)]
+        rows.append(("\nVerbs of the debugger\n", TITLE))
+        rows += [
+            part
+            for verb in VERBS
+            for part in entry(width, f":{verb.name}", f"{verb.takes}{'; ' * bool(verb.takes)}{verb.says}")
+        ]
+        sheet = self.session.sheets.get(self.session.selected)
+        if sheet is not None:
+            rows.append((f"\nCommands of the {sheet['part'].upper()}\n", TITLE))
+            for row in sheet["commands"]:
+                rows += entry(width, row["syntax"], f"{row['name']}: {row['says']} ({row['where']})")
+        return Content.assemble(*rows)
+
+
+def entry(width: int, name: str, says: str) -> list[Part]:
+    """Return a name, and what is said of it in rows beside it."""
+    first, *more = wrap(says, max(width - NAME - 3, 20)) or [""]
+    rows: list[Part] = [(f"  {name:<{NAME}}", "bold"), (f" {first}\n", "")]
+    return rows + [(f"{' ' * (NAME + 3)}{row}\n", "") for row in more]

@@ -1,0 +1,226 @@
+"""What the three kinds of panes have in common, and two of them: a stored program, and the conversation.
+
+A pane draws the rows that are seen and no others, so a program of 64K costs no more than one of ten bytes.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from textual import events
+from textual.binding import Binding, BindingType
+from textual.content import Content
+from textual.widget import Widget
+
+from .drawing import Part, line, stamp
+from .session import DebugSession
+
+MARKS = {"sent": "→", "got": "←", "finding": "!", "command": "·", "event": " "}
+STYLES = {"sent": "$text-primary", "got": "$text-accent", "finding": "bold $text-error", "command": "dim"}
+WHEEL = 3  # rows
+NARROWEST = 20  # columns; in fewer there is nothing to be read
+
+
+class Pane(Widget, can_focus=True):
+    """A part of the screen that shows rows of text, and scrolls."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("up", "scroll_rows(-1)", show=False),
+        Binding("down", "scroll_rows(1)", show=False),
+        Binding("pageup", "scroll_pages(-1)", show=False),
+        Binding("pagedown", "scroll_pages(1)", show=False),
+        Binding("home", "scroll_rows(-1000000)", show=False),
+        Binding("end", "scroll_rows(1000000)", show=False),
+    ]
+
+    def __init__(self, session: DebugSession, **names: Any) -> None:
+        super().__init__(**names)
+        self.session = session
+        self.seen = Content()
+        self.named = "", ""  # on its border
+
+    def lines(self, width: int, height: int) -> list[Content]:
+        """Return the rows that are seen."""
+        raise NotImplementedError
+
+    def move(self, rows: int) -> None:
+        """Scroll, or move what is selected, by so many rows."""
+
+    def render(self) -> Content:
+        """Return what is seen."""
+        self.seen = self.look()
+        return self.seen
+
+    def look(self) -> Content:
+        """Return what is to be seen now."""
+        width, height = self.content_size
+        if width < NARROWEST or not height:
+            return Content()
+        return Content("\n").join(self.lines(width, height)[:height])
+
+    def renew(self) -> None:
+        """Draw it anew if it looks otherwise: a terminal far away takes its time for every row."""
+        seen = self.look()
+        if seen.plain != self.seen.plain or seen.spans != self.seen.spans:
+            self.refresh()
+
+    def entitle(self, title: str, subtitle: str = "") -> None:
+        """Write these on the border."""
+        if (title, subtitle) != self.named:
+            self.named = title, subtitle
+            self.border_title, self.border_subtitle = title, subtitle
+
+    def on_focus(self) -> None:
+        """Show what is selected."""
+        self.refresh()
+
+    def on_blur(self) -> None:
+        """Show what is selected no more."""
+        self.refresh()
+
+    def action_scroll_rows(self, rows: int) -> None:
+        """Move by rows."""
+        self.move(rows)
+        self.refresh()
+
+    def action_scroll_pages(self, pages: int) -> None:
+        """Move by what is seen at once."""
+        self.action_scroll_rows(pages * max(self.content_size.height - 1, 1))
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """Move on."""
+        self.action_scroll_rows(WHEEL)
+        event.stop()
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """Move back."""
+        self.action_scroll_rows(-WHEEL)
+        event.stop()
+
+
+class OfChip(Pane):
+    """A pane of one chip; the first such pane shows the selected chip, the next one the chip after it."""
+
+    def __init__(self, session: DebugSession, place: int, **names: Any) -> None:
+        super().__init__(session, **names)
+        self.place = place
+
+    @property
+    def chip(self) -> str:
+        """The chip that is shown."""
+        names = list(self.session.chips)
+        if len(names) <= 2:  # they keep their places, as on the screen of the manual
+            both_seen = self.app.has_class("wide")
+            return names[self.place] if both_seen else self.session.selected
+        return names[(names.index(self.session.selected) + self.place) % len(names)]
+
+    @property
+    def axes(self) -> int:
+        """How many axes the chip has."""
+        return len(self.session.chip_state(self.chip)["axes"])
+
+
+class ProgramPane(OfChip):
+    """The stored program: the current instruction, a row that is selected, breakpoints."""
+
+    def __init__(self, session: DebugSession, place: int, **names: Any) -> None:
+        super().__init__(session, place, **names)
+        self.row = self.top = 0
+        self.followed: object = None  # what was current when the selected row was put there
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """The instructions."""
+        return self.session.listings.get(self.chip, [])
+
+    @property
+    def address(self) -> int | None:
+        """The address of the selected row."""
+        return self.rows[self.row]["address"] if self.row < len(self.rows) else None
+
+    def move(self, rows: int) -> None:
+        """Select another row."""
+        self.row = min(max(self.row + rows, 0), max(len(self.rows) - 1, 0))
+
+    def on_click(self, event: events.Click) -> None:
+        """Select the row under the mouse."""
+        self.row = min(max(self.top + event.y - self.gutter.top, 0), max(len(self.rows) - 1, 0))
+        self.refresh()
+
+    def lines(self, width: int, height: int) -> list[Content]:
+        """Return the rows around the selected one, which follows the current instruction."""
+        chip, session = self.chip, self.session
+        current = session.row_at(chip)
+        if (chip, current, len(self.rows)) != self.followed:
+            self.followed = chip, current, len(self.rows)
+            if current is not None:
+                self.row = current
+        self.move(0)
+        if not self.top <= self.row < self.top + height:
+            self.top = self.row - height // 2
+        self.top = max(min(self.top, len(self.rows) - height), 0)
+        if not self.rows:
+            return [line(width), line(width, ("  no program is stored", "dim"))]
+        seen = self.rows[self.top : self.top + height]
+        digits = max(len(str(self.rows[-1]["address"])), 2)
+        room = max((len(row["bytes"]) for row in self.rows[:200]), default=0)
+        return [self.drawn(width, digits, room, at, row, at == current) for at, row in enumerate(seen, self.top)]
+
+    def drawn(self, width: int, digits: int, room: int, at: int, row: dict[str, Any], current: bool) -> Content:
+        """Return an instruction as a row."""
+        stops = self.session.stops_at(self.chip, row["address"])
+        chosen = at == self.row and self.has_focus
+        style = "bold $text-success" if current else ""
+        parts: list[Part] = [
+            ("●" if stops else " ", "bold $text-error"),
+            ("▶" if current else " ", style),
+            (f"{row['address']:>{digits}}  ", style or ("" if chosen else "dim")),
+            (f"{row['bytes']:<{room}}  ", style or ("" if chosen else "dim")),
+            (row["text"], style),
+        ]
+        drawn = line(width, *parts)
+        return drawn.stylize("on $primary 30% underline") if chosen else drawn
+
+
+class TalkPane(Pane):
+    """The conversation: what the host sends, what the chip answers and works on, and findings."""
+
+    def __init__(self, session: DebugSession, **names: Any) -> None:
+        super().__init__(session, **names)
+        self.behind = 0  # rows below what is seen
+
+    def move(self, rows: int) -> None:
+        """Scroll; at the end it follows what comes."""
+        self.behind = min(max(self.behind - rows, 0), max(len(self.session.entries) - 1, 0))
+
+    def lines(self, width: int, height: int) -> list[Content]:
+        """Return the last entries, or those further up."""
+        entries = list(self.session.entries.values())
+        stop = len(entries) - self.behind
+        found: list[Content] = []
+        for entry in reversed(entries[max(stop - height, 0) : stop]):
+            found[:0] = self.drawn(width, entry)
+            if len(found) >= height:
+                break
+        return found[-height:]
+
+    def drawn(self, width: int, entry: dict[str, Any]) -> list[Content]:
+        """Return an entry as rows: a finding is shown whole, anything else in one row."""
+        kind = entry["kind"]
+        style = STYLES.get(kind, "")
+        names = [*self.session.chips, "host"]
+        who = max(map(len, names), default=4)
+        text = f"{entry['code']}: {entry['text']}" if entry.get("code") else entry["text"]
+        head = f"{stamp(entry['time_ps']):>11} {entry['who'][:who]:<{who}} "
+        room = max(width - len(head) - 2, 10)
+        pieces = wrapped(text, room) if kind == "finding" else [text]
+        rows = [line(width, (head, "dim"), (f"{MARKS.get(kind, ' ')} ", style), (pieces[0], style))]
+        rows += [line(width, " " * (len(head) + 2), (piece, style)) for piece in pieces[1:]]
+        return rows
+
+
+def wrapped(text: str, width: int) -> list[str]:
+    """Return a text in rows of this width."""
+    from textwrap import wrap
+
+    return wrap(text, width) or [""]

@@ -1,0 +1,307 @@
+"""What a debugger knows of the bench on the other end of a control port, and what it asks of it.
+
+Nothing here knows of a screen: `on_change` says that something is to be shown anew.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import Coroutine
+from typing import Any
+
+from ...core.time.hook import Hook
+from ...core.time.timebase import PS_PER_S, picoseconds
+from ...errors import SlewlineError, UsageError
+from ...links.clients.control_client import ControlClient
+
+Data = dict[str, Any]
+EVERY = "50 ms"
+LIMIT = "3600 s"  # how long a step or a wait may take, in virtual time
+KEPT = 5000  # entries of the conversation
+CURVE_PS = 2 * PS_PER_S  # how much of the past a strip of velocity shows
+CURVE_COLUMNS = 240
+CURVE_EVERY_S = 0.2
+RATES = tuple(float(f"{digit}e{power}") for power in range(-3, 4) for digit in (1, 2, 5))[:-2]  # 0.001 to 1000
+
+
+class DebugSession:
+    """A bench, as its control port tells of it."""
+
+    def __init__(self, address: str, token: str | None = None, rate: float = 1.0) -> None:
+        self.address, self.token, self.rate = address, token, rate
+        self.sheets: dict[str, Data] = {}
+        self.listings: dict[str, list[Data]] = {}
+        self.entries: dict[int, Data] = {}
+        self.parts: Data = {}
+        self.breakpoints: list[Data] = []
+        self.curves: dict[str, list[float | None]] = {}  # velocity, by the name of the signal
+        self.quantities: list[str] = []
+        self.selected = ""
+        self.why = ""  # why time stands
+        self.doing = ""  # what is waited for
+        self.trouble = ""  # what could not be done
+        self.last_edge = ""  # the pin whose edge was waited for
+        self.ended = ""
+        self.on_change: Hook[[]] = Hook()
+        self._programs: dict[str, Any] = {}  # the number of the listing that is held
+        self._tasks: set[asyncio.Task[None]] = set()
+        self.drawn_ps = -1
+
+    # ------------------------------------------------------------------------------------------------ the connection
+    async def open(self) -> None:
+        """Connect, and ask for everything."""
+        self.client = await ControlClient.connect(self.address, self.token, remote=True)
+        self.client.on_event.add(self._event)
+        self.client.on_end.add(self._end)
+        view = await self.client.subscribe(EVERY)
+        self.selected = next(iter(view["chips"]), "")
+        for chip in view["chips"]:
+            self.sheets[chip] = (await self.client.request("describe", chip=chip))["sheet"]
+        self.parts = (await self.client.request("parts"))["parts"]
+        self.quantities = (await self.client.request("signals"))["quantities"]
+        await self._all_again()
+        self._spawn(self._draw_curves())
+
+    async def close(self) -> None:
+        """Close the connection."""
+        for task in [*self._tasks]:
+            task.cancel()
+        if hasattr(self, "client"):
+            await self.client.close()
+
+    async def _all_again(self) -> None:
+        """Ask for what the view does not hold."""
+        for chip in self.chips:
+            await self._listing(chip)
+        said = await self.client.request("said", start=0)
+        self.entries = {entry["number"]: entry for entry in said["entries"]}
+        self.drawn_ps = -1
+        self.on_change()
+
+    async def _listing(self, chip: str) -> None:
+        self._programs[chip] = self.chips[chip].get("program")
+        self.listings[chip] = (await self.client.request("listing", chip=chip))["rows"]
+        self.on_change()
+
+    def _event(self, event: Data) -> None:
+        kind = event["event"]
+        if kind == "view":
+            for chip, state in self.chips.items():
+                if chip in self._programs and self._programs[chip] != state.get("program"):
+                    self._programs[chip] = state.get("program")
+                    self._spawn(self._listing(chip))
+            if not self.paused:
+                self.why = ""
+        elif kind == "said":
+            self.entries |= {entry["number"]: entry for entry in event["entries"]}
+            for number in list(self.entries)[:-KEPT]:
+                del self.entries[number]
+        elif kind == "stopped":
+            self.why = event["why"]
+        elif kind == "branch":
+            self.why = ""
+            self._spawn(self._all_again())
+        self.on_change()
+
+    def _end(self, why: str) -> None:
+        self.ended = why
+        self.on_change()
+
+    def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
+        """Do something beside; what goes wrong in it is shown."""
+        task = asyncio.get_running_loop().create_task(self.attempt(work))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def attempt(self, work: Coroutine[Any, Any, None]) -> None:
+        """Do something, and keep what goes wrong for the screen."""
+        try:
+            await work
+        except SlewlineError as error:
+            self.trouble = str(error)
+        self.on_change()
+
+    # ------------------------------------------------------------------------------------------------------ the state
+    @property
+    def chips(self) -> Data:
+        """The chips of the view, by name."""
+        found: Data = self.client.view.get("chips", {})
+        return found
+
+    @property
+    def pace(self) -> Data:
+        """How time passes."""
+        found: Data = self.client.view.get("pace", {})
+        return found
+
+    @property
+    def paused(self) -> bool:
+        """Does time stand?"""
+        return bool(self.pace.get("paused"))
+
+    @property
+    def now_ps(self) -> int:
+        """The present instant."""
+        return self.client.now_ps
+
+    def chip_state(self, chip: str) -> Data:
+        """Return the state of a chip."""
+        found: Data = self.chips[chip]
+        return found
+
+    def next_chip(self) -> None:
+        """Select the next chip."""
+        names = list(self.chips)
+        self.selected = names[(names.index(self.selected) + 1) % len(names)]
+        self.on_change()
+
+    def row_at(self, chip: str) -> int | None:
+        """Return the number of the row of the current instruction."""
+        counter = self.chips[chip].get("counter")
+        if counter is None:
+            return None
+        return next((at for at, row in enumerate(self.listings.get(chip, ())) if row["address"] == counter), None)
+
+    def stops_at(self, chip: str, address: int) -> bool:
+        """Return whether there is a breakpoint on an instruction."""
+        return {"chip": chip, "address": address} in self.breakpoints
+
+    def pin_names(self) -> list[str]:
+        """Return the pins of all chips and parts, by their full names."""
+        owners = {**self.chips, **self.client.view.get("parts", {})}
+        found = {f"{owner}.{pin}" for owner, state in owners.items() for pin in state.get("levels", {})}
+        return sorted(found | {f"{part}.{pin}" for part, row in self.parts.items() for pin in row.get("pins", ())})
+
+    def full_pin(self, name: str) -> str:
+        """Return the full name of a pin; one of the selected chip needs no chip."""
+        return name if "." in name else f"{self.selected}.{name}"
+
+    # ----------------------------------------------------------------------------------------------------------- time
+    async def go(self, rate: float | None = None) -> None:
+        """Let time pass."""
+        self.rate = self.rate if rate is None else rate
+        self.why = ""
+        await self.client.request("go", rate=f"{self.rate:g}")
+
+    async def pause(self) -> None:
+        """Let time stand; a wait that is under way is broken off."""
+        await self.client.request("pause")
+
+    async def wait_for(self, doing: str, do: str, **keys: Any) -> None:
+        """Step, or wait for something, one at a time; `doing` says what is waited for."""
+        if self.doing:
+            raise UsageError(f"busy: {self.doing}; the space bar ends it")
+        self.doing, self.why = doing, ""
+        self.on_change()
+        try:
+            reply = await self.client.request(do, **keys)
+            if not reply.get("met", True) and not self.why:
+                self.trouble = f"{doing}: not reached"
+            self.why = self.why or ("" if self.trouble else doing)
+        finally:
+            self.doing = ""
+            self.on_change()
+
+    async def step(self, by: str) -> None:
+        """Go on to the next instruction, step of the motor, command or finding of the selected chip."""
+        await self.wait_for(f"next {by}", "step", chip=self.selected, by=by, timeout=LIMIT)
+
+    async def to_edge(self, pin: str, edge: str = "any") -> None:
+        """Go on to the next edge of a pin."""
+        name = self.full_pin(pin)
+        await self.wait_for(f"next edge of {name}", "step", pin=name, edge=edge, timeout=LIMIT)
+
+    async def to_address(self, address: int) -> None:
+        """Run to an instruction."""
+        await self._stand()
+        where = f"{self.selected} at instruction {address}"
+        await self.wait_for(where, "until", chip=self.selected, address=address, timeout=LIMIT)
+
+    async def to_position(self, position: int, axis: int = 1) -> None:
+        """Run to a position."""
+        await self._stand()
+        keys = {"chip": self.selected, "position": position, "axis": axis, "timeout": LIMIT}
+        await self.wait_for(f"{self.selected} at position {position}", "until", **keys)
+
+    async def to_time(self, ps: int) -> None:
+        """Go to an instant, on or back."""
+        ps = max(ps, 0)
+        if ps >= self.now_ps:
+            await self._stand()
+            await self.wait_for(f"{ps / PS_PER_S:g} s", "until", time=ps)
+        else:
+            await self.wait_for(f"back to {ps / PS_PER_S:g} s", "back", time=ps)
+
+    async def _stand(self) -> None:
+        if not self.paused and not self.doing:
+            await self.client.request("pause")
+
+    async def shift(self, seconds: float) -> None:
+        """Go on by so many seconds, or back."""
+        await self.to_time(self.now_ps + picoseconds(f"{abs(seconds)} s") * (1 if seconds > 0 else -1))
+
+    async def change_rate(self, by: int) -> None:
+        """Let time pass faster or slower, by so many places of the row 1, 2, 5, 10."""
+        near = min(range(len(RATES)), key=lambda at: abs(RATES[at] - self.rate))
+        self.rate = RATES[min(max(near + by, 0), len(RATES) - 1)]
+        if not self.paused:
+            await self.go()
+        self.on_change()
+
+    # ---------------------------------------------------------------------------------------------------- breakpoints
+    async def toggle(self, point: Data) -> None:
+        """Put a breakpoint, or take it away."""
+        without = [each for each in self.breakpoints if each != point]
+        await self.put_breakpoints(without if len(without) < len(self.breakpoints) else [*without, point])
+
+    async def put_breakpoints(self, points: list[Data]) -> None:
+        """Put these breakpoints and no others."""
+        await self.client.request("breakpoints", breakpoints=points)
+        self.breakpoints = points
+        self.on_change()
+
+    # ---------------------------------------------------------------------------------------------------------- curves
+    async def _draw_curves(self) -> None:
+        """Keep the strips of velocity up to date, while time passes."""
+        while self.client.open:
+            if self.now_ps != self.drawn_ps and not self.doing:
+                now = self.now_ps
+                await self._curves_at(now)
+                self.drawn_ps = now
+            await asyncio.sleep(CURVE_EVERY_S)
+
+    async def _curves_at(self, now: int) -> None:
+        signals = [signal for chip in self.chips for signal in self.velocities(chip)]
+        if not signals:
+            return
+        start = max(now - CURVE_PS, 0)
+        try:
+            found = await self.client.request("window", signals=signals, start=start, stop=now, columns=CURVE_COLUMNS)
+        except UsageError:  # nothing is kept of so early an instant, or no such signal
+            self.curves = {}
+            return
+        for signal, curve in found["signals"].items():
+            if "values" in curve:
+                self.curves[signal] = columns(curve, now - CURVE_PS, now)
+        self.on_change()
+
+    def velocities(self, chip: str) -> list[str]:
+        """Return the names of the velocities of a chip, axis by axis."""
+        return [name for name in self.quantities if re.match(rf"{re.escape(chip)}\W(.*\W)?velocity$", name)]
+
+
+def columns(curve: Data, start: int, stop: int) -> list[float | None]:
+    """Return what a quantity was, by columns of a window: of each the greatest value, whatever its sign."""
+    width = max(stop - start, 1)
+    found: list[float | None] = [None] * CURVE_COLUMNS
+    times, values = curve["times_ps"], curve["values"]
+    for at, (time, value) in enumerate(zip(times, values, strict=True)):
+        if value is None:
+            continue
+        until = times[at + 1] if at + 1 < len(times) else stop
+        first = min(max((time - start) * CURVE_COLUMNS // width, 0), CURVE_COLUMNS - 1)
+        last = min(max((until - start) * CURVE_COLUMNS // width, first), CURVE_COLUMNS - 1)
+        for column in range(first, last + 1):
+            found[column] = max(found[column] or 0.0, value, key=abs)
+    return found

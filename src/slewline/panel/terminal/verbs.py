@@ -1,0 +1,291 @@
+"""The command line: what the debugger itself is asked begins with a colon, anything else goes to the chip.
+
+`R 100` goes to the selected chip, as a host would send it; `:break 7` asks the debugger.  `VERBS` has all verbs.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Coroutine, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from ...core.messages.near import hint
+from ...core.time.timebase import PS_PER_S, picoseconds
+from ...errors import UsageError
+from .session import DebugSession
+
+Work = Coroutine[Any, Any, None]
+EDGES = ("rises", "falls", "any")
+STEPS = ("instruction", "step", "command", "finding")
+SUGGESTED = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """A verb of the debugger."""
+
+    name: str
+    takes: str
+    says: str
+    do: Callable[[DebugSession, list[str]], Work]
+
+
+def number(text: str, what: str) -> int:
+    """Return a whole number."""
+    try:
+        return int(text, 0)
+    except ValueError:
+        raise UsageError(f"{what} {text!r}; expected a whole number") from None
+
+
+def instant(text: str) -> int:
+    """Return an instant, in picoseconds; a number alone is in seconds."""
+    return picoseconds(f"{text} s" if re.fullmatch(r"[0-9]*\.?[0-9]+", text) else text)
+
+
+async def go(session: DebugSession, words: list[str]) -> None:
+    """Let time pass."""
+    await session.go(rate_of(words[0]) if words else None)
+
+
+def rate_of(text: str) -> float:
+    """Return a rate."""
+    try:
+        return float(text)
+    except ValueError:
+        raise UsageError(f"rate {text!r}; expected virtual seconds per second, such as 0.1") from None
+
+
+async def pause(session: DebugSession, _words: list[str]) -> None:
+    """Let time stand."""
+    await session.pause()
+
+
+async def step(session: DebugSession, words: list[str]) -> None:
+    """Go on to the next instruction, or what else is named."""
+    by = words[0] if words else STEPS[0]
+    if by not in STEPS:
+        raise UsageError(f"step {by!r}; allowed {', '.join(STEPS)}{hint(by, STEPS)}")
+    await session.step(by)
+
+
+async def edge(session: DebugSession, words: list[str]) -> None:
+    """Go on to the next edge of a pin."""
+    which = words[1] if len(words) > 1 else "any"
+    if not words or which not in EDGES:
+        raise UsageError("edge: expected a pin, and rises, falls or any")
+    session.last_edge = words[0]
+    await session.to_edge(words[0], which)
+
+
+async def until(session: DebugSession, words: list[str]) -> None:
+    """Run to an instruction."""
+    if not words:
+        raise UsageError("until: expected the address of an instruction")
+    await session.to_address(number(words[0], "address"))
+
+
+async def time(session: DebugSession, words: list[str]) -> None:
+    """Go to an instant."""
+    if not words:
+        raise UsageError("time: expected an instant, such as 1.5 s")
+    text = " ".join(words)
+    if text[0] in "+-":
+        await session.to_time(session.now_ps + instant(text[1:].strip()) * (1 if text[0] == "+" else -1))
+    else:
+        await session.to_time(instant(text))
+
+
+async def position(session: DebugSession, words: list[str]) -> None:
+    """Run to a position."""
+    if not words:
+        raise UsageError("position: expected a position, in steps")
+    axis = number(words[1], "axis") if len(words) > 1 else 1
+    await session.to_position(number(words[0], "position"), axis)
+
+
+async def put_break(session: DebugSession, words: list[str]) -> None:
+    """Put a breakpoint, or take it away."""
+    await session.toggle(point_of(session, words))
+
+
+def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
+    """Return a breakpoint as words describe it."""
+    chip, first, rest = session.selected, words[0] if words else "", words[1:]
+    if first == "finding":
+        return {"finding": rest[0] if rest else ""}
+    if first == "position" and rest:
+        axis = number(rest[1], "axis") if len(rest) > 1 else 1
+        return {"chip": chip, "position": number(rest[0], "position"), "axis": axis}
+    if first == "register" and rest:
+        value = {"value": number(rest[1], "value")} if len(rest) > 1 else {}
+        return {"chip": chip, "register": rest[0], **value}
+    if first == "pin" and rest:
+        which = rest[1] if len(rest) > 1 else "any"
+        return {"pin": session.full_pin(rest[0]), "edge": which}
+    if first.isdecimal():
+        return {"chip": chip, "address": int(first)}
+    raise UsageError(
+        "break: expected ADDRESS, pin PIN [EDGE], register NAME [VALUE], position P [AXIS], finding [WHOSE]"
+    )
+
+
+async def clear(session: DebugSession, _words: list[str]) -> None:
+    """Take all breakpoints away."""
+    await session.put_breakpoints([])
+
+
+async def rate(session: DebugSession, words: list[str]) -> None:
+    """Set how fast time passes."""
+    if not words:
+        raise UsageError("rate: expected virtual seconds per second, such as 0.1")
+    session.rate = rate_of(words[0])
+    if not session.paused:
+        await session.go()
+
+
+async def drive(session: DebugSession, words: list[str]) -> None:
+    """Put a level on a pin."""
+    if len(words) != 2:
+        raise UsageError("drive: expected a pin and a level, such as wait 0")
+    await session.client.request("drive", pin=session.full_pin(words[0]), level=number(words[1], "level"))
+
+
+async def release(session: DebugSession, words: list[str]) -> None:
+    """Let go of a pin."""
+    if not words:
+        raise UsageError("release: expected a pin")
+    await session.client.request("release", pin=session.full_pin(words[0]))
+
+
+async def power(session: DebugSession, words: list[str]) -> None:
+    """Switch the supply."""
+    if words not in (["on"], ["off"]):
+        raise UsageError("power: expected on or off")
+    await session.client.request("power", chip=session.selected, on=words == ["on"])
+
+
+async def act(session: DebugSession, words: list[str]) -> None:
+    """Do with a part what a hand could."""
+    if len(words) < 2:
+        raise UsageError(f"act: expected a part and a verb; parts: {', '.join(session.parts) or 'none'}")
+    arguments = [int(word) if re.fullmatch(r"[+-]?\d+", word) else word for word in words[2:]]
+    await session.client.request("act", part=words[0], verb=words[1], args=arguments)
+
+
+async def branch(session: DebugSession, words: list[str]) -> None:
+    """Go to a branch."""
+    if words:
+        await session.client.request("branch", number=number(words[0], "branch"))
+        return
+    found = await session.client.request("branches")
+    shown = (f"{row['number']} from {row['from_ps'] / PS_PER_S:g} s" for row in found["branches"])
+    session.trouble = f"branches: {', '.join(shown)}; current {found['current']}"
+
+
+VERBS = (
+    Verb("go", "[RATE]", "let time pass, with the wall clock", go),
+    Verb("pause", "", "let time stand", pause),
+    Verb("step", "[instruction|step|command|finding]", "go on to the next one", step),
+    Verb("edge", "PIN [rises|falls|any]", "go on to the next edge of a pin", edge),
+    Verb("until", "ADDRESS", "run to an instruction", until),
+    Verb("time", "INSTANT", "go to an instant, on or back: 1.5, 20 ms, +3 ms, -1 s", time),
+    Verb("position", "POSITION [AXIS]", "run to a position of a motor", position),
+    Verb(
+        "break",
+        "ADDRESS | pin PIN [EDGE] | register NAME [VALUE] | position P [AXIS] | finding",
+        "put a breakpoint, or take it away",
+        put_break,
+    ),
+    Verb("clear", "", "take all breakpoints away", clear),
+    Verb("rate", "RATE", "virtual seconds per second, 0.001 to 1000", rate),
+    Verb("drive", "PIN LEVEL", "put a level on a pin", drive),
+    Verb("release", "PIN", "let go of a pin", release),
+    Verb("power", "on|off", "switch the supply of the chip", power),
+    Verb("act", "PART VERB [VALUE ...]", "do with a part what a hand could", act),
+    Verb("branch", "[NUMBER]", "go to a branch as it was left; alone: list them", branch),
+)
+BY_NAME = {verb.name: verb for verb in VERBS}
+
+
+async def obey(session: DebugSession, text: str) -> None:
+    """Do what a line asks for.
+
+    Raises:
+        UsageError: no such verb, or the server refuses it.
+    """
+    if not text.startswith(":"):
+        await session.client.request("send", chip=session.selected, text=text)
+        return
+    name, *words = text[1:].split() or [""]
+    verb = BY_NAME.get(name) or only(name)
+    if verb is None:
+        raise UsageError(f"no verb {name!r}; there are: {', '.join(BY_NAME)}{hint(name, BY_NAME)}")
+    await verb.do(session, words)
+
+
+def only(start: str) -> Verb | None:
+    """Return the only verb that begins so."""
+    found = [verb for verb in VERBS if start and verb.name.startswith(start)]
+    return found[0] if len(found) == 1 else None
+
+
+# ----------------------------------------------------------------------------------------------------------- completion
+def candidates(session: DebugSession, text: str) -> list[str]:
+    """Return whole lines that a line may become, the likeliest first."""
+    head, _, word = text.rpartition(" ")
+    head += " " if head else ""
+    return [head + each for each in words_at(session, text) if each.lower().startswith(word.lower()) and each != word]
+
+
+def words_at(session: DebugSession, text: str) -> Iterable[str]:
+    """Return the words that may stand at the end of a line."""
+    words = text.split(" ")
+    if not text.startswith(":"):
+        rows = session.sheets.get(session.selected, {}).get("commands", ())
+        return dict.fromkeys(row["form"].split()[0] for row in rows) if len(words) == 1 else ()
+    at, verb = len(words) - 1, words[0][1:]
+    if at == 0:
+        return [f":{name}" for name in BY_NAME]
+    pins = [*session.chips.get(session.selected, {}).get("levels", ()), *session.pin_names()]
+    choices: dict[tuple[str, int], Iterable[str]] = {
+        ("step", 1): STEPS,
+        ("edge", 1): pins,
+        ("edge", 2): EDGES,
+        ("drive", 1): pins,
+        ("drive", 2): "01",
+        ("release", 1): pins,
+        ("power", 1): ("on", "off"),
+        ("break", 1): ("pin", "register", "position", "finding"),
+        ("act", 1): session.parts,
+        ("act", 2): session.parts.get(words[1], {}).get("verbs", ()) if at >= 1 else (),
+    }
+    if verb == "break" and at == 2:
+        registers = [row["name"] for row in session.sheets[session.selected]["registers"]]
+        return {"pin": pins, "register": registers, "finding": session.chips}.get(words[1], ())
+    return choices.get((verb, at), ())
+
+
+def explained(session: DebugSession, text: str) -> str:
+    """Return one row of help about what is being typed: the manual's, or that of a verb."""
+    if text.startswith(":"):
+        name = text[1:].partition(" ")[0]
+        verb = BY_NAME.get(name) or only(name)
+        if verb is not None:
+            return f":{verb.name} {verb.takes}  {verb.says}"
+        return "  ".join(f":{each}" for each in BY_NAME if each.startswith(name))
+    found = of_command(session, text)
+    return f"{found['syntax']}  {found['name']}: {found['says']}  ({found['where']})" if found else ""
+
+
+def of_command(session: DebugSession, text: str) -> dict[str, Any] | None:
+    """Return the command of the sheet that a text begins with: the longest form that fits."""
+    rows = session.sheets.get(session.selected, {}).get("commands", ())
+    text = text.strip().split("$")[-1]
+    best: dict[str, Any] | None = None
+    for row in rows:
+        head = row["form"].split()[0] if row["form"].split() else row["form"]
+        if text and text.upper().startswith(head.upper()) and (best is None or len(head) > len(best["form"])):
+            best = row
+    return best or next((row for row in rows if text and row["name"].upper().startswith(text.upper())), None)
