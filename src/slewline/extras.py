@@ -11,10 +11,9 @@ from itertools import chain
 EXTRAS = {  # by extra: packages, each as it is installed and as it is imported
     "cli": (("click", "click"), ("rich", "rich")),
     "files": (("msgspec", "msgspec"),),
-    "panel": (("textual", "textual"),),
+    "panel": tuple((name, name) for name in ("starlette", "uvicorn", "websockets", "textual")),
     "plot": (("matplotlib", "matplotlib"),),
     "serial": (("pyserial", "serial"),),
-    "panel": (("starlette", "starlette"), ("uvicorn", "uvicorn"), ("websockets", "websockets")),
 }
 
 

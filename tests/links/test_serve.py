@@ -15,8 +15,8 @@ import pytest
 import serial
 
 import slewline
-from slewline.cli.main import invoke
 from slewline.cli.live.serve import ServeCommand, signals
+from slewline.cli.main import invoke
 from slewline.links.ports.pty import HINT
 from slewline.links.views.reports import CAUSES
 

@@ -10,7 +10,7 @@ from .live.commands import debug_command, panel_command, serve_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide
 from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, path
-from .options.values import DIRECTORY, FILE, Drive, Names, PartName, SettingText, Strap, TimeWithUnit
+from .options.values import DIRECTORY, FILE, Drive, Names, PartName, Strap, TimeWithUnit
 from .options.version_option import version_option
 
 

@@ -11,7 +11,9 @@ from ..options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, MEMORY, 
 from ..options.values import DIRECTORY, FILE, PartName, SettingText, Strap
 
 
-@click.command("serve", cls=HintingCommand, short_help="Serve chips on ports, to unmodified host software.", epilog=EXIT)
+@click.command(
+    "serve", cls=HintingCommand, short_help="Serve chips on ports, to unmodified host software.", epilog=EXIT
+)
 @click.argument("chip", type=PartName(), required=False, is_eager=True)
 @path("--bench", metavar="FILE", help="A bench file with [[serve]] tables, instead of CHIP.")
 @path("--pty", metavar="LINK", help="On a pseudo-terminal, found by a link of this name. Linux; macOS: 8N1 only.")
@@ -108,7 +110,12 @@ def panel_command(**options: Any) -> int:
     return PanelCommand(**options).perform()
 
 
-@click.command("debug", cls=HintingCommand, short_help="Debug a program in the terminal: step, stop, and go back in time.", epilog=EXIT)
+@click.command(
+    "debug",
+    cls=HintingCommand,
+    short_help="Debug a program in the terminal: step, stop, and go back in time.",
+    epilog=EXIT,
+)
 @click.argument("target", metavar="[FILE | CHIP | BENCH.toml]", required=False, type=FILE, is_eager=True)
 @CHIP
 @CRYSTAL

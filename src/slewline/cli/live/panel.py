@@ -13,9 +13,9 @@ import click
 
 from ...errors import ProgramError, UsageError
 from ..files import Refused, chip_of, is_bench, read_program, say_replaced
-from .serve import open_bench_file, say, show_ports, signals
 from ..single import single
 from .process import PanelProcess, kept_journal
+from .serve import open_bench_file, say, show_ports, signals
 
 if TYPE_CHECKING:
     from ...bench import Bench

@@ -25,7 +25,7 @@ from typing import Any
 
 from ...core.time.hook import Hook
 from ...errors import SlewlineError, UsageError
-from ..ports.tcp import parse_address
+from ..sockets.address import parse_address
 
 Data = dict[str, Any]
 LONGEST = 1 << 26  # bytes of a reply: what a program has said since the beginning may be long
