@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import slewline
-from slewline.cli import examples as module
+from slewline.bench.files import examples as module
 from slewline.cli.main import invoke
 from slewline.cli.version import version_line
 from slewline.core.messages.near import hint

@@ -11,6 +11,7 @@ needed.
     lock of a file      flock                   flock                   msvcrt.locking
     a link for a file   O_NOFOLLOW              O_NOFOLLOW              looked for before it is opened
     a name is safe      fsync of the directory  fsync of the directory  when NTFS gets to it
+    a copy of a process fork                    fork                    none
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from typing import Any
 BINARY = getattr(os, "O_BINARY", 0)  # without it Windows writes CR LF for LF
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # opening a symbolic link fails
 EXTPROC: int | None = 0o200000 if sys.platform == "linux" else None  # of a pty; the module termios has no name for it
+FORK: Callable[[], int] | None = getattr(os, "fork", None)
 FINE_MS = 1
 LONG_S = 1.0  # a sleep longer than that may end early, and go on
 WINDOWS_PORT = re.compile(r"(?:\\\\\.\\)?com[0-9]+:?", re.IGNORECASE)  # COM3, \\.\COM12
@@ -109,6 +111,19 @@ def bauds() -> dict[int, int]:
 def numbers(*names: str) -> list[int]:
     """Return the signals of these names, as far as they are there."""
     return [int(getattr(signal, name)) for name in names if hasattr(signal, name)]
+
+
+def forget_children() -> None:
+    """Let processes that this one has started end without a trace."""
+    ignore(numbers("SIGCHLD"))
+
+
+def ended(process: int) -> None:
+    """Take notice that a process which this one has started has ended, or is about to."""
+    wait = getattr(os, "waitpid", None)
+    with suppress(ChildProcessError):
+        if wait is not None:
+            wait(process, 0)
 
 
 def ignore(which: Iterable[int]) -> None:

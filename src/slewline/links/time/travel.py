@@ -19,6 +19,7 @@ from typing import cast
 
 from ...core.time.timebase import readable
 from ...errors import UsageError
+from ..sockets import system
 from .branches import Answer, Branch, Checkpoint, Data, Travels
 from .roads import Road, connection, greeting
 from .worlds import fork_checkpoint
@@ -57,7 +58,7 @@ class TimeTravel:
     def begin(self) -> None:
         """Keep the past from now on: no time has passed."""
         journal = self.bench.journal
-        if journal is None or not hasattr(os, "fork") or threading.active_count() > 1:
+        if journal is None or system.FORK is None or threading.active_count() > 1:
             return
         self.folder = TemporaryDirectory(prefix="slewline-")
         self.known[0] = Branch(0, None, 0, 0, journal.path, 0)
@@ -98,8 +99,7 @@ class TimeTravel:
         if checkpoint.orders.fileno() >= 0:
             self.server.loop.watch(checkpoint.orders.fileno())
             checkpoint.orders.close()
-        with suppress(ChildProcessError):
-            os.waitpid(checkpoint.process, 0)
+        system.ended(checkpoint.process)
 
     # ------------------------------------------------------------------------------------------------------- the way
     def back(self, at: int, branch: int | None, answer: Answer) -> None:

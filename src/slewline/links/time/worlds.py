@@ -19,11 +19,12 @@ import os
 import signal
 import socket
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from ...bench.replaying import go_on
+from ..sockets import system
 from ..sockets.loop import Loop
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ Data = dict[str, Any]
 def fork_checkpoint(server: Travels) -> tuple[int, socket.socket]:
     """Fork a checkpoint of a server; return its process and the socket on which it takes orders."""
     ours, theirs = socket.socketpair()
-    process = os.fork()
+    process = cast("Callable[[], int]", system.FORK)()
     if process:
         theirs.close()
         return process, ours
@@ -54,10 +55,9 @@ def fork_checkpoint(server: Travels) -> tuple[int, socket.socket]:
 
 def let_go(kept: int) -> None:
     """Let go of every descriptor but one: what is open in this process then leads nowhere."""
-    for number in system_signals():
-        signal.signal(number, signal.SIG_IGN)
+    system.ignore(system.numbers("SIGINT", "SIGHUP", "SIGUSR1"))  # a terminal sends them to all processes on it
+    system.forget_children()
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # whoever ends is forgotten
     signal.set_wakeup_fd(-1)
     nowhere = os.open(os.devnull, os.O_RDWR)
     for descriptor in open_descriptors():
@@ -74,15 +74,10 @@ def open_descriptors() -> list[int]:
     return list(range(3, 1024))
 
 
-def system_signals() -> list[int]:
-    """Return the signals that a terminal sends to all processes on it."""
-    return [signal.SIGINT, signal.SIGHUP, signal.SIGUSR1]
-
-
 def wait_for_orders(server: Travels, orders: socket.socket) -> None:
     """Fork a world for each order, until nobody is there to give any."""
     for order in lines_of(orders):
-        if not os.fork():
+        if not cast("Callable[[], int]", system.FORK)():
             World(server, json.loads(order), orders).run()
             os._exit(0)
 
