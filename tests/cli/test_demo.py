@@ -69,9 +69,11 @@ def shell(folder):
 
 
 @pytest.mark.posix  # a link to a folder; elsewhere it takes a right that few have
-def test_its_last_line_can_be_typed(shell):
-    typed = shell(".venv/bin/python -m slewline demo").stdout.splitlines()[-1].partition(", then: ")[2]
+def test_its_last_lines_can_be_typed(shell):
+    *_, run, panel = shell(".venv/bin/python -m slewline demo").stdout.splitlines()
+    typed = run.partition(", then: ")[2]
     assert typed == ".venv/bin/slewline run build/demo/weld.toml"
+    assert panel.endswith(": .venv/bin/slewline panel build/demo/weld.toml")
     again = shell(typed)
     assert (again.returncode, again.stderr) == (0, "")
     assert "0 findings" in again.stdout

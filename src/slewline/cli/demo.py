@@ -67,7 +67,9 @@ def demo(output: str) -> int:
     outputs.written += [str(layout) for layout in layouts]
     for name, text in zip(outputs.written, SAYS, strict=True):
         click.echo(f"{name:<{len(str(folder)) + 12}}  {text}")
-    click.echo(f"\nChange the machine or the program, then: {called_as()} run {word(folder / MACHINE)}")
+    machine = word(folder / MACHINE)
+    click.echo(f"\nChange the machine or the program, then: {called_as()} run {machine}")
+    click.echo(f"See it turn, and touch its pins, in a web browser: {called_as()} panel {machine}")
     return 0
 
 
