@@ -26,6 +26,7 @@ import cy545
 import cycles
 import keeping
 import numpy as np
+import panel
 import parts
 import pictures
 import reading
@@ -338,6 +339,7 @@ WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
     },
     "CY545": {"cy545": cy545.rows},
     "Parts": {"parts": parts.rows},
+    "Panel": {"panel": panel.rows},
     "To start, and to go on": {
         "starting": starting,
         "keeping": keeping.rows,

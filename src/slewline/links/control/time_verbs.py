@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ...bench.runner import NEVER
 from ...core.time.timebase import moment, readable
 from ...core.wires.pin import Condition
 from ...errors import UsageError
@@ -83,24 +82,14 @@ class TimeVerbs(Verbs):
 
     def do_until(self, request: Data) -> None:
         """Wait for a condition; reply when it is met, or its time is over."""
-        if set(request) - {"id", "token"} == {"do", "time"}:
-            at = moment(request["time"])
-            if at < self.bench.now_ps:
-                now = readable(self.bench.now_ps)
-                raise UsageError(f"until: {readable(at)} is in the past; the time is {now}; `back` goes there")
-            if self.server.pace.paused:
-                self.server.breakpoints.arm()
-                self.push(request, InstantCondition(self.bench.kernel, at), at)
-            else:
-                self.client.wait(request, lambda _met: {"met": True}, NEVER, at, False)
-            return
         condition = self.condition(request)
+        limit = condition.at if isinstance(condition, InstantCondition) else self.limit(request)
         if self.server.pace.paused:
             self.server.breakpoints.arm()
-            self.push(request, condition, self.limit(request))
+            self.push(request, condition, limit)
         else:
             condition.begin()
-            self.client.wait(request, lambda met: {"met": met}, condition, self.limit(request), False)
+            self.client.wait(request, lambda met: {"met": met}, condition, limit, False)
 
     def condition(self, request: Data) -> Condition:
         """Return the condition of a request: a level of a pin, a position of an axis, an instruction of a program."""
@@ -113,7 +102,16 @@ class TimeVerbs(Verbs):
             return self.axis(request).reaches(request["position"])
         if keys == {"chip", "address"}:
             return self.chip(request["chip"]).at_instruction(request["address"])
+        if keys == {"time"}:
+            return self.instant(moment(request["time"]))
         raise UsageError("until: give pin and level, chip and position, chip and address, or time")
+
+    def instant(self, at: int) -> Condition:
+        """Return the condition that an instant is there (ps)."""
+        if at < self.bench.now_ps:
+            now = readable(self.bench.now_ps)
+            raise UsageError(f"until: {readable(at)} is in the past; the time is {now}; `back` goes there")
+        return InstantCondition(self.bench.kernel, at)
 
     def do_breakpoints(self, request: Data) -> Data:
         """Replace the breakpoints, if there are any in the request; reply with those there are."""

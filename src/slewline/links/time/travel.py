@@ -24,7 +24,7 @@ from .branches import Answer, Branch, Checkpoint, Data, Travels
 from .roads import Road, connection, greeting
 from .worlds import fork_checkpoint
 
-DUE_S = 0.04  # of work, after which the next checkpoint is due
+DUE_S = 0.02  # of work, after which the next checkpoint is due
 CALM_S = 0.002  # before the next event, in which there is time to fork
 LATE_S = 0.4  # of work, after which it is made even so
 MOST = 48  # checkpoints
