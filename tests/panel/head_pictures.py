@@ -1,0 +1,80 @@
+"""The pictures at the head of the README: `python -m tests.panel.head_pictures` draws them anew.  Look at them.
+
+The panel shows the welding machine in the middle of its work, the debugger its program at an instruction; both stand at
+an instant, so that the pictures stay as they are.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from slewline.cli.live.debug import server_process
+
+from .conftest import PanelProcess
+from .terminal.walks import EXAMPLES, ROOT, walked, weld
+
+IMAGES = ROOT / "docs/images"
+PANEL, DEBUGGER = IMAGES / "panel.png", IMAGES / "debugger.png"
+MACHINE = ROOT / "src/slewline/cli/weld.toml"
+INSTANT = "3.35 s"
+WIDE, HIGH = 1440, 1560
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+
+
+def chromium():
+    """The program; None: it is not here."""
+    return next(filter(None, map(shutil.which, BROWSERS)), None)
+
+
+def draw_panel(path):
+    """Draw the page."""
+    from playwright.sync_api import sync_playwright
+
+    with server_process([str(MACHINE)]) as (address, token), sync_playwright() as playwright:
+        panel = PanelProcess(address, token=token)
+        browser = playwright.chromium.launch(executable_path=chromium(), args=["--no-sandbox"])
+        try:
+            page = browser.new_page(viewport={"width": WIDE, "height": HIGH}, color_scheme="light")
+            page.goto(panel.url)
+            page.wait_for_selector(".chip-card .figure")
+            page.wait_for_selector("canvas")
+            page.wait_for_timeout(1000)  # the scope records from the first instant on
+            page.get_by_label("Where to run to").fill(INSTANT)
+            page.get_by_label("Where to run to").press("Enter")
+            page.wait_for_function("() => /3.350.000/.test(document.body.innerText)")
+            page.wait_for_timeout(1500)  # shafts come to rest, the scope asks for its window
+            page.screenshot(path=path)
+        finally:
+            browser.close()
+            panel.close()
+
+
+def draw_debugger(path):
+    """Draw the terminal, with a font of this machine: its picture would fetch one from elsewhere."""
+    pictures = []
+
+    async def way(walk):
+        await weld(walk)
+        pictures.append(walk.app.export_screenshot(title="slewline debug"))
+
+    walked([str(EXAMPLES / "programs/weld.cy525")], (120, 34), way)
+    svg = re.sub(r"@font-face \{.*?\}", "", pictures[0], flags=re.DOTALL)
+    width, height = (round(float(size)) for size in re.findall(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', svg)[0])
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "debugger.svg"
+        source.write_text(svg, "utf-8")
+        command = [chromium(), "--headless", "--no-sandbox", "--hide-scrollbars", "--disable-gpu"]
+        size = f"--window-size={width},{height}"
+        subprocess.run([*command, size, f"--screenshot={path}", source.as_uri()], check=True, capture_output=True)
+
+
+if __name__ == "__main__":
+    if chromium() is None:
+        sys.exit("no Chromium is installed")
+    draw_panel(PANEL)
+    draw_debugger(DEBUGGER)
