@@ -46,7 +46,7 @@ export function registers(sheet, chipName, root) {
         return h("tr", { title: one.says ? `${one.says}${bits}` : null },
           h("th", { scope: "row" },
             h("span", { class: "register-name" }, name.replaceAll("_", " ")),
-            one.letter?.length < LONG_LETTER && h("span", { class: "letter" }, one.letter)),
+            one.letter && one.letter.length < LONG_LETTER && h("span", { class: "letter" }, one.letter)),
           ...own,
           h("td", { class: "unit" }, one.unit ?? ""),
           h("td", { class: "says" }, one.says ?? ""));

@@ -1,0 +1,233 @@
+"""Walks through the page as a user takes them: Chromium, and the command in a process of its own."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+
+from .walking import DESKTOP, PHONE, Walk, running
+
+pytestmark = pytest.mark.system
+
+WELDING = """
+[[chip]]
+part = "cy525"
+name = "x"
+crystal = "11 MHz"
+
+[[part]]
+kind = "workpieces"
+name = "table"
+to = "x"
+pieces = 2
+welds = 6
+change = "1 s"
+
+[[part]]
+kind = "welder"
+name = "carriage"
+to = "x"
+"""
+
+# A host program as anybody would write it: it stores a program, starts it, and asks now and then.
+HOST = """
+import sys, time, serial
+host = serial.serial_for_url(sys.argv[1], timeout=20)
+def ask(line):
+    host.write(line + b"\\r")
+    return host.read_until(b"\\r")
+for line in b"Po S10 T100 R10 jc1,18 jc2,24 j12 +30 j12 -30 j12 E".split():
+    assert ask(line) == b"Y\\r", line
+print("stored", flush=True)
+while True:
+    time.sleep(0.2)
+    answer = ask(b"F")
+    assert answer == b"B\\r", answer
+"""
+
+S_CURVES = "".join(
+    f"SET_{axis}\nSET_PRFL_S_CRV\nSET_POS {position}\nSET_VEL 0x30000\nSET_MAX_ACC 0x80\nSET_JERK 0x8000\n"
+    for axis, position in enumerate((60000, -45000, 30000, -15000), 1)
+) + "MULTI_UPDATE 0xF\n"
+
+MODULES = ("left", "middle", "right")
+LINE = "".join(
+    f'[[chip]]\npart = "gs-c200s"\nname = "{name}"\nstraps = {{ br0 = 0, br1 = 0, br2 = 0, chs = 0, sel{n} = 0 }}\n\n'
+    for n, name in enumerate(MODULES)
+) + f'[[serve]]\nchips = {list(MODULES)}\ntcp = "127.0.0.1:0"\n'.replace("'", '"')
+
+FRONT_PANEL = """
+[[chip]]
+part = "cy545b"
+name = "x"
+
+[[part]]
+kind = "hp_display"
+name = "display"
+to = "x"
+
+[[part]]
+kind = "thumbwheels"
+name = "wheels"
+to = "x"
+letter = "N"
+value = "00000025"
+
+[[part]]
+kind = "jog_switch"
+name = "switch"
+to = "x"
+
+[[part]]
+kind = "motor"
+name = "motor"
+to = "x"
+
+[[part]]
+kind = "switch"
+name = "home"
+on = "motor"
+low = 30
+
+[[wire]]
+from = "home.out"
+to = "x.usrb0"
+"""
+
+
+@pytest.fixture
+def bench(tmp_path):
+    """Write a bench file, or a program, and return where it is."""
+
+    def written(text, name="bench.toml"):
+        (tmp_path / name).write_text(text)
+        return tmp_path / name
+
+    return written
+
+
+@pytest.fixture
+def walk(browser, tmp_path):
+    """Open pages; at the end of a test all are closed, and nothing has gone wrong on them."""
+    walks = []
+
+    def opened(url, size=DESKTOP, scheme="light"):
+        walks.append(Walk(browser, url, tmp_path, size, scheme))
+        return walks[-1]
+
+    return opened
+
+
+@pytest.mark.parametrize(("size", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")], ids=["desktop", "phone"])
+def test_twelve_spots_are_welded_with_what_the_page_offers(walk, bench, size, scheme):
+    with running("panel", bench(WELDING), "--no-browser") as command:
+        page = walk(command.port("panel"), size, scheme)
+        page.page.get_by_role("tab", name="Editor").click()
+        page.page.get_by_label("Example", exact=True).select_option("programs/weld.cy525")
+        page.page.get_by_text("20 bytes").wait_for()
+        page.button("10 times real time").click()
+        page.button("Run").click()
+        table = page.part("table, workpieces")
+        finished = table.locator(".figures > div", has_text="finished").locator("dd")
+        page.until(lambda: finished.text_content() == "1")
+        page.picture("weld_half")
+        page.until(lambda: finished.text_content() == "2")
+        page.until(lambda: "12 spots" in (page.page.get_by_role("img", name="carriage carriage").get_attribute("aria-label") or ""))
+        page.picture("weld_done")
+        page.close()
+
+
+@contextmanager
+def host_program(url):
+    """Run a host program in a process of its own; it must not fail as long as it is needed."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOST, url], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    with process:
+        try:
+            assert process.stdout.readline() == "stored\n", process.stderr.read()
+            yield process
+            assert process.poll() is None, process.stderr.read()
+        finally:
+            process.kill()
+
+
+@pytest.mark.parametrize("attached", [False, True], ids=["serve", "attach"])
+def test_a_program_is_taken_back_and_goes_the_other_way(walk, attached, tmp_path):
+    own = ["--control", "127.0.0.1:0", "--journal", tmp_path / "journal"] if attached else ["--panel", "127.0.0.1:0"]
+    with running("serve", "gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0", *own) as server:
+        with host_program(server.port("gs_c200s")):
+            if attached:
+                with running("panel", "--attach", server.port("control"), "--no-browser") as panel:
+                    other_way(walk(panel.port("panel"), scheme="dark"), by_slider=True)
+            else:
+                other_way(walk(server.port("panel")), by_slider=False)
+
+
+def other_way(page, by_slider):
+    """Stop a program at a jump, step it, go back five seconds, and change the input that it asks."""
+    chip = "gs_c200s"
+    page.pin("ui2").click()
+    page.pin("ui3").click()
+    page.until(lambda: page.position() > 0)
+    page.until(lambda: page.seconds() > 7)
+    listing = page.page.get_by_role("listbox", name=f"Program of {chip}")
+    listing.get_by_text("jc1,18", exact=True).click()
+    page.page.locator(".stopped", has_text="at instruction 12").wait_for()
+    page.until(lambda: page.current() == "jc1,18")
+    page.picture(f"jump_stopped_{by_slider}")
+    seen = []
+    for text in ("+30", "j12"):
+        page.button("Instruction").click()
+        page.until(lambda text=text: page.current() == text)
+        seen.append(page.position())
+    assert seen[1] == seen[0] + 30
+    listing.get_by_text("jc1,18", exact=True).click()
+    page.page.locator(".listing-row[aria-selected=true]").wait_for(state="detached")
+
+    now, there = page.seconds(), page.position()
+    if by_slider:
+        page.page.get_by_label("Past", exact=True).focus()
+        page.page.get_by_label("Past", exact=True).fill(str(round(10_000 * (now - 5) / now)))
+    else:
+        page.page.get_by_label("Where to run to").fill(f"{now - 5:.6f}")
+        page.button("Run there").click()
+    page.until(lambda: abs(page.seconds() - (now - 5)) < 0.01)
+    page.page.get_by_label("Branch", exact=True).wait_for()
+    assert 0 < page.position() < there
+    assert page.button("Go").is_visible()
+    before = page.position()
+    page.pin("ui1").click()
+    page.pin("ui2").click()
+    page.until(lambda: page.pin("ui1").get_attribute("data-level") == "0")
+    page.until(lambda: page.pin("ui2").get_attribute("data-level") == "1")
+    page.button("Go").click()
+    page.until(lambda: page.position() < before - 60)
+    page.until(lambda: page.seconds() > now - 4)
+    page.picture(f"jump_other_way_{by_slider}")
+    page.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_four_axes_turn_in_s_curves(walk, bench, scheme):
+    with running("panel", bench(S_CURVES, "curves.mc1451a"), "--no-browser") as command:
+        page = walk(command.port("panel"), scheme=scheme)
+        page.until(lambda: page.position(axis=0) > 20000)
+        page.picture(f"curves_{scheme}")
+        page.until(lambda: [page.position(axis=axis) for axis in range(4)] == [60000, -45000, 30000, -15000])
+        page.picture(f"curves_end_{scheme}")
+        page.close()
+
+
+def test_three_modules_share_a_line(walk, bench):
+    with running("serve", "--bench", bench(LINE), "--panel", "127.0.0.1:0") as server:
+        page = walk(server.port("panel"))
+        for address, chip in zip((4, 2, 1), MODULES, strict=True):
+            page.send(chip, *(f"{address}{line}" for line in ("S10", "T100", "R10", f"+{400 * address}")))
+        for address, chip in zip((4, 2, 1), MODULES, strict=True):
+            page.until(lambda chip=chip, address=address: page.position(chip) == 400 * address)
+        page.picture("line")
+        page.close()
