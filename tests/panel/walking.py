@@ -28,7 +28,7 @@ class Running:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env=own | (environment or {}),
+            env=own | {'PYTHONFAULTHANDLER': '1'} | (environment or {}),
         )
         self.ports = {}
 
@@ -44,6 +44,11 @@ class Running:
     def end(self):
         """End it as a user does; it has said nothing of errors."""
         self.process.send_signal(signal.SIGTERM)
+        try:
+            self.process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self.process.send_signal(signal.SIGABRT)
+            raise AssertionError(self.process.stderr.read()[-3000:])
         assert self.process.wait(PATIENCE) == 0
         assert self.process.stderr.read() == ""
 
