@@ -242,9 +242,76 @@ def test_three_modules_share_a_line(walk, bench):
         page.close()
 
 
-def test_a_front_panel_is_worked_by_mouse_and_by_keyboard(walk, bench):
+def test_a_front_panel_is_worked_by_mouse(walk, bench):
     with running("panel", bench(FRONT_PANEL), "--no-browser") as command:
         page = walk(command.port("panel"))
-        page.part("display, hp display").wait_for()
-        page.picture("front_panel")
+        switch, bank = page.part("switch, jog switch"), page.part("wheels, thumbwheels")
+        clockwise = page.button("switch: jog clockwise", switch)
+        clockwise.hover()
+        page.page.mouse.down()
+        page.until(lambda: page.position() > 3)
+        page.picture("front_panel_jog")
+        clockwise.hover()
+        page.page.mouse.up()
+        switch.get_by_text("off", exact=True).wait_for()
+
+        page.send("x", "A 0")
+        for _ in range(4):
+            page.button("wheels, digit 7 of 8: up", bank).click()
+        page.button("wheels, digit 8 of 8: down", bank).click()
+        page.until(lambda: wheels(page) == "00000064")
+        page.send("x", "+", "N #", "G")
+        page.until(lambda: page.position() == 64)
+        page.send("x", "? P")
+        page.until(lambda: "64" in shown(page))
+        page.send("x", "H 16")
+        page.part("home, switch").get_by_text("closed").wait_for()
+        page.picture("front_panel_mouse")
         page.close()
+
+
+def shown(page):
+    """Return what the display shows."""
+    return "".join(page.part("display, hp display").locator(".display-cell").all_text_contents())
+
+
+def test_a_front_panel_is_worked_with_the_keyboard_alone(walk, bench):
+    with running("panel", bench(FRONT_PANEL), "--no-browser") as command:
+        page = walk(command.port("panel"), scheme="dark")
+        keys = page.page.keyboard
+        page.part("display, hp display").wait_for()
+
+        page.tab_to("Command for x")
+        keys.type("A 0\n")
+        page.tab_to("wheels, digit 7 of 8: up")
+        keys.press("Enter")
+        page.tab_to("wheels, digit 7 of 8: down")
+        keys.press(" ")
+        keys.press(" ")
+        page.until(lambda: wheels(page) == "00000015")
+        page.tab_to("switch: jog clockwise")
+        keys.down(" ")
+        page.until(lambda: page.position() > 0)
+        keys.up(" ")
+        page.until(lambda: page.part("switch, jog switch").locator(".jog-state").text_content() == "off")
+
+        page.tab_to("Command for x", back=True)
+        keys.type("A 0\n+\nN #\nG\n? P\n")
+        page.until(lambda: page.position() == 15)
+        page.until(lambda: "15" in shown(page))
+        keys.press("F8")
+        page.button("Go").wait_for()
+        page.tab_to("pin usrb1, input and output, high", back=True)
+        keys.press("0")
+        page.until(lambda: page.pin("usrb1").get_attribute("data-level") == "0")
+        keys.press("Escape")
+        page.until(lambda: page.pin("usrb1").get_attribute("data-level") == "1")
+        keys.press("F8")
+        page.button("Pause").wait_for()
+        page.picture("front_panel_keyboard")
+        page.close()
+
+
+def wheels(page):
+    """Return what the thumbwheels show."""
+    return "".join(page.part("wheels, thumbwheels").locator(".wheel-digit").all_text_contents())

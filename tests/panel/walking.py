@@ -134,6 +134,24 @@ class Walk:
             self.page.get_by_label(f"Command for {chip}").fill(line)
             self.page.keyboard.press("Enter")
 
+    def tab_to(self, name, back=False):
+        """Go to a control with the Tab key; within a package, with its arrows."""
+        keys, focus = self.page.keyboard, "document.activeElement.getAttribute('aria-label') ?? ''"
+        for _ in range(120):
+            keys.press("Shift+Tab" if back else "Tab")
+            if self.page.evaluate(focus) == name:
+                return
+            if name.startswith("pin") and self.page.evaluate("document.activeElement.classList.contains('pin')"):
+                break
+        else:
+            raise AssertionError(f"the Tab key does not reach {name!r}")
+        keys.press("Home")
+        for _ in range(60):
+            if self.page.evaluate(focus) == name:
+                return
+            keys.press("ArrowDown")
+        raise AssertionError(f"the arrows do not reach {name!r}")
+
     def until(self, met, seconds=PATIENCE):
         """Wait until something is true on the page, which goes on meanwhile."""
         end = time.monotonic() + seconds
@@ -163,9 +181,8 @@ class Walk:
 
     def close(self):
         """Close the page; nothing has gone wrong on it, and nothing is wider than the screen."""
-        width = self.page.evaluate("document.documentElement.scrollWidth")
         names = self.names()
-        wide, screen = width, self.page.viewport_size["width"]
+        wide, screen = self.page.evaluate("document.documentElement.scrollWidth"), self.page.viewport_size["width"]
         self.page.close()
         assert self.wrong == []
         assert wide <= screen

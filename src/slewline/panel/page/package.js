@@ -58,7 +58,7 @@ class PackageView {
     this.root = root;
     /** @type {Map<string, {pin: Pin, element: HTMLElement, mark: HTMLElement, shown: string}>} */
     this.pins = new Map();
-    /** Levels that this page holds. @type {Map<string, 0 | 1>} */
+    /** Levels that this page holds, before a view says so. @type {Map<string, 0 | 1>} */
     this.held = new Map();
     /** @type {Package[]} */
     this.packages = [];
@@ -216,7 +216,7 @@ class PackageView {
     onHold(
       element,
       () => {
-        wasHeld = this.held.has(pin.name);
+        wasHeld = this.isHeld(pin);
         if (!wasHeld && this.link.writes) this.drive(pin, pressedLevel(pin, this.level(pin)));
       },
       (heldMs) => {
@@ -235,6 +235,15 @@ class PackageView {
   }
 
   /**
+   * Return whether a level is held from outside: by this page, or by another one, or by a program.
+   * @param {Pin} pin
+   * @returns {boolean}
+   */
+  isHeld(pin) {
+    return this.held.has(pin.name) || typeof this.link.view.chips?.[this.chip]?.held?.[pin.name] === "number";
+  }
+
+  /**
    * @param {Pin} pin
    * @param {0 | 1} level
    */
@@ -245,7 +254,9 @@ class PackageView {
 
   /** @param {Pin} pin */
   release(pin) {
-    if (this.held.delete(pin.name)) this.ask({ do: "release", pin: `${this.chip}.${pin.name}` });
+    const held = this.isHeld(pin);
+    this.held.delete(pin.name);
+    if (held) this.ask({ do: "release", pin: `${this.chip}.${pin.name}` });
   }
 
   /** @param {Record<string, any>} request */
@@ -332,7 +343,7 @@ class PackageView {
     for (const one of this.pins.values()) {
       const { pin, element, mark } = one;
       const level = this.level(pin);
-      const held = this.held.has(pin.name);
+      const held = this.isHeld(pin);
       const shown = `${level} ${held} ${this.link.writes}`;
       if (shown === one.shown) continue;
       one.shown = shown;
