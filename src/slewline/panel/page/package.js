@@ -340,6 +340,7 @@ class PackageView {
 
   /** Draw what has changed; called with every picture in which something may have. */
   update() {
+    const owner = Object.keys(this.link.view.chips ?? {}).length > 1 ? `${this.chip}: ` : ""; // of several with this pin
     for (const one of this.pins.values()) {
       const { pin, element, mark } = one;
       const level = this.level(pin);
@@ -351,7 +352,7 @@ class PackageView {
       const number = pin.number ? `pin ${pin.number} ` : "pin ";
       const state = signal ? `, ${levelText(level)}${held ? ", held" : ""}` : "";
       set(element, {
-        "aria-label": `${number}${pin.name}, ${wayText(pin)}${state}`,
+        "aria-label": `${owner}${number}${pin.name}, ${wayText(pin)}${state}`,
         "aria-pressed": element.localName === "button" ? String(held) : null,
         "aria-disabled": element.localName === "button" && !this.link.writes ? "true" : null,
         "data-level": signal ? (level === 1 ? "1" : level === 0 ? "0" : "z") : null,
