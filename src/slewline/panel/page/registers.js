@@ -5,6 +5,7 @@
 import { h, say } from "./dom.js";
 import { grouped, shown } from "./format.js";
 
+const LIT_MS = 300;
 const LONG_LETTER = 3; // a command with a name, such as SET_POS, says what the register's name says
 
 /**
@@ -89,12 +90,27 @@ function many(chip) {
   return (chip.axes?.length ?? 0) > 1;
 }
 
+/** Until when cells are lit. @type {Map<HTMLElement, number>} */
+const lit = new Map();
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let timer;
+
 /**
- * Let a cell light up and fade.
+ * Let a cell light up, and fade when it has not changed for a while; one that changes all the time costs no more for it.
  * @param {HTMLElement} cell
  */
 export function flash(cell) {
-  for (const old of cell.getAnimations()) old.cancel();
-  const lit = getComputedStyle(cell).getPropertyValue("--flash");
-  cell.animate([{ backgroundColor: lit }, { backgroundColor: "transparent" }], { duration: 700, easing: "ease-out" });
+  if (!lit.has(cell)) cell.setAttribute("data-lit", "");
+  lit.set(cell, performance.now() + LIT_MS);
+  timer ??= setTimeout(fade, LIT_MS);
+}
+
+function fade() {
+  const nowMs = performance.now();
+  for (const [cell, untilMs] of lit) {
+    if (untilMs > nowMs) continue;
+    cell.removeAttribute("data-lit");
+    lit.delete(cell);
+  }
+  timer = lit.size ? setTimeout(fade, LIT_MS) : undefined;
 }
