@@ -11,8 +11,7 @@ import { registers } from "./registers.js";
 /** @typedef {import("./link.js").Link} Link */
 /** @typedef {{update: (view: any, timePs: number) => void, close: () => void}} View */
 
-const SEEN_MS = 100; // between two changes of what is to be read
-const UNSEEN_MS = 500; // the same of a card that is not on the screen: a screen reader may be there
+const UNSEEN_MS = 500; // between two changes of a card that is not on the screen: a screen reader may be there
 
 /**
  * Show a chip.
@@ -115,8 +114,8 @@ export function chipCard(link, sheet, name, root, breakpoints, fail) {
 
   return {
     update(view, timePs) {
-      const waitMs = lastMs + (seen ? SEEN_MS : UNSEEN_MS) - performance.now();
-      if (waitMs > 0) later(waitMs);
+      const waitMs = lastMs + UNSEEN_MS - performance.now();
+      if (!seen && waitMs > 0) later(waitMs);
       else draw(view, timePs);
     },
     close() {
