@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import pytest
 
 from .walking import DESKTOP, PHONE, Walk, running
 
 pytestmark = pytest.mark.system
+LONGEST_S = 3.0  # of work of the command, until something moves
 
 WELDING = """
 [[chip]]
@@ -52,10 +55,10 @@ while True:
     assert answer in (b"B\\r", b""), answer  # none while time stands
 """
 
-S_CURVES = "".join(
-    f"SET_{axis}\nSET_PRFL_S_CRV\nSET_POS {position}\nSET_VEL 0x30000\nSET_MAX_ACC 0x80\nSET_JERK 0x8000\n"
-    for axis, position in enumerate((60000, -45000, 30000, -15000), 1)
-) + "MULTI_UPDATE 0xF\n"
+PLACES = [60000, -45000, 30000, -15000]
+S_CURVE = "SET_PRFL_S_CRV\nSET_VEL 0x30000\nSET_MAX_ACC 0x80\nSET_JERK 0x8000\n"
+AXES = [f"SET_{axis}\n{S_CURVE}SET_POS {place}\n" for axis, place in enumerate(PLACES, 1)]
+S_CURVES = "".join([*AXES, "MULTI_UPDATE 0xF\n"])
 
 MODULES = ("left", "middle", "right")
 LINE = "".join(
@@ -143,7 +146,7 @@ def test_twelve_spots_are_welded_with_what_the_page_offers(walk, bench, size, sc
         page.until(lambda: finished.text_content() == "1")
         page.picture("weld_half")
         page.until(lambda: finished.text_content() == "2")
-        page.until(lambda: "12 spots" in (page.page.get_by_role("img", name="carriage carriage").get_attribute("aria-label") or ""))
+        page.page.get_by_role("img", name="carriage carriage, 12 spots").wait_for()
         page.picture("weld_done")
         page.close()
 
@@ -166,13 +169,15 @@ def host_program(url):
 @pytest.mark.parametrize("attached", [False, True], ids=["serve", "attach"])
 def test_a_program_is_taken_back_and_goes_the_other_way(walk, attached, tmp_path):
     own = ["--control", "127.0.0.1:0", "--journal", tmp_path / "journal"] if attached else ["--panel", "127.0.0.1:0"]
-    with running("serve", "gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0", *own) as server:
-        with host_program(server.port("gs_c200s")):
-            if attached:
-                with running("panel", "--attach", server.port("control"), "--no-browser") as panel:
-                    other_way(walk(panel.port("panel"), scheme="dark"), by_slider=True)
-            else:
-                other_way(walk(server.port("panel")), by_slider=False)
+    with (
+        running("serve", "gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0", *own) as server,
+        host_program(server.port("gs_c200s")),
+    ):
+        if not attached:
+            other_way(walk(server.port("panel")), by_slider=False)
+            return
+        with running("panel", "--attach", server.port("control"), "--no-browser") as panel:
+            other_way(walk(panel.port("panel"), scheme="dark"), by_slider=True)
 
 
 def other_way(page, by_slider):
@@ -220,13 +225,13 @@ def other_way(page, by_slider):
     page.close()
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.long)])
 def test_four_axes_turn_in_s_curves(walk, bench, scheme):
     with running("panel", bench(S_CURVES, "curves.mc1451a"), "--no-browser") as command:
         page = walk(command.port("panel"), scheme=scheme)
         page.until(lambda: page.position(axis=0) > 20000)
         page.picture(f"curves_{scheme}")
-        page.until(lambda: [page.position(axis=axis) for axis in range(4)] == [60000, -45000, 30000, -15000])
+        page.until(lambda: [page.position(axis=axis) for axis in range(4)] == PLACES)
         page.picture(f"curves_end_{scheme}")
         page.close()
 
@@ -315,3 +320,32 @@ def test_a_front_panel_is_worked_with_the_keyboard_alone(walk, bench):
 def wheels(page):
     """Return what the thumbwheels show."""
     return "".join(page.part("wheels, thumbwheels").locator(".wheel-digit").all_text_contents())
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="the system does not tell of the work of a process")
+def test_from_the_command_to_a_moving_motor_little_is_to_be_done(walk, bench):
+    moves = bench("A 0\nF 20\nR 40\nS 200\nZ 1\nN 60000\n+\nG\n", "moves.cy525")
+    with running("panel", moves, "--no-browser") as command:
+        page = walk(command.port("panel"))
+        page.until(lambda: page.position() > 0)
+        own = command.process.pid
+        assert sum(map(worked_s, (own, *children(own)))) < LONGEST_S  # on several cores it is there in half of that
+        page.close()
+
+
+def children(process):
+    """Return the processes that a process has started."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            if int((folder / "stat").read_text().rpartition(")")[2].split()[1]) == process:
+                found.append(int(folder.name))
+    return found
+
+
+def worked_s(process):
+    """Return how long a process has worked, in seconds."""
+    with suppress(OSError):
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+        return sum(map(int, fields[11:13])) / os.sysconf("SC_CLK_TCK")
+    return 0

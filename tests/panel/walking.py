@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 from tests.links.conftest import PATIENCE
 
 COMMAND = [sys.executable, "-m", "slewline"]
+TELLS = 'addEventListener("securitypolicyviolation", (event) => console.error("policy", event.violatedDirective));'
 DESKTOP, PHONE = (1440, 900), (390, 844)
 # What assistive technology is told of each control: its role and its name, as the browser works them out.
 CONTROLS = ("button", "checkbox", "combobox", "listbox", "searchbox", "slider", "spinbutton", "tab", "textbox", "link")
@@ -21,14 +22,14 @@ CONTROLS = ("button", "checkbox", "combobox", "listbox", "searchbox", "slider", 
 class Running:
     """The command, with the ports that it has told of, by name."""
 
-    def __init__(self, *arguments, environment=None):
+    def __init__(self, *arguments):
         own = {name: value for name, value in os.environ.items() if name != "SLEWLINE_TOKEN"}
         self.process = subprocess.Popen(
             [*COMMAND, *map(str, arguments)],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env=own | {'PYTHONFAULTHANDLER': '1'} | (environment or {}),
+            env=own | {"PYTHONFAULTHANDLER": "1"},
         )
         self.ports = {}
 
@@ -47,8 +48,8 @@ class Running:
         try:
             self.process.wait(PATIENCE)
         except subprocess.TimeoutExpired:
-            self.process.send_signal(signal.SIGABRT)
-            raise AssertionError(self.process.stderr.read()[-3000:])
+            self.process.send_signal(getattr(signal, "SIGABRT", signal.SIGTERM))  # it writes where it hangs
+            raise AssertionError(self.process.stderr.read()) from None
         assert self.process.wait(PATIENCE) == 0
         assert self.process.stderr.read() == ""
 
@@ -61,9 +62,9 @@ class Running:
 
 
 @contextmanager
-def running(*arguments, environment=None):
+def running(*arguments):
     """Yield the command, and end it with a signal."""
-    command = Running(*arguments, environment=environment)
+    command = Running(*arguments)
     try:
         yield command
         command.end()
@@ -92,9 +93,7 @@ class Walk:
         page.on("pageerror", lambda error: self.wrong.append(str(error)))
         page.on("console", lambda said: self.wrong.append(said.text) if said.type in ("error", "warning") else None)
         page.on("request", lambda asked: self.wrong.append(asked.url) if origin != urlsplit(asked.url).netloc else None)
-        page.add_init_script(
-            'addEventListener("securitypolicyviolation", (event) => console.error(`policy: ${event.violatedDirective}`))'
-        )
+        page.add_init_script(TELLS)
         page.goto(url)
         page.locator(".chip-card .figure").first.wait_for()
 
