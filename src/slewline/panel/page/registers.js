@@ -20,7 +20,8 @@ export function registers(sheet, chipName, root) {
   const said = new Map((sheet.registers ?? []).map((/** @type {any} */ one) => [one.name, one]));
   const head = h("tr");
   const body = h("tbody");
-  root.append(h("table", { class: "registers", "aria-label": `Registers of ${chipName}` }, h("thead", {}, head), body));
+  const table = h("table", { class: "registers", "aria-label": `Registers of ${chipName}` }, h("thead", {}, head), body);
+  root.append(table);
   /** The cells of each register: one, or one for each axis. @type {Map<string, HTMLElement[]>} */
   let cells = new Map();
   let shape = "";
@@ -31,6 +32,7 @@ export function registers(sheet, chipName, root) {
     const whole = Object.keys(chip.registers ?? {});
     const names = axes.length ? [...new Set([...Object.keys(axes[0].registers ?? {}), ...whole])] : whole;
     const columns = axes.length ? axes.map((/** @type {any} */ _axis, /** @type {number} */ n) => `Axis ${n + 1}`) : ["Value"];
+    table.classList.toggle("many", axes.length > 0);
     head.replaceChildren(
       h("th", { scope: "col" }, "Register"),
       ...columns.map((/** @type {string} */ column) => h("th", { scope: "col", class: "number" }, column)),
