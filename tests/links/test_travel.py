@@ -208,3 +208,14 @@ def parent(process):
             return int(file.read().rsplit(")", 1)[1].split()[1])
     except (OSError, ProcessLookupError):
         return None
+
+
+def test_a_client_that_looks_away_in_a_branch_holds_nothing_up(begin, client):
+    session = begin(seed=9)
+    session.play(acts=5, looks=0)
+    session.ask("subscribe", every="5 ms")
+    session.ask("back", time="20 ms")
+    session.ask("subscribe", every=0)
+    time.sleep(0.05)  # in which the server would look for changes without end
+    other = Asks(client(session.server.ports["control"]))
+    assert other("branches")["branches"]

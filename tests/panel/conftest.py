@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from contextlib import contextmanager
@@ -17,6 +18,7 @@ from slewline.links.lines.pace import Paced
 from slewline.links.server import Server
 from tests.links.conftest import PATIENCE, Threaded
 
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 CONTROL_TOKEN = "only the panel knows it"
 
 
@@ -122,3 +124,19 @@ def panels(served):
 
     yield panel
     assert [one.close() for one in opened] == [""] * len(opened)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Chromium; where it is missing the test is skipped, in CI it fails."""
+    path = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if path is None:
+        reason = "no Chromium is installed; on Debian:  apt install chromium"
+        if os.environ.get("CI"):
+            pytest.fail(reason)
+        pytest.skip(reason)
+    playwright = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
+    with playwright.sync_playwright() as running:
+        chromium = running.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()

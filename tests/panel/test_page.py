@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import time
 from pathlib import Path
 
@@ -11,27 +9,10 @@ import pytest
 
 import slewline.panel
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 SIZES = {"desktop": (1440, 900), "phone": (390, 844)}
 PAGE = Path(slewline.panel.__file__).with_name("page")
 HEAVIEST = 300_000  # bytes of the whole page
 pytestmark = pytest.mark.system
-
-
-@pytest.fixture(scope="module")
-def browser():
-    """Chromium; where it is missing the test is skipped, in CI it fails."""
-    path = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if path is None:
-        reason = "no Chromium is installed; on Debian:  apt install chromium"
-        if os.environ.get("CI"):
-            pytest.fail(reason)
-        pytest.skip(reason)
-    playwright = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
-    with playwright.sync_playwright() as running:
-        chromium = running.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
 
 
 @pytest.fixture(params=SIZES)

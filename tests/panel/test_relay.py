@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import signal
+import socket
+import struct
 import subprocess
 import sys
 
@@ -27,6 +29,19 @@ def test_replies_come_in_order_and_with_their_ids(page):
     for number in range(50):
         page.send(json.dumps({"do": "read", "pins": ["x.abort"], "id": number}))
     assert [json.loads(page.recv(PATIENCE))["id"] for _ in range(50)] == list(range(50))
+
+
+def test_pages_that_leave_before_they_have_said_anything_leave_no_trace(panels):
+    panel = panels()  # its standard error must be empty at the end
+    for _ in range(10):
+        with socket.create_connection(("127.0.0.1", panel.port)) as page:
+            fields = {"Host": panel.host, "Origin": panel.origin, "Upgrade": "websocket", "Connection": "Upgrade"}
+            fields |= {"Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="}
+            lines = ["GET /link HTTP/1.1", *(f"{name}: {value}" for name, value in fields.items()), "", ""]
+            page.sendall("\r\n".join(lines).encode())
+            page.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # it breaks off
+    with panel.connect(panel.token) as page:
+        assert json.loads(page.recv(PATIENCE))["writes"]
 
 
 def test_events_come_between(page):

@@ -145,16 +145,22 @@ class Relay:
 
     async def run(self) -> None:
         """Pass messages both ways until one side has gone."""
-        await self.page.accept()
         try:
+            await self.page.accept()
             async with asyncio.timeout(GREETING_S):
                 greeting = await self.page.receive_text()
-            writes = self.access.writes(greeting)
-            reader, writer = await self.connected()
         except TimeoutError:
             await self.hang_up(Hangup(POLICY, "No token came in time."))
             return
-        except (Hangup, KeyError) as error:
+        except KeyError as error:
+            await self.hang_up(error)
+            return
+        except (WebSocketDisconnect, RuntimeError):  # the latter: it had gone before it was accepted
+            return
+        try:
+            writes = self.access.writes(greeting)
+            reader, writer = await self.connected()
+        except Hangup as error:
             await self.hang_up(error)
             return
         try:

@@ -214,13 +214,17 @@ class Client:
     # -------------------------------------------------------------------------------------------------------- events
     def subscribe(self, every_s: float) -> Data:
         """Send events from now on, at most so often; 0: no more.  Return the view as it is."""
-        self.every_s = every_s and max(every_s, OFTENEST_S)
-        self.watching += 1
         dialogue = self.server.dialogue
         self.seen, self.told = self.server.views.view(), (dialogue.touched, dialogue.number, perf_counter())
+        self.watch(every_s)
+        return self.seen
+
+    def watch(self, every_s: float) -> None:
+        """Look for changes so often from now on, if not too often; 0: no more."""
+        self.every_s = every_s and max(every_s, OFTENEST_S)
+        self.watching += 1
         if self.every_s:
             self.server.loop.after(self.every_s, partial(self.tell, self.watching))
-        return self.seen
 
     def tell(self, watching: int) -> None:
         """Send what has changed, unless the client has not read what was sent before."""
@@ -314,7 +318,7 @@ class Beyond:
         if request["do"] == "breakpoints":
             Requests(client.server, client).do_breakpoints(request)  # those of the next branch
         if request["do"] == "subscribe":
-            client.every_s = picoseconds(request["every"]) / PS_PER_S
+            client.watch(picoseconds(request["every"]) / PS_PER_S)
         client.server.travel.forwarded(request["do"])
         client.waiting = not client.every_s
         self.stream.write(line + b"\n")

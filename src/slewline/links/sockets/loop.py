@@ -94,7 +94,8 @@ class Loop:
                 writable()
             if readable is not None and mask & selectors.EVENT_READ and calls.get(key.fd) is key.data:
                 readable()  # else it was forgotten in this very turn
-        while self.timers and self.timers[0][0] <= perf_counter():
+        now_s = perf_counter()  # what is set again meanwhile has its turn after descriptors
+        while self.timers and self.timers[0][0] <= now_s:
             heappop(self.timers)[2]()
 
     def close(self) -> None:

@@ -11,6 +11,8 @@ import { registers } from "./registers.js";
 /** @typedef {import("./link.js").Link} Link */
 /** @typedef {{update: (view: any, timePs: number) => void, close: () => void}} View */
 
+const UNSEEN_MS = 500; // between two changes of a card that is not on the screen: a screen reader may be there
+
 /**
  * Show a chip.
  * @param {Link} link
@@ -69,27 +71,57 @@ export function chipCard(link, sheet, name, root, breakpoints, fail) {
     readings.classList.toggle("many", count > 1);
   }
 
+  let seen = true;
+  let lastMs = -Infinity;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  let timer;
+  const places = new IntersectionObserver((entries) => {
+    seen = entries[entries.length - 1].isIntersecting;
+    if (seen) later(0);
+  });
+  places.observe(root);
+
+  /** @param {number} ms */
+  function later(ms) {
+    clearTimeout(timer);
+    timer = setTimeout(() => draw(link.view, link.timePs), ms);
+  }
+
+  /**
+   * @param {any} view
+   * @param {number} timePs
+   */
+  function draw(view, timePs) {
+    clearTimeout(timer);
+    lastMs = performance.now();
+    const chip = view.chips?.[name];
+    if (!chip) return;
+    if ((chip.axes?.length ?? 0) !== axes.length) build(chip.axes.length);
+    axes.forEach((axis, index) => {
+      const own = chip.axes[index];
+      say(axis.position, grouped(own.position ?? "–"));
+      say(axis.velocity, velocity(own.velocity));
+      axis.velocity.closest("dl")?.classList.toggle("moving", own.moving === true);
+    });
+    const off = chip.powered === false;
+    say(state, off ? "no supply" : chip.working ? `works on ${chip.working}` : chip.waiting || (chip.idle ? "idle" : ""));
+    state.className = `state ${off ? "off" : chip.working ? "working" : "idle"}`;
+    power.hidden = chip.powered === undefined;
+    say(power, off ? "Supply off" : "Supply on");
+    power.setAttribute("aria-pressed", String(!off));
+    for (const one of views) one.update(view, timePs);
+  }
+
   return {
     update(view, timePs) {
-      const chip = view.chips?.[name];
-      if (!chip) return;
-      if ((chip.axes?.length ?? 0) !== axes.length) build(chip.axes.length);
-      axes.forEach((axis, index) => {
-        const own = chip.axes[index];
-        say(axis.position, grouped(own.position ?? "–"));
-        say(axis.velocity, velocity(own.velocity));
-        axis.velocity.closest("dl")?.classList.toggle("moving", own.moving === true);
-      });
-      const off = chip.powered === false;
-      say(state, off ? "no supply" : chip.working ? `works on ${chip.working}` : chip.waiting || (chip.idle ? "idle" : ""));
-      state.className = `state ${off ? "off" : chip.working ? "working" : "idle"}`;
-      power.hidden = chip.powered === undefined;
-      say(power, off ? "Supply off" : "Supply on");
-      power.setAttribute("aria-pressed", String(!off));
-      for (const one of views) one.update(view, timePs);
+      const waitMs = lastMs + UNSEEN_MS - performance.now();
+      if (!seen && waitMs > 0) later(waitMs);
+      else draw(view, timePs);
     },
     close() {
       closed = true;
+      clearTimeout(timer);
+      places.disconnect();
       for (const one of [...views, ...ends]) one.close();
       root.replaceChildren();
     },

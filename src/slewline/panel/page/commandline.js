@@ -38,7 +38,7 @@ export function commandLine(link, sheet, chipName, root, fail) {
   root.append(
     h("form", { class: "row command-line", submit: send },
       h("span", { class: "prompt", "aria-hidden": "true" }, "›"), input,
-      h("button", { "data-writes": true }, "Send")),
+      h("button", { "data-writes": true, "aria-label": `Send to ${chipName}` }, "Send")),
     help,
   );
 

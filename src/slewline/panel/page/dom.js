@@ -53,6 +53,12 @@ export function put(element, ...children) {
  * @returns {boolean} was it another one?
  */
 export function say(element, text) {
+  const only = element.childNodes.length === 1 ? element.firstChild : null;
+  if (only instanceof Text) { // a text that changes is laid out for less than one that is replaced
+    if (only.data === text) return false;
+    only.data = text;
+    return true;
+  }
   if (element.textContent === text) return false;
   element.textContent = text;
   return true;

@@ -132,6 +132,7 @@ export function editor(link, sheets, root, fail) {
       await link.request({ do: "send", chip: chip.value, text: text.value });
       say(state, `Sent to ${chip.value}.`);
     } catch (error) {
+      say(state, "Not sent.");
       fail(/** @type {Error} */ (error));
       return false;
     }

@@ -49,6 +49,17 @@ export function writtenTime(text) {
 }
 
 /**
+ * Return a time that somebody has written, in picoseconds; NaN if it is none.
+ * @param {string} text
+ * @returns {number}
+ */
+export function picoseconds(text) {
+  const [, number, name] = writtenTime(text).match(/^([\d.]+) (\D+)$/) ?? [];
+  const unit = UNITS.find(([, one]) => one === (name === "us" ? "µs" : name));
+  return unit ? Number(number) * unit[0] : NaN;
+}
+
+/**
  * Return a whole number with its digits in groups, and a proper minus.
  * @param {number | string} value
  * @returns {string}

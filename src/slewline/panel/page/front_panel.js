@@ -12,6 +12,7 @@ import { digitsOf } from "./units.js";
 /** @typedef {(verb: string, ...args: (number | string)[]) => void} Act */
 
 const FLASH = "display-flash";
+const TRUST_MS = 1000; // after a click, what it has asked for is shown, whatever a view of before says
 
 /** A display: a row of lit characters, or a liquid crystal with several rows. */
 export class Display {
@@ -59,7 +60,8 @@ export class Thumbwheels {
     this.name = name;
     this.act = act;
     this.value = "";
-    this.asked = ""; // what a click has asked for, until a view shows it
+    this.asked = ""; // what the clicks have asked for, until a view shows it
+    this.askedMs = 0;
     this.letter = h("b", { class: "wheels-letter" });
     this.wheels = h("div", { class: "wheels" });
     this.element = h("div", { class: "wheels-bank", role: "group", "aria-label": name }, this.letter, this.wheels);
@@ -72,7 +74,8 @@ export class Thumbwheels {
     const value = String(shows.value);
     say(this.letter, shows.letter ?? "");
     if (this.windows.length !== value.length) this.build(value.length);
-    if (value !== this.value) this.asked = "";
+    // a view may show what the first of several quick clicks has done: the next one counts on from the last all the same
+    if (value === this.asked || performance.now() - this.askedMs > TRUST_MS) this.asked = "";
     this.value = value;
     this.show();
   }
@@ -103,6 +106,7 @@ export class Thumbwheels {
     const digits = [...(this.asked || this.value)];
     digits[n] = String((Number.parseInt(digits[n], 10) + by + 10) % 10 || 0);
     this.asked = digits.join("");
+    this.askedMs = performance.now();
     this.show();
     this.act("turn", Number(this.asked));
   }

@@ -16,7 +16,6 @@ import { digitsOf } from "./units.js";
 /** @typedef {{element: HTMLElement, take: (moment: Moment) => void, close: () => void}} Card */
 
 const AXIS_TURN = 200; // steps of the motor that is drawn for an axis of a chip
-const TEXT_MS = 100; // between two changes of the same figures
 const LAMP_ROLES = /^(output\d|ready|running|slewing|moving|motion_complete|ramping|program_entry|interrupt)$/;
 const JOG = ["cw", "ccw", "off"];
 const SHAFT_KEYS = ["angle", "per_turn", "position", "place", "low", "high", "unit", "spots", "lit", "on"];
@@ -25,7 +24,7 @@ const SHAFT_KEYS = ["angle", "per_turn", "position", "place", "low", "high", "un
  * Draw the machine.
  * @param {Link} link
  * @param {HTMLElement} root
- * @returns {{update: () => void, close: () => void}}
+ * @returns {{update: (view: any, timePs: number, legible: boolean) => void, close: () => void, moves: boolean}}
  */
 export function machine(link, root) {
   return new Machine(link, root);
@@ -48,9 +47,7 @@ class Machine {
     this.asked = false;
     this.lastPs = 0;
     this.jump = true;
-    this.textMs = 0; // when lamps and figures were set
-    /** @type {ReturnType<typeof setTimeout> | undefined} */
-    this.timer = undefined;
+    this.moves = true;
     this.ends = [
       link.on("branch", () => {
         this.jump = true;
@@ -60,7 +57,6 @@ class Machine {
   }
 
   close() {
-    clearTimeout(this.timer);
     for (const end of this.ends) end();
     this.clear();
   }
@@ -88,20 +84,18 @@ class Machine {
     this.problem.hidden = false;
   }
 
-  /** Draw what has changed; called with every picture in which something may have. */
-  update() {
-    const { view, timePs } = this.link;
+  /**
+   * Draw what has changed; called with every picture in which something may have.
+   * @param {any} [view]
+   * @param {number} [timePs]
+   * @param {boolean} [legible] also what is to be read
+   */
+  update(view = this.link.view, timePs = this.link.timePs, legible = true) {
     const jumped = this.jump || timePs < this.lastPs;
     this.jump = false;
     this.lastPs = timePs;
     const rate = view.pace?.lockstep ? 1 : (view.pace?.rate ?? 1);
-    // what moves is drawn with every view, what is to be read no more often than it can be
-    const sinceMs = performance.now() - this.textMs;
-    const legible = jumped || sinceMs >= TEXT_MS;
-    clearTimeout(this.timer);
-    if (legible) this.textMs = performance.now();
-    else this.timer = setTimeout(() => this.update(), TEXT_MS - sinceMs);
-    const moment = { jumped, legible, nowPs: timePs, rate, view };
+    const moment = { jumped, legible: legible || jumped, nowPs: timePs, rate, view };
     for (const [name, chip] of Object.entries(view.chips ?? {})) {
       chip.axes?.forEach((/** @type {Data} */ _, /** @type {number} */ n) => {
         const key = `axis ${name} ${n}`;

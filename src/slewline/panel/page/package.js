@@ -58,7 +58,7 @@ class PackageView {
     this.root = root;
     /** @type {Map<string, {pin: Pin, element: HTMLElement, mark: HTMLElement, shown: string}>} */
     this.pins = new Map();
-    /** Levels that this page holds. @type {Map<string, 0 | 1>} */
+    /** Levels that this page holds, before a view says so. @type {Map<string, 0 | 1>} */
     this.held = new Map();
     /** @type {Package[]} */
     this.packages = [];
@@ -216,7 +216,7 @@ class PackageView {
     onHold(
       element,
       () => {
-        wasHeld = this.held.has(pin.name);
+        wasHeld = this.isHeld(pin);
         if (!wasHeld && this.link.writes) this.drive(pin, pressedLevel(pin, this.level(pin)));
       },
       (heldMs) => {
@@ -235,6 +235,15 @@ class PackageView {
   }
 
   /**
+   * Return whether a level is held from outside: by this page, or by another one, or by a program.
+   * @param {Pin} pin
+   * @returns {boolean}
+   */
+  isHeld(pin) {
+    return this.held.has(pin.name) || typeof this.link.view.chips?.[this.chip]?.held?.[pin.name] === "number";
+  }
+
+  /**
    * @param {Pin} pin
    * @param {0 | 1} level
    */
@@ -245,7 +254,9 @@ class PackageView {
 
   /** @param {Pin} pin */
   release(pin) {
-    if (this.held.delete(pin.name)) this.ask({ do: "release", pin: `${this.chip}.${pin.name}` });
+    const held = this.isHeld(pin);
+    this.held.delete(pin.name);
+    if (held) this.ask({ do: "release", pin: `${this.chip}.${pin.name}` });
   }
 
   /** @param {Record<string, any>} request */
@@ -329,10 +340,11 @@ class PackageView {
 
   /** Draw what has changed; called with every picture in which something may have. */
   update() {
+    const owner = Object.keys(this.link.view.chips ?? {}).length > 1 ? `${this.chip}: ` : ""; // of several with this pin
     for (const one of this.pins.values()) {
       const { pin, element, mark } = one;
       const level = this.level(pin);
-      const held = this.held.has(pin.name);
+      const held = this.isHeld(pin);
       const shown = `${level} ${held} ${this.link.writes}`;
       if (shown === one.shown) continue;
       one.shown = shown;
@@ -340,7 +352,7 @@ class PackageView {
       const number = pin.number ? `pin ${pin.number} ` : "pin ";
       const state = signal ? `, ${levelText(level)}${held ? ", held" : ""}` : "";
       set(element, {
-        "aria-label": `${number}${pin.name}, ${wayText(pin)}${state}`,
+        "aria-label": `${owner}${number}${pin.name}, ${wayText(pin)}${state}`,
         "aria-pressed": element.localName === "button" ? String(held) : null,
         "aria-disabled": element.localName === "button" && !this.link.writes ? "true" : null,
         "data-level": signal ? (level === 1 ? "1" : level === 0 ? "0" : "z") : null,

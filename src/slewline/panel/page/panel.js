@@ -10,9 +10,15 @@ import { editor } from "./editor.js";
 import { Link } from "./link.js";
 import { timebar } from "./timebar.js";
 
-/** @typedef {{update: (view: any, timePs: number) => void, close?: () => void}} View */
+/**
+ * What shows something. One that `moves` is drawn with every view, any other no more often than it can be read; `legible`
+ * tells the first kind when that is.
+ * @typedef {{update: (view: any, timePs: number, legible: boolean) => void, close?: () => void, moves?: boolean}} View
+ */
 
 const NOTICE_MS = 8000;
+const TEXT_MS = 100; // between two changes of what is to be read
+const EARLY_MS = 10; // by which it may come sooner: with the next view it would be too late
 const THEME = "slewline theme";
 
 /**
@@ -32,6 +38,10 @@ let views = [];
 const sheets = new Map();
 let generation = 0; // of the layout: a new connection has a new one
 let asked = false; // a drawing is due
+let textMs = -Infinity; // when last all has been drawn
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let textTimer;
+let machineSeen = true;
 
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let noticeTimer;
@@ -53,19 +63,35 @@ const breakpoints = new Breakpoints(link, fail);
 /** Draw with the next picture of the screen; in a hidden page there is none. */
 function redraw() {
   if (asked) return;
+  const waitMs = textMs + TEXT_MS - EARLY_MS - performance.now();
+  clearTimeout(textTimer);
+  if (waitMs > 0) textTimer = setTimeout(redraw, waitMs + EARLY_MS); // if no other view comes until then
+  const legible = waitMs <= 0;
+  if (!legible && !machineSeen) {
+    update(false); // a frame costs, even if nothing is drawn in it
+    return;
+  }
   asked = true;
   requestAnimationFrame(() => {
     asked = false;
-    for (const view of views) {
-      try {
-        view.update(link.view, link.timePs);
-      } catch (error) {
-        console.error(error); // one view that fails must not blind the others
-      }
-    }
-    say(part("findings"), String(link.view.findings ?? 0));
-    part("findings-badge").classList.toggle("some", (link.view.findings ?? 0) > 0);
+    update(legible);
   });
+}
+
+/** @param {boolean} legible */
+function update(legible) {
+  if (legible) textMs = performance.now();
+  for (const view of views) {
+    if (!legible && !view.moves) continue;
+    try {
+      view.update(link.view, link.timePs, legible);
+    } catch (error) {
+      console.error(error); // one view that fails must not blind the others
+    }
+  }
+  if (!legible) return;
+  say(part("findings"), String(link.view.findings ?? 0));
+  part("findings-badge").classList.toggle("some", (link.view.findings ?? 0) > 0);
 }
 
 /** Bring what may be worked up to date. */
@@ -107,6 +133,7 @@ async function layOut() {
   graphic("machine.js", "machine", mine);
   graphic("scope.js", "scope", mine);
   breakpoints.renew();
+  textMs = -Infinity;
   redraw();
 }
 
@@ -125,6 +152,7 @@ async function graphic(file, name, mine) {
     frame.hidden = false;
     views.push(module[name](link, place));
     frame.hidden = !place.childElementCount;
+    textMs = -Infinity;
     redraw();
   } catch (error) {
     frame.hidden = true;
@@ -184,6 +212,9 @@ try {
 new ResizeObserver(([entry]) => {
   document.documentElement.style.setProperty("--top", `${Math.ceil(entry.borderBoxSize[0].blockSize)}px`);
 }).observe(part("top"));
+new IntersectionObserver((entries) => {
+  machineSeen = entries[entries.length - 1].isIntersecting;
+}).observe(part("machine"));
 part("theme").addEventListener("click", switchTheme);
 setUpTabs();
 

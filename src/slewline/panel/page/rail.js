@@ -35,6 +35,7 @@ export class Rail {
     this.drawn = "";
     this.canvas = h("canvas", { class: "rail-scale" });
     this.carriage = h("div", { class: "carriage" });
+    this.name = name;
     this.element = h("div", { class: "rail", role: "img", "aria-label": name }, this.canvas, this.carriage);
     this.surface = new Surface(this.canvas, (...all) => this.draw(all[0], all[1], all[2], all[3]));
     this.moving = new Moving(this.element, (nowMs) => this.move(nowMs));
@@ -82,6 +83,8 @@ export class Rail {
     const drawn = JSON.stringify([this.range(), this.low, this.high, this.marks.length, this.zones]);
     if (drawn === this.drawn) return;
     this.drawn = drawn;
+    const count = this.marks.length;
+    set(this.element, { "aria-label": count ? `${this.name}, ${count} ${count > 1 ? "spots" : "spot"}` : this.name });
     this.surface.changed();
     this.moving.changed();
   }

@@ -5,6 +5,7 @@
 import { h, say } from "./dom.js";
 import { grouped, shown } from "./format.js";
 
+const LIT_MS = 300;
 const LONG_LETTER = 3; // a command with a name, such as SET_POS, says what the register's name says
 
 /**
@@ -19,7 +20,8 @@ export function registers(sheet, chipName, root) {
   const said = new Map((sheet.registers ?? []).map((/** @type {any} */ one) => [one.name, one]));
   const head = h("tr");
   const body = h("tbody");
-  root.append(h("table", { class: "registers", "aria-label": `Registers of ${chipName}` }, h("thead", {}, head), body));
+  const table = h("table", { class: "registers", "aria-label": `Registers of ${chipName}` }, h("thead", {}, head), body);
+  root.append(table);
   /** The cells of each register: one, or one for each axis. @type {Map<string, HTMLElement[]>} */
   let cells = new Map();
   let shape = "";
@@ -30,6 +32,7 @@ export function registers(sheet, chipName, root) {
     const whole = Object.keys(chip.registers ?? {});
     const names = axes.length ? [...new Set([...Object.keys(axes[0].registers ?? {}), ...whole])] : whole;
     const columns = axes.length ? axes.map((/** @type {any} */ _axis, /** @type {number} */ n) => `Axis ${n + 1}`) : ["Value"];
+    table.classList.toggle("many", axes.length > 0);
     head.replaceChildren(
       h("th", { scope: "col" }, "Register"),
       ...columns.map((/** @type {string} */ column) => h("th", { scope: "col", class: "number" }, column)),
@@ -46,7 +49,7 @@ export function registers(sheet, chipName, root) {
         return h("tr", { title: one.says ? `${one.says}${bits}` : null },
           h("th", { scope: "row" },
             h("span", { class: "register-name" }, name.replaceAll("_", " ")),
-            one.letter?.length < LONG_LETTER && h("span", { class: "letter" }, one.letter)),
+            one.letter && one.letter.length < LONG_LETTER && h("span", { class: "letter" }, one.letter)),
           ...own,
           h("td", { class: "unit" }, one.unit ?? ""),
           h("td", { class: "says" }, one.says ?? ""));
@@ -89,12 +92,27 @@ function many(chip) {
   return (chip.axes?.length ?? 0) > 1;
 }
 
+/** Until when cells are lit. @type {Map<HTMLElement, number>} */
+const lit = new Map();
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let timer;
+
 /**
- * Let a cell light up and fade.
+ * Let a cell light up, and fade when it has not changed for a while; one that changes all the time costs no more for it.
  * @param {HTMLElement} cell
  */
 export function flash(cell) {
-  for (const old of cell.getAnimations()) old.cancel();
-  const lit = getComputedStyle(cell).getPropertyValue("--flash");
-  cell.animate([{ backgroundColor: lit }, { backgroundColor: "transparent" }], { duration: 700, easing: "ease-out" });
+  if (!lit.has(cell)) cell.setAttribute("data-lit", "");
+  lit.set(cell, performance.now() + LIT_MS);
+  timer ??= setTimeout(fade, LIT_MS);
+}
+
+function fade() {
+  const nowMs = performance.now();
+  for (const [cell, untilMs] of lit) {
+    if (untilMs > nowMs) continue;
+    cell.removeAttribute("data-lit");
+    lit.delete(cell);
+  }
+  timer = lit.size ? setTimeout(fade, LIT_MS) : undefined;
 }

@@ -68,7 +68,10 @@ class Scope extends Feed {
     this.canvas.addEventListener("keydown", (event) => this.key(event));
     this.visible = () => this.pump();
     document.addEventListener("visibilitychange", this.visible);
-    this.end = link.on("branch", () => this.changed());
+    this.end = link.on("branch", () => {
+      this.recorded = ""; // a checkpoint from before the page was opened records nothing yet
+      this.changed();
+    });
     this.learn();
   }
 

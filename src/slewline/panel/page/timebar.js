@@ -3,7 +3,7 @@
  */
 
 import { button, choices, field, h, icon, say, select } from "./dom.js";
-import { asTime, clock, grouped, readable, times, writtenTime } from "./format.js";
+import { asTime, clock, grouped, picoseconds, readable, times, writtenTime } from "./format.js";
 
 /** @typedef {import("./link.js").Link} Link */
 
@@ -137,6 +137,13 @@ export function timebar(link, root, fail) {
     event.preventDefault();
     const text = value.value.trim();
     if (!text) return value.focus();
+    const instantPs = place.value === "time" ? picoseconds(text) : NaN;
+    if (instantPs < link.timePs) { // a place in the past is where the slider leads
+      wantedPs = instantPs;
+      scrubbing = true;
+      say(state, "");
+      return goBack();
+    }
     if (!paused) await ask({ do: "pause" });
     const number = Number(text.replace("−", "-").replace(/\s/g, ""));
     wait(place.value === "time" ? { do: "until", time: writtenTime(text) } :

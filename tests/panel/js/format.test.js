@@ -1,0 +1,17 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { picoseconds, writtenTime } from "../../../src/slewline/panel/page/format.js";
+
+test("a time that somebody has written is one for a request, and a number of picoseconds", () => {
+  for (const [text, written, ps] of [
+    ["1.5", "1.5 s", 1.5e12], ["1,5", "1.5 s", 1.5e12], ["20ms", "20 ms", 2e10], ["3 µs", "3 us", 3e6], ["7 us", "7 us", 7e6],
+  ]) {
+    assert.equal(writtenTime(text), written);
+    assert.equal(picoseconds(text), ps);
+  }
+});
+
+test("what is no time is no number, so nothing goes back for it", () => {
+  for (const text of ["", "soon", "3 miles"]) assert.ok(Number.isNaN(picoseconds(text)));
+});
