@@ -248,9 +248,10 @@ class Server:
     # ------------------------------------------------------------------------------------------------------- running
     def run(self) -> None:
         """Serve until `stop`; everything is closed then."""
+        if self.controls():
+            _ = self.dialogue  # from the first round on
         self.bench.run(0)
         if self.controls():
-            _ = self.dialogue
             self.travel.begin()
         self.pace.start()
         self.loop.after(LOOK_S, self._look_around)
