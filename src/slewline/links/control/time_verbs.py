@@ -28,8 +28,7 @@ class TimeVerbs(Verbs):
 
     def do_pause(self, _request: Data) -> Data:
         """Let time stand; waits that push it are over."""
-        self.server.pace.pause_time()
-        self.server.breakpoints.stops += 1
+        self.server.breakpoints.stand()
         return {}
 
     def do_go(self, request: Data) -> Data:

@@ -84,10 +84,14 @@ class Breakpoints:
             self.waits.append(wait)
             self.pace.wait(wait)
 
+    def stand(self) -> None:
+        """Let time stand; waits that push it are over."""
+        self.pace.pause_time()
+        self.stops += 1
+
     def _done(self, condition: Condition, text: str) -> Callable[[bool], object]:
         def done(_met: bool) -> None:
-            self.pace.pause_time()
-            self.stops += 1
+            self.stand()
             self.stopped(condition.text if isinstance(condition, FindingCondition) else text)
 
         return done

@@ -57,7 +57,6 @@ def let_go(kept: int) -> None:
     for number in system_signals():
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # whoever ends is forgotten
     signal.set_wakeup_fd(-1)
     nowhere = os.open(os.devnull, os.O_RDWR)
     for descriptor in open_descriptors():
@@ -81,10 +80,29 @@ def system_signals() -> list[int]:
 
 def wait_for_orders(server: Travels, orders: socket.socket) -> None:
     """Fork a world for each order, until nobody is there to give any."""
-    for order in lines_of(orders):
-        if not os.fork():
-            World(server, json.loads(order), orders).run()
+    worlds: dict[int, int] = {}  # the number of the branch, by process
+
+    def buried(*_: object) -> None:
+        """Tell of a world that has ended; one that had arrived is known not to be waited for."""
+        with suppress(OSError):  # no more of them, or nobody to tell
+            while process := os.waitpid(-1, os.WNOHANG)[0]:
+                if process in worlds:
+                    tell(orders, {"error": "its process has ended", "branch": worlds.pop(process)})
+
+    signal.signal(signal.SIGCHLD, buried)
+    for line in lines_of(orders):
+        order = json.loads(line)
+        if process := os.fork():
+            worlds[process] = order["branch"]
+        else:
+            signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+            World(server, order, orders).run()
             os._exit(0)
+
+
+def tell(orders: socket.socket, found: Data) -> None:
+    """Answer an order, a line."""
+    orders.sendall(json.dumps(found).encode() + b"\n")
 
 
 def lines_of(orders: socket.socket) -> Iterator[bytes]:
@@ -105,7 +123,8 @@ class World:
 
     def __init__(self, server: Travels, order: Data, answers: socket.socket) -> None:
         self.server, self.order, self.answers = server, order, answers
-        self.bench, self.inherited = server.bench, server.travel  # whose folder is not ours to remove
+        self.bench = server.bench
+        self.inherited = server.travel, server.ports, server.loop  # what they have open is not ours to close
         self.known = False  # to the server that has asked for it
 
     def run(self) -> None:
@@ -116,7 +135,7 @@ class World:
             found = self.open_ports()
         except Exception as error:
             found = {"error": str(error)}
-        self.answers.sendall(json.dumps(found).encode() + b"\n")
+        tell(self.answers, found | {"branch": self.order["branch"]})
         self.answers.close()
         if "error" not in found:
             self.server.branch = self.order["branch"]
@@ -150,6 +169,7 @@ class World:
         server.travel = type(server.travel)(server)  # the way back is the first server's
         for line in server.lines.values():
             line.host, line.host_name, line.resume, line.wait, line.detour = None, "", None, None, None
+            line.forget_half()
         for wait in list(server.pace.waits):
             server.pace.forget(wait)
         server.breakpoints.waits = []
