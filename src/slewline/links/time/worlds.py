@@ -108,9 +108,10 @@ def tell(orders: socket.socket, found: Data) -> None:
 def lines_of(orders: socket.socket) -> Iterator[bytes]:
     """Yield the lines that come in on a socket."""
     rest = b""
-    while data := orders.recv(MOST):
-        *lines, rest = (rest + data).split(b"\n")
-        yield from lines
+    with suppress(ConnectionError):  # whoever gave orders was killed
+        while data := orders.recv(MOST):
+            *lines, rest = (rest + data).split(b"\n")
+            yield from lines
 
 
 class World:
