@@ -169,6 +169,7 @@ class Client:
             if self.control.token is not None and not same(token, self.control.token):
                 raise UsageError('the first request must have the token of this server: {"token": ..., "do": ...}')
             self.known = True
+            self.lead(self.server.travel.elsewhere)
         except UsageError as error:
             self.refuse(str(error))
         return self.known
@@ -274,11 +275,16 @@ class Client:
         if self.beyond is not None:
             self.beyond.close()
         self.event(event)
-        self.beyond = self.gathering = None
+        self.gathering = None
+        self.lead(where)
+        self.seen, self.told = {}, (self.server.dialogue.touched, self.server.dialogue.number, 0.0)
+
+    def lead(self, where: str) -> None:
+        """Lead the requests that come to the control port of a branch, or to this one, ""."""
+        self.beyond = None
         if where:
             with suppress(OSError):  # it has ended: the server sees that, too, and shows the first one
                 self.beyond = Beyond(self, where)
-        self.seen, self.told = {}, (self.server.dialogue.touched, self.server.dialogue.number, 0.0)
 
     def event(self, found: Data) -> None:
         """Send an event to a client that has subscribed."""

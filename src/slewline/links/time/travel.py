@@ -59,6 +59,11 @@ class TimeTravel:
         return self.folder is not None
 
     @property
+    def elsewhere(self) -> str:
+        """The control port of the branch that is shown; "": it is the first one."""
+        return self.known[self.current].control if self.current else ""
+
+    @property
     def now_ps(self) -> int:
         """The time of the branch that is shown, as far as it is known."""
         return self.known[self.current].now_ps if self.current else self.bench.now_ps
@@ -360,13 +365,12 @@ class TimeTravel:
             self._switch(self.known[0])
         if branch.number in self.known:
             self._drop(branch)
-        waiting, branch.waiting = branch.waiting, []
-        for go_on in waiting:
-            go_on()
 
     def _drop(self, branch: Branch) -> None:
-        """Forget a branch."""
+        """Forget a branch; who waits for its time goes on with what was known of it."""
         del self.known[branch.number]
+        for go_on in branch.waiting:
+            self.server.loop.ask(go_on)
         if branch.leash is not None and branch.leash.fileno() >= 0:
             self.server.loop.watch(branch.leash.fileno())
             branch.leash.close()
@@ -386,6 +390,9 @@ class TimeTravel:
 
     def close(self) -> None:
         """End all worlds and checkpoints."""
+        for road in self.roads:
+            road.close()
+        self.roads.clear()
         for branch in [one for one in self.known.values() if one.number]:
             self._drop(branch)
         for checkpoint in self.checkpoints:

@@ -127,6 +127,7 @@ class World:
         self.bench = server.bench
         self.inherited = server.travel, server.ports, server.loop  # what they have open is not ours to close
         self.known = False  # to the server that has asked for it
+        self.leash: object = None  # its connection, the first one
 
     def run(self) -> None:
         """Go to the instant, open the ports, answer where they are, and serve."""
@@ -148,10 +149,14 @@ class World:
         self.known = True
 
     def deserted(self) -> bool:
-        """Return whether nobody is connected any more: the server that has asked for this world always is."""
-        clients = any(control.clients for control in self.server.controls())
-        self.known |= clients
-        return self.known and not clients
+        """Return whether the server that has asked for this world has let it go.
+
+        Others may seem to be there for longer: that a client has gone shows when it is answered what it waits for.
+        """
+        clients = [client for control in self.server.controls() for client in control.clients]
+        if self.leash is None and clients:
+            self.known, self.leash = True, clients[0]
+        return self.known and self.leash not in clients
 
     @contextmanager
     def silence(self) -> Iterator[None]:
