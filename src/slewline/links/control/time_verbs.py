@@ -59,8 +59,8 @@ class TimeVerbs(Verbs):
         """Let a time that stands pass up to a condition; a breakpoint, `pause` or `go` on the way ends it, too."""
         server, stops = self.server, self.server.breakpoints.stops
         pushing = Pushing(condition, lambda: server.breakpoints.stops != stops or not server.pace.paused)
-        found = (lambda: {"met": pushing.reached}) if request["do"] != "advance" else dict
-        self.client.wait(request, lambda _over: found(), pushing, limit_ps, True)
+        told = request["do"] != "advance"
+        self.client.wait(request, lambda _over: {"met": pushing.reached} if told else {}, pushing, limit_ps, True)
 
     def do_advance(self, request: Data) -> None:
         """Let time pass in lockstep, or while it stands; reply when it has."""

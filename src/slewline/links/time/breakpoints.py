@@ -55,7 +55,8 @@ class Breakpoints:
     def condition(self, row: Mapping[str, Any]) -> Condition:
         """Return what a breakpoint waits for."""
         keys = set(row) if isinstance(row, Mapping) else set()
-        if not any(needs <= keys <= needs | may for needs, may in FORMS):
+        texts = all(isinstance(row[key], str) for key in keys & {"chip", "register", "pin", "finding"})
+        if not texts or not any(needs <= keys <= needs | may for needs, may in FORMS):
             forms = "; ".join(", ".join([*sorted(needs), *(f"[{key}]" for key in sorted(may))]) for needs, may in FORMS)
             raise UsageError(f"breakpoint {row!r}; allowed {forms}")
         if "pin" in keys:
