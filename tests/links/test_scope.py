@@ -117,7 +117,7 @@ def test_a_position_is_crossed_where_the_step_is(ran):
 def test_cells_that_are_kept_show_what_cells_that_are_not_show(ran):
     bench, _ = ran
     kept = Scope(bench)
-    for start, stop, columns in windows(bench.now_ps, 80, 4):
+    for start, stop, columns in windows(bench.now_ps, 30, 4):
         for name in ("x.clock", "x.velocity", "x.position"):
             assert shown(kept, name, start, stop, columns) == shown(Scope(bench), name, start, stop, columns)
 

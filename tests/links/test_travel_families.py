@@ -43,7 +43,7 @@ class Family:
 FAMILIES = {
     "cy525": Family(
         '[[chip]]\npart = "cy525"\nname = "x"\n' + SERVE + "framing = true\n",
-        ("E", "N 300", "R 120", "F 80", "S 1", "G", "+", "-", "A", "D", "H", "?0", "?1", "Q", "I", "HELLO", "P 40", "?"),
+        ("E", "N 300", "R 120", "F 80", "S 1", "G", "+", "-", "A", "D", "H", "?0", "?1", "Q", "I", "HELLO", "?"),
         ("F 80", "R 100", "S 1", "N 200", "+"),
         ("x.dowhile", "x.wait", "x.abort", "x.xy"),
     ),
@@ -172,6 +172,12 @@ class Session:
         else:
             time.sleep(self.chance.random() * 0.008)
 
+    def take_all(self):
+        """Wait until the server has taken what hosts have sent: it belongs to this instant."""
+        taken = None
+        while taken != (taken := [line["taken"] for line in self.ask("status")["lines"].values()]):
+            time.sleep(0.02)
+
     def play(self, acts, looks):
         """Play; return what was known at some instants."""
         for line in self.family.first:
@@ -183,6 +189,7 @@ class Session:
             self.say_nothing()
             if number % (acts // looks) == 0:
                 self.ask("pause")
+                self.take_all()
                 for _ in range(self.chance.randrange(3)):  # inputs at one instant, which has passed
                     self.ask("drive", pin=self.chance.choice(self.family.pins), level=self.chance.randrange(2))
                 seen.append(everything(self.ask))
@@ -648,3 +655,31 @@ def cpu_s(process):
     return sum(map(int, Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[11:13])) / os.sysconf(
         "SC_CLK_TCK"
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "pieces", "answer"),
+    [
+        ("mc1451a", (b"\x90", b"\x00"), b"\x02"),
+        ("cy525", (b"HEL", b"LO\r"), None),
+        ("cy525", (b"?", b"\r"), b"? ready\r\n"),
+    ],
+)
+def test_requests_that_come_in_pieces_are_whole_in_the_branch(serve, client, tmp_path, name, pieces, answer):
+    """The beginning goes to the first run, the end to the branch, and the next ones the other way."""
+    framing = ["--framing"] if name == "cy525" else []
+    ports = ("--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--journal", tmp_path / "journal")
+    server = serve(name, *framing, *ports, ports=2)
+    ask, host = Asks(client(server.ports["control"])), client(server.ports[name])
+    if name == "mc1451a":
+        host.read(b"\n")
+    ask("until", time="20 ms")
+    first, rest = pieces
+    for step in range(4):
+        host.send(first)
+        time.sleep(0.05)
+        ask("pause")
+        ask("back", time="10 ms") if not step % 2 else ask("branch", number=0)
+        ask("go")
+        host.send(rest)
+        assert host.read(answer) == answer

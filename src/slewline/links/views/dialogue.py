@@ -44,7 +44,7 @@ class Dialogue:
         self.entries: deque[Entry] = deque(maxlen=KEPT)
         self.number = 0  # of the next entry
         self.touched = 0  # counts up with every change
-        self.grown: OrderedDict[int, Entry] = OrderedDict()  # entries that have grown, by number, the last one at the end
+        self.grown: OrderedDict[int, Entry] = OrderedDict()  # those that have grown, the last one at the end
         self.growing: dict[str, tuple[Entry, bytearray]] = {}  # by who says it
         for found in bench.findings:
             self.finding(found)
