@@ -53,21 +53,21 @@ FAMILIES = {
         '[[part]]\nkind = "jog_switch"\nname = "jog"\nto = "x"\n'
         '[[part]]\nkind = "hp_display"\nname = "display"\nto = "x"\n'
         '[[serve]]\nover = "serial"\ntcp = "127.0.0.1:0"\n[[serve]]\nover = "parallel"\ntcp = "127.0.0.1:0"\n',
-        ("+", "-", "N 200", "R 200", "G", "? P", "? R", "O 95H", "O 81H", "Y 0", "E", "Q", "X", "0", "D 20", "P 50", "HELLO"),
+        ("+", "-", "N 200", "R 200", "G", "? P", "? R", "O 95H", "O 81H", "Y 0", "E", "Q", "X", "0", "D 20", "HELLO"),
         ("\r\r", "S 50", "N 400", "R 150"),
         ("x.usrb0", "x.cw_limit", "x.wait"),
         (("jog", "cw", ()), ("jog", "off", ()), ("jog", "ccw", ())),
     ),
     "modules": Family(
         MODULES + '[[serve]]\nchips = ["a", "b", "c"]\ntcp = "127.0.0.1:0"\n',
-        tuple(f"{n}{line}" for n in (6, 5, 3) for line in ("V1", "F", "E", "X", "M", "S300", "T900", "Z", "H", "W", "+90", "C1")),
-        tuple(f"{n}{line}" for n in (6, 5, 3) for line in ("Po", "S50", "T200", "R20", "+400", "-90", "Px")),
+        tuple(n + line for n in "653" for line in ("V1", "F", "E", "X", "M", "S300", "T900", "Z", "H", "W", "+90", "C1")),
+        tuple(n + line for n in "653" for line in ("Po", "S50", "T200", "R20", "+400", "-90", "Px")),
         ("a.ui1", "b.enable", "c.eot", "b.ui2"),
     ),
     "mc1451a": Family(
         '[[chip]]\npart = "mc1451a"\nname = "x"\n' + SERVE,
         (
-            "SET_POS 5000", "SET_POS -300", "SET_VEL 50000", "SET_ACC 1000", "UPDATE", "SET_1", "SET_2", "SET_3", "STOP",
+            "SET_POS 5000", "SET_POS -300", "SET_VEL 50000", "SET_ACC 1000", "UPDATE", "SET_1", "SET_2", "STOP",
             "SET_PRFL_VEL", "SET_PRFL_TRAP", "SET_PRFL_S_CRV", "SET_JERK 400000", "SMOOTH_STOP", "SET_ACTL_POS 0", "RESET",
         ),
         ("SET_1", "SET_PRFL_TRAP", "SET_VEL 100000", "SET_ACC 1000", "SET_POS 5000", "UPDATE"),
