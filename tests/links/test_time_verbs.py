@@ -7,6 +7,7 @@ import json
 import pytest
 
 import slewline
+from slewline.bench.runner import Wait
 from slewline.links.lines.pace import Lockstep, Paced
 from slewline.links.server import Server
 
@@ -95,6 +96,21 @@ def test_a_breakpoint_ends_an_advance_while_time_stands(stand):
     steps = x.steps()
     at = steps.times_ps.tolist()[steps.positions.tolist().index(7)]
     assert stand("advance", time="15 s") == {"time_ps": at}
+
+
+def test_a_wait_that_does_not_push_stands_with_time():
+    bench = slewline.Bench()
+    bench.add("gs-c200s", name="x", straps=STRAPS)
+    pace = Lockstep(bench)
+    pace.start()
+    now = bench.now_ps
+    pace.wait(Wait(lambda: False, now + 10**12))
+    pace.pause_time()
+    assert pace.pass_time() and bench.now_ps == now
+    pace.wait(Wait(lambda: False, now + 10**9, pushes=True))
+    assert pace.pass_time() and bench.now_ps == now + 10**9
+    pace.go()
+    assert pace.pass_time() and bench.now_ps == now + 10**12
 
 
 def test_a_rate_that_changes_loses_no_time_and_a_pause_is_no_lag():
