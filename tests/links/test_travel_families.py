@@ -464,7 +464,7 @@ def test_nothing_that_was_said_while_a_branch_was_shown_is_lost_or_comes_twice(m
             x.ask("go")
         before = x.ask("view")["view"]["entries"]
         x.host.send(b"V1\r" * 20)  # more than the module takes
-        until(lambda: before < x.ask("view")["view"]["entries"])
+        until(lambda before=before: before < x.ask("view")["view"]["entries"])
         time.sleep(0.1)
         said = x.ask("said", start=before)["entries"]
         got += sum(entry["text"].count("\\r") for entry in said if entry["kind"] == "got")
