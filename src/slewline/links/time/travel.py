@@ -131,8 +131,7 @@ class TimeTravel:
             if parent is None:
                 answer({"error": f"back: branch {number} has ended"})
             elif at > parent.now_ps:
-                has = f"the time is {readable(parent.now_ps)}"
-                answer({"error": f"back: {readable(at)} has not come; {has}", "time_ps": self.now_ps})
+                answer({"error": f"back: {readable(at)} has not come; the time is {readable(parent.now_ps)}"})
             else:
                 self._ask_time(lambda: self._go_back(at, parent, answer), True)
 
@@ -149,8 +148,7 @@ class TimeTravel:
             answer({"error": f"back: nothing is kept of {readable(at)}: the process that kept it has ended"})
             return
         mark = fitting[-1]
-        self.count += 1
-        number = self.count
+        self.count = number = self.count + 1
         copy = Path(cast("TemporaryDirectory[str]", self.folder).name) / f"branch{number}"
         order = {
             "journal": str(parent.journal),
@@ -225,7 +223,6 @@ class TimeTravel:
             data = b""
         if not data:
             self._miss(mark)
-            return
         *lines, mark.rest = (mark.rest + data).split(b"\n")
         for line in lines:  # two that go to different instants come as they like
             found = json.loads(line)
