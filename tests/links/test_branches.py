@@ -415,7 +415,6 @@ def cpu_s(process):
     ("name", "pieces", "answer"),
     [
         ("mc1451a", (b"\x90", b"\x00"), b"\x02"),
-        ("cy525", (b"HEL", b"LO\r"), None),
         ("cy525", (b"?", b"\r"), b"? ready\r\n"),
     ],
 )

@@ -248,7 +248,7 @@ PACES = [("--rate", "5"), ("--lockstep",)]
 @pytest.mark.parametrize("name", FAMILIES)
 def test_every_instant_is_as_it_was(begin, name, pace):
     session = begin(name, 1, *pace)
-    seen = session.play(acts=24, looks=4)
+    seen = session.play(acts=18, looks=3)
     assert len({repr(one["levels"]) for one in seen}) > 1
     compare(session, seen)
 

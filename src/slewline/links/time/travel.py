@@ -164,10 +164,9 @@ class TimeTravel:
             if "error" in found:
                 answer({"error": f"back: {found['error']}"})
                 return
-            length = copy.stat().st_size
-            made = Branch(number, parent.number, at, at, copy, length, at)
+            made = Branch(number, parent.number, at, at, copy, copy.stat().st_size, at)
             if parent.number:
-                made.shared, made.shared_ps = min(length, parent.shared), min(at, parent.shared_ps)
+                made.shared, made.shared_ps = min(made.shared, parent.shared), min(at, parent.shared_ps)
             made.control, made.lines, made.process = found["control"], found["lines"], found["process"]
             self.known[number] = made
             try:
@@ -322,10 +321,10 @@ class TimeTravel:
         if branch is not before:
             self._build_roads(branch)
         self.current = branch.number
-        event = {"event": "branch", "branch": branch.number}
+        event = {"event": "branch", "branch": branch.number, "time_ps": branch.now_ps}
         for control in self.server.controls():
             for client in [*control.clients]:
-                client.divert(branch.control, event | {"time_ps": branch.now_ps})
+                client.divert(branch.control, event)
         if before.number and not before.touched and before is not branch:
             self._drop(before)
         for old in [one for one in self.known.values() if one.number][:-MOST_BRANCHES]:
