@@ -360,11 +360,11 @@ def test_a_branch_of_a_branch_of_a_branch(module):
 
 def test_a_client_or_a_host_that_goes_in_the_middle(module, client):
     x = module()
-    for _ in range(5):
+    for number in range(1, 6):
         gone = x.another()
         gone.client.send(b'{"do": "back", "time": "1 ms", "branch": 0}\n')
         gone.client.close()
-    until(lambda: x.ask("branches")["current"] != 0)
+        until(lambda number=number: x.ask("branches")["current"] == number)
     x.host.close()
     host = client(x.server.ports[X])
     x.ask("go")
