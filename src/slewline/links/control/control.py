@@ -21,20 +21,20 @@ import hmac
 import json
 import socket
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
 from time import perf_counter
 from typing import Any
 
 from ...bench.runner import Wait
-from ...core.time.timebase import PS_PER_S, picoseconds
 from ...core.wires.pin import Condition
 from ...errors import SlewlineError, UsageError
 from ..ports.tcp import Listener
 from ..sockets.address import is_loopback, parse_address
 from ..sockets.preamble import Preamble
 from ..sockets.stream import SocketStream
-from ..time.roads import connection, greeting
 from ..views.views import at, difference, put
+from .beyond import Beyond
 from .kinds import Data
 from .requests import as_object, read
 from .time_verbs import TimeVerbs
@@ -47,8 +47,6 @@ SHARE_S = 0.001  # how long requests of a client are answered in a turn of the l
 SHORTEST_TOKEN = 8  # characters
 OFTENEST_S = 0.005  # events of a client
 OF_ALL_BRANCHES = ("back", "branches", "branch", "quit", "schema")  # requests that are answered here
-MARK = "of the branch"  # the id of a request of ours
-MARKED = json.dumps({"id": MARK})[:-1].encode()
 GATHER_S = 0.0003  # how long a view is compared in a turn of the loop
 CLOCK_S = 0.1  # between two that tell only the time
 
@@ -118,6 +116,11 @@ class Client:
         self.beyond: Beyond | None = None  # the branch to which its requests go
         self.stream = SocketStream(self.server.loop, connection, self.take, self.gone, self.room, QUEUE, self.ended)
 
+    @property
+    def token(self) -> str | None:
+        """What a client must send with its first request."""
+        return self.control.token
+
     def room(self) -> int:
         """Return how many bytes may be read now: none while a reply is owed, or replies are not read."""
         return 0 if self.waiting or self.postponed or self.stream.outgoing or self.refused else LONGEST
@@ -166,6 +169,7 @@ class Client:
             if self.control.token is not None and not same(token, self.control.token):
                 raise UsageError('the first request must have the token of this server: {"token": ..., "do": ...}')
             self.known = True
+            self.lead(self.server.travel.elsewhere)
         except UsageError as error:
             self.refuse(str(error))
         return self.known
@@ -183,14 +187,18 @@ class Client:
         try:
             request = read(line)
             if self.beyond is not None and request["do"] not in OF_ALL_BRANCHES:
-                self.beyond.forward(request, line)
+                self.beyond.forward(request)
                 return
-            found = Requests(self.server, self).perform(request)
+            found = self.perform(request)
             if found is not None:
                 self.reply(request, found)
         except (SlewlineError, TypeError, ValueError, KeyError) as error:
             self.waiting = False
             self.reply(request or numbered(line), {"error": str(error)})
+
+    def perform(self, request: Data) -> Data | None:
+        """Do what a request asks for; None: the reply comes later."""
+        return Requests(self.server, self).perform(request)
 
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool = False
@@ -216,6 +224,7 @@ class Client:
         """Send events from now on, at most so often; 0: no more.  Return the view as it is."""
         dialogue = self.server.dialogue
         self.seen, self.told = self.server.views.view(), (dialogue.touched, dialogue.number, perf_counter())
+        self.gathering = None
         self.watch(every_s)
         return self.seen
 
@@ -266,13 +275,21 @@ class Client:
         if self.beyond is not None:
             self.beyond.close()
         self.event(event)
-        self.beyond, self.gathering = Beyond(self, where) if where else None, None
+        self.gathering = None
+        self.lead(where)
         self.seen, self.told = {}, (self.server.dialogue.touched, self.server.dialogue.number, 0.0)
+
+    def lead(self, where: str) -> None:
+        """Lead the requests that come to the control port of a branch, or to this one, ""."""
+        self.beyond = None
+        if where:
+            with suppress(OSError):  # it has ended: the server sees that, too, and shows the first one
+                self.beyond = Beyond(self, where)
 
     def event(self, found: Data) -> None:
         """Send an event to a client that has subscribed."""
         if self.every_s and self.stream.open:
-            self.stream.write(json.dumps({"event": "", "time_ps": self.server.bench.now_ps} | found).encode() + b"\n")
+            self.stream.write(json.dumps({"event": "", "time_ps": self.server.travel.now_ps} | found).encode() + b"\n")
 
     def go_on(self) -> None:
         """Answer requests that have come meanwhile, and go on reading."""
@@ -284,7 +301,7 @@ class Client:
     def reply(self, request: Data, found: Data) -> None:
         """Send the reply to a request, a line."""
         about = {"id": request["id"]} if "id" in request else {}
-        self.stream.write(json.dumps(about | {"time_ps": self.server.bench.now_ps} | found).encode() + b"\n")
+        self.stream.write(json.dumps(about | {"time_ps": self.server.travel.now_ps} | found).encode() + b"\n")
 
     def gone(self, _why: str) -> None:
         """Take notice that the connection is closed: pending waits stay active, but their replies are discarded."""
@@ -295,65 +312,6 @@ class Client:
         self.connection.close()
         if self in self.control.clients:
             self.control.clients.remove(self)
-
-
-class Beyond:
-    """The way of a client's requests to the world of a branch, and of replies and events back."""
-
-    def __init__(self, client: Client, where: str) -> None:
-        self.client = client
-        self.socket = connection(where)
-        self.stream = SocketStream(client.server.loop, self.socket, self.take, self.gone, queue=QUEUE)
-        self.rest = b""
-        self.greeted = False
-        self.stream.write(greeting(client.control.token))
-        if client.every_s:
-            self.stream.write(
-                json.dumps({"do": "subscribe", "every": in_ps(client.every_s), "id": MARK}).encode() + b"\n"
-            )
-
-    def forward(self, request: Data, line: bytes) -> None:
-        """Send a request there."""
-        client = self.client
-        if request["do"] == "breakpoints":
-            Requests(client.server, client).do_breakpoints(request)  # those of the next branch
-        if request["do"] == "subscribe":
-            client.watch(picoseconds(request["every"]) / PS_PER_S)
-        client.server.travel.forwarded(request["do"])
-        client.waiting = not client.every_s
-        self.stream.write(line + b"\n")
-
-    def take(self, data: bytes) -> None:
-        """Pass on replies and events."""
-        client = self.client
-        *lines, self.rest = (self.rest + data).split(b"\n")
-        for line in lines:
-            if not self.greeted:
-                self.greeted = True
-            elif line.startswith(b'{"event"'):
-                client.stream.write(line + b"\n")
-            elif line.startswith(MARKED):
-                found = json.loads(line)
-                client.event({"event": "view", "view": found.get("view", {}), "time_ps": found["time_ps"]})
-            else:
-                client.stream.write(line + b"\n")
-                client.waiting = False
-                client.server.loop.ask(client.go_on)
-
-    def gone(self, why: str) -> None:
-        """Tell that the branch has ended."""
-        self.close()
-        self.client.reply({}, {"error": f"the branch has ended: {why}"})
-
-    def close(self) -> None:
-        """Hang up."""
-        self.stream.close()
-        self.socket.close()
-
-
-def in_ps(seconds: float) -> int:
-    """Return seconds as whole picoseconds."""
-    return int(seconds * PS_PER_S)
 
 
 def numbered(line: bytes) -> Data:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ...core.time.timebase import moment, readable
+from ...bench.runner import NEVER
+from ...core.time.timebase import moment, picoseconds, readable
 from ...core.wires.pin import Condition
 from ...errors import UsageError
 from ..lines.pace import Paced
@@ -27,8 +28,7 @@ class TimeVerbs(Verbs):
 
     def do_pause(self, _request: Data) -> Data:
         """Let time stand; waits that push it are over."""
-        self.server.pace.pause_time()
-        self.server.breakpoints.stops += 1
+        self.server.breakpoints.stand()
         return {}
 
     def do_go(self, request: Data) -> Data:
@@ -59,7 +59,20 @@ class TimeVerbs(Verbs):
         """Let a time that stands pass up to a condition; a breakpoint, `pause` or `go` on the way ends it, too."""
         server, stops = self.server, self.server.breakpoints.stops
         pushing = Pushing(condition, lambda: server.breakpoints.stops != stops or not server.pace.paused)
-        self.client.wait(request, lambda _over: {"met": pushing.reached}, pushing, limit_ps, True)
+        told = request["do"] != "advance"
+        self.client.wait(request, lambda _over: {"met": pushing.reached} if told else {}, pushing, limit_ps, True)
+
+    def do_advance(self, request: Data) -> None:
+        """Let time pass in lockstep, or while it stands; reply when it has."""
+        pace = self.server.pace
+        end = self.bench.now_ps + picoseconds(request["time"])
+        if pace.paused:
+            self.server.breakpoints.arm()
+            self.push(request, NEVER, end)
+        elif pace.lockstep:
+            self.client.wait(request, lambda _met: {}, NEVER, end, False)
+        else:
+            raise UsageError("advance: time follows the wall clock here; pause it, or start the server with --lockstep")
 
     def next_event(self, request: Data) -> Condition:
         """Return the condition of a step."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
-from ...bench.runner import NEVER
 from ...core.messages.near import hint
 from ...core.time.timebase import moment, picoseconds
 from ...core.wires.pin import Condition
@@ -111,13 +110,6 @@ class PinVerbs(Verbs):
         if not isinstance(request["pins"], list) or not all(isinstance(name, str) for name in request["pins"]):
             raise UsageError(f'pins {request["pins"]!r}; expected a list such as ["x.rdy"]')
         return {"levels": {name: self.bench.pin(name).level for name in request["pins"]}}
-
-    def do_advance(self, request: Data) -> None:
-        """Let time pass in lockstep; reply when it has."""
-        if not (self.server.pace.lockstep or self.server.pace.paused):
-            raise UsageError("advance: time follows the wall clock here; pause it, or start the server with --lockstep")
-        end = self.bench.now_ps + picoseconds(request["time"])
-        self.client.wait(request, lambda _met: {}, NEVER, end, self.server.pace.paused)
 
     def line(self, name: str) -> ConnectorLine:
         """Return a serial line by its name, or by that of any chip on it.

@@ -127,7 +127,18 @@ class FramedLine(HostLine):
         """Send an answer, a line."""
         self.give(text.encode("ascii", "backslashreplace") + b"\r\n")
 
-    def room(self) -> int:
+    def whole(self, data: bytes) -> bytes:
+        """Return the whole lines of what has come; the beginning of the next one waits for its end."""
+        data = bytes(self.line) + data
+        end = max(data.rfind(b"\r"), data.rfind(b"\n")) + 1
+        self.line = bytearray(data[end:][: LONGEST + 1])
+        return data[:end]
+
+    def forget_half(self) -> None:
+        """Forget the beginning of a line whose end comes elsewhere."""
+        self.line.clear()
+
+    def space(self) -> int:
         """Return how many bytes may come now."""
         return CHUNK  # what is too much is refused line by line, so that ? and ! are always read
 

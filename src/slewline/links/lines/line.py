@@ -11,7 +11,7 @@ of the module goes out at the instant at which its last bit is over.  Both take 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from ...bench.runner import Wait
 from ...core.wires.serial import Character
@@ -34,6 +34,16 @@ BACKLOG = 256  # characters that may wait for their turn on the line
 ANSWER_TIMEOUT_PS = 60 * 10**12  # how long an answer is waited for, in lockstep or by a host that sends no more
 
 
+class Detour(Protocol):
+    """Where the bytes of a host go instead."""
+
+    def send(self, data: bytes) -> object:
+        """Take bytes."""
+
+    def room(self) -> int:
+        """Return how many may come now."""
+
+
 class HostLine:
     """What a link sees of the modules: bytes in, bytes out, one host at a time.
 
@@ -53,7 +63,7 @@ class HostLine:
         self.resume: Callable[[], object] | None = None
         self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those no host read
         self.wait: Wait | None = None  # in lockstep, what lets time pass for what has come
-        self.detour: Callable[[bytes], object] | None = None  # where the bytes of the host go instead
+        self.detour: Detour | None = None  # where the bytes of the host go instead
         self.beside: list[HostLine] = []  # lines to the same chip
         self.coming_ends: list[str] = []  # what chips had of a line at the last check
 
@@ -84,7 +94,8 @@ class HostLine:
         """Bytes have come from the host."""
         self.taken += len(data)
         if self.detour is not None:
-            self.detour(data)
+            if data := self.whole(data):
+                self.detour.send(data)
             return
         self.note(TO_CHIP, data)
         self.feed(data)
@@ -137,7 +148,18 @@ class HostLine:
 
     def room(self) -> int:
         """Return how many bytes may come now; when none may, `resume` is called once there is room again."""
+        return self.space() if self.detour is None else self.detour.room()
+
+    def space(self) -> int:
+        """As `room`, of bytes that go to the chip."""
         raise NotImplementedError
+
+    def whole(self, data: bytes) -> bytes:
+        """Return what may go somewhere else of what has come: where requests have an end, whole ones alone."""
+        return data
+
+    def forget_half(self) -> None:
+        """Forget the beginning of a request whose end comes elsewhere."""
 
     def sent(self) -> bool:
         """Return whether everything that has come has gone out, so that another host may begin."""
@@ -206,7 +228,7 @@ class ConnectorLine(HostLine):
         """Is CTS on?  None: the chip has none."""
         return self.port.pins["cts"].level == 0 if isinstance(self.port, AdaptiveHost) else None
 
-    def room(self) -> int:
+    def space(self) -> int:
         """Return how many bytes may come now; with none, `resume` is called once half of them have gone out."""
         uart = self.uart
         room = BACKLOG - uart.backlog

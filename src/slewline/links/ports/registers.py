@@ -108,6 +108,18 @@ class RegisterLine(HostLine):
             self._series(steps, on)
         self.half = data[at:]
 
+    def whole(self, data: bytes) -> bytes:
+        """Return the whole requests of what has come; the beginning of the next one waits for its end."""
+        data, at = self.half + data, 0
+        while len(data) >= at + 2 and len(data) >= (end := at + 2 + 2 * data[at + 1] * (data[at] in (SERIES, ON))):
+            at = end
+        self.half = data[at:]
+        return data[:at]
+
+    def forget_half(self) -> None:
+        """Forget the beginning of a request whose end comes elsewhere."""
+        self.half = b""
+
     def _series(self, steps: bytes, on: bool) -> None:
         """Queue a series, and the answers to it; none of it, if a step is none."""
         board, number = self.board, len(steps) // 2
@@ -157,7 +169,7 @@ class RegisterLine(HostLine):
             found = answers()
             if self.host is host is not None:
                 self.give(found)
-            if self.full and self.room() > 0 and self.resume is not None:
+            if self.full and self.space() > 0 and self.resume is not None:
                 self.resume()
 
         self.board.queue.post("an answer", answer)
@@ -202,7 +214,7 @@ class RegisterLine(HostLine):
         """An access in the transcript: "< 2 31", "> 0 5c"."""
         self.log.write(ps, self.name, way, f"{offset:x} {byte:02x}")
 
-    def room(self) -> int:
+    def space(self) -> int:
         """Return how many bytes may come now."""
         room = BACKLOG - len(self.board.queue)
         self.full = room <= 0

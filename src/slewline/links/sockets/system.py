@@ -118,6 +118,19 @@ def forget_children() -> None:
     ignore(numbers("SIGCHLD"))
 
 
+def hear_ends(call: Callable[[int], object]) -> None:
+    """Call a function with the number of each process that this one has started and that has ended."""
+    wait, at_once = getattr(os, "waitpid", None), getattr(os, "WNOHANG", 0)
+
+    def ended(*_: object) -> None:
+        with suppress(OSError):  # no more of them
+            while wait is not None and (process := wait(-1, at_once)[0]):
+                call(process)
+
+    for number in numbers("SIGCHLD"):
+        signal.signal(number, ended)
+
+
 def ended(process: int) -> None:
     """Take notice that a process which this one has started has ended, or is about to."""
     wait = getattr(os, "waitpid", None)

@@ -79,7 +79,7 @@ class Checkpoint:
     work_s: float  # that the server had done
     process: int
     orders: socket.socket
-    waiting: list[Answer] = field(default_factory=list)  # for its answers, in order
+    waiting: dict[int, Answer] = field(default_factory=dict)  # for its worlds, by the number of the branch
     rest: bytes = b""
 
 
@@ -93,8 +93,11 @@ class Branch:
     now_ps: int  # when it was last left
     journal: Path
     shared: int  # bytes at the beginning of its journal that the first one has as well
+    shared_ps: int  # the instant up to which it is the first run
     control: str = ""
     lines: dict[str, str] = field(default_factory=dict)
     process: int = 0
     leash: socket.socket | None = None  # the world ends when it is closed
+    rest: bytes = b""  # of what has come on the leash
+    waiting: list[Callable[[], object]] = field(default_factory=list)  # for its time, in order
     touched: bool = False

@@ -55,7 +55,8 @@ class Breakpoints:
     def condition(self, row: Mapping[str, Any]) -> Condition:
         """Return what a breakpoint waits for."""
         keys = set(row) if isinstance(row, Mapping) else set()
-        if not any(needs <= keys <= needs | may for needs, may in FORMS):
+        texts = all(isinstance(row[key], str) for key in keys & {"chip", "register", "pin", "finding"})
+        if not texts or not any(needs <= keys <= needs | may for needs, may in FORMS):
             forms = "; ".join(", ".join([*sorted(needs), *(f"[{key}]" for key in sorted(may))]) for needs, may in FORMS)
             raise UsageError(f"breakpoint {row!r}; allowed {forms}")
         if "pin" in keys:
@@ -84,10 +85,14 @@ class Breakpoints:
             self.waits.append(wait)
             self.pace.wait(wait)
 
+    def stand(self) -> None:
+        """Let time stand; waits that push it are over."""
+        self.pace.pause_time()
+        self.stops += 1
+
     def _done(self, condition: Condition, text: str) -> Callable[[bool], object]:
         def done(_met: bool) -> None:
-            self.pace.pause_time()
-            self.stops += 1
+            self.stand()
             self.stopped(condition.text if isinstance(condition, FindingCondition) else text)
 
         return done

@@ -4,28 +4,46 @@ from __future__ import annotations
 
 import json
 import socket
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from ..sockets.address import parse_address
-from ..sockets.stream import SocketStream
+from ..sockets.stream import CHUNK, SocketStream
 
 if TYPE_CHECKING:
     from ..lines.line import HostLine
     from ..sockets.loop import Loop
     from .branches import Branch
 
+AGAIN_S = 0.01  # after which a host may send on that had to wait
+
 
 class Road:
-    """The way of a host's bytes to the line of a world, and back."""
+    """The way of a host's bytes to the line of a world, and back, from `open` on.
+
+    Raises:
+        OSError: nobody is there.
+    """
 
     def __init__(self, loop: Loop, line: HostLine, where: str, branch: Branch) -> None:
-        self.line, self.branch = line, branch
+        self.loop, self.line, self.branch = loop, line, branch
         self.socket = connection(where)
         self.greeted = not getattr(line, "greeting", b"")
         self.stream = SocketStream(loop, self.socket, self._take, lambda _why: None)
-        line.detour = self._send
 
-    def _send(self, data: bytes) -> None:
+    def open(self) -> None:
+        """Take what comes from the host."""
+        self.line.detour = self
+
+    def room(self) -> int:
+        """Return how many bytes may come now; with none, the line is asked to go on a little later."""
+        room = self.stream.queue - len(self.stream.outgoing)
+        if room <= 0:
+            self.loop.after(AGAIN_S, lambda: self.line.resume() if self.line.resume is not None else None)
+        return room
+
+    def send(self, data: bytes) -> None:
+        """Send what has come from the host."""
         self.branch.touched = True
         self.stream.write(data)
 
@@ -38,8 +56,12 @@ class Road:
             self.line.host(data)
 
     def close(self) -> None:
-        """Hang up."""
-        self.line.detour = None
+        """Hang up; the host gets what the branch has said so far."""
+        if self.line.detour is self:
+            self.line.detour = None
+            with suppress(OSError):
+                while data := self.socket.recv(CHUNK):
+                    self._take(data)
         self.stream.close()
         self.socket.close()
 

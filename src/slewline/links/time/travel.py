@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -17,6 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import cast
 
+from ...core.messages.whole import whole
 from ...core.time.timebase import readable
 from ...errors import UsageError
 from ..sockets import system
@@ -29,6 +31,8 @@ CALM_S = 0.002  # before the next event, in which there is time to fork
 LATE_S = 0.4  # of work, after which it is made even so
 MOST = 48  # checkpoints
 MOST_BRANCHES = 16  # besides the first one
+ASK = b'{"do":"read","pins":[]}\n'  # of a branch, for its time
+STAND = b'{"do":"pause"}\n'
 HARMLESS = frozenset(
     (
         *("read", "status", "findings", "steps", "schema", "describe", "parts", "listing", "view", "subscribe", "said"),
@@ -47,7 +51,7 @@ class TimeTravel:
         self.current = self.count = 0
         self.work_s = 0.0  # of the server since the beginning
         self.folder: TemporaryDirectory[str] | None = None
-        self.asked: list[Callable[[], object]] = []  # what goes on when the time of a branch is known
+        self.asked: list[tuple[Callable[[], object], bool]] = []  # what goes on when the time of a branch is known
         self.roads: list[Road] = []  # on which bytes of hosts go to the branch that is shown
 
     @property
@@ -55,22 +59,32 @@ class TimeTravel:
         """Is there a way back?"""
         return self.folder is not None
 
+    @property
+    def elsewhere(self) -> str:
+        """The control port of the branch that is shown; "": it is the first one."""
+        return self.known[self.current].control if self.current else ""
+
+    @property
+    def now_ps(self) -> int:
+        """The time of the branch that is shown, as far as it is known."""
+        return self.known[self.current].now_ps if self.current else self.bench.now_ps
+
     def begin(self) -> None:
         """Keep the past from now on: no time has passed."""
         journal = self.bench.journal
         if journal is None or system.FORK is None or threading.active_count() > 1:
             return
         self.folder = TemporaryDirectory(prefix="slewline-")
-        self.known[0] = Branch(0, None, 0, 0, journal.path, 0)
+        self.known[0] = Branch(0, None, 0, 0, journal.path, 0, 0)
         self.keep()
 
     def look(self) -> None:
         """Make a checkpoint if it is due: called once in every turn of the server."""
         if self.folder is None:
             return
-        last = self.checkpoints[-1]
-        since_s = self.work_s - last.work_s
-        if since_s > DUE_S and not self.current and self.bench.now_ps > last.time_ps:
+        last = self.checkpoints[-1] if self.checkpoints else None  # somebody may have ended them all
+        since_s = self.work_s - (last.work_s if last is not None else 0)
+        if since_s > DUE_S and not self.current and (last is None or self.bench.now_ps > last.time_ps):
             pause = self.server.pace.pause()
             if pause is None or pause > CALM_S or since_s > LATE_S:
                 self.keep()
@@ -92,8 +106,9 @@ class TimeTravel:
     def _thin_out(self) -> None:
         """Give up the checkpoint that costs least: whose neighbours have the least work between them."""
         marks = self.checkpoints
-        gap = min(range(1, len(marks) - 1), key=lambda n: (marks[n + 1].work_s - marks[n - 1].work_s, n))
-        self._end(marks.pop(gap))
+        idle = [n for n in range(1, len(marks) - 1) if not marks[n].waiting]
+        if idle:
+            self._end(marks.pop(min(idle, key=lambda n: (marks[n + 1].work_s - marks[n - 1].work_s, n))))
 
     def _end(self, checkpoint: Checkpoint) -> None:
         if checkpoint.orders.fileno() >= 0:
@@ -106,30 +121,39 @@ class TimeTravel:
         """Go to an instant of a branch (ps), by default of the one that is shown; answer when it is there.
 
         Raises:
-            UsageError: no past is kept, no such branch, or an instant that has not come.
+            UsageError: no past is kept, or no such branch.
         """
         number = self.current if branch is None else branch
-        parent = self._branch(number)
-        self.server.pace.pause_time()
-        self._ask_time(lambda: self._go_back(at, parent, answer))
+        self._branch(number)
+
+        def check() -> None:
+            parent = self.known.get(number)
+            if parent is None:
+                answer({"error": f"back: branch {number} has ended"})
+            elif at > parent.now_ps:
+                answer({"error": f"back: {readable(at)} has not come; the time is {readable(parent.now_ps)}"})
+            else:
+                self._ask_time(lambda: self._go_back(at, parent, answer), True)
+
+        self._ask_time(check)
 
     def _go_back(self, at: int, parent: Branch, answer: Answer) -> None:
-        if at > parent.now_ps:
-            answer({"error": f"back: {readable(at)} has not come; the time is {readable(parent.now_ps)}"})
-            return
         fitting = [
             mark
             for mark in self.checkpoints
-            if mark.time_ps <= at and (not parent.number or mark.length <= parent.shared)
+            if mark.time_ps <= at
+            and (not parent.number or (mark.time_ps <= parent.shared_ps and mark.length <= parent.shared))
         ]
-        mark = (fitting or self.checkpoints[:1])[-1]
-        self.count += 1
-        number = self.count
+        if not fitting:
+            answer({"error": f"back: nothing is kept of {readable(at)}: the process that kept it has ended"})
+            return
+        mark = fitting[-1]
+        self.count = number = self.count + 1
         copy = Path(cast("TemporaryDirectory[str]", self.folder).name) / f"branch{number}"
         order = {
             "journal": str(parent.journal),
             "begin": mark.length,
-            "to": max(at, mark.time_ps),
+            "to": at,
             "copy": str(copy),
             "branch": number,
             "token": self._token(),
@@ -140,15 +164,13 @@ class TimeTravel:
             if "error" in found:
                 answer({"error": f"back: {found['error']}"})
                 return
-            length = copy.stat().st_size
-            shared = length if not parent.number else min(length, parent.shared)
-            made = Branch(number, parent.number, at, at, copy, shared)
+            made = Branch(number, parent.number, at, at, copy, copy.stat().st_size, at)
+            if parent.number:
+                made.shared, made.shared_ps = min(made.shared, parent.shared), min(at, parent.shared_ps)
             made.control, made.lines, made.process = found["control"], found["lines"], found["process"]
+            self.known[number] = made
             try:
-                made.leash = connection(made.control)
-                made.leash.sendall(greeting(self._token()))
-                made.leash.recv(1 << 16)  # its reply
-                self.known[number] = made
+                self._put_on_leash(made)
                 self._switch(made)
             except OSError as error:
                 self._lose(made, str(error))
@@ -156,10 +178,39 @@ class TimeTravel:
                 return
             answer({"branch": number, "time_ps": at})
 
-        mark.waiting.append(arrived)
-        mark.orders.setblocking(True)
-        mark.orders.sendall(json.dumps(order).encode() + b"\n")
-        mark.orders.setblocking(False)
+        try:
+            mark.orders.setblocking(True)
+            mark.orders.sendall(json.dumps(order).encode() + b"\n")
+            mark.orders.setblocking(False)
+        except OSError:  # it has gone: there may be another one
+            self._miss(mark)
+            self._go_back(at, parent, answer)
+            return
+        mark.waiting[number] = arrived
+
+    def _put_on_leash(self, branch: Branch) -> None:
+        """Connect to a branch, to ask for its time, and to be told when it ends."""
+        leash = branch.leash = connection(branch.control)
+        leash.sendall(greeting(self._token()))
+        leash.recv(1 << 16)  # its reply
+        leash.setblocking(False)
+        self.server.loop.watch(leash.fileno(), lambda: self._heard(branch, leash))
+
+    def _heard(self, branch: Branch, leash: socket.socket) -> None:
+        """A branch has told its time, or has ended."""
+        try:
+            data = leash.recv(1 << 16)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if not data:
+            branch.process = 0  # the number may be that of another process by now
+            self._lose(branch, "its process has ended")
+        *lines, branch.rest = (branch.rest + data).split(b"\n")
+        for line in lines:
+            branch.now_ps = json.loads(line)["time_ps"]
+            branch.waiting.pop(0)()
 
     def _answered(self, mark: Checkpoint) -> None:
         """A world has said where it is, or a checkpoint has gone."""
@@ -170,14 +221,21 @@ class TimeTravel:
         except OSError:
             data = b""
         if not data:
-            self.server.loop.watch(mark.orders.fileno())
-            self.checkpoints = [other for other in self.checkpoints if other is not mark]
-            for answer in mark.waiting:
-                answer({"error": "the checkpoint has gone"})
-            return
+            self._miss(mark)
         *lines, mark.rest = (mark.rest + data).split(b"\n")
-        for line in lines:
-            mark.waiting.pop(0)(json.loads(line))
+        for line in lines:  # two that go to different instants come as they like
+            found = json.loads(line)
+            arrived = mark.waiting.pop(found["branch"], None)
+            if arrived is not None:
+                arrived(found)
+
+    def _miss(self, mark: Checkpoint) -> None:
+        """A checkpoint has gone by itself."""
+        if mark in self.checkpoints:
+            self.checkpoints.remove(mark)
+            self._end(mark)
+            for arrived in mark.waiting.values():
+                arrived({"error": "the process that kept this instant has ended; try again"})
 
     def show(self, number: int, answer: Answer) -> None:
         """Go to a branch as it was left; answer when it is there.
@@ -185,13 +243,22 @@ class TimeTravel:
         Raises:
             UsageError: no past is kept, or no such branch.
         """
-        branch = self._branch(number)
+        self._branch(number)
 
         def go() -> None:
-            self._switch(branch)
+            branch = self.known.get(number)
+            if branch is None:
+                answer({"error": f"branch {number} has ended"})
+                return
+            try:
+                self._switch(branch)
+            except OSError as error:
+                self._lose(branch, str(error))
+                answer({"error": f"branch {number} has ended: {error}"})
+                return
             answer({"branch": number, "time_ps": branch.now_ps})
 
-        self._ask_time(go)
+        self._ask_time(go, True)
 
     def branches(self, answer: Answer) -> None:
         """Answer with all branches.
@@ -206,84 +273,89 @@ class TimeTravel:
                 {"number": one.number, "parent": one.parent, "from_ps": one.from_ps, "now_ps": one.now_ps}
                 for one in self.known.values()
             ]
-            answer({"branches": rows, "current": self.current})
+            answer({"branches": rows, "current": self.current, "time_ps": self.now_ps})
 
         self._ask_time(reply)
 
-    def _branch(self, number: int) -> Branch:
+    def _branch(self, number: int) -> None:
         if self.folder is None:
             raise UsageError("nothing of the past is kept here; start the server with --journal FILE, or --panel")
-        if number not in self.known:
+        if whole(number) not in self.known:
             raise UsageError(f"no branch {number!r}; there are: {', '.join(map(str, self.known))}")
-        return self.known[number]
 
-    def _ask_time(self, then: Callable[[], object]) -> None:
-        """Ask the branch that is shown to pause, and what its time is; then go on, one after the other."""
-        self.asked.append(then)
+    def _ask_time(self, then: Callable[[], object], stand: bool = False) -> None:
+        """Ask the branch that is shown what its time is, and to let it stand; then go on, one after the other."""
+        self.asked.append((then, stand))
         if len(self.asked) == 1:
             self._ask_next()
 
     def _ask_next(self) -> None:
         """Ask for the first of those that wait."""
         branch = self.known[self.current]
+        then, stand = self.asked[0]
 
-        def then() -> None:
-            self.asked[0]()
+        def go_on() -> None:
+            then()
             self.asked.pop(0)
             if self.asked:
                 self._ask_next()
 
         if branch.leash is None:
+            if stand:
+                self.server.breakpoints.stand()
             branch.now_ps = self.bench.now_ps
-            then()
+            go_on()
             return
-        leash = branch.leash
-        rest = bytearray()
-
-        def read() -> None:
-            try:
-                data = leash.recv(1 << 16)
-            except OSError:
-                data = b""
-            rest.extend(data)
-            if not data:
-                self._lose(branch, "its process has ended")
-            if rest.endswith(b"\n") or not data:
-                if leash.fileno() >= 0:
-                    self.server.loop.watch(leash.fileno())
-                branch.now_ps = json.loads(rest or b"{}").get("time_ps", branch.now_ps)
-                then()
-
-        self.server.loop.watch(leash.fileno(), read)
-        with suppress(OSError):  # `read` sees it
-            leash.sendall(b'{"do":"pause"}\n')
+        branch.waiting.append(go_on)
+        with suppress(OSError):  # `_heard` sees it
+            branch.leash.sendall(STAND if stand else ASK)
 
     # -------------------------------------------------------------------------------------------------------- a switch
     def _switch(self, branch: Branch) -> None:
-        """Show another branch: what comes from outside goes there from now on."""
+        """Show another branch: what comes from outside goes there from now on.
+
+        Raises:
+            OSError: it cannot be reached; the one that was shown still is.
+        """
         before = self.known[self.current]
+        if branch is not before:
+            self._build_roads(branch)
         self.current = branch.number
-        for road in self.roads:
-            road.close()
-        self.roads.clear()
-        if branch.number:
-            for line in self.server.lines.values():
-                self.roads.append(Road(self.server.loop, line, branch.lines[line.name], branch))
-        else:
-            for line in self.server.lines.values():
-                line.detour = None
-        event = {"event": "branch", "branch": branch.number}
+        event = {"event": "branch", "branch": branch.number, "time_ps": branch.now_ps}
         for control in self.server.controls():
             for client in [*control.clients]:
-                client.divert(branch.control, event | {"time_ps": branch.now_ps})
+                client.divert(branch.control, event)
         if before.number and not before.touched and before is not branch:
             self._drop(before)
         for old in [one for one in self.known.values() if one.number][:-MOST_BRANCHES]:
             if old is not branch:
                 self._drop(old)
 
+    def _build_roads(self, branch: Branch) -> None:
+        """Let bytes of hosts go to a branch, and no longer to the one before."""
+        lines = self.server.lines.values()
+        roads: list[Road] = []
+        try:
+            for line in lines:
+                if branch.number:
+                    roads.append(Road(self.server.loop, line, branch.lines[line.name], branch))
+        except OSError:
+            for road in roads:
+                road.close()
+            raise
+        for road in self.roads:
+            road.close()
+        self.roads = roads
+        for road in roads:
+            road.open()
+        for line in lines:
+            if line.resume is not None:
+                line.resume()  # there is other room than before
+
     def _lose(self, branch: Branch, why: str) -> None:
         """A branch has ended by itself: the first one is shown again."""
+        if self.known.get(branch.number) is not branch:
+            return
         self.server.log.event("server", f"branch {branch.number}: {why}")
         if self.current == branch.number:
             self._switch(self.known[0])
@@ -291,13 +363,18 @@ class TimeTravel:
             self._drop(branch)
 
     def _drop(self, branch: Branch) -> None:
-        """Forget a branch."""
+        """Forget a branch; who waits for its time goes on with what was known of it."""
         del self.known[branch.number]
-        if branch.leash is not None:
+        for go_on in branch.waiting:
+            self.server.loop.ask(go_on)
+        if branch.leash is not None and branch.leash.fileno() >= 0:
+            self.server.loop.watch(branch.leash.fileno())
             branch.leash.close()
         with suppress(OSError):
-            os.kill(branch.process, signal.SIGTERM)
             branch.journal.unlink()
+        if branch.process:
+            with suppress(OSError):
+                os.kill(branch.process, signal.SIGTERM)
 
     def forwarded(self, do: object) -> None:
         """Take notice of a request to the branch that is shown."""
@@ -309,6 +386,9 @@ class TimeTravel:
 
     def close(self) -> None:
         """End all worlds and checkpoints."""
+        for road in self.roads:
+            road.close()
+        self.roads.clear()
         for branch in [one for one in self.known.values() if one.number]:
             self._drop(branch)
         for checkpoint in self.checkpoints:

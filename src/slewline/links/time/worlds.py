@@ -76,18 +76,37 @@ def open_descriptors() -> list[int]:
 
 def wait_for_orders(server: Travels, orders: socket.socket) -> None:
     """Fork a world for each order, until nobody is there to give any."""
-    for order in lines_of(orders):
-        if not cast("Callable[[], int]", system.FORK)():
-            World(server, json.loads(order), orders).run()
+    worlds: dict[int, int] = {}  # the number of the branch, by process
+
+    def buried(process: int) -> None:
+        """Tell of a world that has ended; one that had arrived is known not to be waited for."""
+        if process in worlds:
+            with suppress(OSError):  # nobody to tell
+                tell(orders, {"error": "its process has ended", "branch": worlds.pop(process)})
+
+    system.hear_ends(buried)
+    for line in lines_of(orders):
+        order = json.loads(line)
+        if process := cast("Callable[[], int]", system.FORK)():
+            worlds[process] = order["branch"]
+        else:
+            system.forget_children()
+            World(server, order, orders).run()
             os._exit(0)
+
+
+def tell(orders: socket.socket, found: Data) -> None:
+    """Answer an order, a line."""
+    orders.sendall(json.dumps(found).encode() + b"\n")
 
 
 def lines_of(orders: socket.socket) -> Iterator[bytes]:
     """Yield the lines that come in on a socket."""
     rest = b""
-    while data := orders.recv(MOST):
-        *lines, rest = (rest + data).split(b"\n")
-        yield from lines
+    with suppress(ConnectionError):  # whoever gave orders was killed
+        while data := orders.recv(MOST):
+            *lines, rest = (rest + data).split(b"\n")
+            yield from lines
 
 
 class World:
@@ -100,8 +119,10 @@ class World:
 
     def __init__(self, server: Travels, order: Data, answers: socket.socket) -> None:
         self.server, self.order, self.answers = server, order, answers
-        self.bench, self.inherited = server.bench, server.travel  # whose folder is not ours to remove
+        self.bench = server.bench
+        self.inherited = server.travel, server.ports, server.loop  # what they have open is not ours to close
         self.known = False  # to the server that has asked for it
+        self.leash: object = None  # its connection, the first one
 
     def run(self) -> None:
         """Go to the instant, open the ports, answer where they are, and serve."""
@@ -111,7 +132,7 @@ class World:
             found = self.open_ports()
         except Exception as error:
             found = {"error": str(error)}
-        self.answers.sendall(json.dumps(found).encode() + b"\n")
+        tell(self.answers, found | {"branch": self.order["branch"]})
         self.answers.close()
         if "error" not in found:
             self.server.branch = self.order["branch"]
@@ -123,10 +144,14 @@ class World:
         self.known = True
 
     def deserted(self) -> bool:
-        """Return whether nobody is connected any more: the server that has asked for this world always is."""
-        clients = any(control.clients for control in self.server.controls())
-        self.known |= clients
-        return self.known and not clients
+        """Return whether the server that has asked for this world has let it go.
+
+        Others may seem to be there for longer: that a client has gone shows when it is answered what it waits for.
+        """
+        clients = [client for control in self.server.controls() for client in control.clients]
+        if self.leash is None and clients:
+            self.known, self.leash = True, clients[0]
+        return self.known and self.leash not in clients
 
     @contextmanager
     def silence(self) -> Iterator[None]:
@@ -145,6 +170,7 @@ class World:
         server.travel = type(server.travel)(server)  # the way back is the first server's
         for line in server.lines.values():
             line.host, line.host_name, line.resume, line.wait, line.detour = None, "", None, None, None
+            line.forget_half()
         for wait in list(server.pace.waits):
             server.pace.forget(wait)
         server.breakpoints.waits = []

@@ -56,7 +56,7 @@ class Cells(Generic[C]):
             found = self.kept.get(key)
             if found is None:
                 found = work(max(begin, 0), min(end, stop))
-                if end <= stop:  # what has not passed may change
+                if end < stop:  # what has not passed may change
                     self.kept[key] = found
                     if len(self.kept) > KEPT:
                         self.kept.popitem(last=False)

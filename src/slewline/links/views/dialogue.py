@@ -10,10 +10,10 @@ entry up to a carriage return.  A chip whose registers a host reads and writes s
 
 from __future__ import annotations
 
-from collections import deque
+from collections import OrderedDict, deque
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
-from itertools import islice
+from itertools import islice, takewhile
 from typing import TYPE_CHECKING, Any
 
 from ...core.component import Finding
@@ -44,6 +44,7 @@ class Dialogue:
         self.entries: deque[Entry] = deque(maxlen=KEPT)
         self.number = 0  # of the next entry
         self.touched = 0  # counts up with every change
+        self.grown: OrderedDict[int, Entry] = OrderedDict()  # those that have grown, the last one at the end
         self.growing: dict[str, tuple[Entry, bytearray]] = {}  # by who says it
         for found in bench.findings:
             self.finding(found)
@@ -74,11 +75,12 @@ class Dialogue:
         return [plain(entry) for entry in islice(self.entries, max(number - first, 0), None)], max(first - number, 0)
 
     def changed(self, touched: int, number: int) -> Iterator[Entry]:
-        """Yield what has changed since a count: entries that have grown, and those from a number on."""
-        for entry in reversed(self.entries):
-            if entry["number"] < number - KEPT or (entry["touched"] <= touched and entry["number"] < number - LONGEST):
-                return
-            if entry["touched"] > touched:
+        """Yield what has changed since a count, newest first: entries from a number on, and those that have grown."""
+        for entry in islice(reversed(self.entries), self.number - number):
+            yield plain(entry)
+        before = takewhile(lambda entry: entry["touched"] > touched, reversed(self.grown.values()))
+        for entry in sorted(before, key=lambda entry: -int(entry["number"])):
+            if entry["number"] < number:
                 yield plain(entry)
 
     # ----------------------------------------------------------------------------------------------------- listeners
@@ -122,6 +124,10 @@ class Dialogue:
         entry["text"] = data.decode("latin-1").encode("unicode_escape").decode("ascii")
         self.touched += 1
         entry["touched"] = self.touched
+        self.grown[entry["number"]] = entry
+        self.grown.move_to_end(entry["number"])
+        if len(self.grown) > KEPT:
+            self.grown.popitem(last=False)
         if byte == RETURN or len(data) >= LONGEST:
             del self.growing[who]
 

@@ -161,7 +161,7 @@ class Scope:
             return self._edge(on["pin"], on.get("edge", "any"), start, stop, last)
         if "quantity" in on and "value" in on:
             return self._crossing(on["quantity"], on["value"], on.get("slope", "any"), start, stop, last)
-        if "finding" in on:
+        if isinstance(on.get("finding"), str):
             found = self.bench[on["finding"]].findings if on["finding"] else self.bench.findings
             times = [each.time_ps for each in found if start <= each.time_ps <= stop]
             return None if not times else times[-1] if last else times[0]
@@ -192,11 +192,19 @@ class Scope:
         if level not in (0, 1):
             raise UsageError(f"find {name}: level {level!r}; allowed 0, 1")
         probe = self.probe(name)
-        at = stop if last else max(start, self.recorder.since(probe))
+        start = max(start, self.recorder.since(probe))
+        if start > stop:
+            return None
+        at = stop if last else start
         if self.recorder.level_at(probe, at) == level:
             return at
-        ended = self._edge(name, "any" if last else ("rises" if level else "falls"), start, stop, last)
-        return ended - 1 if last and ended is not None and ended > start else ended
+        begun = self._edge(name, "rises" if level else "falls", start, stop, last)
+        if not last:
+            return begun
+        if begun is None:  # it has the level at the start, or never
+            begun = start if self.recorder.level_at(probe, start) == level else None
+        ended = None if begun is None else self._edge(name, "any", begun + 1, stop, False)
+        return None if ended is None else ended - 1
 
     def _crossing(self, name: str, value: Any, slope: str, start: int, stop: int, last: bool) -> int | None:
         if not isinstance(value, int | float) or slope not in ("rises", "falls", "any"):

@@ -1,0 +1,125 @@
+"""The way of a client to the world of a branch: its requests go there, replies and events come back."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Protocol
+
+from ...core.time.timebase import PS_PER_S, picoseconds
+from ..sockets.stream import SocketStream
+from ..time.roads import connection, greeting
+from .kinds import Data
+
+if TYPE_CHECKING:
+    from .verbs import Controlled
+
+QUEUE = 1 << 24  # bytes of requests
+MARK = "of the branch"  # the id of a request of ours
+MARKED = json.dumps({"id": MARK})[:-1].encode()
+
+
+class Asking(Protocol):
+    """A client of the control port."""
+
+    server: Controlled
+    stream: SocketStream
+    waiting: bool
+    every_s: float
+
+    @property
+    def token(self) -> str | None:
+        """What a client must send with its first request."""
+
+    def perform(self, request: Data) -> Data | None:
+        """Do what a request asks for, here."""
+
+    def watch(self, every_s: float) -> None:
+        """Send events from now on, at most so often; 0: no more."""
+
+    def reply(self, request: Data, found: Data) -> None:
+        """Send the reply to a request."""
+
+    def event(self, found: Data) -> None:
+        """Send an event, if it has subscribed."""
+
+    def go_on(self) -> None:
+        """Answer requests that have come meanwhile."""
+
+
+class Beyond:
+    """The way of a client's requests to the world of a branch, and of replies and events back.
+
+    Raises:
+        OSError: nobody is there.
+    """
+
+    def __init__(self, client: Asking, where: str) -> None:
+        self.client = client
+        self.owed: list[Data] = []  # requests without a reply
+        self.socket = connection(where)
+        self.stream = SocketStream(client.server.loop, self.socket, self.take, self.gone, queue=QUEUE)
+        self.rest = b""
+        self.greeted = False
+        self.stream.write(greeting(client.token))
+        if client.every_s:
+            self.send({"do": "subscribe", "every": in_ps(client.every_s), "id": MARK})
+
+    def send(self, request: Data) -> None:
+        """Send a request."""
+        self.stream.write(json.dumps(request).encode() + b"\n")
+
+    def forward(self, request: Data) -> None:
+        """Send a request of the client."""
+        client = self.client
+        if request["do"] == "breakpoints":
+            client.perform(request)  # those of the next branch
+        if request["do"] == "subscribe":
+            client.watch(picoseconds(request["every"]) / PS_PER_S)
+        client.server.travel.forwarded(request["do"])
+        client.waiting = not client.every_s
+        self.owed.append(request)
+        self.send(request)
+
+    def take(self, data: bytes) -> None:
+        """Pass on replies and events."""
+        client = self.client
+        *lines, self.rest = (self.rest + data).split(b"\n")
+        for line in lines:
+            if not self.greeted:
+                self.greeted = True
+            elif line.startswith(b'{"event"'):
+                client.stream.write(line + b"\n")
+            elif line.startswith(MARKED):
+                found = json.loads(line)
+                client.event({"event": "view", "view": found.get("view", {}), "time_ps": found["time_ps"]})
+            else:
+                self.settle(line)
+                client.stream.write(line + b"\n")
+                client.waiting = False
+                client.server.loop.ask(client.go_on)
+
+    def settle(self, reply: bytes) -> None:
+        """Owe one reply less: the one to the oldest request with its id."""
+        known = json.loads(reply).get("id") if len(self.owed) > 1 else None  # a client that waits for each has one
+        at = next((n for n, request in enumerate(self.owed) if request.get("id") == known), 0)
+        del self.owed[at : at + 1]
+
+    def gone(self, why: str) -> None:
+        """Tell that the branch has ended."""
+        self.close(f"the branch has ended: {why}")
+
+    def close(self, why: str = "another branch is shown now") -> None:
+        """Hang up; what is owed is not answered any more, and the client is told so."""
+        self.stream.close()
+        self.socket.close()
+        owed, self.owed = self.owed, []
+        for request in owed:
+            self.client.waiting = False
+            self.client.reply(request, {"error": f"{request['do']}: {why}"})
+        if owed:
+            self.client.server.loop.ask(self.client.go_on)
+
+
+def in_ps(seconds: float) -> int:
+    """Return seconds as whole picoseconds."""
+    return int(seconds * PS_PER_S)
