@@ -109,7 +109,7 @@ class Beyond:
         self.close(f"the branch has ended: {why}")
 
     def close(self, why: str = "another branch is shown now") -> None:
-        """Hang up; what is owed is not answered any more, and the client is told so."""
+        """Hang up; what is owed is answered with an error."""
         self.stream.close()
         self.socket.close()
         owed, self.owed = self.owed, []
