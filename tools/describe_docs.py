@@ -46,6 +46,7 @@ from slewline.language.lines.reference import line_table
 from slewline.language.packets import Packets
 from slewline.links.control.kinds import Key, RequestSpec
 from slewline.links.control.requests import COMMON, NAMES, REQUESTS, schema
+from slewline.links.control.rows_of_events import EVENTS
 from slewline.parts import KINDS, options_of, part_class
 from slewline.parts.base.part import Part
 
@@ -254,6 +255,8 @@ example.
 - Times are text with a unit (`"250 ms"`) or whole picoseconds. Levels are electrical. Pins have their full names.
 - A client that waits (`advance`, `until`) may send more: that is read when its reply has gone out. Any number of
   clients may be connected.
+- A client that has sent `subscribe` gets events as well, lines with `event` between the replies; its requests do not wait
+  for one another, and `id` tells which reply is whose.
 - A client that closes its side of the connection still gets every reply. Its last line may lack the line feed.
 
 The first line of a connection must be such an object, or the server hangs up: so no web page can make a browser control
@@ -263,14 +266,22 @@ this machine too, sends `"token"` with its first request; with a wrong one the c
 the network as it is: it keeps out clients that do not know it, but not an eavesdropper.
 
 `{"do": "schema"}` returns all this as JSON schema, to make a client from; it is also the file `control.schema.json` in
-`slewline/links`. Its `definitions` have each request and its reply (`drive`, `drive_reply`), and `error`.
+`slewline/links`. Its `definitions` have each request and its reply (`drive`, `drive_reply`), each event
+(`view_event`), and `error`.
 """
 
 
 def control_page() -> str:
     """Every request with its keys and its reply."""
     common = table(("key of every request", "", "if left out"), map(key_row, COMMON))
-    return f"{NOTE}{CONTROL}\n{common}\n" + "".join(chapter(name) for name in NAMES)
+    chapters = "".join(chapter(name) for name in NAMES)
+    return f"{NOTE}{CONTROL}\n{common}\n{chapters}\n{events()}"
+
+
+def events() -> str:
+    """The events, with their keys."""
+    rows = [(f"`{row.event}`", row.says, f"`{key.name}`", key.says) for row in EVENTS for key in row.keys]
+    return f"## Events\n\nEach has `event` and `time_ps`, and:\n\n{table(('event', '', 'key', ''), rows)}\n"
 
 
 def chapter(name: str) -> str:

@@ -412,6 +412,28 @@ def test_requests_for_the_wall_clock_and_the_past_are_as_the_schema_says(serve, 
             checked(row, ask)
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
+def test_every_event_is_as_the_schema_says(serve, client, tmp_path):
+    straps = [f"--strap={pin}={level}" for pin, level in STRAPS.items()]
+    ports = ("--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--journal", tmp_path / "journal")
+    server = serve("gs-c200s", *straps, *ports, ports=2)
+    watcher, host = client(server.ports["control"]), client(server.ports["gs_c200s"])
+    ask = Asks(client(server.ports["control"]))
+    watcher.send(b'{"do": "subscribe", "every": "10 ms"}\n')
+    assert "view" in json.loads(watcher.read(b"\n"))
+    ask("breakpoints", breakpoints=[{"finding": ""}])
+    host.send(b"HELLO\r")
+    found = {}
+    while set(found) != {"view", "said", "stopped", "branch"}:
+        event = json.loads(watcher.read(b"\n"))
+        checker(f"{event['event']}_event")(event)
+        if event["event"] == "stopped" and "stopped" not in found:
+            ask("back", time="1 ms")
+        found[event["event"]] = event
+    assert found["stopped"]["why"] == "gs_c200s: E2"
+    assert found["branch"]["branch"] == 1
+
+
 def test_every_request_has_a_row_and_every_row_is_done():
     assert {f"do_{row.do}" for row in REQUESTS} == {name for name in dir(control.Requests) if name.startswith("do_")}
 

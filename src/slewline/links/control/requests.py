@@ -12,6 +12,7 @@ from ...core.messages.near import hint
 from ...errors import UsageError
 from . import rows, rows_of_time, rows_of_views
 from .kinds import TEXT, WHOLE, Data, Key, RequestSpec, record
+from .rows_of_events import EVENTS, EventSpec
 
 REQUESTS = (*rows.REQUESTS, *rows_of_time.REQUESTS, *rows_of_views.REQUESTS)
 NAMES = tuple(dict.fromkeys(row.do for row in REQUESTS))
@@ -71,6 +72,7 @@ def schema() -> Data:
     """Return all requests and replies as JSON schema: `definitions` has `drive`, `drive_reply` and so on."""
     made: Data = {row.name: request_schema(row) for row in REQUESTS}
     made |= {f"{row.name}_reply": reply_schema(row) for row in REQUESTS}
+    made |= {row.name: event_schema(row) for row in EVENTS}
     made["error"] = record({"error": TEXT, "time_ps": WHOLE}, {"id": {}})
     made["request"] = {"oneOf": [{"$ref": f"#/definitions/{row.name}"} for row in REQUESTS]}
     return {
@@ -91,6 +93,12 @@ def request_schema(row: RequestSpec) -> Data:
 def reply_schema(row: RequestSpec) -> Data:
     """Return the schema of the reply to it, unless it is an error; later versions may add keys."""
     return record({key.name: described(key) for key in row.reply} | {"time_ps": WHOLE}, {"id": {}})
+
+
+def event_schema(row: EventSpec) -> Data:
+    """Return the schema of an event."""
+    needed = {"event": {"const": row.event}, "time_ps": WHOLE} | {key.name: described(key) for key in row.keys}
+    return record(needed) | {"description": row.says}
 
 
 def described(key: Key) -> Data:

@@ -49,7 +49,12 @@ REQUESTS = (
         (Key("pins", array(PIN), "owners and pins"),),
         (Key("levels", mapping({"enum": [0, 1, None]}), "by pin; null: it floats"),),
     ),
-    RequestSpec("advance", "Let time pass (lockstep only).", {"time": "250 ms"}, (Key("time", TIME, "how much"),)),
+    RequestSpec(
+        "advance",
+        "Let time pass: in lockstep, or where it stands.",
+        {"time": "250 ms"},
+        (Key("time", TIME, "how much"),),
+    ),
     RequestSpec(
         "until",
         "Wait until a pin has a level; in lockstep, time passes.",

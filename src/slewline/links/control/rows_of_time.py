@@ -6,7 +6,6 @@ from .kinds import (
     A_CHIP,
     A_PIN,
     AN_AXIS,
-    BOOLEAN,
     MET,
     NUMBER,
     TEXT,
@@ -105,8 +104,3 @@ REQUESTS = (
         (Key("branch", WHOLE, "its number"),),
     ),
 )
-
-EVENTS = {
-    "stopped": record({"event": {"const": "stopped"}, "why": TEXT, "time_ps": WHOLE}),
-    "branch": record({"event": {"const": "branch"}, "branch": WHOLE, "time_ps": WHOLE, "paused": BOOLEAN}),
-}
