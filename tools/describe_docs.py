@@ -255,8 +255,8 @@ example.
 - Times are text with a unit (`"250 ms"`) or whole picoseconds. Levels are electrical. Pins have their full names.
 - A client that waits (`advance`, `until`) may send more: that is read when its reply has gone out. Any number of
   clients may be connected.
-- A client that has sent `subscribe` gets events as well, lines with `event` between the replies; its requests do not wait
-  for one another, and `id` tells which reply is whose.
+- A client that has sent `subscribe` gets events as well, lines with `event` between the replies; its requests do not
+  wait for one another, and `id` tells which reply is whose.
 - A client that closes its side of the connection still gets every reply. Its last line may lack the line feed.
 
 The first line of a connection must be such an object, or the server hangs up: so no web page can make a browser control
