@@ -23,7 +23,15 @@ PANEL, DEBUGGER = IMAGES / "panel.png", IMAGES / "debugger.png"
 MACHINE = ROOT / "src/slewline/cli/weld.toml"
 INSTANT = "3.35 s"
 WIDE, HIGH = 1440, 1560
+COLOURS = 48
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+
+
+def made_small(path):
+    """Keep the colours that there are, of which a screen has few: a picture is a third as large then."""
+    from PIL import Image
+
+    Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
 
 
 def chromium():
@@ -49,6 +57,7 @@ def draw_panel(path):
             page.wait_for_function("() => /3.350.000/.test(document.body.innerText)")
             page.wait_for_timeout(1500)  # shafts come to rest, the scope asks for its window
             page.screenshot(path=path)
+            made_small(path)
         finally:
             browser.close()
             panel.close()
@@ -71,6 +80,7 @@ def draw_debugger(path):
         command = [chromium(), "--headless", "--no-sandbox", "--hide-scrollbars", "--disable-gpu"]
         size = f"--window-size={width},{height}"
         subprocess.run([*command, size, f"--screenshot={path}", source.as_uri()], check=True, capture_output=True)
+    made_small(path)
 
 
 if __name__ == "__main__":
