@@ -106,7 +106,7 @@ def there_and_back(session, seen):
 
 def test_every_instant_of_a_session_is_as_it_was(begin):
     session = begin(seed=1)
-    seen = session.play(acts=60, looks=40)
+    seen = session.play(acts=40, looks=20)
     there_and_back(session, seen)
 
 
