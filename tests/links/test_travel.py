@@ -219,3 +219,15 @@ def test_a_client_that_looks_away_in_a_branch_holds_nothing_up(begin, client):
     time.sleep(0.05)  # in which the server would look for changes without end
     other = Asks(client(session.server.ports["control"]))
     assert other("branches")["branches"]
+
+
+def test_a_branch_that_was_only_looked_at_is_not_kept_and_one_that_was_touched_is(begin):
+    ask = begin(seed=7).ask
+    ask("until", time="200 ms")
+    looked_at = ask("back", time="100 ms")["branch"]
+    assert "A 0" in ask("example", name="programs/weld.cy525")["text"]
+    touched = ask("back", time="100 ms", branch=0)["branch"]
+    ask("drive", pin=f"{CHIP}.enable", level=0)
+    ask("back", time="50 ms", branch=0)
+    numbers = [row["number"] for row in ask("branches")["branches"]]
+    assert touched in numbers and looked_at not in numbers

@@ -23,12 +23,8 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-# fmt: off
-READING = frozenset((
-    "read", "status", "findings", "steps", "schema", "describe", "parts", "listing", "view", "subscribe", "said",
-    "window", "signals", "find", "export", "assemble", "examples", "example", "branches",
-))
-# fmt: on
+from ..links.control.requests import READING
+
 WAITING = frozenset(("until", "step", "advance"))
 NEVER = frozenset(("quit",))  # who has started the server ends it
 LONGEST = 1 << 16  # characters of a message to the server

@@ -12,7 +12,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
 from threading import Thread
@@ -20,10 +20,11 @@ from typing import IO, TYPE_CHECKING, Any, cast
 
 import click
 
-from ...chips import CATALOGUE, sheet_of
+from ...chips import CATALOGUE
 from ...errors import UsageError
 from ...extras import needs
-from ..files import is_bench, read_options
+from ..files import chip_of, is_bench, read_options, read_program
+from ..single import single
 
 if TYPE_CHECKING:
     from ...bench import Bench
@@ -126,23 +127,17 @@ class DebugCommand:
             from ...bench.file import BenchFile
 
             return BenchFile(target, self.anywhere, self.allow_code).load(journal=journal)
-        if not Path(target).exists() and (target in CATALOGUE.names() or ":" in target):
-            from ...bench import Bench
-            from ...bench.memories import put_memory
-
-            sheet = sheet_of(target)
-            bench = Bench(journal=journal)
-            straps = sheet.fastest | sheet.plain | dict(self.strap)
-            chip = bench.add(target, crystal=self.crystal, straps=straps, **read_options(self.options, target))
-            put_memory(bench, chip, self.memory)
-            bench.host(chip)
-            return bench
-        from ..run import RunCommand
-
-        given: dict[str, Any] = {field.name: None for field in fields(RunCommand)}
-        given |= {"drive": (), "strap": self.strap, "chip": self.chip, "crystal": self.crystal, "quiet": True}
-        given |= {"options": self.options, "memory": self.memory, "file": target}
-        return RunCommand(**given).single(target, journal)
+        alone = not Path(target).exists() and (target in CATALOGUE.names() or ":" in target)
+        part = target if alone else chip_of(target, self.chip)
+        return single(
+            part,
+            None if alone else (read_program(target), target),
+            crystal=self.crystal,
+            strap=dict(self.strap),
+            options=read_options(self.options, part),
+            memory=self.memory,
+            journal=journal,
+        )
 
 
 def end_with_input(server: Server) -> None:

@@ -9,11 +9,13 @@ from ...core.time.timebase import PS_PER_S, picoseconds
 from ..sockets.stream import SocketStream
 from ..time.roads import connection, greeting
 from .kinds import Data
+from .requests import READING
 
 if TYPE_CHECKING:
     from .verbs import Controlled
 
 QUEUE = 1 << 24  # bytes of requests
+HARMLESS = READING | {"record", "pause", "breakpoints"}  # what leaves a branch as it is
 MARK = "of the branch"  # the id of a request of ours
 MARKED = json.dumps({"id": MARK})[:-1].encode()
 
@@ -75,7 +77,8 @@ class Beyond:
             client.perform(request)  # those of the next branch
         if request["do"] == "subscribe":
             client.watch(picoseconds(request["every"]) / PS_PER_S)
-        client.server.travel.forwarded(request["do"])
+        if request["do"] not in HARMLESS:
+            client.server.travel.touch()
         client.waiting = not client.every_s
         self.owed.append(request)
         self.send(request)

@@ -82,6 +82,7 @@ class RequestSpec:
     keys: tuple[Key, ...] = ()
     reply: tuple[Key, ...] = ()
     form: str = ""
+    reads: bool = False  # it leaves everything as it is
 
     @property
     def needs(self) -> list[str]:

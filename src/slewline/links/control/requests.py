@@ -16,6 +16,7 @@ from .rows_of_events import EVENTS, EventSpec
 
 REQUESTS = (*rows.REQUESTS, *rows_of_time.REQUESTS, *rows_of_views.REQUESTS)
 NAMES = tuple(dict.fromkeys(row.do for row in REQUESTS))
+READING = frozenset(row.do for row in REQUESTS if row.reads)
 COMMON = (
     Key("id", {}, "anything; it comes back in the reply", "nothing"),
     Key("token", TEXT, "in the first request, if the server has one", "nothing"),

@@ -48,6 +48,7 @@ REQUESTS = (
         {"pins": ["x.mov", "x.rdy"]},
         (Key("pins", array(PIN), "owners and pins"),),
         (Key("levels", mapping({"enum": [0, 1, None]}), "by pin; null: it floats"),),
+        reads=True,
     ),
     RequestSpec(
         "advance",
@@ -119,6 +120,7 @@ REQUESTS = (
             Key("findings", WHOLE, "how many since the beginning"),
             Key("troubles", array(TEXT), "what the server could not do, such as a file that takes no more"),
         ),
+        reads=True,
     ),
     RequestSpec(
         "findings",
@@ -132,6 +134,7 @@ REQUESTS = (
             Key("findings", array(record({"source": TEXT, **FOUND["properties"]})), f"the last {MAX_FINDINGS}"),
             Key("omitted", WHOLE, "how many older ones there are"),
         ),
+        reads=True,
     ),
     RequestSpec(
         "steps",
@@ -143,7 +146,10 @@ REQUESTS = (
             Key("directions", array({"enum": [1, -1]}), "1: clockwise, towards greater positions"),
             Key("positions", array(WHOLE), "after each step"),
         ),
+        reads=True,
     ),
-    RequestSpec("schema", "The JSON schema of all this.", {}, (), (Key("schema", {"type": "object"}, "draft 7"),)),
+    RequestSpec(
+        "schema", "The JSON schema of all this.", {}, (), (Key("schema", {"type": "object"}, "draft 7"),), reads=True
+    ),
     RequestSpec("quit", "End the server.", {}),
 )

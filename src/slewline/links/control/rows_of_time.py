@@ -95,6 +95,7 @@ REQUESTS = (
         {},
         (),
         (Key("branches", array(A_BRANCH), "by number; 0 is the first run"), Key("current", WHOLE, "the one shown")),
+        reads=True,
     ),
     RequestSpec(
         "branch",

@@ -51,6 +51,7 @@ REQUESTS = (
         {"chip": "x"},
         (A_CHIP,),
         (Key("sheet", SHEET, "from the manual"),),
+        reads=True,
     ),
     RequestSpec(
         "parts",
@@ -58,6 +59,7 @@ REQUESTS = (
         {},
         (),
         (Key("parts", mapping(OBJECT), "by name: kind, pins, verbs, quantities, neighbours"),),
+        reads=True,
     ),
     RequestSpec(
         "listing",
@@ -68,14 +70,18 @@ REQUESTS = (
             Key("rows", array(PROGRAM_ROW), "an instruction each"),
             Key("counter", WHOLE_OR_NULL, "the address of the instruction in progress; null: no program runs"),
         ),
+        reads=True,
     ),
-    RequestSpec("view", "Everything that a panel shows, now.", {}, (), (Key("view", VIEW, "of pace, chips, parts"),)),
+    RequestSpec(
+        "view", "Everything that a panel shows, now.", {}, (), (Key("view", VIEW, "of pace, chips, parts"),), reads=True
+    ),
     RequestSpec(
         "subscribe",
         "Send events from now on: changes of the view, what is said, stops.",
         {"every": "33 ms"},
         (Key("every", TIME, "the least time between two, of the wall clock; 0: no more"),),
         (Key("view", VIEW, "as it is now"),),
+        reads=True,
     ),
     RequestSpec(
         "said",
@@ -83,6 +89,7 @@ REQUESTS = (
         {"start": 0},
         (Key("start", WHOLE, "the number of the first entry", "0"),),
         (Key("entries", array(ENTRY), f"the last {MAX_ENTRIES}"), Key("omitted", WHOLE, "how many are left out")),
+        reads=True,
     ),
     RequestSpec(
         "signals",
@@ -90,6 +97,7 @@ REQUESTS = (
         {},
         (),
         (Key("pins", mapping(array(TEXT)), "by owner"), Key("quantities", array(TEXT), "by full name")),
+        reads=True,
     ),
     RequestSpec(
         "record",
@@ -111,6 +119,7 @@ REQUESTS = (
                 "`times_ps` and `values`, null at a break",
             ),
         ),
+        reads=True,
     ),
     RequestSpec(
         "find",
@@ -127,6 +136,7 @@ REQUESTS = (
             Key("last", BOOLEAN, "the last one", "false"),
         ),
         (Key("found_ps", WHOLE_OR_NULL, "null: it does not happen there"),),
+        reads=True,
     ),
     RequestSpec(
         "export",
@@ -134,6 +144,7 @@ REQUESTS = (
         {"signals": ["x.clock"], "start": 0, "stop": "1 s", "form": "vcd"},
         (THE_SIGNALS, START, STOP, Key("form", {"enum": list(FORMS)}, ", ".join(FORMS))),
         (Key("text", TEXT, "what is in the file"),),
+        reads=True,
     ),
     RequestSpec(
         "send",
@@ -157,13 +168,17 @@ REQUESTS = (
             Key("bytes", WHOLE, "how long the program is"),
             Key("problems", array(PROBLEM), "each with its place"),
         ),
+        reads=True,
     ),
-    RequestSpec("examples", "The examples.", {}, (), (Key("examples", array(OBJECT), "name, part and title"),)),
+    RequestSpec(
+        "examples", "The examples.", {}, (), (Key("examples", array(OBJECT), "name, part and title"),), reads=True
+    ),
     RequestSpec(
         "example",
         "The text of an example.",
         {"name": "programs/weld.cy525"},
         (Key("name", TEXT, "of the example"),),
         (Key("text", TEXT, "what is in the file"),),
+        reads=True,
     ),
 )

@@ -33,12 +33,6 @@ MOST = 48  # checkpoints
 MOST_BRANCHES = 16  # besides the first one
 ASK = b'{"do":"read","pins":[]}\n'  # of a branch, for its time
 STAND = b'{"do":"pause"}\n'
-HARMLESS = frozenset(
-    (
-        *("read", "status", "findings", "steps", "schema", "describe", "parts", "listing", "view", "subscribe", "said"),
-        *("signals", "record", "window", "find", "export", "assemble", "examples", "pause", "breakpoints"),
-    )
-)  # requests that leave a branch as it is
 
 
 class TimeTravel:
@@ -53,11 +47,6 @@ class TimeTravel:
         self.folder: TemporaryDirectory[str] | None = None
         self.asked: list[tuple[Callable[[], object], bool]] = []  # what goes on when the time of a branch is known
         self.roads: list[Road] = []  # on which bytes of hosts go to the branch that is shown
-
-    @property
-    def there(self) -> bool:
-        """Is there a way back?"""
-        return self.folder is not None
 
     @property
     def elsewhere(self) -> str:
@@ -376,10 +365,9 @@ class TimeTravel:
             with suppress(OSError):
                 os.kill(branch.process, signal.SIGTERM)
 
-    def forwarded(self, do: object) -> None:
-        """Take notice of a request to the branch that is shown."""
-        if do not in HARMLESS:
-            self.known[self.current].touched = True
+    def touch(self) -> None:
+        """Take notice that the branch that is shown is no longer what it was at first, and worth to be kept."""
+        self.known[self.current].touched = True
 
     def _token(self) -> str | None:
         return next((control.token for control in self.server.controls()), None)
