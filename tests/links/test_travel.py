@@ -78,6 +78,8 @@ class Session:
             while owed >= 1:
                 owed -= 1
                 self.ask("pause")
+                level = self.chance.randrange(2)
+                self.ask("drive", pin=f"{CHIP}.ui1", level=level)  # at the very instant: it belongs to it
                 seen.append(everything(self.ask))
                 self.ask("go")
                 time.sleep(self.chance.random() * 0.004)
