@@ -1,0 +1,126 @@
+"""What a motor, a driver and a load are: the figures of their data sheets, in SI units.
+
+    MotorData   windings, holding torque, inertia     a row of motors.py, or one's own
+    DriverData  supply, current, how it is switched   a row of drivers.py, or one's own
+    LoadData    what hangs on the shaft               loads.py
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, sqrt
+from typing import Literal
+
+Windings = Literal["bipolar", "unipolar", "reluctance"]
+DriverKind = Literal["current", "averaged", "chopper", "voltage", "bilevel"]
+Decay = Literal["slow", "fast", "mixed"]
+IRON_S = 2.66e-3  # drag by iron loss, N m s, of each N m of holding torque, where nothing better is known
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotorData:
+    """A stepper motor by its data sheet.
+
+    `torque` is the holding torque at `current`, with `rated` phases on.  The sheets of most makers mean two.
+    `iron` is the drag by iron loss, in N m s; None: 2.66e-3 s times the holding torque, since no sheet has it.
+
+    Hybrid and PM motors: `teeth` pairs of poles, four full steps to each; "unipolar" ones have two halves to a winding,
+    and `resistance` and `inductance` are those of a half.  "reluctance": `phases` windings, `phases` full steps to each
+    of the teeth; `inductance` is the mean, `swing` how far it goes up and down from there.
+    """
+
+    name: str
+    windings: Windings = "bipolar"
+    teeth: int = 50
+    phases: int = 4  # of a reluctance motor
+    current: float  # A a phase
+    resistance: float  # ohm a phase
+    inductance: float  # H a phase
+    swing: float = 0.0  # H, of a reluctance motor
+    torque: float = 0.0  # N m
+    rated: Literal["two", "one"] = "two"
+    detent: float = 0.0  # N m
+    inertia: float  # kg m2
+    iron: float | None = None  # N m s
+    viscous: float = 0.0  # N m s, bearings
+    friction: float = 0.0  # N m, bearings and brushing of seals
+    source: str = ""
+
+    @property
+    def constant(self) -> float:
+        """The torque constant of one phase, N m/A, which is also its EMF constant, V s/rad."""
+        return self.torque / self.current / (sqrt(2) if self.rated == "two" else 1.0)
+
+    @property
+    def full_steps(self) -> int:
+        """Full steps a turn."""
+        return self.teeth * (self.phases if self.windings == "reluctance" else 4)
+
+    @property
+    def step(self) -> float:
+        """The full step, rad."""
+        return 2 * pi / self.full_steps
+
+    @property
+    def drag(self) -> float:
+        """All drag that grows with the speed, N m s."""
+        return self.viscous + (IRON_S * self.torque if self.iron is None else self.iron)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriverData:
+    """A driver, and what it is set to.
+
+    "current"   the current is what is asked for, `lag` later (a first-order lag; 0: at once); no supply counts
+    "averaged"  a current source that the supply limits: the mean of a chopper, without its ripple and its damping
+    "chopper"   fixed frequency, peak current; in the pause the current decays slow (shorted), fast (against the supply)
+                or mixed (fast for `fast_part` of a period, then slow)
+    "voltage"   the supply through `series` ohms: L/R, and L/nR
+    "bilevel"   `high` volts for `high_time` after each change of a phase, then the supply
+
+    `current` is the current of a phase with two phases on; with `boost`, a phase that is on alone has sqrt(2) times as
+    much (half steps with an even torque).  `rest`, `slew` and `ramp` are factors of it by MOV and RAMP.
+    A half winding that is switched off drives its current into `clamp` volts (a diode 0.7, or a Zener diode).
+    """
+
+    name: str = ""
+    kind: DriverKind
+    supply: float = 0.0  # V
+    current: float = 0.0  # A
+    series: float = 0.0  # ohm
+    lag: float = 0.0  # s
+    high: float = 0.0  # V
+    high_time: float = 0.0  # s
+    frequency: float = 20e3  # Hz
+    decay: Decay = "slow"
+    fast_part: float = 0.3
+    least_on: float = 0.0  # s, blanking: a phase is on so long at least
+    diode: float = 0.0  # V, dropped in the pause of a chopper
+    clamp: float = 0.7  # V
+    boost: bool = False
+    rest: float = 1.0
+    slew: float = 1.0
+    ramp: float = 1.0
+    source: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoadData:
+    """What a motor drives, beside its own rotor.
+
+    `friction` is Coulomb friction, `stiction` the torque that a shaft at rest resists with (None: as much).  `torque`
+    acts backward, against counting up: a weight that is lifted.  With `stiffness` the inertia hangs on a coupling, and
+    friction and torque act beyond it.  A damper is `damper_inertia`, dragged along by `damper_drag`.
+    """
+
+    inertia: float = 0.0  # kg m2
+    viscous: float = 0.0  # N m s
+    friction: float = 0.0  # N m
+    stiction: float | None = None  # N m
+    torque: float = 0.0  # N m
+    stiffness: float = 0.0  # N m/rad; 0: rigid
+    coupling_drag: float = 0.0  # N m s
+    damper_inertia: float = 0.0  # kg m2
+    damper_drag: float = 0.0  # N m s
+    low: float | None = None  # rad, hard stop
+    high: float | None = None  # rad, hard stop
