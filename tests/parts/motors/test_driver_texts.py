@@ -49,6 +49,7 @@ GSD = DRIVERS["GS-D200"].data
         ("24 V, 1 A, boost, clamp 24 V", replace(AVERAGED, boost=True, clamp=24.0)),
         ("24 V, 2 A, rest 0.5 A, slew 1 A, ramp 3 A", replace(AVERAGED, current=2.0, rest=0.25, slew=0.5, ramp=1.5)),
         ("24 V, rest 500 mA", replace(AVERAGED, rest=0.5)),
+        ("24 V, rest .5 A", replace(AVERAGED, rest=0.5)),
         ("24 V, rest 0 A", replace(AVERAGED, rest=0.0)),
         ("L/R 5 V", DriverData(kind="voltage", supply=5.0, current=1.0)),
         ("L/1R 5 V", DriverData(kind="voltage", supply=5.0, current=1.0)),
@@ -138,7 +139,8 @@ def test_the_rows_have_the_figures_of_their_data_sheets():
         "GS-D200S": (17e3, (12, 40), 2.5),
         "L297+L298": (20e3, (4.8, 46), 2.0),
     }
-    assert 1 / (0.69 * 22e3 * 3.3e-9) == pytest.approx(20e3, rel=0.01)
+    oscillator = 1 / (0.69 * 22e3 * 3.3e-9)
+    assert oscillator == pytest.approx(20e3, rel=0.01)
 
 
 @pytest.mark.parametrize("name", DRIVERS)
