@@ -11,7 +11,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from math import cos, pi, sin, sqrt
+from math import atan2, cos, pi, sin, sqrt
 from typing import TYPE_CHECKING, Any
 
 from ...errors import UsageError
@@ -87,6 +87,9 @@ class Law:
         steps: "full" (two phases on), "wave" (one), "half", or "micro 8": so many commands to a full step.
         step_ps: of the grid, from each edge on; 0: 20 us, and 1 us for a chopper.
         blocked: the rotor is held.
+        phased: the inputs are phases, not steps: a row of the table for each set of phases that are on, the first phase
+            counting 1, the second 2, then 4 ...; steps are "half".
+        origin: the command, in half steps of `fields`, that is command 0 of a phased motor.
     """
 
     motor: MotorData
@@ -95,6 +98,8 @@ class Law:
     steps: str = "full"
     step_ps: int = 0
     blocked: bool = False
+    phased: bool = False
+    origin: int = 0
 
     def __post_init__(self) -> None:
         if not _STEPS.fullmatch(self.steps):
@@ -195,6 +200,10 @@ class Law:
     @property
     def _zero(self) -> float:
         """The electrical angle at command 0, in turns."""
+        return self._first + self.origin / self.cycle
+
+    @property
+    def _first(self) -> float:
         if self.motor.windings == "reluctance":
             return 0.0 if self.steps == "wave" else 0.5 / self.motor.phases
         return 0.0 if self.steps == "wave" else 0.125
@@ -202,6 +211,9 @@ class Law:
     @cached_property
     def table(self) -> tuple[tuple[float, ...], ...]:
         """What the driver is asked for, by command modulo `cycle`, for each of `LEVELS`: amperes, volts, or 1 for on."""
+        if self.phased:
+            factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)
+            return tuple(self._phases(bits, factor) for factor in factors for bits in range(1 << self.period))
         angles = [2 * pi * (self._zero + n / self.cycle) for n in range(self.cycle)]
         factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)
         return tuple(self._row(angle, factor) for factor in factors for angle in angles)
@@ -218,6 +230,32 @@ class Law:
             signs = tuple(0.0 if abs(part) < 0.1 else 1.0 if part > 0 else -1.0 for part in field)
             factor *= sqrt(2) if 0.0 in signs and self.driver.boost else 1.0
         return self.asked_for(signs, factor)
+
+    def _phases(self, bits: int, factor: float) -> tuple[float, ...]:
+        """What is asked for by phases that are on, with a factor of the current."""
+        on = [float(bits >> n & 1) for n in range(self.period)]
+        if self.motor.windings in ("reluctance", "unipolar"):
+            return tuple(part * (factor > 0) for part in on)
+        signs = on[0] - on[1], on[2] - on[3]
+        return self.asked_for(signs, factor * (sqrt(2) if 0.0 in signs and self.driver.boost else 1.0))
+
+    @cached_property
+    def fields(self) -> tuple[int | None, ...]:
+        """The commands, 0 to `cycle` - 1, of the fields of phases that are on, by their bits; None: there is no field.
+
+        Of two windings phases 1 and 2 are the ends of one, 3 and 4 those of the other; phases 1 and 3 on are command 0.
+        """
+        found: list[int | None] = []
+        for bits in range(1 << self.period):
+            on = [bits >> n & 1 for n in range(self.period)]
+            if self.motor.windings == "reluctance":
+                angles = [2 * pi * n / self.period for n in range(self.period)]
+                x, y = (sum(turn(a) for a, yes in zip(angles, on, strict=True) if yes) for turn in (cos, sin))
+            else:
+                x, y = float(on[0] - on[1]), float(on[2] - on[3])
+            here = atan2(y, x) / (2 * pi) - self._first
+            found.append(None if x * x + y * y < 0.1 else round(here * self.cycle) % self.cycle)
+        return tuple(found)
 
     @property
     def _volts(self) -> bool:
@@ -236,9 +274,9 @@ class Law:
         return tuple(self.driver.current * factor * sign for sign in signs)
 
     # ------------------------------------------------------------------------------------------------------- to and from
-    def at_rest(self, command: int = 0, level: str = "slew") -> tuple[float, ...]:
-        """Return the state of a rotor at rest in the place of a command, the currents settled."""
-        row = self.table[self.code(command, level)]
+    def at_rest(self, command: int = 0, level: str = "slew", code: int | None = None) -> tuple[float, ...]:
+        """Return the state of a rotor at rest in the place of a command, the currents settled as a row asks for."""
+        row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
         given = {"theta": place, "theta2": place} | amperes

@@ -16,9 +16,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from .law import Law, Point
+
 if TYPE_CHECKING:
     from ..shafts.counter import CountScale, Shown
-    from .law import Law
     from .run import Run
 
 MARKS = 512  # places that are known again after the future has been cut
@@ -160,40 +161,44 @@ class Passings:
     def _along(
         self, law: Law, law_before: Law, columns: Any, begin: int, before: Any, places: Any, count: int
     ) -> tuple[int, Any, tuple[float, ...], int]:
-        """Go along some grid points."""
+        """Go along some grid points; return the last one's instant, itself, and the places and the count there."""
         import numpy as np
 
-        from .law import Point
-
         times, states, commands, codes = columns
-        rotor = states[:, 0] / law.motor.step
-        if self.track.simple and not self.track.behind and law is law_before:
-            along = rotor * self.track.moves + self._shift
-            counts = (
-                np.floor(along * self._per_step + self._zero)
-                if self._per_step
-                else np.searchsorted(np.array(self._bounds), along, "right")
-            ).astype(np.int64)
-            changed = np.flatnonzero(np.diff(counts, prepend=count))
-            for n in changed.tolist():
-                if n:
-                    begin, before = int(times[n - 1]), Point(
-                        int(times[n - 1]), tuple(states[n - 1].tolist()), int(commands[n - 1]), int(codes[n - 1])
-                    )
-                self._changes(law, before, begin, int(times[n]), count, int(counts[n]))
-                count = int(counts[n])
-            places = self.track.begun(float(rotor[-1]), 0.0)
-        else:
+        if not self.track.simple or law is not law_before:
             for n, ps in enumerate(times.tolist()):
+                place = float(states[n, 0]) / law.motor.step
                 if ps > begin:
-                    places, count = self._stretch(law_before, before, begin, ps, float(rotor[n]), places, count)
-                before = Point(ps, tuple(states[n].tolist()), int(commands[n]), int(codes[n]))
-                begin, law_before = ps, law
+                    places, count = self._stretch(law_before, before, begin, ps, place, places, count)
+                before, begin, law_before = point_of(columns, n), ps, law
                 if self.track.behind:  # the command may have jumped at this instant
-                    places = self.track.begun(float(rotor[n]), before.command / law.micro)
+                    places = self.track.begun(place, before.command / law.micro)
                     count = self._jump(ps, count, self._count(places[-1]))
-        last = Point(int(times[-1]), tuple(states[-1].tolist()), int(commands[-1]), int(codes[-1]))
-        return int(times[-1]), last, places, count
+            return begin, before, places, count
+        along = states[:, 0] / law.motor.step * self.track.moves + self._shift
+        if self.track.behind:
+            asked = commands / law.micro
+            arrived = self._counts(along - np.append(before.command / law.micro, asked[:-1]))  # just before the edge
+            left = self._counts(along - asked)
+        else:
+            arrived = left = self._counts(along)
+        came = np.append(count, left[:-1])
+        for n in np.flatnonzero((arrived != came) | (left != arrived)).tolist():
+            if n:
+                before, begin = point_of(columns, n - 1), int(times[n - 1])
+            self._changes(law, before, begin, int(times[n]), int(came[n]), int(arrived[n]))
+            self._jump(int(times[n]), int(arrived[n]), int(left[n]))
+        last = point_of(columns, len(times) - 1)
+        places = self.track.begun(float(states[-1, 0]) / law.motor.step, last.command / law.micro)
+        return last.t, last, places, int(left[-1])
+
+    def _counts(self, along: Any) -> Any:
+        """The counts at places: (n,) int64."""
+        import numpy as np
+
+        if self._per_step:
+            return np.floor(along * self._per_step + self._zero).astype(np.int64)
+        return np.searchsorted(np.array(self._bounds), along, "right")
 
     @cached_property
     def _shift(self) -> float:
@@ -277,6 +282,12 @@ class Passings:
                 for mark in marks:
                     mark.changes -= n
                 self._marks = marks
+
+
+def point_of(columns: Any, n: int) -> Point:
+    """Return one of some grid points."""
+    times, states, commands, codes = columns
+    return Point(int(times[n]), tuple(states[n].tolist()), int(commands[n]), int(codes[n]))
 
 
 class RunCounter:

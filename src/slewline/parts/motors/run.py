@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 STRETCH = 4096  # grid points
 WHOLE = 64  # stretches whose points are kept
+AT_ONCE_PS = 20_000_000_000  # how far one question for rest looks ahead
 
 
 class Stretch:
@@ -222,6 +223,12 @@ class Run:
         """Return whether nothing changes at an instant (ps), nor after it until the next edge of an input."""
         self.reach(ps)
         return self._rests and ps >= self.stretches[-1].last.t
+
+    def comes_to_rest(self, ps: int) -> int:
+        """Return when it rests, after an instant (ps), if no input has an edge until then; or when to ask again."""
+        following = self.feed.now.after(ps)
+        until = ps + AT_ONCE_PS if following is None else max(min(ps + AT_ONCE_PS, following), ps + 1)
+        return max(self.stretches[-1].last.t, ps + 1) if self.rests(until) else until
 
     def forget(self, before: int) -> None:
         """Drop what was over before an instant (ps)."""
