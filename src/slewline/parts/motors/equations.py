@@ -195,7 +195,8 @@ RIGID = Equations(
     rates="d_theta = omega\nd_omega = (torque - DRAG * omega - PULL) * INV_J",
     rest=("absolute(omega) < SLOW", "absolute(d_omega) < SETTLED"),
 )
-# Friction is decided at a grid point: a shaft that stands is held, as long as no more pulls at it than STICTION.
+# Friction is decided at a grid point: a shaft that stands is held, as long as no more pulls at it than STICTION; one
+# that turns back stands only if it would be held.
 RUBBING = Equations(
     states=("theta", "omega"),
     decide="pulls = torque - PULL\n"
@@ -203,7 +204,7 @@ RUBBING = Equations(
     "free = where(stands & (absolute(pulls) <= STICTION), 0.0, 1.0)\n"
     "rubs = FRICTION * sign(where(stands, pulls, omega))",
     rates="d_theta = omega\nd_omega = free * (torque - DRAG * omega - PULL - rubs) * INV_J",
-    settle="omega = where(omega * omega0 < 0.0, 0.0 * omega, omega)",
+    settle="omega = where((omega * omega0 < 0.0) & (absolute(torque - PULL) <= STICTION), 0.0 * omega, omega)",
     rest=("absolute(omega) < SLOW", "absolute(d_omega) < SETTLED"),
 )
 # Two masses: the rotor, and what hangs on the coupling.
@@ -219,7 +220,7 @@ COUPLED = Equations(
     "d_omega = (torque - DRAG * omega - twist) * INV_J\n"
     "d_theta2 = omega2\n"
     "d_omega2 = free * (twist - DRAG2 * omega2 - PULL - rubs) * INV_J2",
-    settle="omega2 = where(omega2 * omega20 < 0.0, 0.0 * omega2, omega2)",
+    settle="omega2 = where((omega2 * omega20 < 0.0) & (absolute(twist - PULL) <= STICTION), 0.0 * omega2, omega2)",
     rest=(
         "absolute(omega) < SLOW",
         "absolute(d_omega) < SETTLED",
