@@ -228,9 +228,10 @@ COUPLED = Equations(
         "absolute(d_omega2) < SETTLED",
     ),
 )
-DAMPED = Equations(  # a ring that is dragged along (Lanchester)
+DAMPED = Equations(  # a ring that is dragged along (Lanchester); before the load, whose friction feels it
     states=("omega3",),
-    rates="drags = DAMPER_DRAG * (omega - omega3)\nd_omega3 = drags * INV_J3\nd_omega = d_omega - drags * INV_J",
+    torque="drags = DAMPER_DRAG * (omega - omega3)\ntorque = torque - drags",
+    rates="d_omega3 = drags * INV_J3",
     rest=("absolute(omega3) < SLOW",),
 )
 BLOCKED = Equations(rates="d_theta = 0.0 * omega\nd_omega = 0.0 * omega", settle="theta = theta0\nomega = 0.0 * omega")

@@ -426,9 +426,9 @@ def model(
         electric = [eq.without_rest(winding), eq.chopper(decay, blanked)]
     else:
         electric = [winding, {"voltage": eq.VOLTAGE, "bilevel": eq.BILEVEL, "averaged": eq.AVERAGED}[kind]]
-    pieces = [electric[0], *[eq.DETENT] * detent, *electric[1:]]
+    pieces = [electric[0], *[eq.DETENT] * detent, *[eq.DAMPED] * damped, *electric[1:]]
     pieces.append(eq.COUPLED if coupled else eq.RUBBING if rubs else eq.RIGID)
-    pieces += [eq.DAMPED] * damped + [eq.stopped("2" if coupled else "")] * stops + [eq.BLOCKED] * blocked
+    pieces += [eq.stopped("2" if coupled else "")] * stops + [eq.BLOCKED] * blocked
     text = "\n".join("\n".join((p.begin, p.torque, p.decide, p.rates, p.settle, p.edge, *p.rest)) for p in pieces)
     always = {"TURNS", "ZERO", "STEP_PS", "STEPS_COMMAND", "STEPS_RAD"}
     return Model(tuple(pieces), tuple(sorted(always | set(re.findall(r"\b[A-Z][A-Z0-9_]*\b", text)))), count)
