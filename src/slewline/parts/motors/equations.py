@@ -146,6 +146,7 @@ BILEVEL = Equations(
     + "\n"
     + each("left# = left# - H", 1, 2),
     settle=each(_ENDS, 1, 2),
+    rest=tuple(each("left# < -HALF_H", 1, 2).splitlines()),  # the low volts are on
     edge=each("left# = where(r# == o#, left#, HIGH_TIME)", 1, 2),
 )
 
