@@ -151,6 +151,10 @@ BILEVEL = Equations(
 )
 
 
+# At rest behind a chopper: the current has come to its peak, and falls from there.
+RIPPLES = "absolute(i# - 0.9 * r#) <= 0.15 * absolute(r#)"
+
+
 def chopper(decay: str, blanked: bool) -> Equations:
     """Return the equations of a chopper: a clock sets a latch, the current resets it when it comes to its peak."""
     lines = ["tick = t // PERIOD_PS", "ticks = tick > clock", "clock = tick * 1.0"]
@@ -176,8 +180,8 @@ def chopper(decay: str, blanked: bool) -> Equations:
     return Equations(
         kept=tuple(kept),
         decide="\n".join(lines),
-        settle=each("i# = where(((r# == 0.0) | (on# == 0.0)) & (i# * i#0 < 0.0), 0.0 * i#, i#)", 1, 2),
-        rest=tuple(each("absolute(i# - r#) <= 0.2 * absolute(r#)", 1, 2).splitlines()),
+        settle=each(_ENDS, 1, 2) + "\n" + each("i# = where((on# == 0.0) & (i# * i#0 < 0.0), 0.0 * i#, i#)", 1, 2),
+        rest=tuple(each(f"(on# == 0.0) & ({RIPPLES})", 1, 2).splitlines()),
     )
 
 
