@@ -23,7 +23,6 @@ from .runs import (
     Going,
     J,
     K,
-    at_once,
     damped,
     fast,
     highest,
@@ -31,6 +30,7 @@ from .runs import (
     ps,
     pull_out,
     starts,
+    steady,
     up_to,
 )
 from .table import Reading, at_least, at_most, check, near, same, within
@@ -60,12 +60,13 @@ def pull_out_on_voltage() -> Iterator[Reading]:
 
 @check(25, "pull-out at 600 steps/s", long=True)
 def pull_out_l_r() -> Iterator[Reading]:
-    load = LoadData(inertia=33.8e-6 - J)
+    # On L/R it swings itself out of step (check 110): without load with 5 times the inertia, and above 0.08 Nm with the
+    # rotor alone.  So the load rises at 0.1 Nm/s, at once, before the swing has grown.
     found = []
     for name, driver in (("L/R", L_R), ("L/4R", L_4R)):
-        law = Law(replace(A, iron=DRAG), driver, load)
+        law = Law(replace(A, iron=DRAG), driver)
         expected = formula_8(600.0, driver.supply * 4 / pi, law.resistance, DRAG)
-        found.append(pull_out(law, 600.0, slope=0.02, greatest=0.5))
+        found.append(pull_out(law, 600.0, slope=0.1, greatest=0.5, warm=0.0))
         yield near(f"{name}, Nm", found[-1], expected, 0.04)
     yield near("ratio", found[1] / found[0] if found[0] else 0.0, 0.310 / 0.102, 0.04)
 
@@ -229,11 +230,14 @@ def pull_in() -> Iterator[Reading]:
     )  # fmt: skip
     law = Law(motor, DriverData(kind="current", current=amperes, lag=0.295e-3), steps="micro 24")
     expected = {200: (242, 240), 300: (224, 228), 425: (198, 196), 575: (148, 158), 775: (88, 92), 1500: (0, 0)}
+    # From phase A on, which is half a step before command 0; the first microstep comes after its time.
+    first = -12
+    commands = first + np.arange(1, 24 * 200 + 1)
     for rate, (failure, success) in expected.items():
-        times = at_once(24.0 * rate, 24 * 200)
+        times = steady(24.0 * rate, 24 * 200)
         passed = [
             loaded(law, torque * 1e-3)
-            .integrate(times, np.arange(1, len(times) + 1), int(times[-1]), limit=2.0, engine=fast())
+            .integrate(times, commands, int(times[-1]), command=first, limit=2.0, engine=fast())
             .worst <= 2
             for torque in range(0, 400, 2)
         ]  # fmt: skip
