@@ -145,8 +145,13 @@ BILEVEL = Equations(
     + "\n"
     + each("left# = left# - H", 1, 2),
     settle=each(_ENDS, 1, 2),
+    rest=tuple(each("left# < -HALF_H", 1, 2).splitlines()),  # the low volts are on
     edge=each("left# = where(r# == o#, left#, HIGH_TIME)", 1, 2),
 )
+
+
+# At rest behind a chopper: the current has come to its peak, and falls from there.
+RIPPLES = "absolute(i# - 0.9 * r#) <= 0.15 * absolute(r#)"
 
 
 def chopper(decay: str, blanked: bool) -> Equations:
@@ -174,8 +179,8 @@ def chopper(decay: str, blanked: bool) -> Equations:
     return Equations(
         kept=tuple(kept),
         decide="\n".join(lines),
-        settle=each("i# = where(((r# == 0.0) | (on# == 0.0)) & (i# * i#0 < 0.0), 0.0 * i#, i#)", 1, 2),
-        rest=tuple(each("absolute(i# - r#) <= 0.2 * absolute(r#)", 1, 2).splitlines()),
+        settle=each(_ENDS, 1, 2) + "\n" + each("i# = where((on# == 0.0) & (i# * i#0 < 0.0), 0.0 * i#, i#)", 1, 2),
+        rest=tuple(each(f"(on# == 0.0) & ({RIPPLES})", 1, 2).splitlines()),
     )
 
 
@@ -194,7 +199,8 @@ RIGID = Equations(
     rates="d_theta = omega\nd_omega = (torque - DRAG * omega - PULL) * INV_J",
     rest=("absolute(omega) < SLOW", "absolute(d_omega) < SETTLED"),
 )
-# Friction is decided at a grid point: a shaft that stands is held, as long as no more pulls at it than STICTION.
+# Friction is decided at a grid point: a shaft that stands is held, as long as no more pulls at it than STICTION; one
+# that turns back stands only if it would be held.
 RUBBING = Equations(
     states=("theta", "omega"),
     decide="pulls = torque - PULL\n"
@@ -202,7 +208,7 @@ RUBBING = Equations(
     "free = where(stands & (absolute(pulls) <= STICTION), 0.0, INV_J)\n"
     "holds = PULL + FRICTION * sign(where(stands, pulls, omega))",
     rates="d_theta = omega\nd_omega = (torque - DRAG * omega - holds) * free",
-    settle="omega = where(omega * omega0 < 0.0, 0.0 * omega, omega)",
+    settle="omega = where((omega * omega0 < 0.0) & (absolute(torque - PULL) <= STICTION), 0.0 * omega, omega)",
     rest=("absolute(omega) < SLOW", "absolute(d_omega) < SETTLED"),
 )
 # Two masses: the rotor, and what hangs on the coupling.
@@ -218,7 +224,7 @@ COUPLED = Equations(
     "d_omega = (torque - DRAG * omega - twist) * INV_J\n"
     "d_theta2 = omega2\n"
     "d_omega2 = (twist - DRAG2 * omega2 - holds) * free",
-    settle="omega2 = where(omega2 * omega20 < 0.0, 0.0 * omega2, omega2)",
+    settle="omega2 = where((omega2 * omega20 < 0.0) & (absolute(twist - PULL) <= STICTION), 0.0 * omega2, omega2)",
     rest=(
         "absolute(omega) < SLOW",
         "absolute(d_omega) < SETTLED",
@@ -226,9 +232,10 @@ COUPLED = Equations(
         "absolute(d_omega2) < SETTLED",
     ),
 )
-DAMPED = Equations(  # a ring that is dragged along (Lanchester)
+DAMPED = Equations(  # a ring that is dragged along (Lanchester); before the load, whose friction feels it
     states=("omega3",),
-    rates="drags = DAMPER_DRAG * (omega - omega3)\nd_omega3 = drags * INV_J3\nd_omega = d_omega - drags * INV_J",
+    torque="drags = DAMPER_DRAG * (omega - omega3)\ntorque = torque - drags",
+    rates="d_omega3 = drags * INV_J3",
     rest=("absolute(omega3) < SLOW",),
 )
 BLOCKED = Equations(rates="d_theta = 0.0 * omega\nd_omega = 0.0 * omega", settle="theta = theta0\nomega = 0.0 * omega")

@@ -111,6 +111,10 @@ class Law:
                 f"{self.motor.name}: {self.motor.windings} windings with a driver of kind {self.driver.kind}; "
                 "allowed voltage (L/R, L/nR)"
             )
+        if self.motor.windings == "reluctance" and self.motor.phases not in (3, 4):
+            raise UsageError(f"{self.motor.name}: {self.motor.phases} phases; allowed 3, 4")
+        if self.load.stiffness > 0 and self.load.inertia <= 0:
+            raise UsageError(f"load: inertia {self.load.inertia} on a coupling; allowed more than 0")
         if self.motor.windings == "reluctance" and self.steps not in ("full", "wave", "half"):
             raise UsageError(f"{self.motor.name}: steps {self.steps!r}; allowed full, wave and half")
 
@@ -173,8 +177,8 @@ class Law:
         h = self.step_ps * 1e-12
         coupled = load.stiffness > 0
         inertia = motor.inertia + (0.0 if coupled else load.inertia)
-        friction = load.friction + (0.0 if coupled else motor.friction)
-        stiction = load.friction if load.stiction is None else load.stiction
+        friction = load.friction + motor.friction  # beyond a coupling, if there is one
+        stiction = max(load.friction, load.stiction or 0.0) + motor.friction
         chopped = driver.kind == "chopper"
         settled = LEFT * motor.constant * driver.current / inertia if chopped else SETTLED / h
         values = {
@@ -187,7 +191,7 @@ class Law:
             "FAST_TIME": driver.fast_part / driver.frequency if driver.frequency else 0.0,
             "PERIOD_PS": round(1e12 / driver.frequency) if driver.frequency else 1,
             "DRAG": motor.drag + (0.0 if coupled else load.viscous), "PULL": load.torque, "INV_J": 1 / inertia,
-            "FRICTION": friction, "STICTION": stiction + (0.0 if coupled else motor.friction),
+            "FRICTION": friction, "STICTION": stiction,
             "STIFFNESS": load.stiffness, "COUPLING_DRAG": load.coupling_drag, "DRAG2": load.viscous,
             "INV_J2": 1 / load.inertia if load.inertia else 0.0,
             "DAMPER_DRAG": load.damper_drag, "INV_J3": 1 / load.damper_inertia if load.damper_inertia else 0.0,
@@ -196,7 +200,8 @@ class Law:
             "SLOW": 100 * SLOW if chopped else SLOW, "STILL": STILL, "SETTLED": settled,
             "STEPS_COMMAND": 1 / self.micro, "STEPS_RAD": 1 / motor.step,
         }  # fmt: skip
-        return tuple(values[name] for name in self.model.parameters)
+        # Always the same types: Numba compiles once.
+        return tuple(values[name] if name.endswith("_PS") else float(values[name]) for name in self.model.parameters)
 
     @property
     def _zero(self) -> float:
@@ -222,10 +227,10 @@ class Law:
     def _row(self, angle: float, factor: float) -> tuple[float, ...]:
         """What is asked for at an electrical angle (rad), with a factor of the current."""
         if self.motor.windings == "reluctance":
-            return tuple(float(factor * cos(angle - 2 * pi * n / self.period) > 0.1) for n in range(self.period))
+            return tuple(float(factor > 0 and cos(angle - 2 * pi * n / self.period) > 0.1) for n in range(self.period))
         field = cos(angle), sin(angle)
         if self.steps.startswith("micro"):
-            signs = field
+            signs = field if self._volts else tuple(part if abs(part) > 1e-9 else 0.0 for part in field)
             factor *= 1.0 if self._volts else sqrt(2)
         else:
             signs = tuple(0.0 if abs(part) < 0.1 else 1.0 if part > 0 else -1.0 for part in field)
@@ -289,7 +294,10 @@ class Law:
             return [volts * part / self.resistance for part in row]
         if self.driver.kind == "bilevel":
             return [self.driver.supply * part / self.resistance for part in row]
-        return row
+        if self.driver.kind == "current":
+            return row
+        most = self.driver.supply / self.resistance  # more the supply does not give
+        return [min(max(part, -most), most) for part in row]
 
     def code(self, command: int, level: str = "slew") -> int:
         """Return the row of the table for a command."""
@@ -510,9 +518,9 @@ def model(
         electric = [eq.without_rest(winding), eq.chopper(decay, blanked)]
     else:
         electric = [winding, {"voltage": eq.VOLTAGE, "bilevel": eq.BILEVEL, "averaged": eq.AVERAGED}[kind]]
-    pieces = [electric[0], *[eq.DETENT] * detent, *electric[1:]]
+    pieces = [electric[0], *[eq.DETENT] * detent, *[eq.DAMPED] * damped, *electric[1:]]
     pieces.append(eq.COUPLED if coupled else eq.RUBBING if rubs else eq.RIGID)
-    pieces += [eq.DAMPED] * damped + [eq.stopped("2" if coupled else "")] * stops + [eq.BLOCKED] * blocked
+    pieces += [eq.stopped("2" if coupled else "")] * stops + [eq.BLOCKED] * blocked
     text = "\n".join("\n".join((p.begin, p.torque, p.decide, p.rates, p.settle, p.edge, *p.rest)) for p in pieces)
     always = {"TURNS", "ZERO", "STEP_PS", "STEPS_COMMAND", "STEPS_RAD"}
     return Model(tuple(pieces), tuple(sorted(always | set(re.findall(r"\b[A-Z][A-Z0-9_]*\b", text)))), count)
