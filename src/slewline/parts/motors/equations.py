@@ -141,9 +141,7 @@ AVERAGED = Equations(  # as many volts as take the current to what is asked for 
 )
 BILEVEL = Equations(
     kept=("left1", "left2"),
-    decide=each(_OPEN.format(on="r# * where(left# > HALF_H, HIGH, VS)"), 1, 2)
-    + "\n"
-    + each("left# = left# - H", 1, 2),
+    decide=each(_OPEN.format(on="r# * where(left# > HALF_H, HIGH, VS)"), 1, 2) + "\n" + each("left# = left# - H", 1, 2),
     settle=each(_ENDS, 1, 2),
     rest=tuple(each("left# < -HALF_H", 1, 2).splitlines()),  # the low volts are on
     edge=each("left# = where(r# == o#, left#, HIGH_TIME)", 1, 2),

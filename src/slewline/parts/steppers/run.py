@@ -14,8 +14,9 @@ from __future__ import annotations
 from bisect import bisect_right
 from typing import TYPE_CHECKING, Any
 
+from ..motors.integration import Integration, Point
+from ..motors.law import Law
 from .feed import Edges, Feed
-from .law import Integration, Law, Point
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -235,8 +236,6 @@ class Run:
         n = bisect_right(self.stretches, before, key=lambda stretch: stretch.first.t) - 1
         del self.stretches[: max(n, 0)]
         self.feed.forget(min(before, self.stretches[0].first.t))
-
-
 
 
 def joined(columns: Any) -> Any:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .law import Law
+    from ..motors.law import Law
 
 
 class Edges(NamedTuple):
@@ -145,7 +145,7 @@ def reading(piece: Piece, start: int, stop: int, before: Sequence[Level]) -> Rea
 # --------------------------------------------------------------------------------------------- what the pins ask for
 @dataclass(frozen=True)
 class Pins:
-    """Which column of a reading is which pin, and the level at which it counts; a pin that is not read has no column."""
+    """Which column of a reading is which pin, and the level at which it is active; what is not read has no column."""
 
     columns: Mapping[str, tuple[int, bool]]
 
