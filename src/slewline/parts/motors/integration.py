@@ -133,11 +133,14 @@ class Integration:
     @property
     def engine(self) -> Engine:
         """What runs now."""
-        if self.named == "python" or (self.named is None and (self.made < SOON or not numba_is_there())):
-            return self.law.model.python
+        model = self.law.model
+        if self.named is None and numba_is_there() and (model.is_compiled or self.made >= SOON):
+            return model.numba
+        if self.named != "numba":
+            return model.python
         if not numba_is_there():
             raise UsageError("engine 'numba' needs Numba; pip install 'slewline[fast]', or leave the engine out")
-        return self.law.model.numba
+        return model.numba
 
     def trace(
         self,

@@ -214,6 +214,11 @@ class Model:
         text = self.advance([f"points.append(({row}))"], ["points = []"], "return points, rests")
         return Engine(compiled(self.after + "\n" + CROSSING, PYTHON), compiled(text, PYTHON))
 
+    @property
+    def is_compiled(self) -> bool:
+        """Has somebody asked for the functions that Numba compiles?"""
+        return "numba" in vars(self)
+
     @cached_property
     def numba(self) -> Engine:
         """The same functions, compiled by Numba.

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 MARKS = 512  # places that are known again after the future has been cut
 FIRST_PS = 1_000_000_000  # how far ahead is looked at first; then twice as far
-MOST_PS = 20_000_000_000
+MOST_PS = 100_000_000_000
 AHEAD_PS = 400_000_000_000  # how far one question looks ahead at most
 
 
@@ -183,7 +183,8 @@ class Passings:
             left = self._counts(along - asked)
         else:
             arrived = left = self._counts(along)
-        came = np.append(count, left[:-1])
+        came = np.empty_like(left)
+        came[0], came[1:] = count, left[:-1]
         for n in np.flatnonzero((arrived != came) | (left != arrived)).tolist():
             if n:
                 before, begin = point_of(columns, n - 1), int(times[n - 1])

@@ -44,8 +44,8 @@ class Stepper(Part):
     """A stepper motor with driver and load: what the pulses ask for, and what comes of it.
 
     Its shaft turns as the equations have it (`motors/law.py`), and what sits on a shaft sits on this one: an encoder,
-    switches, a gear, a carriage.  `stall` is low while the rotor is within two steps of its command; beyond, it does not come
-    back by itself.
+    switches, a gear, a carriage.  `stall` is low while the rotor is within two steps of its command; beyond, it does not
+    come back by itself.
 
     Nothing is integrated until somebody asks, and who asks changes nothing: a state is one step of the integrator from
     the last point of a grid, which the edges of the inputs begin.
