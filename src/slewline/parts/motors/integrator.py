@@ -1,4 +1,4 @@
-"""Integrators, made of equations: classical Runge-Kutta with a fixed step, counted anew from each edge of the inputs.
+"""Integrators, made of equations: classical Runge-Kutta with a fixed step, counted from each edge of the inputs.
 
     edges            |                    |                             of the inputs
     grid points      0    h    2h    3h   0    h    2h    3h    ...
@@ -216,7 +216,7 @@ class Model:
 
     @property
     def is_compiled(self) -> bool:
-        """Has somebody asked for the functions that Numba compiles?"""
+        """Have the functions that Numba compiles been asked for?"""
         return "numba" in vars(self)
 
     @cached_property

@@ -93,7 +93,7 @@ class Known:
 
 
 class Passings:
-    """The changes of a count along a track, up to where somebody has asked.
+    """The changes of a count along a track, up to where they have been asked for.
 
     Args:
         run: of the rotor.
