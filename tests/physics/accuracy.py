@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from math import pi
 from typing import Any
 
@@ -166,7 +167,7 @@ def falls(laws: list[Law], edges: Ints, state: list[float], stop: float) -> list
         end = law.after(int(trace.times[at]), trace.states[at].tolist(), int(trace.codes[at]), span)
         ends.append(np.array(end[:2]) / (STEP, 1.0))
     errors = [abs(float(end[0] - ends[-1][0])) for end in ends[:-1]]
-    return [one / two for one, two in zip(errors[:-1], errors[1:], strict=True)]
+    return [one / two for one, two in pairwise(errors)]
 
 
 @check(117, "the error falls with the fourth power of the step", long=True)
@@ -192,9 +193,7 @@ def averaged_source() -> Iterator[Reading]:
     edges = np.arange(1, 21, dtype=np.int64) * 2_000_000_000
     driver = DriverData(kind="averaged", supply=24.0, current=1.0)
     motor = replace(A, detent=28e-3, iron=1.3e-3)
-    laws = [
-        Law(motor, driver, LoadData(inertia=J, torque=0.02), step_ps=us * 1_000_000) for us in (40, 20, 10, 5, 1)
-    ]
+    laws = [Law(motor, driver, LoadData(inertia=J, torque=0.02), step_ps=us * 1_000_000) for us in (40, 20, 10, 5, 1)]
     ratios = falls(laws, edges, with_state(laws[0]), 0.043)
     for n, (one, two) in enumerate(((40, 20), (20, 10))):
         yield Reading(f"{one} us over {two} us, 2 to 4", ratios[n], 2.5, 1.0, 2.0)

@@ -27,7 +27,6 @@ from .runs import (
     fast,
     highest,
     loaded,
-    ps,
     pull_out,
     starts,
     steady,
@@ -190,9 +189,7 @@ def kysan() -> Iterator[Reading]:
 
 @check(36, "OMC 17HS19-2004S1, 24 V, half steps", long=True)
 def omc_19() -> Iterator[Reading]:
-    motor = MotorData(
-        name="17HS19-2004S1", current=2.0, resistance=1.4, inductance=3e-3, torque=0.59, inertia=8.2e-6
-    )
+    motor = MotorData(name="17HS19-2004S1", current=2.0, resistance=1.4, inductance=3e-3, torque=0.59, inertia=8.2e-6)
     yield from half_steps(motor, (0.401, 0.295, 0.179), 0.18)
 
 
@@ -206,9 +203,7 @@ def ldo_47() -> Iterator[Reading]:
 
 @check(38, "OMC 17HS24-2104S, 24 V, half steps", long=True)
 def omc_24() -> Iterator[Reading]:
-    motor = MotorData(
-        name="17HS24-2104S", current=2.1, resistance=1.6, inductance=3e-3, torque=0.65, inertia=14.8e-6
-    )
+    motor = MotorData(name="17HS24-2104S", current=2.1, resistance=1.6, inductance=3e-3, torque=0.65, inertia=14.8e-6)
     yield from half_steps(motor, (0.438, 0.312, 0.180), 0.18)
 
 
