@@ -140,14 +140,12 @@ VOLTAGE = Equations(
 AVERAGED = Equations(  # as many volts as take the current to what is asked for in two steps, if the supply has them
     decide=each("v# = clip(R * i# + e# + LH * (r# - i#), -VS, VS)", 1, 2),
 )
-BILEVEL = Equations(
-    kept=("left1", "left2"),
-    decide=each(_OPEN.format(on="r# * where(left# > HALF_H, HIGH, VS)"), 1, 2)
-    + "\n"
-    + each("left# = left# - H", 1, 2),
+BILEVEL = Equations(  # until1, until2: s, the ends of the high volts
+    kept=("until1", "until2"),
+    decide="now = t * 1e-12 + HALF_H\n" + each(_OPEN.format(on="r# * where(until# > now, HIGH, VS)"), 1, 2),
     settle=each(_ENDS, 1, 2),
-    rest=tuple(each("left# < -HALF_H", 1, 2).splitlines()),  # the low volts are on
-    edge=each("left# = where(r# == o#, left#, HIGH_TIME)", 1, 2),
+    edge=each("until# = where(r# == o#, until#, t * 1e-12 + HIGH_TIME)", 1, 2),
+    rest=tuple(each("until# <= now", 1, 2).splitlines()),
 )
 
 
