@@ -65,20 +65,19 @@ def still(*states: str) -> tuple[str, ...]:
 TWO_PHASES = Equations(
     states=("i1", "i2"),
     decide="e1 = -K * omega * s\ne2 = K * omega * c",
-    rates="d_i1 = (v1 - R * i1 + K * omega * s) * INV_L\n"
-    "d_i2 = (v2 - R * i2 - K * omega * c) * INV_L",
+    rates="emf = K_L * omega\nd_i1 = v1 * INV_L - R_L * i1 + emf * s\nd_i2 = v2 * INV_L - R_L * i2 - emf * c",
     torque="torque = K * (i2 * c - i1 * s)",
     rest=still("i1", "i2"),
 )
 HALF_WINDINGS = Equations(  # of each winding two halves, 1 and 2, 3 and 4, the second of which works the other way
     states=("i1", "i2", "i3", "i4"),
     decide="e1 = -K * omega * s\ne2 = -e1\ne3 = K * omega * c\ne4 = -e3",
-    rates="e = K * omega * s\n"
-    "d_i1 = (v1 - R * i1 + e) * INV_L\n"
-    "d_i2 = (v2 - R * i2 - e) * INV_L\n"
-    "e = K * omega * c\n"
-    "d_i3 = (v3 - R * i3 - e) * INV_L\n"
-    "d_i4 = (v4 - R * i4 + e) * INV_L",
+    rates="emf = K_L * omega * s\n"
+    "d_i1 = v1 * INV_L - R_L * i1 + emf\n"
+    "d_i2 = v2 * INV_L - R_L * i2 - emf\n"
+    "emf = K_L * omega * c\n"
+    "d_i3 = v3 * INV_L - R_L * i3 - emf\n"
+    "d_i4 = v4 * INV_L - R_L * i4 + emf",
     torque="torque = K * ((i3 - i4) * c - (i1 - i2) * s)",
     rest=still("i1", "i2", "i3", "i4"),
 )
@@ -204,9 +203,9 @@ RUBBING = Equations(
     states=("theta", "omega"),
     decide="pulls = torque - PULL\n"
     "stands = omega == 0.0\n"
-    "free = where(stands & (absolute(pulls) <= STICTION), 0.0, 1.0)\n"
-    "rubs = FRICTION * sign(where(stands, pulls, omega))",
-    rates="d_theta = omega\nd_omega = free * (torque - DRAG * omega - PULL - rubs) * INV_J",
+    "free = where(stands & (absolute(pulls) <= STICTION), 0.0, INV_J)\n"
+    "holds = PULL + FRICTION * sign(where(stands, pulls, omega))",
+    rates="d_theta = omega\nd_omega = (torque - DRAG * omega - holds) * free",
     settle="omega = where((omega * omega0 < 0.0) & (absolute(torque - PULL) <= STICTION), 0.0 * omega, omega)",
     rest=("absolute(omega) < SLOW", "absolute(d_omega) < SETTLED"),
 )
@@ -216,13 +215,13 @@ COUPLED = Equations(
     decide="twist = STIFFNESS * (theta - theta2) + COUPLING_DRAG * (omega - omega2)\n"
     "pulls = twist - PULL\n"
     "stands = omega2 == 0.0\n"
-    "free = where(stands & (absolute(pulls) <= STICTION), 0.0, 1.0)\n"
-    "rubs = FRICTION * sign(where(stands, pulls, omega2))",
+    "free = where(stands & (absolute(pulls) <= STICTION), 0.0, INV_J2)\n"
+    "holds = PULL + FRICTION * sign(where(stands, pulls, omega2))",
     rates="twist = STIFFNESS * (theta - theta2) + COUPLING_DRAG * (omega - omega2)\n"
     "d_theta = omega\n"
     "d_omega = (torque - DRAG * omega - twist) * INV_J\n"
     "d_theta2 = omega2\n"
-    "d_omega2 = free * (twist - DRAG2 * omega2 - PULL - rubs) * INV_J2",
+    "d_omega2 = (twist - DRAG2 * omega2 - holds) * free",
     settle="omega2 = where((omega2 * omega20 < 0.0) & (absolute(twist - PULL) <= STICTION), 0.0 * omega2, omega2)",
     rest=(
         "absolute(omega) < SLOW",

@@ -11,8 +11,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from math import cos, pi, sin, sqrt
-from typing import TYPE_CHECKING, Any
+from math import atan2, cos, pi, sin, sqrt
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...errors import UsageError
 from . import equations as eq
@@ -87,6 +87,9 @@ class Law:
         steps: "full" (two phases on), "wave" (one), "half", or "micro 8": so many commands to a full step.
         step_ps: of the grid, from each edge on; 0: 20 us, and 1 us for a chopper.
         blocked: the rotor is held.
+        phased: the inputs are phases, not steps: a row of the table for each set of phases that are on, the first phase
+            counting 1, the second 2, then 4 ...; steps are "half".
+        origin: the command, in half steps of `fields`, that is command 0 of a phased motor.
     """
 
     motor: MotorData
@@ -95,6 +98,8 @@ class Law:
     steps: str = "full"
     step_ps: int = 0
     blocked: bool = False
+    phased: bool = False
+    origin: int = 0
 
     def __post_init__(self) -> None:
         if not _STEPS.fullmatch(self.steps):
@@ -178,6 +183,7 @@ class Law:
         settled = LEFT * motor.constant * driver.current / inertia if chopped else SETTLED / h
         values = {
             "K": motor.constant, "R": self.resistance, "INV_L": 1 / motor.inductance, "L": motor.inductance,
+            "K_L": motor.constant / motor.inductance, "R_L": self.resistance / motor.inductance,
             "SWING": motor.swing, "TEETH": float(motor.teeth), "COS3": -0.5, "SIN3": sqrt(0.75),
             "DETENT4": 4 * motor.detent, "INV_LAG": 1 / driver.lag if driver.lag else 0.0,
             "VS": driver.supply, "HIGH": driver.high, "HIGH_TIME": driver.high_time, "CLAMP": driver.clamp,
@@ -200,6 +206,10 @@ class Law:
     @property
     def _zero(self) -> float:
         """The electrical angle at command 0, in turns."""
+        return self._first + self.origin / self.cycle
+
+    @property
+    def _first(self) -> float:
         if self.motor.windings == "reluctance":
             return 0.0 if self.steps == "wave" else 0.5 / self.motor.phases
         return 0.0 if self.steps == "wave" else 0.125
@@ -207,6 +217,9 @@ class Law:
     @cached_property
     def table(self) -> tuple[tuple[float, ...], ...]:
         """What the driver is asked for, by command modulo `cycle`, for each of `LEVELS`: amperes, volts, or 1 for on."""
+        if self.phased:
+            factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)
+            return tuple(self._phases(bits, factor) for factor in factors for bits in range(1 << self.period))
         angles = [2 * pi * (self._zero + n / self.cycle) for n in range(self.cycle)]
         factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)
         return tuple(self._row(angle, factor) for factor in factors for angle in angles)
@@ -223,6 +236,32 @@ class Law:
             signs = tuple(0.0 if abs(part) < 0.1 else 1.0 if part > 0 else -1.0 for part in field)
             factor *= sqrt(2) if 0.0 in signs and self.driver.boost else 1.0
         return self.asked_for(signs, factor)
+
+    def _phases(self, bits: int, factor: float) -> tuple[float, ...]:
+        """What is asked for by phases that are on, with a factor of the current."""
+        on = [float(bits >> n & 1) for n in range(self.period)]
+        if self.motor.windings in ("reluctance", "unipolar"):
+            return tuple(part * (factor > 0) for part in on)
+        signs = on[0] - on[1], on[2] - on[3]
+        return self.asked_for(signs, factor * (sqrt(2) if 0.0 in signs and self.driver.boost else 1.0))
+
+    @cached_property
+    def fields(self) -> tuple[int | None, ...]:
+        """The commands, 0 to `cycle` - 1, of the fields of phases that are on, by their bits; None: there is no field.
+
+        Of two windings phases 1 and 2 are the ends of one, 3 and 4 those of the other; phases 1 and 3 on are command 0.
+        """
+        found: list[int | None] = []
+        for bits in range(1 << self.period):
+            on = [bits >> n & 1 for n in range(self.period)]
+            if self.motor.windings == "reluctance":
+                angles = [2 * pi * n / self.period for n in range(self.period)]
+                x, y = (sum(turn(a) for a, yes in zip(angles, on, strict=True) if yes) for turn in (cos, sin))
+            else:
+                x, y = float(on[0] - on[1]), float(on[2] - on[3])
+            here = atan2(y, x) / (2 * pi) - self._first
+            found.append(None if x * x + y * y < 0.1 else round(here * self.cycle) % self.cycle)
+        return tuple(found)
 
     @property
     def _volts(self) -> bool:
@@ -241,9 +280,9 @@ class Law:
         return tuple(self.driver.current * factor * sign for sign in signs)
 
     # ------------------------------------------------------------------------------------------------------- to and from
-    def at_rest(self, command: int = 0, level: str = "slew") -> tuple[float, ...]:
-        """Return the state of a rotor at rest in the place of a command, the currents settled."""
-        row = self.table[self.code(command, level)]
+    def at_rest(self, command: int = 0, level: str = "slew", code: int | None = None) -> tuple[float, ...]:
+        """Return the state of a rotor at rest in the place of a command, the currents settled as a row asks for."""
+        row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
         given = {"theta": place, "theta2": place} | amperes
@@ -307,6 +346,51 @@ class Law:
                   self.code(command) if code is None else code),
             limit,
         )  # fmt: skip
+
+
+class Ends(NamedTuple):
+    """Where many motors have come to.
+
+    Attributes:
+        states: (motors, k) float64 at the last grid point, the columns as `Law.names`.
+        lag: (motors,) float64, full steps there.
+        worst: (motors,) float64, the greatest distance from the command on the way, full steps.
+    """
+
+    states: NDArray[np.float64]
+    lag: NDArray[np.float64]
+    worst: NDArray[np.float64]
+
+
+def integrate_many(
+    laws: Sequence[Law], times: Sequence[int] | NDArray[np.int64], commands: Sequence[int] | NDArray[np.int64], stop: int
+) -> Ends:
+    """Return where many motors have come to, side by side in arrays of NumPy: the same bits as one by one.
+
+    All of them begin at rest at 0, and get the same commands.
+
+    Args:
+        laws: with the same equations, the same steps and the same grid.
+        times, commands: as for `Law.integrate`.
+        stop: ps.
+
+    Raises:
+        UsageError: laws that differ in more than their figures.
+    """
+    import numpy as np
+
+    first = laws[0]
+    if any(law.model is not first.model or law.steps != first.steps or law.step_ps != first.step_ps for law in laws):
+        raise UsageError("motors side by side with different equations, steps or grids; put those that agree together")
+    columns = zip(*(law.parameters for law in laws), strict=True)
+    parameters = tuple(same[0] if len(set(same)) == 1 else np.array(same) for same in columns)
+    table = np.array([law.table for law in laws]).transpose(1, 2, 0)
+    state = tuple(np.array(column) for column in zip(*(law.at_rest() for law in laws), strict=True))
+    asked = np.asarray(commands, np.int64)
+    edges = np.asarray(times, np.int64).tolist(), (asked % first.cycle).tolist(), asked.tolist()
+    _, found, command, worst = first.model.numpy(parameters, table, 0, state, 0, 0, *edges, stop)
+    steps = np.array([law.motor.step for law in laws])
+    return Ends(np.array(found).T, command / first.micro - found[0] / steps, worst)
 
 
 @dataclass(frozen=True, slots=True)

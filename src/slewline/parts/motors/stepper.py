@@ -1,0 +1,377 @@
+"""A stepper motor with its driver and its load, which loses steps where a real one does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from ...core.datasheet.option import Option
+from ...core.datasheet.units import quantity
+from ...core.motion.history import Polyline
+from ...core.time.inputs import from_outside
+from ...core.time.timebase import Time, picoseconds
+from ...core.wires.pin import Condition
+from ...errors import UsageError
+from ..base.follower import Follower, start_rule
+from ..base.part import AXIS, Part
+from ..shafts.counter import CountScale, SwitchZone
+from ..shafts.motor import EDGE, EDGES
+from ..shafts.shaft import forget_shaft
+from .drivers import driver_complaint, read_driver
+from .feed import Feed, Pins, phases_asked, steps_asked
+from .law import Law, Point
+from .loads import check_holds, load_complaint, read_load
+from .losses import Losses
+from .motors import motor_complaint, read_motor
+from .passing import Track
+from .run import Run, Stretch
+from .turning import MotorShaft, TrackMotion
+
+if TYPE_CHECKING:
+    from ...core.datasheet.table import Pin
+    from ...core.motion.quantity import Quantity
+    from ...core.time.kernel import Kernel
+
+PHASES = ("phase1", "phase2", "phase3", "phase4")
+STALLS = (True, False, True)  # by how many of the bounds at -2 and 2 steps from the command lie below
+
+
+class Stepper(Part):
+    """A stepper motor with driver and load: what the pulses ask for, and what comes of it.
+
+    Its shaft turns as the equations have it (`law.py`), and what sits on a shaft sits on this one: an encoder, switches,
+    a gear, a carriage.  `stall` is low while the rotor is within two steps of its command; beyond, it does not come
+    back by itself.
+
+    Nothing is integrated until somebody asks, and who asks changes nothing: a state is one step of the integrator from
+    the last point of a grid, which the edges of the inputs begin.
+
+    Args:
+        axis: of the neighbour.
+        motor, driver, load: by name, as text, or as a table of figures; see [Motors](../reference/motors.md).
+        inputs: "step": PULSE and DIRECTION; "phases": the phases of a chip or of a driver module.
+        steps: "full", "wave", "half", "micro 8": what a step is.
+        edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
+        active: the level of a phase that is on; None: what the neighbour's pin says, else 1.
+        step: of the integrator; None: 20 us, and 1 us with a chopper.
+        lag: from the rotor to the edge of `stall`.
+    """
+
+    _for_users = ("place", "lag", "speed", "lost", "command", "currents", "rests", "load", "block", "free", "push", "law")
+    verbs = ("block", "free", "push")
+    optional = frozenset({"mov", "ramp"})
+    options = (
+        AXIS,
+        Option("motor", "object", "QSH4218-51-10-049", "its name, or a table of its figures", check=motor_complaint),
+        Option("driver", "object", "24 V, 1 A", "as text, or a table of its figures", check=driver_complaint),
+        Option("load", "object", MappingProxyType({}), "as text, or a table of its figures", check=load_complaint),
+        Option("inputs", "choice", "step", "what drives it", choices=("step", "phases")),
+        Option("steps", "text", "full", "full, wave, half or micro 8: what a step is", like="half"),
+        EDGE,
+        Option("active", "choice", None, "level of a phase that is on", choices=(0, 1), none=True),
+        Option("step", "time", None, "of the integrator; None: 20 us, with a chopper 1 us", low=1, none=True),
+        Option("lag", "time", "1 us", "from the rotor to the edge of stall", low=1),
+    )
+    rewired = start_rule
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        name: str,
+        *,
+        axis: int = 1,
+        motor: Any = "QSH4218-51-10-049",
+        driver: Any = "24 V, 1 A",
+        load: Any = MappingProxyType({}),
+        inputs: str = "step",
+        steps: str = "full",
+        edge: str | None = None,
+        active: int | None = None,
+        step: Time | None = None,
+        lag: Time = "1 us",
+    ) -> None:
+        super().__init__(kernel, name)
+        self.axis = axis
+        its = read_motor(motor, f"{name}: motor")
+        drives = read_driver(driver, f"{name}: driver", its)
+        hangs = read_load(load, f"{name}: load", its)
+        check_holds(its, drives, hangs, f"{name}: load")
+        self._phased = inputs == "phases"
+        try:
+            law = Law(
+                its, drives, hangs, "half" if self._phased else steps, 0 if step is None else picoseconds(step),
+                phased=self._phased,
+            )  # fmt: skip
+        except UsageError as error:
+            raise UsageError(f"{name}: {error}") from None
+        self._edge, self._active = edge, active
+        self._clockwise = 1  # the level of DIRECTION that counts up
+        self._add_pins(law)
+        self._stalls_ps = picoseconds(lag)
+        self._feed = Feed(steps_asked(law, Pins({})))
+        self._run = Run(law, self._feed, Point(kernel.now, law.at_rest(), 0, 0))
+        self.shaft = MotorShaft(kernel, self._run, self._alter)
+        self._losses = Losses(self._run)
+        self._begun = False
+        self.rule = Follower(self, self._read, schedule=self._promise, react=self._react, cut=self.shaft.cut)
+        self.shaft.source = self.rule
+
+    def _add_pins(self, law: Law) -> None:
+        if self._phased:
+            names = PHASES[: law.period]
+            for n, name in enumerate(names):
+                self.add_pin(name, "in", f"phase {n + 1}", pull=0 if self._active in (None, 1) else 1)
+            self.wiring: Mapping[str, str] = MappingProxyType({name: name for name in names})
+        else:
+            names = ("pulse", "direction")
+            self.add_pin("pulse", "in", f"step at each {self._edge or 'fall'}", pull=1)
+            self.add_pin("direction", "in", "high: clockwise", pull=1)
+            self.wiring = MappingProxyType({"pulse": "step", "direction": "direction"})
+        self.add_pin("enable", "in", "low: no current", pull=1)
+        self._read = (*names, "enable")
+        if (law.driver.rest, law.driver.ramp) != (law.driver.slew, law.driver.slew):
+            self.add_pin("mov", "in", "high: in motion", pull=0, active=1)
+            self.add_pin("ramp", "in", "high: on a ramp", pull=0, active=1)
+            self._read = (*self._read, "mov", "ramp")
+            self.wiring = MappingProxyType({**self.wiring, "mov": "moving", "ramp": "ramping"})
+        self.add_pin("stall", "out", "high: two steps or more from its command", initial=0)
+
+    def attached(self, own: str, row: Pin) -> None:
+        """Take the edge, the direction and the level that the neighbour's pin means."""
+        if own == "pulse" and row.sense is not None and self._edge is None:
+            self._edge = {0: "fall", 1: "rise"}[row.sense]
+        if own == "direction" and row.sense is not None:
+            self._clockwise = row.sense
+        if own in PHASES and row.sense is not None and self._active is None:
+            self._active = row.sense
+
+    # ------------------------------------------------------------------------------------------------ what a user asks
+    @property
+    def law(self) -> Law:
+        """Motor, driver and load, as they are now."""
+        return self._run.law
+
+    @property
+    def place(self) -> float:
+        """Where its shaft is, in full steps clockwise from the beginning."""
+        return self.shaft.motion.place(self.kernel.seen)  # type: ignore[attr-defined,no-any-return]
+
+    @property
+    def command(self) -> float:
+        """Where its driver holds it, in full steps."""
+        return self._run.at_or_before(self.kernel.seen).command / self.law.micro
+
+    @property
+    def lag(self) -> float:
+        """How far it is behind its command, in full steps."""
+        return self.command - self.place
+
+    @property
+    def speed(self) -> float:
+        """Its speed, full steps/s."""
+        return self._state["omega"] / self.law.motor.step
+
+    @property
+    def currents(self) -> tuple[float, ...]:
+        """The currents of its windings, A."""
+        state = self._state
+        return tuple(value for name, value in state.items() if name in ("i1", "i2", "i3", "i4"))
+
+    @property
+    def lost(self) -> int:
+        """Full steps that it has lost, four at a time; less than 0: it has made too many."""
+        self.be_caught_up()
+        return self._losses.lost
+
+    @property
+    def _state(self) -> dict[str, float]:
+        seen = self.kernel.seen
+        return dict(zip(self._run.stretch_at(seen).law.names, self._run.state(seen), strict=True))
+
+    @property
+    def rests(self) -> Condition:
+        """The condition that it has come to rest, for `bench.run_until`."""
+        return RestCondition(self)
+
+    def shows(self) -> dict[str, Any]:
+        """Return where its shaft is, in full steps, how many make a turn, and how far it is behind its command."""
+        return {"angle": self.place, "per_turn": self.shaft.per_turn, "lag": self.lag}
+
+    def catch_up(self) -> None:
+        """Find the steps that it has lost up to the last committed instant."""
+        for ps, code, text in self._losses.look(self.kernel.seen):
+            self.finding(code, text, ps)
+
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Return what it does over time: place, command, lag, speed, currents."""
+        law = self.law
+        windings = [name for name in law.names if name in ("i1", "i2", "i3", "i4")]
+        return (
+            self.shaft.quantity("position"),
+            self._quantity("lag", "steps", lambda law, c: c[2] / law.micro - c[1][:, 0] / law.motor.step),
+            self._quantity("speed", "steps/s", lambda law, c: c[1][:, 1] / law.motor.step),
+            *(
+                self._quantity(f"current {n + 1}", "A", lambda law, c, name=name: c[1][:, law.names.index(name)])
+                for n, name in enumerate(windings)
+            ),
+        )
+
+    def _quantity(self, name: str, unit: str, of: Any) -> Polyline:
+        """A quantity that follows from the columns of grid points, with their law."""
+        import numpy as np
+
+        run = self._run
+
+        def changes(start: int, stop: int) -> tuple[Any, Any]:
+            found = run.between(start, stop)
+            times = [columns[0] for _, columns in found]
+            values = [of(law, columns) for law, columns in found]
+            return np.concatenate([np.empty(0, np.int64), *times]), np.concatenate([np.empty(0), *values])
+
+        def at(times: Any) -> Any:
+            values = []
+            for ps in times.tolist():
+                point, law = run.at_or_before(ps), run.stretch_at(ps).law
+                columns = np.array([ps]), np.array([run.state(ps)]), np.array([point.command]), np.array([point.code])
+                values.append(of(law, columns)[0])
+            return np.array(values)
+
+        return Polyline(self.kernel, name, unit, at, changes)
+
+    forget = forget_shaft
+
+    # --------------------------------------------------------------------------------------------------- a user's hands
+    @from_outside
+    def load(self, torque: float | str) -> None:
+        """Change the torque of the load from now on: N m, or text such as "30 mNm"; against counting up."""
+        newton_metres = quantity(torque, "N m", f"{self.name}: torque")
+        self.input("load", torque)
+        self._alter(torque=newton_metres)
+        self.kernel.settle()
+
+    @from_outside
+    def block(self) -> None:
+        """Hold its shaft: it stands, and steps are lost."""
+        self.input("block")
+        self.shaft.block()
+        self.kernel.settle()
+
+    @from_outside
+    def free(self) -> None:
+        """Let its shaft turn again, from where it is."""
+        self.input("free")
+        self.shaft.free()
+        self.kernel.settle()
+
+    @from_outside
+    def push(self, steps: int) -> None:
+        """Turn its shaft at once, so many full steps, less than 0: back."""
+        self.input("push", steps)
+        self._alter(push=float(steps))
+        self.kernel.settle()
+
+    def _alter(
+        self,
+        *,
+        blocked: bool | None = None,
+        torque: float | None = None,
+        push: float = 0.0,
+        stops: tuple[Fraction | None, Fraction | None] | None = None,
+    ) -> None:
+        """Go on from the last committed instant with another law, or in another place."""
+        law, seen = self.law, self.kernel.seen
+        if blocked is not None:
+            law = replace(law, blocked=blocked)
+        if torque is not None:
+            law = replace(law, load=replace(law.load, torque=torque))
+        if stops is not None:
+            low, high = (None if stop is None else float(stop) * law.motor.step for stop in stops)
+            law = replace(law, load=replace(law.load, low=low, high=high))
+        states = {"theta": self._state["theta"] + push * law.motor.step} if push else {}
+        if law.blocked:
+            states["omega"] = 0.0
+        self._run.alter(seen, law, **states)
+        self.shaft.turned()
+        if self._begun:
+            self._show_stall()
+
+    # ------------------------------------------------------------------------------------------------------- its inputs
+    def _begin(self) -> None:
+        """Begin at rest where the driver holds it now: the part is wired."""
+        columns = {}
+        for n, name in enumerate(self._read):
+            active = {"pulse": EDGES[self._edge or "fall"], "direction": self._clockwise}.get(name, 1)
+            if name in PHASES:
+                active = 1 if self._active is None else self._active
+            columns[name] = n, bool(active)
+        pins, law = Pins(columns), self.law
+        if self._phased:
+            names = [name for name in self._read if name in PHASES]
+            bits = sum((self.high(name) == columns[name][1]) << n for n, name in enumerate(names))
+            origin = law.fields[bits] or 0
+            law = replace(law, origin=origin)
+            fields = [None if field is None else (field - origin) % law.cycle for field in law.fields]
+            self._feed.asked = phases_asked(law, pins, names, fields)
+            width = len(fields)
+        else:
+            bits, width = 0, law.cycle
+            self._feed.asked = steps_asked(law, pins)
+        level = self._level(pins)
+        code = bits + width * level
+        state = self._run.stretches[0].first.state
+        rests = law.at_rest(code=code)
+        first = Point(self.kernel.now, (*state[:1], *rests[1:]) if len(state) == len(rests) else rests, 0, code)
+        self._run.stretches = [Stretch(law, first)]
+        self._run.reached = self.kernel.now
+        self._losses = Losses(self._run)
+        self._begun = True
+
+    def _level(self, pins: Pins) -> int:
+        high = {name: self.high(name) for name in ("enable", "mov", "ramp") if name in self._read}
+        if not high["enable"]:
+            return 3
+        return 1 if high.get("ramp", False) else 0 if high.get("mov", True) else 2
+
+    def _promise(self) -> None:
+        """Follow the inputs from now on."""
+        if not self._begun:
+            self._begin()
+        self._feed.show(self.kernel.now, [self.rule.shown(name) for name in self._read])
+        self._run.follow(self.kernel.seen)
+        self.shaft.turned()
+        self._show_stall()
+
+    def _react(self) -> None:
+        """Take up the levels of the inputs: the part is in a circle of parts, and follows them edge by edge."""
+        self._promise()
+
+    def _show_stall(self) -> None:
+        """Promise `stall`."""
+        self.drivers["stall"].play(self._stall())
+
+    def _stall(self) -> SwitchZone:
+        off = Fraction(self.law.period, 2)
+        counter = TrackMotion(self._run, Track(behind=True)).counter(CountScale(bounds=(-off, off)), self._stalls_ps)
+        return SwitchZone(counter, self.kernel.seen, False, STALLS, (0, 1))
+
+
+class RestCondition(Condition):
+    """A stepper has come to rest: nothing changes until an input does."""
+
+    def __init__(self, of: Stepper) -> None:
+        self.of, self.text = of, f"{of.name} at rest"
+
+    def belongs(self, kernel: Kernel) -> bool:
+        """Return whether it is one of its bench."""
+        return self.of.kernel is kernel
+
+    def met(self) -> bool:
+        """Return whether it rests now, and no input promises an edge."""
+        return self.of._run.rests(self.of.kernel.seen) and self.of._feed.now.after(self.of.kernel.seen) is None
+
+    def when(self) -> int | None:
+        """Return when it will rest, or an instant at which to ask again (ps)."""
+        return self.of._run.comes_to_rest(self.of.kernel.seen)
