@@ -148,14 +148,14 @@ BILEVEL = Equations(  # until1, until2: s, the ends of the high volts
 )
 
 
-# At rest behind a chopper: the current has come to its peak, and falls from there.
-RIPPLES = "absolute(i# - 0.9 * r#) <= 0.15 * absolute(r#)"
+# At rest behind a chopper: since the last edge the clock has ticked, the current has come to its peak, and falls.
+RIPPLES = "(on# == 0.0) & (absolute(i# - 0.7 * r#) <= 0.32 * absolute(r#))"
 
 
 def chopper(decay: str, blanked: bool) -> Equations:
     """Return the equations of a chopper: a clock sets a latch, the current resets it when it comes to its peak."""
     lines = ["tick = t // PERIOD_PS", "ticks = tick > clock", "clock = tick * 1.0"]
-    kept = ["clock", "on1", "on2"]
+    kept = ["clock", "asked", "on1", "on2"]
     if blanked:
         kept += ["blank1", "blank2"]
     if decay == "mixed":
@@ -178,7 +178,8 @@ def chopper(decay: str, blanked: bool) -> Equations:
         kept=tuple(kept),
         decide="\n".join(lines),
         settle=each(_ENDS, 1, 2) + "\n" + each("i# = where((on# == 0.0) & (i# * i#0 < 0.0), 0.0 * i#, i#)", 1, 2),
-        rest=tuple(each(f"(on# == 0.0) & ({RIPPLES})", 1, 2).splitlines()),
+        edge="asked = clock",
+        rest=("clock > asked", *each(RIPPLES, 1, 2).splitlines()),
     )
 
 

@@ -285,7 +285,7 @@ class Law:
         row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
-        given = {"theta": place, "theta2": place} | amperes
+        given = {"theta": place, "theta2": place, "asked": -1.0} | amperes
         return tuple(given.get(name, 0.0) for name in self.names)
 
     def _settled(self, row: Sequence[float]) -> Sequence[float]:
@@ -390,7 +390,8 @@ def integrate_many(
     edges = np.asarray(times, np.int64).tolist(), (asked % first.cycle).tolist(), asked.tolist()
     _, found, command, worst = first.model.numpy(parameters, table, 0, state, 0, 0, *edges, stop)
     steps = np.array([law.motor.step for law in laws])
-    return Ends(np.array(found).T, command / first.micro - found[0] / steps, worst)
+    whole = np.stack(np.broadcast_arrays(*found), 1)
+    return Ends(whole, command / first.micro - found[0] / steps, worst)
 
 
 @dataclass(frozen=True, slots=True)
