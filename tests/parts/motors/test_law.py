@@ -224,7 +224,7 @@ def test_behind_a_chopper_it_rests_only_where_the_currents_have_followed(decay: 
     law = Law(motor, replace(CHOPPER, current=2.8, decay=decay, rest=0.5), steps="micro 16")  # type: ignore[arg-type]
     trace = law.integrate([1], [1], 400_000_000_000, engine="python")
     assert trace.rests
-    assert abs(trace.lag[-1]) < 0.02  # a microstep is 0.0625
+    assert abs(trace.lag[-1]) < 0.03  # a microstep is 0.0625
     for codes in ([0, law.code(0, "rest")], [law.code(0, "rest"), 0]):
         trace = law.integrate([1, 100_000_000_000], [0, 0], 400_000_000_000, codes=codes, engine="python")
         asked = abs(law.table[codes[1]][0])
@@ -324,3 +324,11 @@ def test_many_give_the_same_bits_as_one_by_one() -> None:
 def test_many_must_have_the_same_equations() -> None:
     with pytest.raises(UsageError, match="different equations, steps or grids"):
         integrate_many([Law(A, VOLTS), Law(A, VOLTS, LoadData(friction=1e-3))], [], [], 1)
+
+
+def test_many_choppers_rest_one_by_one() -> None:
+    laws = [Law(A, replace(CHOPPER, decay="fast"), LoadData(torque=torque)) for torque in (0.0, 0.05)]
+    ends = integrate_many(laws, [300_000_000], [1], 400_000_000)  # the first rests until the edge, across ticks
+    for n, law in enumerate(laws):
+        trace = law.integrate([300_000_000], [1], 400_000_000, engine="python")
+        assert ends.states[n].tolist() == trace.states[-1].tolist()
