@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
-from slewline.parts.motors.law import Law, Trace, integrate_many, numba_is_there
+from slewline.parts.motors.integration import Trace, integrate_many, numba_is_there
+from slewline.parts.motors.law import Law
 
 from .currents import RELUCTANCE
 from .runs import L_4R, STEP, A, Floats, Ints, J, K, fast, ps, ramp, up_to, with_state

@@ -9,7 +9,8 @@ from math import cos, exp, log, pi, sqrt
 import numpy as np
 
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
-from slewline.parts.motors.law import Law, Trace
+from slewline.parts.motors.integration import Trace
+from slewline.parts.motors.law import Law
 
 from .runs import F0, NONE, STEP, A, J, K, frequency, passes, ps, restless, seconds, with_state
 from .table import Reading, at_most, check, near, same, within

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slewline.parts.motors.data import DriverData, MotorData
-from slewline.parts.motors.law import Law, Trace, numba_is_there
+from slewline.parts.motors.integration import Trace, numba_is_there
+from slewline.parts.motors.law import Law
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

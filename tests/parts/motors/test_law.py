@@ -10,7 +10,8 @@ import pytest
 
 from slewline.errors import UsageError
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
-from slewline.parts.motors.law import CHOPPED_PS, STEP_PS, Law, integrate_many
+from slewline.parts.motors.integration import integrate_many
+from slewline.parts.motors.law import CHOPPED_PS, STEP_PS, Law
 
 A = MotorData(name="A", current=1.0, resistance=5.0, inductance=8e-3, torque=0.49, inertia=6.8e-6, iron=2e-3)
 UNIPOLAR = replace(A, name="U", windings="unipolar")

@@ -1,4 +1,4 @@
-"""Integrators, made of equations: classical Runge-Kutta, a fixed step on a grid that the edges of the inputs begin anew.
+"""Integrators, made of equations: classical Runge-Kutta with a fixed step, counted anew from each edge of the inputs.
 
     edges            |                    |                             of the inputs
     grid points      0    h    2h    3h   0    h    2h    3h    ...
@@ -61,7 +61,9 @@ class Model:
     def states(self) -> tuple[str, ...]:
         """Names of what is integrated, place and speed of the rotor first."""
         names = [state for piece in self.pieces for state in piece.states]
-        return tuple(sorted(names, key=lambda name: ("theta", "omega").index(name) if name in ("theta", "omega") else 2))
+        return tuple(
+            sorted(names, key=lambda name: ("theta", "omega").index(name) if name in ("theta", "omega") else 2)
+        )
 
     @cached_property
     def kept(self) -> tuple[str, ...]:
@@ -127,7 +129,8 @@ class Model:
         """Return the function that goes from a grid point to the last one that is not after `stop`."""
         return "\n".join(
             [
-                "def advance(parameters, table, t, state, code, command, times, codes, commands, stop, most, limit, room):",
+                "def advance(parameters, table, t, state, code, command, times, codes, commands, stop, most, limit,"
+                " room):",
                 *indented(1, self._given, begin, ["count = edge = 0", "edges = len(times)", "rests = False"]),
                 *indented(1, ["while count < most:"]),
                 *indented(2, [f"{name}_ = {name}" for name in self.kept], self._decided, [f"if {self._rest}:"]),
@@ -211,6 +214,11 @@ class Model:
         row = ", ".join(["t", "command", "code", *self.whole])
         text = self.advance([f"points.append(({row}))"], ["points = []"], "return points, rests")
         return Engine(compiled(self.after + "\n" + CROSSING, PYTHON), compiled(text, PYTHON))
+
+    @property
+    def is_compiled(self) -> bool:
+        """Has somebody asked for the functions that Numba compiles?"""
+        return "numba" in vars(self)
 
     @cached_property
     def numba(self) -> Engine:
