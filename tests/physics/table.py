@@ -103,7 +103,7 @@ def same(of: str, value: float, expected: float) -> Reading:
 
 def report(rows: Iterable[Check], numbers: set[int], quick: bool, write: Callable[[str], object] = print) -> int:
     """Write the table of checks, of some numbers or of all; return how many rows were missed."""
-    write(f"{'no.':>4}  {'what':<70} {'value':>12} {'expected':>12}  {'tolerance':<13} {'':<6} {'s':>6}")
+    write(f"{'no.':>4}  {'what':<86} {'value':>12} {'expected':>12}  {'tolerance':<13} {'':<6} {'s':>6}")
     missed = 0
     for one in rows:
         if (numbers and one.number not in numbers) or (quick and one.long):
@@ -115,7 +115,7 @@ def report(rows: Iterable[Check], numbers: set[int], quick: bool, write: Callabl
             verdict = "pass" if reading.passed else "MISSED"
             missed += not reading.passed
             write(
-                f"{one.number:>4}  {what:<70} {reading.value:>12.7g} {reading.expected:>12.7g}  "
+                f"{one.number:>4}  {what:<86} {reading.value:>12.7g} {reading.expected:>12.7g}  "
                 f"{reading.tolerance:<13} {verdict:<6} {spent:>6.1f}"
             )
             since = time.perf_counter()
