@@ -159,7 +159,8 @@ def integrate_many(
     edges = np.asarray(times, np.int64).tolist(), (asked % first.cycle).tolist(), asked.tolist()
     _, found, command, worst = first.model.numpy(parameters, table, 0, state, 0, 0, *edges, stop)
     steps = np.array([law.step for law in laws])
-    return Ends(np.array(found).T, command / first.micro - found[0] / steps, worst)
+    whole = np.stack(np.broadcast_arrays(*found), 1)
+    return Ends(whole, command / first.micro - found[0] / steps, worst)
 
 
 @dataclass(frozen=True, slots=True)

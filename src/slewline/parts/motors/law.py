@@ -257,7 +257,7 @@ class Law:
         row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
-        given = {"theta": place, "theta2": place} | amperes
+        given = {"theta": place, "theta2": place, "asked": -1.0} | amperes
         return tuple(given.get(name, 0.0) for name in self.names)
 
     def _settled(self, row: Sequence[float]) -> Sequence[float]:
