@@ -113,6 +113,7 @@ class Run:
         self.stretches = [Stretch(law, first)]
         self.reached = first.t  # integrated up to here
         self.cuts: list[Callable[[int], object]] = []
+        self.along: dict[Any, Any] = {}  # what is known along it: places and passings, by what they are of
         self._integration = Integration(law)
         self._rests = False  # at the last point: nothing changes until the next edge
 
@@ -230,7 +231,10 @@ class Run:
         return max(self.stretches[-1].last.t, ps + 1) if self.rests(until) else until
 
     def forget(self, before: int) -> None:
-        """Drop what was over before an instant (ps)."""
+        """Drop what was over before an instant (ps); what has not been integrated is still to come."""
+        before = min(before, self.reached)
+        for known in self.along.values():
+            known.forget(before)
         n = bisect_right(self.stretches, before, key=lambda stretch: stretch.first.t) - 1
         del self.stretches[: max(n, 0)]
         self.feed.forget(min(before, self.stretches[0].first.t))
