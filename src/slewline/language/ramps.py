@@ -46,6 +46,9 @@ class RampParameter:
     `default` holds where nothing is said.  A `free` one may be looked for.  `per_s` says how many times a second is in
     the denominator of what it stands for: 1 in a rate, 2 in an acceleration.  One that is `only` for a choice, such as
     ("profile", "s-curve"), does not exist with another.
+
+    Where ramps are tried out (slewline tune), values are spaced evenly in `measure`, a number that only grows with
+    them; `tried` are those that are tried where nothing is said.
     """
 
     name: str
@@ -56,6 +59,8 @@ class RampParameter:
     free: bool = False
     per_s: int = 0
     only: tuple[str, str] | None = None
+    measure: Callable[[int], float] = float
+    tried: str = ""
 
     @property
     def allowed(self) -> str:
@@ -293,7 +298,7 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
         quantity = calculator.quantity(name)
         if quantity.name in named:
             raise UsageError(f"{part}: {name} twice; give one value")
-        named[quantity.name] = _value(calculator, quantity, value, crystal_hz)
+        named[quantity.name] = value_of(calculator, quantity, value, crystal_hz)
     values: dict[str, Value] = {}
     missing: list[RampParameter] = []
     free: list[str] = []
@@ -318,8 +323,8 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
     return values, free
 
 
-def _value(calculator: Calculator, quantity: RampParameter, value: object, crystal_hz: int) -> Value:
-    """A value within its range."""
+def value_of(calculator: Calculator, quantity: RampParameter, value: object, crystal_hz: int) -> Value:
+    """Return a value as the part takes it; raises as `read`."""
     where = f"{calculator.sheet.part}: {quantity.name} {value!r}"
     if quantity.arg is None:
         for choice in quantity.choices:

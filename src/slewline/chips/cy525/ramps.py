@@ -12,6 +12,7 @@ from fractions import Fraction
 from functools import lru_cache
 from heapq import merge
 from itertools import accumulate, pairwise
+from math import log
 
 from ...core.datasheet.table import Sheet
 from ...core.time.timebase import PS_PER_S
@@ -25,10 +26,17 @@ from .sheet import RAMP_UNIT, STEP_TICKS
 
 NUMBER = COMMANDS["N"].args[0]
 SLOPE, DIVISOR = COMMANDS["S"].args[0], COMMANDS["Z"].args[0]
+
+
+def rate_of(parameter: int) -> float:
+    """Return the logarithm of a rate, which two rates of the same ratio are the same apart in."""
+    return -log(STEP_TICKS[parameter])
+
+
 QUANTITIES = (
-    RampParameter("F", COMMANDS["F"].says, COMMANDS["F"].args[0], per_s=1),
-    RampParameter("R", COMMANDS["R"].says, COMMANDS["R"].args[0], per_s=1),
-    RampParameter("S", COMMANDS["S"].says, SLOPE, free=True),
+    RampParameter("F", COMMANDS["F"].says, COMMANDS["F"].args[0], per_s=1, measure=rate_of, tried="1..12/5"),
+    RampParameter("R", COMMANDS["R"].says, COMMANDS["R"].args[0], per_s=1, measure=rate_of, tried="4..80/14"),
+    RampParameter("S", COMMANDS["S"].says, SLOPE, free=True, measure=lambda slope: 1 / (256 - slope), tried="1..254/10"),
     RampParameter("Z", COMMANDS["Z"].says, DIVISOR, default=1, free=True),
     RampParameter(RAMP_UNIT.name, "option of the chip: a rate unit at S 255, Z 1", RAMP_UNIT, default=profile.LAW.unit),
     RampParameter("ramp_jumps", "option of the chip: several units a step", choices=("False", "True"), default="False"),

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, cached_property
 from itertools import pairwise
+from math import log
 
 from ...core.datasheet.table import Arg, Sheet
 from ...core.motion.train import OPEN
@@ -37,6 +38,11 @@ from .sheet import ACCELERATION, HIGH_RANGE, JERK, MAX_ACCELERATION, POSITION, S
 
 TRAPEZOID, S_CURVE = ("profile", "trapezoid"), ("profile", "s-curve")
 FAR = 1 << 100  # 1/65536 step; further than any S-curve needs to come to its velocity
+TRIED = {
+    "velocity": "300 steps/s..6000 steps/s/14",
+    "acceleration": "2000 steps/s2..200000 steps/s2/14",
+    "jerk": "1e5 steps/s3..3e7 steps/s3/8",
+}
 RANGES = {"standard": STANDARD_RANGE, "high": HIGH_RANGE}
 
 
@@ -206,11 +212,11 @@ class ChipsetRamps(Calculator):
 
         self.quantities = (
             RampParameter(TRAPEZOID[0], "profile mode", choices=(TRAPEZOID[1], S_CURVE[1]), default=TRAPEZOID[1]),
-            quantity("SET_VEL", VELOCITY, 1),
-            quantity("SET_ACC", ACCELERATION, 1, free=True, only=TRAPEZOID),
-            quantity("SET_START_VEL", START_VELOCITY, 0, default=0, only=TRAPEZOID),
-            quantity("SET_MAX_ACC", MAX_ACCELERATION, 1, free=True, only=S_CURVE),
-            quantity("SET_JERK", JERK, 1, free=True, only=S_CURVE),
+            quantity("SET_VEL", VELOCITY, 1, measure=log, tried=TRIED["velocity"]),
+            quantity("SET_ACC", ACCELERATION, 1, free=True, only=TRAPEZOID, measure=log, tried=TRIED["acceleration"]),
+            quantity("SET_START_VEL", START_VELOCITY, 0, default=0, only=TRAPEZOID, tried="0 steps/s..600 steps/s/4"),
+            quantity("SET_MAX_ACC", MAX_ACCELERATION, 1, free=True, only=S_CURVE, measure=log, tried=TRIED["acceleration"]),
+            quantity("SET_JERK", JERK, 1, free=True, only=S_CURVE, measure=log, tried=TRIED["jerk"]),
             RampParameter("output", "pulse range", choices=tuple(RANGES), default="standard"),
         )
 
