@@ -1,0 +1,255 @@
+"""The equations of motors, drivers and loads, as text: what is different between them, and nothing else.
+
+One set of equations has to run in plain Python, over arrays of NumPy and compiled by Numba, and give the same bits in
+all three.  So they are written once, in assignments that mean the same for a number and for an array; `integrator.py`
+makes a function of them.  Names in capitals are parameters, constant during a run; the others are:
+
+    theta omega         place and speed of the rotor, rad and rad/s; theta is 0 where command 0 holds it
+    s c                 sine and cosine of the electrical angle
+    i1 i2 (i3 i4)       currents of the windings, A
+    r1 r2 (r3 r4)       what the driver is asked for: amperes, or volts, or 1 for a winding that is on
+    v1 v2 (v3 v4)       volts, as the driver decides them at a grid point, for the whole step from there on
+    d_...               rates of change, of each state one
+
+The motor (two phases): torque and EMF have the same constant K, so that no energy comes from nowhere.
+
+    L di1/dt = v1 - R i1 + K omega s            torque = K (i2 c - i1 s) - D sin(4 x)       x: electrical angle
+    L di2/dt = v2 - R i2 - K omega c            J domega/dt = torque - DRAG omega - pull
+
+The detent torque is stable where one phase alone holds the rotor, so it softens the places of full steps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+
+@dataclass(frozen=True, slots=True)
+class Equations:
+    """A piece of a model.
+
+    Attributes:
+        states: names of what is integrated.
+        kept: names of what is decided at a grid point and kept until the next one: latches and timers.
+        begin: what holds from a grid point on, before anything else is asked.
+        torque: the torque that follows from place and currents.
+        decide: what is decided at a grid point; s, c and torque are those of the grid point.
+        rates: the rates of change.
+        settle: what holds after each step; the state before it bears a 0: `omega0`.
+        edge: what an edge of the inputs does; r1 is what is asked for from here on, o1 what was until here.
+        rest: conditions under which nothing changes any more, joined by `and`.
+    """
+
+    states: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()
+    begin: str = ""
+    torque: str = ""
+    decide: str = ""
+    rates: str = ""
+    settle: str = ""
+    edge: str = ""
+    rest: tuple[str, ...] = ()
+
+
+def each(text: str, *numbers: int) -> str:
+    """Return lines for windings 1, 2 ..., # standing for the number."""
+    return "\n".join(text.replace("#", str(n)) for n in numbers)
+
+
+def still(*states: str) -> tuple[str, ...]:
+    """Return the conditions under which currents no longer change."""
+    return tuple(f"absolute(d_{state}) * H < STILL" for state in states)
+
+
+# ---------------------------------------------------------------------------------------------------------- windings
+TWO_PHASES = Equations(
+    states=("i1", "i2"),
+    decide="e1 = -K * omega * s\ne2 = K * omega * c",
+    rates="d_i1 = (v1 - R * i1 + K * omega * s) * INV_L\n"
+    "d_i2 = (v2 - R * i2 - K * omega * c) * INV_L",
+    torque="torque = K * (i2 * c - i1 * s)",
+    rest=still("i1", "i2"),
+)
+HALF_WINDINGS = Equations(  # of each winding two halves, 1 and 2, 3 and 4, the second of which works the other way
+    states=("i1", "i2", "i3", "i4"),
+    decide="e1 = -K * omega * s\ne2 = -e1\ne3 = K * omega * c\ne4 = -e3",
+    rates="e = K * omega * s\n"
+    "d_i1 = (v1 - R * i1 + e) * INV_L\n"
+    "d_i2 = (v2 - R * i2 - e) * INV_L\n"
+    "e = K * omega * c\n"
+    "d_i3 = (v3 - R * i3 - e) * INV_L\n"
+    "d_i4 = (v4 - R * i4 + e) * INV_L",
+    torque="torque = K * ((i3 - i4) * c - (i1 - i2) * s)",
+    rest=still("i1", "i2", "i3", "i4"),
+)
+# A current that is given: it needs no volts, and no state of a winding.
+GIVEN = Equations(
+    kept=("i1", "i2"),
+    begin="i1 = r1\ni2 = r2",
+    torque="torque = K * (i2 * c - i1 * s)",
+)
+LAGGING = Equations(
+    states=("i1", "i2"),
+    rates="d_i1 = (r1 - i1) * INV_LAG\nd_i2 = (r2 - i2) * INV_LAG",
+    torque="torque = K * (i2 * c - i1 * s)",
+    rest=still("i1", "i2"),
+)
+
+
+def reluctance(phases: int) -> Equations:
+    """Return the equations of a variable reluctance motor: L + SWING cos(x - place of the phase), no magnet.
+
+    Its torque goes with the square of the current, and without current there is neither torque nor EMF.
+    """
+    if phases == 4:
+        turned = [("c", "s"), ("s", "-c"), ("-c", "-s"), ("-s", "c")]
+    else:
+        turned = [
+            ("c", "s"),
+            ("(c * COS3 + s * SIN3)", "(s * COS3 - c * SIN3)"),
+            ("(c * COS3 - s * SIN3)", "(s * COS3 + c * SIN3)"),
+        ]
+    numbers = range(1, phases + 1)
+    slopes = [f"slope{n} = -TEETH * SWING * {sine}" for n, (_, sine) in zip(numbers, turned, strict=True)]
+    torques = " + ".join(f"i{n} * i{n} * slope{n}" for n in numbers)
+    rates = [
+        f"d_i{n} = (v{n} - R * i{n} - i{n} * slope{n} * omega) / (L + SWING * {cosine})"
+        for n, (cosine, _) in zip(numbers, turned, strict=True)
+    ]
+    states = tuple(f"i{n}" for n in numbers)
+    return Equations(
+        states=states,
+        torque="\n".join([*slopes, f"torque = 0.5 * ({torques})"]),
+        decide=each("e# = 0.0 * omega", *numbers),
+        rates="\n".join(rates),
+        rest=still(*states),
+    )
+
+
+DETENT = Equations(torque="torque = torque - DETENT4 * s * c * (c * c - s * s)")
+
+# ----------------------------------------------------------------------------------------------------------- drivers
+# A winding that is let go drives its current into the supply, and has none from then on.
+_OPEN = "v# = where(r# == 0.0, where(i# == 0.0, R * i# + e#, -VS * sign(i#)), {on})"
+_ENDS = "i# = where((r# == 0.0) & (i# * i#0 <= 0.0), 0.0 * i#, i#)"
+
+VOLTAGE = Equations(
+    decide=each(_OPEN.format(on="r#"), 1, 2),
+    settle=each(_ENDS, 1, 2),
+)
+AVERAGED = Equations(  # as many volts as take the current to what is asked for in two steps, if the supply has them
+    decide=each("v# = clip(R * i# + e# + LH * (r# - i#), -VS, VS)", 1, 2),
+)
+BILEVEL = Equations(
+    kept=("left1", "left2"),
+    decide=each(_OPEN.format(on="r# * where(left# > HALF_H, HIGH, VS)"), 1, 2)
+    + "\n"
+    + each("left# = left# - H", 1, 2),
+    settle=each(_ENDS, 1, 2),
+    edge=each("left# = where(r# == o#, left#, HIGH_TIME)", 1, 2),
+)
+
+
+def chopper(decay: str, blanked: bool) -> Equations:
+    """Return the equations of a chopper: a clock sets a latch, the current resets it when it comes to its peak."""
+    lines = ["tick = t // PERIOD_PS", "ticks = tick > clock", "clock = tick * 1.0"]
+    kept = ["clock", "on1", "on2"]
+    if blanked:
+        kept += ["blank1", "blank2"]
+    if decay == "mixed":
+        kept += ["fast1", "fast2"]
+    phase = ["on# = where(ticks, 1.0, on#)"]
+    high = "i# * sign(r#) >= absolute(r#)"
+    if blanked:
+        phase.append("blank# = where(ticks, LEAST_ON, blank# - H)")
+        high = f"({high}) & (blank# < HALF_H)"
+    phase.append(f"trips = (on# > 0.0) & ({high})")
+    if decay == "mixed":
+        phase.append("fast# = where(trips, FAST_TIME, fast# - H)")
+    phase.append("on# = where(trips, 0.0, on#)")
+    slow, fast = "-DIODE * sign(i#)", "-VS * sign(i#)"
+    off = {"slow": slow, "fast": fast, "mixed": f"where(fast# > HALF_H, {fast}, {slow})"}[decay]
+    on = f"where(on# > 0.0, VS * sign(r#), {off})"
+    phase.append(_OPEN.format(on=on))
+    lines += [each(line, n) for n in (1, 2) for line in phase]
+    return Equations(
+        kept=tuple(kept),
+        decide="\n".join(lines),
+        settle=each("i# = where(((r# == 0.0) | (on# == 0.0)) & (i# * i#0 < 0.0), 0.0 * i#, i#)", 1, 2),
+        rest=tuple(each("absolute(i# - r#) <= 0.2 * absolute(r#)", 1, 2).splitlines()),
+    )
+
+
+def switched(count: int) -> Equations:
+    """Return the equations of transistors, one to each winding or half: on, or its current dies away in the clamp."""
+    numbers = range(1, count + 1)
+    return Equations(
+        decide=each("v# = where(r# > 0.0, VS, where(i# > 0.0, -CLAMP, R * i# + e#))", *numbers),
+        settle=each("i# = where(i# < 0.0, 0.0 * i#, i#)", *numbers),
+    )
+
+
+# ------------------------------------------------------------------------------------------------------------- loads
+RIGID = Equations(
+    states=("theta", "omega"),
+    rates="d_theta = omega\nd_omega = (torque - DRAG * omega - PULL) * INV_J",
+    rest=("absolute(omega) < SLOW", "absolute(d_omega) < SETTLED"),
+)
+# Friction is decided at a grid point: a shaft that stands is held, as long as no more pulls at it than STICTION.
+RUBBING = Equations(
+    states=("theta", "omega"),
+    decide="pulls = torque - PULL\n"
+    "stands = omega == 0.0\n"
+    "free = where(stands & (absolute(pulls) <= STICTION), 0.0, 1.0)\n"
+    "rubs = FRICTION * sign(where(stands, pulls, omega))",
+    rates="d_theta = omega\nd_omega = free * (torque - DRAG * omega - PULL - rubs) * INV_J",
+    settle="omega = where(omega * omega0 < 0.0, 0.0 * omega, omega)",
+    rest=("absolute(omega) < SLOW", "absolute(d_omega) < SETTLED"),
+)
+# Two masses: the rotor, and what hangs on the coupling.
+COUPLED = Equations(
+    states=("theta", "omega", "theta2", "omega2"),
+    decide="twist = STIFFNESS * (theta - theta2) + COUPLING_DRAG * (omega - omega2)\n"
+    "pulls = twist - PULL\n"
+    "stands = omega2 == 0.0\n"
+    "free = where(stands & (absolute(pulls) <= STICTION), 0.0, 1.0)\n"
+    "rubs = FRICTION * sign(where(stands, pulls, omega2))",
+    rates="twist = STIFFNESS * (theta - theta2) + COUPLING_DRAG * (omega - omega2)\n"
+    "d_theta = omega\n"
+    "d_omega = (torque - DRAG * omega - twist) * INV_J\n"
+    "d_theta2 = omega2\n"
+    "d_omega2 = free * (twist - DRAG2 * omega2 - PULL - rubs) * INV_J2",
+    settle="omega2 = where(omega2 * omega20 < 0.0, 0.0 * omega2, omega2)",
+    rest=(
+        "absolute(omega) < SLOW",
+        "absolute(d_omega) < SETTLED",
+        "absolute(omega2) < SLOW",
+        "absolute(d_omega2) < SETTLED",
+    ),
+)
+DAMPED = Equations(  # a ring that is dragged along (Lanchester)
+    states=("omega3",),
+    rates="drags = DAMPER_DRAG * (omega - omega3)\nd_omega3 = drags * INV_J3\nd_omega = d_omega - drags * INV_J",
+    rest=("absolute(omega3) < SLOW",),
+)
+BLOCKED = Equations(rates="d_theta = 0.0 * omega\nd_omega = 0.0 * omega", settle="theta = theta0\nomega = 0.0 * omega")
+
+
+def stopped(suffix: str = "") -> Equations:
+    """Return the equations of hard stops without bounce, for the rotor or, with "2", for the load on the coupling."""
+    theta, omega = f"theta{suffix}", f"omega{suffix}"
+    return Equations(
+        decide=f"free = where({omega} == 0.0, where(({theta} >= STOP_HIGH) & (pulls > 0.0), 0.0, free), free)\n"
+        f"free = where({omega} == 0.0, where(({theta} <= STOP_LOW) & (pulls < 0.0), 0.0, free), free)",
+        settle=f"beyond = {theta} > STOP_HIGH\n"
+        f"{theta} = where(beyond, STOP_HIGH, {theta})\n"
+        f"{omega} = where(beyond, minimum({omega}, 0.0), {omega})\n"
+        f"beyond = {theta} < STOP_LOW\n"
+        f"{theta} = where(beyond, STOP_LOW, {theta})\n"
+        f"{omega} = where(beyond, maximum({omega}, 0.0), {omega})",
+    )
+
+
+def without_rest(of: Equations) -> Equations:
+    """Return equations that do not say when they come to rest: another piece does."""
+    return replace(of, rest=())

@@ -1,0 +1,294 @@
+"""Integrators, made of equations: classical Runge-Kutta, a fixed step on a grid that the edges of the inputs begin anew.
+
+    edges            |                    |                             of the inputs
+    grid points      0    h    2h    3h   0    h    2h    3h    ...
+                                  ^
+                                  the state here is one step of this length from the grid point before
+
+Nothing else counts: not who looks, when, how often, nor how far ahead has been integrated already.  So a state has the
+same bits whatever is asked first, and plain Python, arrays of NumPy and Numba give the same, since they run the same
+lines: sums, products, square roots and comparisons, in one order.  Sine and cosine are made of these too, because
+those of a machine's library differ in the last bit.
+
+What a driver decides, and what friction does, is decided at grid points, for a step of full length, however short the
+step becomes.  Where nothing changes any more the motor is at rest until the next edge, and costs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from .equations import Equations
+
+# sin(pi f / 2) / f as a polynomial of f squared, up to a half: good to 2e-14; two doublings make it the angle.
+SINE = (
+    1.57079632679489,
+    -0.645964097504309,
+    0.07969262615574603,
+    -0.004681752591458209,
+    0.00016042926504495616,
+    -3.556386260704784e-06,
+)
+ANGLE = f"""\
+turn = TURNS * theta + ZERO
+turn = turn - floor(turn + 0.5)
+square = turn * turn
+s = turn * ({SINE[0]!r} + square * ({SINE[1]!r} + square * ({SINE[2]!r} + square * ({SINE[3]!r}
+    + square * ({SINE[4]!r} + square * {SINE[5]!r})))))
+c = sqrt(1.0 - s * s)
+s2 = 2.0 * s * c
+c2 = 1.0 - 2.0 * s * s
+s = 2.0 * s2 * c2
+c = 1.0 - 2.0 * s2 * s2"""
+PS = "1e-12"
+
+
+@dataclass(frozen=True)
+class Model:
+    """Equations that belong together, in the order in which they are worked through.
+
+    `parameters` are the names in capitals, `rows` how many numbers the driver is asked for at a time.
+    """
+
+    pieces: tuple[Equations, ...]
+    parameters: tuple[str, ...]
+    rows: int
+
+    @cached_property
+    def states(self) -> tuple[str, ...]:
+        """Names of what is integrated, place and speed of the rotor first."""
+        names = [state for piece in self.pieces for state in piece.states]
+        return tuple(sorted(names, key=lambda name: ("theta", "omega").index(name) if name in ("theta", "omega") else 2))
+
+    @cached_property
+    def kept(self) -> tuple[str, ...]:
+        """Names of what is kept from one grid point to the next."""
+        return tuple(name for piece in self.pieces for name in piece.kept)
+
+    @property
+    def whole(self) -> tuple[str, ...]:
+        """Names of the whole state."""
+        return self.states + self.kept
+
+    # ------------------------------------------------------------------------------------------------------- the lines
+    def _of(self, what: str) -> list[str]:
+        lines = []
+        for piece in self.pieces:
+            lines += getattr(piece, what).splitlines()
+        return lines
+
+    @property
+    def _decided(self) -> list[str]:
+        """From a grid point to the rates of change there."""
+        return [
+            *(f"{name}0 = {name}" for name in self.states),
+            *self._of("begin"), *ANGLE.splitlines(), *self._of("torque"), *self._of("decide"), *self._of("rates"),
+        ]  # fmt: skip
+
+    @property
+    def _rest(self) -> str:
+        return " & ".join(f"({condition})" for piece in self.pieces for condition in piece.rest) or "False"
+
+    @property
+    def _step(self) -> list[str]:
+        """From the rates at a grid point to the state `dt` seconds later."""
+        lines = ["half = 0.5 * dt"]
+        rates = [*ANGLE.splitlines(), *self._of("torque"), *self._of("rates")]
+        for number, length in ((1, "half"), (2, "half"), (3, "dt")):
+            lines += [f"k{number}_{name} = d_{name}" for name in self.states]
+            lines += [f"{name} = {name}0 + {length} * d_{name}" for name in self.states]
+            lines += rates
+        lines.append("sixth = dt / 6.0")
+        lines += [
+            f"{name} = {name}0 + sixth * (k1_{name} + 2.0 * (k2_{name} + k3_{name}) + d_{name})" for name in self.states
+        ]
+        return lines + self._of("settle")
+
+    @property
+    def _given(self) -> list[str]:
+        """The parameters, the state and what is asked for, by their names."""
+        return [
+            f"({', '.join(self.parameters)},) = parameters",
+            f"({', '.join(self.whole)},) = state",
+            *(f"r{n + 1} = table[code][{n}]" for n in range(self.rows)),
+        ]
+
+    @property
+    def _edge(self) -> list[str]:
+        """What an edge of the inputs does."""
+        numbers = range(1, self.rows + 1)
+        old = [f"o{n} = r{n}" for n in numbers if f"o{n}" in "\n".join(self._of("edge"))]
+        return [*old, "code = codes[edge]", *(f"r{n} = table[code][{n - 1}]" for n in numbers), *self._of("edge")]
+
+    def advance(self, emit: Sequence[str], begin: Sequence[str], give: str) -> str:
+        """Return the function that goes from a grid point to the last one that is not after `stop`."""
+        return "\n".join(
+            [
+                "def advance(parameters, table, t, state, code, command, times, codes, commands, stop, most, limit, room):",
+                *indented(1, self._given, begin, ["count = edge = 0", "edges = len(times)", "rests = False"]),
+                *indented(1, ["while count < most:"]),
+                *indented(2, self._decided, [f"if {self._rest}:"]),
+                *indented(3, ["if edge == edges or times[edge] > stop:"]),
+                *indented(4, ["rests = True", "break"]),
+                *indented(3, ["t = times[edge]", "hit = True"]),
+                *indented(2, ["else:"]),
+                *indented(3, ["following = t + STEP_PS", "hit = edge < edges and times[edge] <= following"]),
+                *indented(3, ["if hit:"]),
+                *indented(4, ["following = times[edge]"]),
+                *indented(3, ["if following > stop:"]),
+                *indented(4, ["break"]),
+                *indented(3, [f"dt = (following - t) * {PS}"], self._step, ["t = following"]),
+                *indented(2, ["if hit:"]),
+                *indented(3, self._edge, ["command = commands[edge]", "edge += 1"]),
+                *indented(2, emit, ["count += 1"]),
+                *indented(2, ["if absolute(command * STEPS_COMMAND - theta * STEPS_RAD) > limit:"]),
+                *indented(3, ["break"]),
+                *indented(1, [give]),
+            ]
+        )
+
+    @property
+    def after(self) -> str:
+        """The function that gives the state some time after a grid point, no later than the next one."""
+        same = f"({', '.join(f'{name}0' if name in self.states else name for name in self.whole)},)"
+        return "\n".join(
+            [
+                "def after(parameters, table, t, state, code, span):",
+                *indented(1, self._given, self._decided, [f"if {self._rest}:"]),
+                *indented(2, [f"return {same}"]),
+                *indented(1, [f"dt = span * {PS}"], self._step, [f"return ({', '.join(self.whole)},)"]),
+            ]
+        )
+
+    # ------------------------------------------------------------------------------------------------- what runs them
+    @cached_property
+    def python(self) -> Engine:
+        """The functions in plain Python."""
+        row = ", ".join(["t", "command", "code", *self.whole])
+        text = self.advance([f"points.append(({row}))"], ["points = []"], "return points, rests")
+        return Engine(compiled(self.after + "\n" + CROSSING, PYTHON), compiled(text, PYTHON))
+
+    @cached_property
+    def numba(self) -> Engine:
+        """The same functions, compiled by Numba.
+
+        Raises:
+            ImportError: Numba is not installed.
+        """
+        import numba
+
+        names = numba_names()
+        emit = ["room[0][count] = t", "room[1][count] = command", "room[2][count] = code"]
+        emit += [f"room[3][count, {n}] = {name}" for n, name in enumerate(self.whole)]
+        text = self.advance(emit, [], "return count, rests")
+        after = compiled(self.after, names)["after"]
+        around = compiled(CROSSING, names | {"after": numba.njit(nogil=True)(after)})
+        around = {"after": numba.njit(nogil=True)(after), "crossing": numba.njit(nogil=True)(around["crossing"])}
+        return Engine(around, {"advance": numba.njit(nogil=True)(compiled(text, names)["advance"])})
+
+
+# When a place passes a bound: the first picosecond at which it has, between two grid points.  Newton's rule from the
+# secant of both ends; where it leaves the interval, the interval is halved.
+CROSSING = """
+def crossing(parameters, table, t, state, code, span, which, factor, bound, rising):
+    low = 0
+    high = span
+    below = state[which] * factor - bound
+    above = after(parameters, table, t, state, code, span)[which] * factor - bound
+    guess = low + (high - low) // 2
+    if above != below:
+        guess = int(below / (below - above) * span)
+    while high - low > 1:
+        if guess <= low or guess >= high:
+            guess = low + (high - low) // 2
+        there = after(parameters, table, t, state, code, guess)
+        here = there[which] * factor - bound
+        passed = here >= 0.0
+        if passed == rising:
+            high = guess
+        else:
+            low = guess
+        rate = there[which + 1] * factor * 1e-12
+        if rate == 0.0 or absolute(here) > absolute(rate) * span:
+            guess = low
+        else:
+            guess = int(floor(guess - here / rate)) + (passed != rising)
+            if guess == high:
+                guess = high - 1
+            elif guess == low:
+                guess = low + 1
+    return high
+"""
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Functions of a model: `advance`, `after` and `crossing`."""
+
+    around: dict[str, Callable[..., Any]]
+    ahead: dict[str, Callable[..., Any]]
+
+    @property
+    def after(self) -> Callable[..., Any]:
+        """The state some time after a grid point."""
+        return self.around["after"]
+
+    @property
+    def crossing(self) -> Callable[..., Any]:
+        """When a state passes a bound, in ps after a grid point."""
+        return self.around["crossing"]
+
+    @property
+    def advance(self) -> Callable[..., Any]:
+        """The grid points up to an instant."""
+        return self.ahead["advance"]
+
+
+def indented(depth: int, *lines: Iterable[str]) -> list[str]:
+    """Return lines, further to the right."""
+    return ["    " * depth + line for some in lines for line in some]
+
+
+def compiled(text: str, names: dict[str, Any]) -> dict[str, Any]:
+    """Return what a text of Python defines."""
+    space = dict(names)
+    exec(compile(text, "<equations of a motor>", "exec"), space)
+    return space
+
+
+# ------------------------------------------------------------------------------- what the equations call, in three ways
+def _python() -> dict[str, Any]:
+    from math import floor, sqrt
+
+    def where(condition: bool, yes: float, no: float) -> float:
+        return yes if condition else no
+
+    def clip(value: float, low: float, high: float) -> float:
+        return low if value < low else high if value > high else value
+
+    def sign(value: float) -> float:
+        return 1.0 if value > 0.0 else -1.0 if value < 0.0 else 0.0
+
+    def minimum(one: float, two: float) -> float:
+        return one if one < two else two
+
+    def maximum(one: float, two: float) -> float:
+        return one if one > two else two
+
+    return {
+        "floor": floor, "sqrt": sqrt, "absolute": abs, "where": where, "clip": clip, "sign": sign,
+        "minimum": minimum, "maximum": maximum,
+    }  # fmt: skip
+
+
+PYTHON = _python()
+
+
+def numba_names() -> dict[str, Any]:
+    """Return what the equations call, for Numba."""
+    import numba
+
+    return {name: what if name in ("floor", "sqrt", "absolute") else numba.njit(what) for name, what in PYTHON.items()}

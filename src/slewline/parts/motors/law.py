@@ -1,0 +1,431 @@
+"""A motor, its driver and its load, integrated: the law by which a shaft follows, or does not follow, its commands.
+
+A command is a place in which the driver holds the rotor: `micro` of them to a full step, counted up and down from 0.
+Two phases are on at command 0, except in a wave drive.  What the driver is asked for is a row of `table`: `cycle` of
+them to an electrical turn, once for each of its levels of current.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from math import cos, pi, sin, sqrt
+from typing import TYPE_CHECKING, Any
+
+from ...errors import UsageError
+from . import equations as eq
+from .data import DriverData, LoadData, MotorData
+from .integrator import Engine, Model
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+LEVELS = ("slew", "ramp", "rest", "off")  # of the current: the rows of a table come in this order
+CHUNK = 1 << 12  # grid points that are made at a time
+SOON = 20_000  # steps in plain Python that cost less than what Numba needs to compile
+STEP_PS = 20_000_000
+CHOPPED_PS = 1_000_000  # the grid of a chopper
+SLOW = 1e-5  # rad/s, below which a rotor may be at rest
+STILL = 1e-7  # A, by which a current at rest changes in a step
+SETTLED = 1e-7  # rad/s, by which the speed of a rotor at rest changes in a step
+LEFT = 0.02  # of the torque of a phase, that pulls at a rotor at rest behind a chopper
+_STEPS = re.compile(r"full|wave|half|micro ?([1-9]\d{0,3})")
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """What a law makes of some commands, at the grid points.
+
+    Attributes:
+        times: (n,) int64 ps, ascending.
+        states: (n, k) float64, the columns as `Law.names`.
+        commands: (n,) int64, in force from that instant on.
+        codes: (n,) int64, rows of the table in force from that instant on.
+        rests: nothing changes after the last one.
+    """
+
+    law: Law
+    times: NDArray[np.int64]
+    states: NDArray[np.float64]
+    commands: NDArray[np.int64]
+    codes: NDArray[np.int64]
+    rests: bool
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """Return a column of the states by its name."""
+        column: NDArray[np.float64] = self.states[:, self.law.names.index(name)]
+        return column
+
+    @property
+    def lag(self) -> NDArray[np.float64]:
+        """How far the rotor is behind its command, in full steps: (n,) float64."""
+        lag: NDArray[np.float64] = self.commands / self.law.micro - self["theta"] / self.law.motor.step
+        return lag
+
+    @property
+    def worst(self) -> float:
+        """The greatest distance from the command, in full steps."""
+        import numpy as np
+
+        return float(np.abs(self.lag).max())
+
+    @property
+    def lost(self) -> int:
+        """Full steps that are lost at the end, more than 0: the rotor is behind."""
+        return round(float(self.lag[-1]) / self.law.period) * self.law.period
+
+
+@dataclass(frozen=True)
+class Law:
+    """A motor with driver and load.
+
+    Args:
+        motor, driver, load: their data.
+        steps: "full" (two phases on), "wave" (one), "half", or "micro 8": so many commands to a full step.
+        step_ps: of the grid, from each edge on; 0: 20 us, and 1 us for a chopper.
+        blocked: the rotor is held.
+    """
+
+    motor: MotorData
+    driver: DriverData
+    load: LoadData = LoadData()
+    steps: str = "full"
+    step_ps: int = 0
+    blocked: bool = False
+
+    def __post_init__(self) -> None:
+        if not _STEPS.fullmatch(self.steps):
+            raise UsageError(f"steps {self.steps!r}; allowed full, wave, half, and micro with a number, such as micro 8")
+        if not self.step_ps:
+            object.__setattr__(self, "step_ps", CHOPPED_PS if self.driver.kind == "chopper" else STEP_PS)
+        if self.motor.windings != "bipolar" and self.driver.kind != "voltage":
+            raise UsageError(
+                f"{self.motor.name}: {self.motor.windings} windings with a driver of kind {self.driver.kind}; "
+                "allowed voltage (L/R, L/nR)"
+            )
+        if self.motor.windings == "reluctance" and self.steps not in ("full", "wave", "half"):
+            raise UsageError(f"{self.motor.name}: steps {self.steps!r}; allowed full, wave and half")
+
+    # ------------------------------------------------------------------------------------------------- what it is made of
+    @cached_property
+    def micro(self) -> int:
+        """Commands a full step."""
+        found = _STEPS.fullmatch(self.steps)
+        return int(found[1]) if found and found[1] else 2 if self.steps == "half" else 1
+
+    @property
+    def period(self) -> int:
+        """Full steps an electrical turn: a rotor that is lost settles so many off, or a multiple of it."""
+        return self.motor.phases if self.motor.windings == "reluctance" else 4
+
+    @property
+    def cycle(self) -> int:
+        """Commands an electrical turn."""
+        return self.period * self.micro
+
+    @cached_property
+    def model(self) -> Model:
+        """The equations."""
+        return model(
+            self.motor.windings, self.motor.phases, self.driver.kind, self.driver.decay, self.driver.least_on > 0,
+            self.driver.lag > 0, self.motor.detent > 0, self._rubs, self.load.stiffness > 0,
+            self.load.damper_inertia > 0, self._stops, self.blocked,
+        )  # fmt: skip
+
+    @property
+    def _stops(self) -> bool:
+        return self.load.low is not None or self.load.high is not None
+
+    @property
+    def _rubs(self) -> bool:
+        return self.motor.friction + self.load.friction > 0 or bool(self.load.stiction) or self._stops
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the state."""
+        return self.model.whole
+
+    @property
+    def resistance(self) -> float:
+        """Of a phase with what is in series, ohms."""
+        return self.motor.resistance + self.driver.series
+
+    @property
+    def hold(self) -> float:
+        """The torque that holds the rotor with two phases on, N m, as far as the supply allows."""
+        amperes = self.driver.current
+        if self.driver.kind in ("voltage", "bilevel"):
+            amperes = self.driver.supply / self.resistance
+        return self.motor.constant * amperes * sqrt(2)
+
+    @cached_property
+    def parameters(self) -> tuple[Any, ...]:
+        """The values of `model.parameters`."""
+        motor, driver, load = self.motor, self.driver, self.load
+        h = self.step_ps * 1e-12
+        coupled = load.stiffness > 0
+        inertia = motor.inertia + (0.0 if coupled else load.inertia)
+        friction = load.friction + (0.0 if coupled else motor.friction)
+        stiction = load.friction if load.stiction is None else load.stiction
+        chopped = driver.kind == "chopper"
+        settled = LEFT * motor.constant * driver.current / inertia if chopped else SETTLED / h
+        values = {
+            "K": motor.constant, "R": self.resistance, "INV_L": 1 / motor.inductance, "L": motor.inductance,
+            "SWING": motor.swing, "TEETH": float(motor.teeth), "COS3": -0.5, "SIN3": sqrt(0.75),
+            "DETENT4": 4 * motor.detent, "INV_LAG": 1 / driver.lag if driver.lag else 0.0,
+            "VS": driver.supply, "HIGH": driver.high, "HIGH_TIME": driver.high_time, "CLAMP": driver.clamp,
+            "DIODE": driver.diode, "LEAST_ON": driver.least_on, "LH": motor.inductance / (2 * h),
+            "FAST_TIME": driver.fast_part / driver.frequency if driver.frequency else 0.0,
+            "PERIOD_PS": round(1e12 / driver.frequency) if driver.frequency else 1,
+            "DRAG": motor.drag + (0.0 if coupled else load.viscous), "PULL": load.torque, "INV_J": 1 / inertia,
+            "FRICTION": friction, "STICTION": stiction + (0.0 if coupled else motor.friction),
+            "STIFFNESS": load.stiffness, "COUPLING_DRAG": load.coupling_drag, "DRAG2": load.viscous,
+            "INV_J2": 1 / load.inertia if load.inertia else 0.0,
+            "DAMPER_DRAG": load.damper_drag, "INV_J3": 1 / load.damper_inertia if load.damper_inertia else 0.0,
+            "STOP_LOW": -1e300 if load.low is None else load.low, "STOP_HIGH": 1e300 if load.high is None else load.high,
+            "TURNS": motor.teeth / (2 * pi), "ZERO": self._zero, "H": h, "HALF_H": h / 2, "STEP_PS": self.step_ps,
+            "SLOW": 100 * SLOW if chopped else SLOW, "STILL": STILL, "SETTLED": settled,
+            "STEPS_COMMAND": 1 / self.micro, "STEPS_RAD": 1 / motor.step,
+        }  # fmt: skip
+        return tuple(values[name] for name in self.model.parameters)
+
+    @property
+    def _zero(self) -> float:
+        """The electrical angle at command 0, in turns."""
+        if self.motor.windings == "reluctance":
+            return 0.0 if self.steps == "wave" else 0.5 / self.motor.phases
+        return 0.0 if self.steps == "wave" else 0.125
+
+    @cached_property
+    def table(self) -> tuple[tuple[float, ...], ...]:
+        """What the driver is asked for, by command modulo `cycle`, for each of `LEVELS`: amperes, volts, or 1 for on."""
+        angles = [2 * pi * (self._zero + n / self.cycle) for n in range(self.cycle)]
+        factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)
+        return tuple(self._row(angle, factor) for factor in factors for angle in angles)
+
+    def _row(self, angle: float, factor: float) -> tuple[float, ...]:
+        """What is asked for at an electrical angle (rad), with a factor of the current."""
+        if self.motor.windings == "reluctance":
+            return tuple(float(factor * cos(angle - 2 * pi * n / self.period) > 0.1) for n in range(self.period))
+        field = cos(angle), sin(angle)
+        if self.steps.startswith("micro"):
+            signs = field
+            amperes = self.driver.current * sqrt(2)
+        else:
+            signs = tuple(0.0 if abs(part) < 0.1 else 1.0 if part > 0 else -1.0 for part in field)
+            alone = 0.0 in signs and self.driver.boost
+            amperes = self.driver.current * (sqrt(2) if alone else 1.0)
+        return self.asked_for(signs, amperes * factor)
+
+    def asked_for(self, signs: Sequence[float], amperes: float) -> tuple[float, ...]:
+        """Return the row of a field (two numbers from -1 to 1) with a current."""
+        on = amperes > 0
+        if self.motor.windings == "unipolar":
+            one, two = signs
+            return tuple(float(on and part) for part in (one > 0, one < 0, two > 0, two < 0))
+        if self.driver.kind == "voltage":
+            return tuple(on * self.driver.supply * sign for sign in signs)
+        if self.driver.kind == "bilevel":
+            return tuple(on * float(sign) for sign in signs)
+        return tuple(amperes * sign for sign in signs)
+
+    # ------------------------------------------------------------------------------------------------------- to and from
+    def at_rest(self, command: int = 0, level: str = "slew") -> tuple[float, ...]:
+        """Return the state of a rotor at rest in the place of a command, the currents settled."""
+        row = self.table[self.code(command, level)]
+        place = command / self.micro * self.motor.step
+        amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
+        given = {"theta": place, "theta2": place} | amperes
+        return tuple(given.get(name, 0.0) for name in self.names)
+
+    def _settled(self, row: Sequence[float]) -> Sequence[float]:
+        if self.driver.kind == "voltage":
+            volts = self.driver.supply if self.motor.windings != "bipolar" else 1.0
+            return [volts * part / self.resistance for part in row]
+        if self.driver.kind == "bilevel":
+            return [self.driver.supply * part / self.resistance for part in row]
+        return row
+
+    def code(self, command: int, level: str = "slew") -> int:
+        """Return the row of the table for a command."""
+        return command % self.cycle + self.cycle * LEVELS.index(level)
+
+    def after(self, t: int, state: Sequence[float], code: int, span: int) -> tuple[float, ...]:
+        """Return the state so many ps after a grid point, no later than the next one."""
+        found: tuple[float, ...] = self.model.python.after(self.parameters, self.table, t, tuple(state), code, span)
+        return found
+
+    def integrate(
+        self,
+        times: Sequence[int] | NDArray[np.int64],
+        commands: Sequence[int] | NDArray[np.int64],
+        stop: int,
+        *,
+        codes: Sequence[int] | NDArray[np.int64] | None = None,
+        start: int = 0,
+        state: Sequence[float] | None = None,
+        command: int = 0,
+        code: int | None = None,
+        limit: float = float("inf"),
+        engine: str | None = None,
+    ) -> Trace:
+        """Return what the motor does from `start` to `stop` (ps).
+
+        Args:
+            times: edges of the inputs, (n,) int64 ps, ascending, after `start`.
+            commands, codes: in force from each edge on; codes: rows of the table, by default those of the commands.
+            state, command, code: at `start`; by default at rest in the place of `command`.
+            limit: distance from the command, in full steps, at which it ends.
+            engine: "python", "numba"; None: Numba after some time, if it is installed.
+
+        Raises:
+            UsageError: another engine, or Numba where it is not installed.
+        """
+        import numpy as np
+
+        run = Integration(self, engine)
+        return run.trace(
+            np.asarray(times, np.int64),
+            np.asarray(commands, np.int64),
+            np.asarray(np.asarray(commands, np.int64) % self.cycle if codes is None else codes, np.int64),
+            stop,
+            Point(start, tuple(self.at_rest(command) if state is None else state), command,
+                  self.code(command) if code is None else code),
+            limit,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A grid point: its instant (ps), the state there, and what is in force from there on."""
+
+    t: int
+    state: tuple[float, ...]
+    command: int
+    code: int
+
+
+class Integration:
+    """Runs a law, in plain Python first, and compiled once that is worth its while: the bits are the same."""
+
+    def __init__(self, law: Law, engine: str | None = None) -> None:
+        if engine not in (None, "python", "numba"):
+            raise UsageError(f"engine {engine!r}; allowed python, numba, None")
+        self.law, self.named = law, engine
+        self.made = 0  # grid points so far
+
+    @property
+    def engine(self) -> Engine:
+        """What runs now."""
+        if self.named == "python" or (self.named is None and (self.made < SOON or not numba_is_there())):
+            return self.law.model.python
+        if not numba_is_there():
+            raise UsageError("engine 'numba' needs Numba; pip install 'slewline[fast]', or leave the engine out")
+        return self.law.model.numba
+
+    def trace(
+        self,
+        times: NDArray[np.int64],
+        commands: NDArray[np.int64],
+        codes: NDArray[np.int64],
+        stop: int,
+        point: Point,
+        limit: float = float("inf"),
+    ) -> Trace:
+        """Return the grid points from one on to the last one up to an instant (ps), the first one included."""
+        import numpy as np
+
+        parts = [_row(point, self.law)]
+        rests, before, edge = False, point, 0
+        while True:
+            count, rests, found = self._advance(before, times[edge:], commands[edge:], codes[edge:], stop, limit)
+            if count:
+                parts.append(found)
+                t, states = int(found[0][-1]), found[3][-1]
+                before = Point(t, tuple(states.tolist()), int(found[1][-1]), int(found[2][-1]))
+                edge = int(np.searchsorted(times, t, "right"))
+            if count < CHUNK or rests:
+                break
+        columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+        return Trace(self.law, columns[0], columns[3], columns[1], columns[2], rests)
+
+    def _advance(
+        self, point: Point, times: Any, commands: Any, codes: Any, stop: int, limit: float
+    ) -> tuple[int, bool, tuple[Any, ...]]:
+        """Up to `CHUNK` grid points more: how many, whether the motor rests, and their columns."""
+        import numpy as np
+
+        law, engine = self.law, self.engine
+        if engine is law.model.python:
+            given = [column[:CHUNK].tolist() for column in (times, codes, commands)]
+            points, rests = engine.advance(
+                law.parameters, law.table, point.t, point.state, point.code, point.command, *given, stop, CHUNK, limit,
+                None,
+            )  # fmt: skip
+            self.made += len(points)
+            if not points:
+                return 0, rests, ()
+            whole = np.array([row[3:] for row in points], np.float64)
+            ints = (np.array([row[n] for row in points], np.int64) for n in range(3))
+            return len(points), rests, (*ints, whole)
+        room = (
+            np.empty(CHUNK, np.int64), np.empty(CHUNK, np.int64), np.empty(CHUNK, np.int64),
+            np.empty((CHUNK, len(law.names))),
+        )  # fmt: skip
+        count, rests = engine.advance(
+            law.parameters, table_array(law), point.t, point.state, point.code, point.command, times, codes, commands,
+            stop, CHUNK, limit, room,
+        )  # fmt: skip
+        self.made += count
+        return count, rests, tuple(column[:count] for column in room)
+
+
+def _row(point: Point, law: Law) -> tuple[Any, ...]:
+    """A grid point as columns of one."""
+    import numpy as np
+
+    ints = (np.array([value], np.int64) for value in (point.t, point.command, point.code))
+    return (*ints, np.array([point.state], np.float64))
+
+
+@lru_cache(maxsize=64)
+def table_array(law: Law) -> NDArray[np.float64]:
+    """Return the table of a law: (rows, windings) float64."""
+    import numpy as np
+
+    return np.array(law.table, np.float64)
+
+
+@lru_cache(maxsize=1)
+def numba_is_there() -> bool:
+    """Return whether Numba is installed."""
+    from importlib.util import find_spec
+
+    return find_spec("numba") is not None
+
+
+@lru_cache(maxsize=64)
+def model(
+    windings: str, phases: int, kind: str, decay: str, blanked: bool, lags: bool, detent: bool, rubs: bool,
+    coupled: bool, damped: bool, stops: bool, blocked: bool,
+) -> Model:  # fmt: skip
+    """Return the equations of such a motor with such a driver and load."""
+    count = {"bipolar": 2, "unipolar": 4, "reluctance": phases}[windings]
+    winding = {"bipolar": eq.TWO_PHASES, "unipolar": eq.HALF_WINDINGS}.get(windings) or eq.reluctance(phases)
+    if kind == "current":
+        electric = [eq.LAGGING if lags else eq.GIVEN]
+    elif windings != "bipolar":
+        electric = [winding, eq.switched(count)]
+    elif kind == "chopper":
+        electric = [eq.without_rest(winding), eq.chopper(decay, blanked)]
+    else:
+        electric = [winding, {"voltage": eq.VOLTAGE, "bilevel": eq.BILEVEL, "averaged": eq.AVERAGED}[kind]]
+    pieces = [electric[0], *[eq.DETENT] * detent, *electric[1:]]
+    pieces.append(eq.COUPLED if coupled else eq.RUBBING if rubs else eq.RIGID)
+    pieces += [eq.DAMPED] * damped + [eq.stopped("2" if coupled else "")] * stops + [eq.BLOCKED] * blocked
+    text = "\n".join("\n".join((p.begin, p.torque, p.decide, p.rates, p.settle, p.edge, *p.rest)) for p in pieces)
+    always = {"TURNS", "ZERO", "STEP_PS", "STEPS_COMMAND", "STEPS_RAD"}
+    return Model(tuple(pieces), tuple(sorted(always | set(re.findall(r"\b[A-Z][A-Z0-9_]*\b", text)))), count)
