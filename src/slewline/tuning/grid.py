@@ -1,10 +1,10 @@
 """The grid: values of the parameters of a ramp, and who is next to whom.
 
-    F=3..10             every whole number
-    S=1..254/8          eight of them, evenly spaced in what counts (`measure` of the parameter)
-    R=4..40 by 4        every fourth
-    R=4,8,15            these
-    R=400 steps/s..4000 steps/s/12      rates in their unit
+F=3..10             every whole number
+S=1..254/8          eight of them, evenly spaced in what counts (`measure` of the parameter)
+R=4..40 by 4        every fourth
+R=4,8,15            these
+R=400 steps/s..4000 steps/s/12      rates in their unit
 """
 
 from __future__ import annotations

@@ -177,9 +177,7 @@ def scenarios(
             found.append(row)
     starts = ((0, ""), (1, ", from an odd step")) if stepping == "half" else ((0, ""),)
     return tuple(
-        Scenario(
-            f"{row.name}, {way}{odd}{says}", *row.of(system), stepping, step_ps, direction, first, not row.changes
-        )
+        Scenario(f"{row.name}, {way}{odd}{says}", *row.of(system), stepping, step_ps, direction, first, not row.changes)
         for row in sorted(found, key=rows.index)
         for direction, way in ((1, "forward"), (-1, "backward"))
         for first, odd in starts

@@ -71,7 +71,7 @@ class Search:
         best: Outcome | None = None
         for outcome in self.runs.outcomes(self.candidates.order, self._order, lambda number: number // 2):
             self.known[outcome.place] = outcome
-            self._killers.append(outcome.killer and outcome.killer.name)
+            self._killers.append(outcome.killer.name if outcome.killer else None)
             best = best or (outcome if outcome.holds else None)
             self._report("map of the grid" if self.whole else "the fastest that holds", len(self.known), best)
             if best and not self.whole:

@@ -90,8 +90,8 @@ class NothingHolds(UsageError):
 class Tuned:
     """What was found.
 
-    `runs` are those on which the result depends, `runs_here` those that were computed in this session, `exhaustive` those
-    that a map without any stop would take.  `killers` counts candidates by the scenario that they failed in.
+    `runs` are those on which the result depends, `runs_here` those that were computed in this session, `exhaustive`
+    those that a map without any stop would take.  `killers` counts candidates by the scenario that they failed in.
     """
 
     task: Task

@@ -50,8 +50,8 @@ def tune(
 ) -> Tuned:
     """Return the fastest ramp of a grid that holds under every perturbation, and the one to recommend.
 
-    Moves come from the ramp calculator of the part, as it makes them.  A move is lost with 0.6 full steps or more beside
-    the command at rest, or more than 3.9 under way.  Recommended is the fastest move whose neighbours in the grid all
+    Moves come from the ramp calculator of the part, as it makes them.  A move is lost with 0.6 full steps or more
+    beside the command at rest, or more than 3.9 under way.  Recommended is the fastest move whose neighbours in the grid all
     hold and whose lag never exceeds 1.8 steps.
 
     Args:
@@ -193,7 +193,7 @@ def _map(search: Search) -> Iterable[Place]:
             continue
         killer = outcome.killer
         says = "holds" if killer is None else "fails nominally" if killer.nominal else "fails"
-        yield Place(values, candidates.time_ps[place], says, killer and killer.name, outcome.worst)
+        yield Place(values, candidates.time_ps[place], says, killer.name if killer else None, outcome.worst)
 
 
 REMEDIES = {  # by the first word of what kills, what may help
@@ -219,6 +219,6 @@ def nothing_holds(search: Search) -> UsageError:
     values = " ".join(f"{key}={value}" for key, value in candidates.values(slowest).items())
     remedy = REMEDIES.get(name.partition(" ")[0].rstrip(","), REMEDIES["nominal"])
     return NothingHolds(
-        f"{candidates.calculator.sheet.part}: none of {len(candidates)} moves holds; the slowest, {values}, loses steps "
-        f"under {name!r}; try {remedy}"
+        f"{candidates.calculator.sheet.part}: none of {len(candidates)} moves holds; the slowest, {values}, loses "
+        f"steps under {name!r}; try {remedy}"
     )

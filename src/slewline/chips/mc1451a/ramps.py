@@ -215,7 +215,9 @@ class ChipsetRamps(Calculator):
             quantity("SET_VEL", VELOCITY, 1, measure=log, tried=TRIED["velocity"]),
             quantity("SET_ACC", ACCELERATION, 1, free=True, only=TRAPEZOID, measure=log, tried=TRIED["acceleration"]),
             quantity("SET_START_VEL", START_VELOCITY, 0, default=0, only=TRAPEZOID, tried="0 steps/s..600 steps/s/4"),
-            quantity("SET_MAX_ACC", MAX_ACCELERATION, 1, free=True, only=S_CURVE, measure=log, tried=TRIED["acceleration"]),
+            quantity(
+                "SET_MAX_ACC", MAX_ACCELERATION, 1, free=True, only=S_CURVE, measure=log, tried=TRIED["acceleration"]
+            ),
             quantity("SET_JERK", JERK, 1, free=True, only=S_CURVE, measure=log, tried=TRIED["jerk"]),
             RampParameter("output", "pulse range", choices=tuple(RANGES), default="standard"),
         )

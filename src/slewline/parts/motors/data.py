@@ -1,8 +1,8 @@
 """What a motor, a driver and a load are: the figures of their data sheets, in SI units.
 
-    MotorData   windings, holding torque, inertia     a row of motors.py, or one's own
-    DriverData  supply, current, how it is switched   a row of drivers.py, or one's own
-    LoadData    what hangs on the shaft               loads.py
+MotorData   windings, holding torque, inertia     a row of motors.py, or one's own
+DriverData  supply, current, how it is switched   a row of drivers.py, or one's own
+LoadData    what hangs on the shaft               loads.py
 """
 
 from __future__ import annotations
