@@ -67,6 +67,7 @@ __all__ = [
     "read_image",
     "read_vcd",
     "replay",
+    "tune",
     "write_image",
 ]
 

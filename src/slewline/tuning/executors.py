@@ -67,13 +67,11 @@ def dask(address: str) -> Iterator[Workers]:
         UsageError: no Dask, no cluster at this address, or one without workers.
     """
     try:
-        from distributed import Client
+        from distributed import Client  # type: ignore[import-not-found]
     except ImportError as error:
         raise UsageError(needs("--dask needs", "dask")) from error
     where = f"Dask cluster {address!r}"
-    remedy = (
-        "allowed the address of a scheduler that runs, such as tcp://127.0.0.1:8786; start one with: dask scheduler"
-    )
+    remedy = "allowed the address of a scheduler that runs, such as tcp://127.0.0.1:8786; start one: dask scheduler"
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:

@@ -105,10 +105,6 @@ class Runs:
         normal = False
         try:
             while yielded < len(places):
-                while begun < len(places) and len(row.flying) < self.workers.window and known(begun) <= yielded:
-                    place = places[begun]
-                    self._go_on(_Chain(begun, place, self.candidates.key(place), order(begun)), row)
-                    begun += 1
                 if yielded in row.done:
                     outcome = row.done.pop(yielded)
                     yielded += 1
@@ -116,6 +112,17 @@ class Runs:
                     normal = True
                     yield outcome
                     normal = False
+                    continue
+                while (
+                    yielded not in row.done
+                    and begun < len(places)
+                    and len(row.flying) < self.workers.window
+                    and known(begun) <= yielded
+                ):
+                    place = places[begun]
+                    self._go_on(_Chain(begun, place, self.candidates.key(place), order(begun)), row)
+                    begun += 1
+                if yielded in row.done:
                     continue
                 for future in wait(row.flying, return_when=FIRST_COMPLETED).done:
                     chain = row.flying.pop(future)

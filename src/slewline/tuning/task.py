@@ -10,11 +10,10 @@ from ..core.time.timebase import readable
 from ..errors import UsageError
 from ..language.ramps import Value
 from ..parts.motors.data import DriverData, LoadData, MotorData
+from ..parts.motors.law import CHOPPED_PS, STEP_PS
 from .grid import Grid
 from .perturbations import Perturbation, Scenario, System, scenarios
 
-STEP_PS = 20_000_000  # of the integrator
-SWITCHING_PS = 1_000_000  # of a switching chopper
 STEPPINGS = 'full, wave, half, or "micro N"'
 
 
@@ -48,7 +47,7 @@ class Task:
         if self.driver.kind != "averaged":
             return ()
         system = self.motor, replace(self.driver, kind="chopper"), self.load
-        return scenarios(system, self.perturbations, self.stepping, SWITCHING_PS, ", switching")
+        return scenarios(system, self.perturbations, self.stepping, CHOPPED_PS, ", switching")
 
     def as_json(self) -> dict[str, Any]:
         """Return all that verdicts depend on."""

@@ -17,6 +17,7 @@ from ..core.messages.whole import whole
 from ..errors import UsageError
 from ..language.ramps import Calculator
 from ..parts.motors.data import DriverData, LoadData, MotorData
+from ..parts.motors.law import CHOPPED_PS, STEP_PS
 from .candidates import Candidates
 from .executors import AHEAD, INLINE, Workers
 from .grid import Given, read_grid
@@ -51,8 +52,8 @@ def tune(
     """Return the fastest ramp of a grid that holds under every perturbation, and the one to recommend.
 
     Moves come from the ramp calculator of the part, as it makes them.  A move is lost with 0.6 full steps or more
-    beside the command at rest, or more than 3.9 under way.  Recommended is the fastest move whose neighbours in the grid all
-    hold and whose lag never exceeds 1.8 steps.
+    beside the command at rest, or more than 3.9 under way.  Recommended is the fastest move whose neighbours in the
+    grid all hold and whose lag never exceeds 1.8 steps.
 
     Args:
         part: "cy525", "gs-c200" ...
@@ -103,7 +104,8 @@ def task_of(
     rows = read_perturbations(perturb)
     used, driven, loaded = _system(motor, driver, load)
     told = {str(key): value for key, value in (options or {}).items()}
-    return Task(name, hz, told, number, _stepping(stepping), used, driven, loaded, places, rows), calculator
+    step_ps = CHOPPED_PS if driven.kind == "chopper" else STEP_PS
+    return Task(name, hz, told, number, _stepping(stepping), used, driven, loaded, places, rows, step_ps), calculator
 
 
 def _system(
@@ -216,7 +218,8 @@ def nothing_holds(search: Search) -> UsageError:
     slowest = candidates.order[-1]
     killer = search.known[slowest].killer
     name = "" if killer is None else killer.name
-    values = " ".join(f"{key}={value}" for key, value in candidates.values(slowest).items())
+    told = candidates.calculator.told(candidates.values(slowest))
+    values = " ".join(f"{key}={value}" for key, value in told.items())
     remedy = REMEDIES.get(name.partition(" ")[0].rstrip(","), REMEDIES["nominal"])
     return NothingHolds(
         f"{candidates.calculator.sheet.part}: none of {len(candidates)} moves holds; the slowest, {values}, loses "

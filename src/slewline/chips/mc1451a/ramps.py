@@ -38,10 +38,10 @@ from .sheet import ACCELERATION, HIGH_RANGE, JERK, MAX_ACCELERATION, POSITION, S
 
 TRAPEZOID, S_CURVE = ("profile", "trapezoid"), ("profile", "s-curve")
 FAR = 1 << 100  # 1/65536 step; further than any S-curve needs to come to its velocity
-TRIED = {
-    "velocity": "300 steps/s..6000 steps/s/14",
-    "acceleration": "2000 steps/s2..200000 steps/s2/14",
-    "jerk": "1e5 steps/s3..3e7 steps/s3/8",
+TRIED: dict[str, dict[str, object]] = {
+    "velocity": {"measure": log, "tried": "300 steps/s..6000 steps/s/14"},
+    "acceleration": {"measure": log, "tried": "2000 steps/s2..200000 steps/s2/14"},
+    "jerk": {"measure": log, "tried": "1e5 steps/s3..3e7 steps/s3/8"},
 }
 RANGES = {"standard": STANDARD_RANGE, "high": HIGH_RANGE}
 
@@ -212,13 +212,11 @@ class ChipsetRamps(Calculator):
 
         self.quantities = (
             RampParameter(TRAPEZOID[0], "profile mode", choices=(TRAPEZOID[1], S_CURVE[1]), default=TRAPEZOID[1]),
-            quantity("SET_VEL", VELOCITY, 1, measure=log, tried=TRIED["velocity"]),
-            quantity("SET_ACC", ACCELERATION, 1, free=True, only=TRAPEZOID, measure=log, tried=TRIED["acceleration"]),
+            quantity("SET_VEL", VELOCITY, 1, **TRIED["velocity"]),
+            quantity("SET_ACC", ACCELERATION, 1, free=True, only=TRAPEZOID, **TRIED["acceleration"]),
             quantity("SET_START_VEL", START_VELOCITY, 0, default=0, only=TRAPEZOID, tried="0 steps/s..600 steps/s/4"),
-            quantity(
-                "SET_MAX_ACC", MAX_ACCELERATION, 1, free=True, only=S_CURVE, measure=log, tried=TRIED["acceleration"]
-            ),
-            quantity("SET_JERK", JERK, 1, free=True, only=S_CURVE, measure=log, tried=TRIED["jerk"]),
+            quantity("SET_MAX_ACC", MAX_ACCELERATION, 1, free=True, only=S_CURVE, **TRIED["acceleration"]),
+            quantity("SET_JERK", JERK, 1, free=True, only=S_CURVE, **TRIED["jerk"]),
             RampParameter("output", "pulse range", choices=tuple(RANGES), default="standard"),
         )
 

@@ -65,8 +65,7 @@ def still(*states: str) -> tuple[str, ...]:
 TWO_PHASES = Equations(
     states=("i1", "i2"),
     decide="e1 = -K * omega * s\ne2 = K * omega * c",
-    rates="d_i1 = (v1 - R * i1 + K * omega * s) * INV_L\n"
-    "d_i2 = (v2 - R * i2 - K * omega * c) * INV_L",
+    rates="d_i1 = (v1 - R * i1 + K * omega * s) * INV_L\nd_i2 = (v2 - R * i2 - K * omega * c) * INV_L",
     torque="torque = K * (i2 * c - i1 * s)",
     rest=still("i1", "i2"),
 )
@@ -142,9 +141,7 @@ AVERAGED = Equations(  # as many volts as take the current to what is asked for 
 )
 BILEVEL = Equations(
     kept=("left1", "left2"),
-    decide=each(_OPEN.format(on="r# * where(left# > HALF_H, HIGH, VS)"), 1, 2)
-    + "\n"
-    + each("left# = left# - H", 1, 2),
+    decide=each(_OPEN.format(on="r# * where(left# > HALF_H, HIGH, VS)"), 1, 2) + "\n" + each("left# = left# - H", 1, 2),
     settle=each(_ENDS, 1, 2),
     edge=each("left# = where(r# == o#, left#, HIGH_TIME)", 1, 2),
 )

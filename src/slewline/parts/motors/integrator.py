@@ -61,7 +61,9 @@ class Model:
     def states(self) -> tuple[str, ...]:
         """Names of what is integrated, place and speed of the rotor first."""
         names = [state for piece in self.pieces for state in piece.states]
-        return tuple(sorted(names, key=lambda name: ("theta", "omega").index(name) if name in ("theta", "omega") else 2))
+        return tuple(
+            sorted(names, key=lambda name: ("theta", "omega").index(name) if name in ("theta", "omega") else 2)
+        )
 
     @cached_property
     def kept(self) -> tuple[str, ...]:

@@ -98,7 +98,9 @@ class Law:
 
     def __post_init__(self) -> None:
         if not _STEPS.fullmatch(self.steps):
-            raise UsageError(f"steps {self.steps!r}; allowed full, wave, half, and micro with a number, such as micro 8")
+            raise UsageError(
+                f"steps {self.steps!r}; allowed full, wave, half, and micro with a number, such as micro 8"
+            )
         if not self.step_ps:
             object.__setattr__(self, "step_ps", CHOPPED_PS if self.driver.kind == "chopper" else STEP_PS)
         if self.motor.windings != "bipolar" and self.driver.kind != "voltage":
