@@ -11,6 +11,7 @@ WRONG = {  # values that are never of the kind
     "number": ("fast", True, 1.5),
     "time": ("long", 1.5, -1, True),
     "frequency": ("high", 1.5, True),
+    "quantity": ("much", "5 parsecs", True, float("nan")),
     "text": (5,),
     "choice": ("none of them", 1.25, True),
     "ints": ("1", 5, [True]),

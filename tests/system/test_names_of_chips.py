@@ -27,6 +27,7 @@ ALLOWED = {  # files, and why they name chips
     "chips/cy5xx/letters.py": "which letters the chips of the family exchange",
     "parts/__init__.py": "the list of parts: application circuits, and drivers that manuals sell a chip with",
     "parts/drivers/gsd200.py": "a driver module, a part with this name",
+    "parts/motors/drivers.py": "driver modules, which have their names from their maker",
     "parts/drivers/gsc_circuits.py": "application circuits of one manual",
     "cli/weld.cy525": "the demo: a program for it",
     "cli/weld.toml": "the demo: the bench file of it",

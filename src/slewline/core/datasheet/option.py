@@ -20,9 +20,22 @@ from typing import Any, Literal
 from ...errors import SlewlineError, UsageError
 from ..messages.near import hint
 from ..time.timebase import hertz, picoseconds, readable
+from .units import expected, measured
 
 Kind = Literal[
-    "bool", "int", "float", "number", "time", "frequency", "text", "choice", "ints", "bytes", "table", "object"
+    "bool",
+    "int",
+    "float",
+    "number",
+    "time",
+    "frequency",
+    "quantity",
+    "text",
+    "choice",
+    "ints",
+    "bytes",
+    "table",
+    "object",
 ]
 EXPECTED: Mapping[Kind, str] = MappingProxyType(
     {
@@ -32,6 +45,7 @@ EXPECTED: Mapping[Kind, str] = MappingProxyType(
         "number": "a number",
         "time": "a time",
         "frequency": "a frequency",
+        "quantity": "a number",
         "text": "text",
         "ints": "whole numbers",
         "bytes": "text, bytes, or whole numbers from 0 to 255",
@@ -61,6 +75,7 @@ FITS: Mapping[Kind, Callable[[Any], bool]] = MappingProxyType(  # is a value of 
         "number": lambda value: _whole(value) or isinstance(value, (str, Fraction)),
         "time": lambda value: isinstance(value, str) or _whole(value),
         "frequency": lambda value: _whole(value) or isinstance(value, str),
+        "quantity": lambda value: _whole(value) or isinstance(value, (str, float)),
         "text": lambda value: isinstance(value, str),
         "ints": lambda value: _many(value) and all(map(_whole, value)),
         "bytes": lambda value: (
@@ -101,6 +116,7 @@ class Option:
 
     `low` and `high` bound a number, a time (ps), a frequency (Hz) and each of "ints".  A "choice" is one of `choices`,
     which go by their texts.  `table` are the rows of a "table".  A "number" is exact: whole, or a decimal one as text.
+    A "quantity" is a number of `unit`, which is an SI unit, or text such as "68 g cm2"; `checked` makes it a float.
     An "object" is something that only Python can hand in (a function, a store), or one of `choices`.  `check` says what
     else is wrong with a value, in words, or "".  `none`: None is allowed as well.  `default`: what holds where nothing
     is said; ... where something must be said.  `like` is a value of a "text" or an "object", as an example.
@@ -141,6 +157,8 @@ class Option:
         what = self._range if bounded else f"{EXPECTED[self.kind]}{f' ({self.unit})' if self.unit else ''}"
         if bounded and self.kind == "ints":
             what = f"whole numbers, each {what}"
+        if self.kind == "quantity":
+            return expected(self.unit, what)
         like = self.like or LIKE.get(self.kind)
         return f"{what}{',' if bounded else ''} such as {like}" if like else what
 
@@ -187,6 +205,8 @@ class Option:
             raise UsageError(f"{owner}: {self.name} {_cut(value)}; {why or f'allowed {self.allowed}'}{plain}")
         if self.kind == "ints":
             return tuple(map(int, sorted(value) if isinstance(value, (set, frozenset)) else value))
+        if self.kind == "quantity":
+            return measured(value, self.unit)
         return int(value) if _whole(value) else value
 
     def _wrong(self, value: Any) -> str | None:
@@ -197,8 +217,9 @@ class Option:
                 return f"{value[odd]!r} at {odd}; allowed {self.allowed}"
         if self.kind not in FITS or (self.choices and self.kind != "object") or not FITS[self.kind](value):
             return ""
-        if self.low is not None or self.high is not None or self.kind in SIZES:
+        if self.low is not None or self.high is not None or self.kind in SIZES or self.kind == "quantity":
             try:
+                value = measured(value, self.unit) if self.kind == "quantity" else value
                 sizes = value if self.kind == "ints" else [SIZES.get(self.kind, _same)(value)]
             except SlewlineError as error:
                 return str(error)

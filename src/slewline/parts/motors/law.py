@@ -159,7 +159,7 @@ class Law:
     def hold(self) -> float:
         """The torque that holds the rotor with two phases on, N m, as far as the supply allows."""
         amperes = self.driver.current
-        if self.driver.kind in ("voltage", "bilevel"):
+        if self._volts:
             amperes = self.driver.supply / self.resistance
         return self.motor.constant * amperes * sqrt(2)
 
@@ -215,16 +215,19 @@ class Law:
         field = cos(angle), sin(angle)
         if self.steps.startswith("micro"):
             signs = field
-            amperes = self.driver.current * sqrt(2)
+            factor *= 1.0 if self._volts else sqrt(2)
         else:
             signs = tuple(0.0 if abs(part) < 0.1 else 1.0 if part > 0 else -1.0 for part in field)
-            alone = 0.0 in signs and self.driver.boost
-            amperes = self.driver.current * (sqrt(2) if alone else 1.0)
-        return self.asked_for(signs, amperes * factor)
+            factor *= sqrt(2) if 0.0 in signs and self.driver.boost else 1.0
+        return self.asked_for(signs, factor)
 
-    def asked_for(self, signs: Sequence[float], amperes: float) -> tuple[float, ...]:
-        """Return the row of a field (two numbers from -1 to 1) with a current."""
-        on = amperes > 0
+    @property
+    def _volts(self) -> bool:
+        return self.driver.kind in ("voltage", "bilevel")
+
+    def asked_for(self, signs: Sequence[float], factor: float) -> tuple[float, ...]:
+        """Return the row of a field (two numbers from -1 to 1) with a factor of the current; 0: off."""
+        on = factor > 0
         if self.motor.windings == "unipolar":
             one, two = signs
             return tuple(float(on and part) for part in (one > 0, one < 0, two > 0, two < 0))
@@ -232,7 +235,7 @@ class Law:
             return tuple(on * self.driver.supply * sign for sign in signs)
         if self.driver.kind == "bilevel":
             return tuple(on * float(sign) for sign in signs)
-        return tuple(amperes * sign for sign in signs)
+        return tuple(self.driver.current * factor * sign for sign in signs)
 
     # ------------------------------------------------------------------------------------------------------- to and from
     def at_rest(self, command: int = 0, level: str = "slew") -> tuple[float, ...]:

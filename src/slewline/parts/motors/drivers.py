@@ -1,0 +1,277 @@
+"""Drivers, and what users give as a driver: text as on a circuit diagram, or a table of figures.
+
+driver = "24 V, 1 A"                                        a current source that the supply limits
+driver = "24 V, 1.4 A chopper, 20 kHz, slow decay"
+driver = "GS-D200, 24 V, 1 A, rest 0.25 A, ramp 1.5 A"
+driver = "L/4R 20 V"                                        with three times the winding's resistance in series
+driver = "bilevel 24 V 2 ms, 5 V"
+driver = "current 1 A, boost"                               an ideal current source
+driver = { kind = "averaged", supply = 24, current = 1 }
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from math import sqrt
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from ...core.datasheet.option import Option, checked, defaulted
+from ...core.datasheet.units import SPELLED, UNITS, expected, measured
+from ...core.messages.near import hint
+from ...errors import UnknownName, UsageError
+from .data import DriverData, MotorData
+from .figures import complaint, figure, positive, share
+from .motors import MOTORS
+
+
+class DriverRow(NamedTuple):
+    """A driver that can be bought: how it switches, the supply that it takes, V, and its greatest phase current, A."""
+
+    data: DriverData
+    supply: tuple[float, float]
+    most: float
+
+
+GSD = "SGS-Thomson, GS-D200 and GS-D200S data sheet, June 1994"
+ST = "SGS-Thomson, L297 (December 2001) and L298 (January 2000) data sheets; oscillator with 22 kohm and 3.3 nF"
+
+
+def _chopper(name: str, frequency: float, low: float, high: float, most: float, source: str) -> DriverRow:
+    return DriverRow(
+        DriverData(name=name, kind="chopper", frequency=frequency, decay="slow", source=source), (low, high), most
+    )
+
+
+DRIVERS: Mapping[str, DriverRow] = MappingProxyType(
+    {
+        row.data.name: row
+        for row in (
+            _chopper("GS-D200", 17e3, 10, 46, 2.0, GSD),
+            _chopper("GS-D200S", 17e3, 12, 40, 2.5, GSD),
+            _chopper("L297+L298", 20e3, 4.8, 46, 2.0, ST),
+        )
+    }
+)
+
+FIGURES = (  # of a table, in the order of DriverData
+    Option("name", "text", "own", "what it is called", like="'my driver'"),
+    Option("kind", "choice", ..., "circuit", choices=("current", "averaged", "chopper", "voltage", "bilevel")),
+    positive("supply", "V", "supply", None),
+    positive("current", "A", "of a phase with two phases on; by default the rated current of the motor", None),
+    figure("series", "ohm", "in series with each winding"),
+    figure("lag", "s", "time constant of an ideal current source"),
+    positive("high", "V", "of a bilevel driver, after each change of a phase", None),
+    positive("high_time", "s", "how long", None),
+    positive("frequency", "Hz", "of a chopper", 20e3),
+    Option(
+        "decay", "choice", "slow", "how the current decays in the pause of a chopper", choices=("slow", "fast", "mixed")
+    ),
+    Option("fast_part", "float", 0.3, "of the period, in mixed decay", check=share),
+    figure("least_on", "s", "blanking: a phase is on so long at least"),
+    figure("diode", "V", "dropped in the pause of a chopper"),
+    figure("clamp", "V", "into which a half winding that is switched off drives its current", 0.7),
+    Option("boost", "bool", False, "a phase that is on alone has sqrt(2) times the current"),
+    Option("rest", "float", 1.0, "at rest, as a factor of the current; or text such as '0.5 A'", low=0),
+    Option("slew", "float", 1.0, "at constant speed, likewise", low=0),
+    Option("ramp", "float", 1.0, "on ramps, likewise", low=0),
+    Option("source", "text", "", "where the figures are from", like="'data sheet, 2012'"),
+)
+LEVELS = ("rest", "slew", "ramp")
+ALWAYS = ("name", "kind", "clamp", "source")
+REGULATED = ("current", "boost", *LEVELS)
+TAKES: Mapping[str, tuple[str, ...]] = MappingProxyType(  # by its kind, what a driver has beside ALWAYS
+    {
+        "current": ("lag", *REGULATED),
+        "averaged": ("supply", *REGULATED),
+        "chopper": ("supply", "frequency", "decay", "fast_part", "least_on", "diode", *REGULATED),
+        "voltage": ("supply", "series"),
+        "bilevel": ("supply", "high", "high_time", "series"),
+    }
+)
+NEEDED = ("supply", "high", "high_time")
+
+SAYINGS: Mapping[str, Mapping[str, Any]] = MappingProxyType(  # what a part of a text may be, and what it sets beside
+    {
+        "{supply:V}": {},
+        "{current:A}": {},
+        "averaged": {"kind": "averaged"},
+        "chopper": {"kind": "chopper"},
+        "{frequency:Hz}": {},
+        "slow decay": {"decay": "slow"},
+        "fast decay": {"decay": "fast"},
+        "mixed decay": {"decay": "mixed"},
+        "current {current:A}": {"kind": "current"},
+        "lag {lag:s}": {},
+        "L/R {supply:V}": {"kind": "voltage"},
+        "L/{times:R} {supply:V}": {"kind": "voltage"},
+        "bilevel {high:V} {high_time:s}": {"kind": "bilevel"},
+        "series {series:ohm}": {},
+        "boost": {"boost": True},
+        "rest {rest:A}": {},
+        "slew {slew:A}": {},
+        "ramp {ramp:A}": {},
+        "least on {least_on:s}": {},
+        "diode {diode:V}": {},
+        "clamp {clamp:V}": {},
+    }
+)
+EXAMPLES = (
+    "24 V, 1 A",
+    "24 V, 1.4 A chopper, 20 kHz, slow decay",
+    "L/R 5 V",
+    "L/4R 20 V",
+    "bilevel 24 V 2 ms, 5 V",
+    "current 1 A, boost",
+    "24 V, 1 A, rest 0.5 A, ramp 1.5 A",
+)
+NUMBER = r"[+-]?[0-9]+(?:\.[0-9]*)?(?:[eE][+-]?[0-9]+)?"
+
+
+def _pattern(form: str) -> re.Pattern[str]:
+    """Return the pattern of a part such as "rest {rest:A}"."""
+    found = ""
+    for words, name, unit in re.findall(r"([^{]*)(?:\{(\w+):(\w+)\})?", form):
+        found += re.escape(words).replace(r"\ ", r"\s+")
+        if name:
+            units = "|".join(UNITS.get(unit, ("R",)))
+            found += rf"(?P<{name}>{NUMBER}\s*(?:{units}))"
+    return re.compile(found, re.IGNORECASE if "{" not in form else 0)
+
+
+def _said(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, Any]]:
+    """Yield what the parts of a text set: the part, a figure and its value."""
+    for part in re.sub(r"(?<=[^\s,])\s+(averaged|chopper)\b", r", \1", text, flags=re.IGNORECASE).split(","):
+        part = part.strip()
+        if part in DRIVERS:
+            yield part, "like", part
+            continue
+        for form, sets in SAYINGS.items():
+            if found := _pattern(form).fullmatch(part.translate(SPELLED)):
+                yield from ((part, *each) for each in sets.items())
+                for figure_, value in found.groupdict().items():
+                    if figure_ == "times":
+                        yield part, "series", _in_series(float(value.rstrip(" R")), part, name, motor)
+                    else:
+                        yield part, figure_, value
+                break
+        else:
+            known = [*DRIVERS, *(form for form in SAYINGS if "{" not in form)]
+            examples = ", ".join(map(repr, EXAMPLES))
+            raise UsageError(f"{name} {text!r}: {part!r} is not understood; examples: {examples}{hint(part, known)}")
+
+
+def _in_series(times: float, part: str, name: str, motor: MotorData) -> float:
+    """Return the resistor of L/nR."""
+    if times < 1:
+        raise UsageError(f"{name}: {part!r}; allowed L/1R and more: the winding itself is 1 R, such as L/4R 20 V")
+    return (times - 1) * motor.resistance
+
+
+def _of_text(text: str, name: str, motor: MotorData) -> dict[str, Any]:
+    """Return the table that a text stands for."""
+    given: dict[str, Any] = {}
+    by: dict[str, str] = {}
+    for part, each, value in _said(text, name, motor):
+        if each in given and given[each] != value:
+            raise UsageError(f"{name} {text!r}: {by[each]!r} and {part!r} both set {each}; leave one out")
+        given[each], by[each] = value, part
+    if "like" not in given:
+        given.setdefault("kind", "chopper" if given.keys() & {"frequency", "decay"} else "averaged")
+    return {"name": text} | given
+
+
+def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
+    """Return a driver that is given as text, or as a table of figures, which may be `like` one that can be bought.
+
+    Args:
+        name: what the driver is called in messages.
+        motor: what it drives; its rated current holds where none is given, its resistance makes L/nR.
+
+    Raises:
+        UnknownName: `like` a driver that is not known.
+        UsageError: a part of the text is not understood, or a figure does not exist, is missing, or is out of range.
+    """
+    if isinstance(value, DriverData):
+        return value
+    if not isinstance(value, (str, Mapping)):
+        table = ", ".join(row.name for row in FIGURES)
+        raise UsageError(f"{name} {value!r}; allowed text such as {EXAMPLES[0]!r}, or a table of like, {table}")
+    given = _of_text(value, name, motor) if isinstance(value, str) else dict(value)
+    given = {each: figure_ for each, figure_ in given.items() if figure_ is not None}
+    rows: Sequence[Option] = FIGURES
+    row = None
+    if "like" in given:
+        row = _driver_named(given.pop("like"), name)
+        rows = defaulted(rows, {each: mine for each, mine in asdict(row.data).items() if mine})
+    _fitting(given, rows, name)
+    current = _regulated(given, name, motor)
+    for level in LEVELS:
+        if level in given:
+            given[level] = _factor(given[level], level, current, name)
+    found = checked(name, rows, given, beside=", like")
+    if found["kind"] in ("voltage", "bilevel"):
+        current = found["supply"] / (found["series"] + motor.resistance)
+    driver = DriverData(**{each: of for each, of in found.items() if of is not None} | {"current": current})
+    if driver.kind == "bilevel" and not driver.high > driver.supply:
+        raise UsageError(f"{name}: high {driver.high:g} V; allowed more than the supply, {driver.supply:g} V")
+    return driver if row is None else _within(driver, row, name)
+
+
+def _driver_named(like: object, name: str) -> DriverRow:
+    if not isinstance(like, str) or like not in DRIVERS:
+        raise UnknownName(f"{name}: like {like!r}; there are: {', '.join(DRIVERS)}{hint(like, DRIVERS)}")
+    return DRIVERS[like]
+
+
+def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> None:
+    """Refuse what a driver of this kind does not have, and ask for what it needs."""
+    kind = given.get("kind", rows[1].default)
+    if not isinstance(kind, str) or kind not in TAKES:
+        return  # `checked` says so
+    for each in given:
+        if each not in (*ALWAYS, *TAKES[kind]) and any(each == row.name for row in rows):
+            of = ", ".join(other for other, takes in TAKES.items() if each in takes)
+            raise UsageError(f"{name}: {each} {given[each]!r}; a driver of kind {kind!r} has none; only: {of}")
+    for each in NEEDED:
+        if each in TAKES[kind] and each not in given:
+            row = next(row for row in rows if row.name == each)
+            raise UsageError(f"{name}: needs {each}: {replace(row, none=False).allowed}")
+
+
+def _regulated(given: Mapping[str, Any], name: str, motor: MotorData) -> float:
+    """Return the current that is given, or that of the motor."""
+    if "current" not in given:
+        return motor.current
+    row = next(row for row in FIGURES if row.name == "current")
+    return float(row.checked(name, given["current"]))
+
+
+def _factor(value: Any, level: str, current: float, name: str) -> Any:
+    """Return a level as a factor of the current; text has it in amperes."""
+    value = float(value) if isinstance(value, str) and re.fullmatch(NUMBER, value) else value
+    if not isinstance(value, str):
+        return value
+    try:
+        return measured(value, "A") / current
+    except ValueError:
+        allowed = expected("A", "a factor of the current")
+        raise UsageError(f"{name}: {level} {value!r}; allowed {allowed}") from None
+
+
+def _within(driver: DriverData, row: DriverRow, name: str) -> DriverData:
+    """Return a driver that gets the supply, and is asked for a current, which its data sheet allows."""
+    low, high = row.supply
+    if not low <= driver.supply <= high:
+        raise UsageError(f"{name}: supply {driver.supply:g} V; the {row.data.name} takes {low:g}..{high:g} V")
+    current = driver.current * max(driver.rest, driver.slew, driver.ramp) * (sqrt(2) if driver.boost else 1)
+    if current > row.most * (1 + 1e-9):
+        raise UsageError(
+            f"{name}: {current:.3g} A in a phase; the {row.data.name} takes up to {row.most:g} A: use a smaller current"
+        )
+    return driver
+
+
+driver_complaint = complaint(lambda value, name: read_driver(value, name, next(iter(MOTORS.values()))))

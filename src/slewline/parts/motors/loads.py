@@ -1,0 +1,134 @@
+"""What a motor drives: text, or a table of figures; a linear axis by its mass and lead.
+
+load = "inertia 68 g cm2, friction 5 mNm"
+load = { inertia = "68 g cm2", friction = "5 mNm", low = -200, high = 4000 }
+load = { mass = "2 kg", lead = "5 mm", force = "10 N", efficiency = 0.8, vertical = true }
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import pi, sqrt
+from typing import Any
+
+from ...core.datasheet.option import Option, checked
+from ...core.datasheet.option import read as read_texts
+from ...errors import UsageError
+from .data import DriverData, LoadData, MotorData
+from .figures import complaint, figure, share, signed
+from .motors import MOTORS
+
+GRAVITY = 9.80665  # m/s2
+AXIS = ("mass", "lead", "efficiency", "force", "vertical")
+
+FIGURES = (
+    figure("inertia", "kg m2", "of all that turns with the shaft, beside the rotor"),
+    figure("viscous", "N m s", "drag that grows with the speed"),
+    figure("friction", "N m", "Coulomb friction"),
+    figure("stiction", "N m", "what a shaft at rest resists with; None: as much as the friction", None),
+    signed("torque", "N m", "that acts backward, such as a weight that is lifted; less than 0: forward"),
+    figure("stiffness", "N m/rad", "of the coupling on which the inertia hangs; 0: rigid"),
+    figure("coupling_drag", "N m s", "of the coupling"),
+    figure("damper_inertia", "kg m2", "of a damper on the shaft"),
+    figure("damper_drag", "N m s", "by which it is dragged along"),
+    Option("low", "float", None, "hard stop", unit="full steps", none=True),
+    Option("high", "float", None, "hard stop", unit="full steps", none=True),
+    figure("mass", "kg", "of a linear axis"),
+    figure("lead", "m", "how far the axis goes in a turn"),
+    Option("efficiency", "float", 1.0, "of the screw, for the force", check=share),
+    figure("force", "N", "of friction on the axis"),
+    Option("vertical", "bool", False, "the axis lifts its mass as it counts up"),
+)
+NEEDS = (  # a figure that has no effect without another one
+    ("mass", "lead"),
+    ("force", "lead"),
+    ("lead", "mass or force"),
+    ("vertical", "mass"),
+    ("coupling_drag", "stiffness"),
+    ("stiffness", "inertia or mass"),
+    ("damper_inertia", "damper_drag"),
+    ("damper_drag", "damper_inertia"),
+)
+
+
+def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
+    """Return a load that is given as text, or as a table of figures.
+
+    Args:
+        name: what the load is called in messages.
+        motor: what drives it; its full steps are those of the hard stops.
+
+    Raises:
+        UsageError: a figure that there is not, is out of range, or has no effect without another one.
+    """
+    if isinstance(value, LoadData):
+        return value
+    if not isinstance(value, (str, Mapping)):
+        table = ", ".join(row.name for row in FIGURES)
+        raise UsageError(
+            f"{name} {value!r}; allowed text such as 'inertia 68 g cm2, friction 5 mNm', or a table of {table}"
+        )
+    found = checked(name, FIGURES, _of_text(value, name) if isinstance(value, str) else value)
+    for each, others in NEEDS:
+        if found[each] and not any(found[other] for other in others.split(" or ")):
+            raise UsageError(f"{name}: {each} has no effect without {others}; give it as well, or leave {each} out")
+    if None not in (found["low"], found["high"]) and not found["low"] < found["high"]:
+        raise UsageError(f"{name}: low {found['low']:g}; allowed less than high, {found['high']:g} full steps")
+    mass, lead, efficiency, force, vertical = (found.pop(each) for each in AXIS)
+    arm = lead / (2 * pi)  # m of the axis for each rad
+    found["inertia"] += mass * arm**2
+    found["friction"] += force * arm / efficiency
+    found["torque"] += mass * GRAVITY * arm if vertical else 0.0
+    if found["stiction"] is not None and found["stiction"] < found["friction"]:
+        raise UsageError(
+            f"{name}: stiction {found['stiction']:g} N m; allowed the friction, {found['friction']:g} N m, and more"
+        )
+    for stop in ("low", "high"):
+        found[stop] = None if found[stop] is None else found[stop] * motor.step
+    return LoadData(**found)
+
+
+def _of_text(text: str, name: str) -> dict[str, Any]:
+    """Return the table that a text stands for."""
+    pairs: dict[str, str] = {}
+    for part in filter(None, map(str.strip, text.split(","))):
+        each, _, value = part.replace("=", " ").partition(" ")
+        if each in pairs:
+            raise UsageError(f"{name} {text!r}: {each} is given twice; leave one out")
+        pairs[each] = value.strip() or ("true" if each == "vertical" else "")
+    return read_texts(FIGURES, pairs.items())
+
+
+def held(motor: MotorData, current: float) -> float:
+    """Return the greatest torque with two phases on, each with this current, N m."""
+    if motor.windings == "reluctance":
+        return motor.teeth * motor.swing * current**2 / sqrt(2)
+    return sqrt(2) * motor.constant * current
+
+
+def check_holds(motor: MotorData, driver: DriverData, load: LoadData, name: str = "load") -> None:
+    """Refuse a load that the motor cannot hold at rest, or cannot turn however slowly.
+
+    Raises:
+        UsageError: it cannot; the message has the torques.
+    """
+    stiction = load.friction if load.stiction is None else load.stiction
+    for when, factor, wanted, how in (
+        ("at rest", driver.rest, abs(load.torque) - stiction, f"{abs(load.torque):g} less {stiction:g} of stiction"),
+        (
+            "in motion",
+            max(driver.slew, driver.ramp),
+            abs(load.torque) + load.friction,
+            f"{abs(load.torque):g} and {load.friction:g} of friction",
+        ),
+    ):
+        current = driver.current * factor
+        most = held(motor, current)
+        if wanted > most:
+            raise UsageError(
+                f"{name}: {wanted:.4g} N m {when} ({how}); the {motor.name} holds {most:.4g} N m at {current:.4g} A: "
+                "use a greater current, a stronger motor or a smaller load"
+            )
+
+
+load_complaint = complaint(lambda value, name: read_load(value, name, next(iter(MOTORS.values()))))

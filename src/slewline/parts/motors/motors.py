@@ -1,0 +1,158 @@
+"""Motors that can be bought, by their data sheets; and what users give as a motor: a name, or a table of figures.
+
+motor = "QSH4218-51-10-049"
+motor = { like = "QSH4218-51-10-049", inertia = "80 g cm2" }
+motor = { current = 2.8, resistance = 0.9, inductance = "2.5 mH", torque = "1.26 Nm", inertia = "300 g cm2" }
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from types import MappingProxyType
+from typing import Any
+
+from ...core.datasheet.option import Option, checked, defaulted
+from ...core.messages.near import hint
+from ...errors import UnknownName, UsageError
+from .data import MotorData
+from .figures import complaint, figure, positive
+
+QSH4218 = "Trinamic, QSH4218 manual, V1.10"
+QSH5718 = "Trinamic, QSH5718 manual, V2.6"
+QSH6018 = "Trinamic, QSH6018 manual, V1.20; it has no detent torque"
+AS1000 = "Beckhoff, AS1000 documentation, 3.7; the detent torque is the middle of its range"
+SANYO = "Sanyo Denki, Sanmotion sheet of the SS242; it has no detent torque"
+COPIES = "copies of a sheet that vendors pass on; its maker is not known"
+KYSAN = "Kysan: windings and torque as StepperSim has them; the inertia is that of motors of its size"
+LISTED = "public tables of motors, not the maker's sheet; they have no detent torque"
+
+
+def _motor(
+    name: str, current: float, resistance: float, inductance: float, torque: float, detent: float, inertia: float,
+    source: str,
+) -> MotorData:  # fmt: skip
+    return MotorData(
+        name=name,
+        current=current,
+        resistance=resistance,
+        inductance=inductance,
+        torque=torque,
+        detent=detent,
+        inertia=inertia,
+        source=source,
+    )
+
+
+# fmt: off
+_ROWS = (  # hybrid motors with 200 full steps a turn, holding torque with two phases on
+    #                           A     ohm   H        N m    N m     kg m2
+    _motor("QSH4218-35-10-027", 1.0,  5.3,  6.6e-3,  0.27,  22e-3,  35e-7,   QSH4218),
+    _motor("QSH4218-41-10-035", 1.0,  4.5,  7.5e-3,  0.35,  25e-3,  54e-7,   QSH4218),
+    _motor("QSH4218-51-10-049", 1.0,  5.0,  8.0e-3,  0.49,  28e-3,  68e-7,   QSH4218),
+    _motor("QSH4218-47-28-040", 2.8,  0.5,  0.6e-3,  0.40,  20e-3,  68e-7,   f"{QSH4218}; detent torque estimated"),
+    _motor("QSH5718-41-28-055", 2.8,  0.7,  1.4e-3,  0.55,  20e-3,  120e-7,  QSH5718),
+    _motor("QSH5718-51-28-101", 2.8,  0.83, 2.2e-3,  1.01,  35e-3,  275e-7,  QSH5718),
+    _motor("QSH5718-56-28-126", 2.8,  0.9,  2.5e-3,  1.26,  39e-3,  300e-7,  QSH5718),
+    _motor("QSH5718-76-28-189", 2.8,  1.13, 3.6e-3,  1.89,  66e-3,  480e-7,  QSH5718),
+    _motor("QSH6018-45-28-110", 2.8,  0.75, 2.0e-3,  1.10,  0.0,    275e-7,  QSH6018),
+    _motor("QSH6018-56-28-165", 2.8,  0.9,  3.6e-3,  1.65,  0.0,    400e-7,  QSH6018),
+    _motor("QSH6018-65-28-210", 2.8,  1.2,  4.6e-3,  2.10,  0.0,    570e-7,  QSH6018),
+    _motor("QSH6018-86-28-310", 2.8,  1.5,  6.8e-3,  3.10,  0.0,    840e-7,  QSH6018),
+    _motor("AS1010",            1.0,  4.1,  9.5e-3,  0.38,  15e-3,  56e-7,   AS1000),
+    _motor("AS1030",            1.5,  0.8,  3.8e-3,  0.60,  30.5e-3, 210e-7, AS1000),
+    _motor("AS1050",            5.0,  0.28, 0.86e-3, 1.20,  52e-3,  360e-7,  AS1000),
+    _motor("AS1060",            5.0,  0.36, 2.8e-3,  5.00,  181e-3, 3000e-7, AS1000),
+    _motor("SS2421-5041",       1.0,  3.5,  1.2e-3,  0.083, 0.0,    15e-7,   SANYO),
+    _motor("SS2422-5041",       1.0,  5.4,  2.9e-3,  0.186, 0.0,    28e-7,   SANYO),
+    _motor("1124090",           1.5,  2.8,  4.8e-3,  0.54,  0.0,    68e-7,   KYSAN),
+    _motor("17HS4401",          1.7,  1.5,  2.8e-3,  0.42,  22e-3,  54e-7,   COPIES),
+    _motor("17HS19-2004S1",     2.0,  1.4,  3.0e-3,  0.59,  0.0,    82e-7,   f"StepperOnline: {LISTED}"),
+    _motor("17HS24-2104S",      2.1,  1.6,  3.0e-3,  0.65,  0.0,    148e-7,  f"StepperOnline: {LISTED}"),
+    _motor("42STH47-1684AC",    1.68, 1.65, 2.8e-3,  0.49,  0.0,    68e-7,   f"LDO: {LISTED}"),
+)
+# fmt: on
+MOTORS: Mapping[str, MotorData] = MappingProxyType({row.name: row for row in _ROWS})
+
+FIGURES = (  # of a table; rows of their own, in the order of MotorData
+    Option("name", "text", "own", "what it is called", like="'my motor'"),
+    Option("windings", "choice", "bipolar", "how it is wound", choices=("bipolar", "unipolar", "reluctance")),
+    Option("teeth", "int", 50, "pairs of poles; 50 make 200 full steps a turn", low=1),
+    Option("phases", "int", 4, "windings of a reluctance motor", low=3),
+    positive("current", "A", "rated current of a phase"),
+    positive("resistance", "ohm", "of a phase"),
+    positive("inductance", "H", "of a phase; of a reluctance motor the mean"),
+    figure("swing", "H", "how far the inductance of a reluctance motor goes up and down from the mean"),
+    figure("torque", "N m", "holding torque at the rated current"),
+    Option("rated", "choice", "two", "phases on, to which the holding torque belongs", choices=("two", "one")),
+    figure("detent", "N m", "detent torque, without current"),
+    positive("inertia", "kg m2", "of the rotor"),
+    figure("iron", "N m s", "drag by iron loss; None: 2.66e-3 s times the holding torque", None),
+    figure("viscous", "N m s", "drag of the bearings"),
+    figure("friction", "N m", "Coulomb friction of bearings and seals"),
+    Option("source", "text", "own figures", "where the figures are from", like="'data sheet, 2012'"),
+)
+
+
+def motor_named(name: str, place: str = "motor") -> MotorData:
+    """Return the row of a motor.
+
+    Raises:
+        UnknownName: there is none of this name.
+    """
+    if name not in MOTORS:
+        raise UnknownName(f"{place} {name!r}; there are: {', '.join(MOTORS)}{hint(name, MOTORS)}")
+    return MOTORS[name]
+
+
+def read_motor(value: Any, name: str = "motor") -> MotorData:
+    """Return a motor that is given by its name, or by a table of figures, which may be `like` a motor with a name.
+
+    Args:
+        name: what the motor is called in messages.
+
+    Raises:
+        UnknownName: there is no motor of this name.
+        UsageError: a figure that there is not, is missing, or is out of range.
+    """
+    if isinstance(value, MotorData):
+        return value
+    if isinstance(value, str):
+        return motor_named(value, name)
+    if not isinstance(value, Mapping):
+        table = ", ".join(row.name for row in FIGURES)
+        raise UsageError(f"{name} {value!r}; allowed the name of a motor, or a table of like, {table}")
+    given, rows = {**value}, [*FIGURES]
+    if "like" in given:
+        like = _named_like(given.pop("like"), name)
+        changed = f"{like.source}; changed: {', '.join(given)}" if given else like.source
+        rows = [*defaulted(rows, asdict(replace(like, name=f"like {like.name}", source=changed)))]
+    return _consistent(MotorData(**checked(name, rows, given, beside=", like")), name)
+
+
+def _named_like(like: object, name: str) -> MotorData:
+    if not isinstance(like, str):
+        raise UsageError(f"{name}: like {like!r}; allowed the name of a motor, such as {next(iter(MOTORS))}")
+    return motor_named(like, f"{name}: like")
+
+
+def _consistent(motor: MotorData, name: str) -> MotorData:
+    """Return a motor whose figures fit together."""
+    if motor.windings == "reluctance":
+        if not 0 < motor.swing < motor.inductance:
+            raise UsageError(
+                f"{name}: swing {motor.swing:g} H of a reluctance motor; allowed more than 0 and less than its "
+                f"inductance, {motor.inductance:g} H"
+            )
+        return motor
+    if motor.swing:
+        raise UsageError(f"{name}: swing {motor.swing:g} H; only windings = 'reluctance' have one: leave it out")
+    if not motor.torque > motor.detent:
+        raise UsageError(
+            f"{name}: torque {motor.torque:g} N m; allowed more than the detent torque, {motor.detent:g} N m: "
+            "give the holding torque at the rated current"
+        )
+    return motor
+
+
+motor_complaint = complaint(read_motor)
