@@ -154,20 +154,33 @@ def test_a_line_that_is_no_run_is_named(path: Path) -> None:
 
 
 def test_places_where_no_log_can_be(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="there is no directory .*nowhere'; make it, or name another file"):
+    with pytest.raises(UsageError, match=r"there is no directory .*nowhere'; make it, or name another file"):
         sweep(tmp_path / "nowhere" / "tune.jsonl")
-    with pytest.raises(UsageError, match="Is a directory"):
+    with pytest.raises(UsageError, match="is no file; name one"):
         sweep(tmp_path)
+    with pytest.raises(UsageError, match="is no file; name one"):
+        sweep(Path(os.devnull))
     (tmp_path / "empty").touch()
     assert sweep(tmp_path / "empty").runs_here
 
 
 @pytest.mark.posix
-def test_a_full_disk_is_said_once() -> None:
-    if not Path("/dev/full").exists():
-        pytest.skip("no /dev/full")
-    with pytest.raises(UsageError, match="/dev/full: No space left on device; what was judged before is kept"):
-        sweep(Path("/dev/full"))
+def test_a_full_disk_ends_the_sweep_and_what_was_judged_is_kept(path: Path) -> None:
+    limited = "import resource as r, signal as s; s.signal(s.SIGXFSZ, s.SIG_IGN)\n"
+    limited += "r.setrlimit(r.RLIMIT_FSIZE, (9000, 9000))\n"
+    environment = os.environ | {"STAND_IN_COUNTS": os.devnull, "PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])}
+    ended = subprocess.run(
+        [sys.executable, "-c", limited + SWEEP, str(path)],
+        env=environment,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "tune.jsonl: File too large; what was judged before is kept; name a file" in ended.stderr
+    kept = path.read_bytes().count(b"\n") - 1
+    again = sweep(path)
+    assert kept > 20 and again.runs_here == again.runs - kept
 
 
 def test_what_a_failing_judge_has_done_before_is_kept(path: Path) -> None:

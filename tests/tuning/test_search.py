@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
+from itertools import pairwise
 from multiprocessing import get_context
 from random import Random
 from time import sleep
@@ -71,7 +72,7 @@ def test_the_region_has_holes_and_bisection_fails() -> None:
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (low, middle) if holds[middle] else (middle, high)
-    assert sum(a != b for a, b in zip(holds, holds[1:], strict=False)) > 3
+    assert sum(a != b for a, b in pairwise(holds)) > 3
     best = search(made, switching=False).best
     assert best is not None and best.values == every.values(every.order[holds.index(True)])
 
@@ -204,7 +205,7 @@ def test_where_nothing_holds_the_killer_of_the_slowest_is_named() -> None:
 
 def test_a_part_that_refuses_every_move_says_so() -> None:
     with pytest.raises(
-        UsageError, match="none of 2 places gives a move; the first: .*a move of 99999999 steps; allowed"
+        UsageError, match=r"none of 2 places gives a move; the first: .*a move of 99999999 steps; allowed"
     ):
         search(task("cy525", "F=3 R=10,20 S=100", steps=99999999))
 

@@ -19,6 +19,7 @@ from ..version import __version__
 from .judging import Verdict
 
 VERSION = 1
+FIRST = b'{"tune":'  # as it begins
 SHORT = 120  # characters of a value in a message
 _ABSENT = "not there"
 
@@ -40,27 +41,29 @@ class Log:
     """
 
     def __init__(self, path: str | Path, task: Mapping[str, Any]) -> None:
-        self.path, self.verdicts = Path(path), {}  # type: Path, dict[tuple[str, str], Verdict]
+        self.path = Path(path)
+        self.verdicts: dict[tuple[str, str], Verdict] = {}
         if not self.path.parent.is_dir():
             raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}; make it, or name another file")
+        if self.path.exists() and not self.path.is_file():
+            raise UsageError(f"{path}: is no file; name one that may be written, such as tune.jsonl")
         task = json.loads(json.dumps(task))
         try:
-            self._file: BinaryIO = open(path, "a+b", buffering=0)  # noqa: SIM115
-            self._file.seek(0)
-            data = self._file.read()
+            data = self.path.read_bytes() if self.path.exists() else b""
         except OSError as error:
             raise self._refused(error) from None
         whole = data.rfind(b"\n") + 1
         lines = data[:whole].splitlines()
         if lines:
             self._check(lines[0], task)
-            for number, line in enumerate(lines[1:], 2):
-                key, verdict = self._verdict(number, line)
-                self.verdicts[key] = verdict
-        elif not b'{"tune":'.startswith(data[:8]):
+            self.verdicts.update(self._verdict(number, line) for number, line in enumerate(lines[1:], 2))
+        elif not FIRST.startswith(data[: len(FIRST)]):
             raise UsageError(f"{path}: is no log of a sweep; name a new file")
-        if whole < len(data):
+        try:
+            self._file: BinaryIO = open(path, "ab", buffering=0)  # noqa: SIM115
             self._file.truncate(whole)
+        except OSError as error:
+            raise self._refused(error) from None
         if not lines:
             self._write({"tune": VERSION, "digest": digest(task), "slewline": __version__, "task": task})
 
@@ -89,8 +92,8 @@ class Log:
             raise self._refused(error) from None
 
     def _refused(self, error: OSError) -> UsageError:
-        return UsageError(f"{self.path}: {error.strerror or error}; what was judged before is kept; name a file "
-                          "that can be written")  # fmt: skip
+        why = error.strerror or error
+        return UsageError(f"{self.path}: {why}; what was judged before is kept; name a file that can be written")
 
     def _check(self, line: bytes, task: Mapping[str, Any]) -> None:
         """Refuse a log of another task, or a file that is no log."""
