@@ -97,18 +97,22 @@ def test_the_map_has_every_place_with_its_killer() -> None:
     assert (found.best, found.recommended) == (alone.best, alone.recommended)
 
 
-def test_the_worst_killers_are_met_first() -> None:
+def test_what_has_killed_most_is_met_first() -> None:
+    def only_one_kills(run: Run) -> Verdict:
+        lost = run.scenario.name == "drag -30 %, backward" and run.times[-1] < 0.7e12
+        return Verdict(lost, 0.0, 1.0)
+
     made = task("gs-c200s")
-    found = search(made, full_map=True, switching=False)
-    backwards = replace(made, perturbations=tuple(reversed(made.perturbations)))
-    other = search(backwards, full_map=True, switching=False)
-    assert other.best == found.best and other.recommended == found.recommended
-    assert other.runs < 1.2 * found.runs  # the order of the rows is soon forgotten
+    found = search(made, judge=only_one_kills, switching=False)
+    assert found.best is not None and found.best.time_ps > 0.7e12
+    (killed,) = found.killers.values()
+    first = 2 * len(made.scenarios())  # the first two candidates meet it last, since nothing was known when they began
+    assert killed > 50 and found.runs < first + killed + 9 * len(made.scenarios())
 
 
 def test_moves_of_the_same_steps_are_judged_once() -> None:
     found = search(task("cy525", "F=3 R=30..60 S=1,2", steps=50), full_map=True, switching=False)
-    assert found.candidates == 62 and found.exhaustive == 62 * 18
+    assert found.candidates == 62 and found.exhaustive == 62 * 20
     judged: list[tuple[int, str]] = []
 
     def noted(run: Run) -> Verdict:
@@ -116,7 +120,7 @@ def test_moves_of_the_same_steps_are_judged_once() -> None:
         return hits(run)
 
     search(task("cy525", "F=3 R=30..60 S=1,2", steps=50), judge=noted, full_map=True, switching=False)
-    assert len(judged) == len(set(judged)) < 62 * 18 / 10
+    assert len(judged) == len(set(judged)) < 62 * 20 / 10
 
 
 # ------------------------------------------------------------------------------------------------------- executors

@@ -116,7 +116,7 @@ def _split(part: str, text: str) -> dict[str, Given]:
     before = text[: found[0].start()] if found else text
     if before.strip():
         raise UsageError(f"{part}: grid {before.strip()!r}; give parameters and their values, such as S=1..254/8")
-    ends = [each.start() for each in found[1:]] + [len(text)]
+    ends = [*(each.start() for each in found[1:]), len(text)][: len(found)]
     texts: dict[str, Given] = {}
     for match, end in zip(found, ends, strict=True):
         if match[1] in texts:
