@@ -67,8 +67,8 @@ def test_every_unit_is_read_as_it_is_spelled(unit):
 @pytest.mark.parametrize(
     "value",
     [
-        "5 mH", "5 a", "5 A A", "A", "", " ", "e5", "5 e", "1,4 A", "1.2.3 A", "--5 A", "5e100 A", "nan", "inf A", "٣ A",
-        True, None, float("nan"), float("inf"), 5j, [1.4], {"A": 5}, "9" * 31,
+        "5 mH", "5 a", "5 A A", "A", "", " ", "e5", "5 e", "1,4 A", "1.2.3 A", "--5 A", "5e100 A", "nan", "inf A",
+        "٣ A", True, None, float("nan"), float("inf"), 5j, [1.4], {"A": 5}, "9" * 31,
     ],
 )  # fmt: skip
 def test_what_is_no_quantity_is_refused_with_what_is(value):
@@ -109,6 +109,8 @@ def test_an_option_makes_a_float_of_a_quantity():
     ]
     assert INERTIA.checked("m", INERTIA.read("68 g cm2")) == INERTIA.checked("m", INERTIA.read("6.8e-6")) == 6.8e-6
     assert CURRENT.checked("m", "20 mA") == 0.02
+    assert (CURRENT.data()["kind"], CURRENT.data()["unit"], CURRENT.data()["default"]) == ("quantity", "A", 1.0)
+    assert CURRENT.shown == "1.0"
 
 
 @pytest.mark.parametrize(

@@ -49,6 +49,7 @@ GSD = DRIVERS["GS-D200"].data
         ("24 V, 1 A, boost, clamp 24 V", replace(AVERAGED, boost=True, clamp=24.0)),
         ("24 V, 2 A, rest 0.5 A, slew 1 A, ramp 3 A", replace(AVERAGED, current=2.0, rest=0.25, slew=0.5, ramp=1.5)),
         ("24 V, rest 500 mA", replace(AVERAGED, rest=0.5)),
+        ("24 V, rest .5 A", replace(AVERAGED, rest=0.5)),
         ("24 V, rest 0 A", replace(AVERAGED, rest=0.0)),
         ("L/R 5 V", DriverData(kind="voltage", supply=5.0, current=1.0)),
         ("L/1R 5 V", DriverData(kind="voltage", supply=5.0, current=1.0)),
@@ -117,6 +118,7 @@ def test_the_current_is_by_default_that_of_the_motor_and_the_resistor_goes_by_it
     assert read_driver("L/5R 12 V", "d", b).series == pytest.approx(3.6)
     assert read_driver("L/5R 12 V", "d", b).current == pytest.approx(12 / 4.5)
     assert read_driver("30 V, rest 1.4 A", "d", b).rest == pytest.approx(0.5)
+    assert read_driver({"kind": "averaged", "supply": 30, "rest": "0.5", "ramp": "4.2 A"}, "d", b).rest == 0.5
     half = read_motor({"like": A.name, "windings": "unipolar"})
     assert read_driver("L/4R 20 V", "d", half).series == 15.0
 
@@ -129,6 +131,16 @@ def test_the_rows_of_a_table_are_the_figures_of_a_driver():
     assert {each for takes in TAKES.values() for each in takes} | {*ALWAYS} == {row.name for row in FIGURES}
     kinds = {sets["kind"] for sets in SAYINGS.values() if "kind" in sets}
     assert kinds == {*TAKES}
+
+
+def test_the_rows_have_the_figures_of_their_data_sheets():
+    assert {name: (row.data.frequency, row.supply, row.most) for name, row in DRIVERS.items()} == {
+        "GS-D200": (17e3, (10, 46), 2.0),
+        "GS-D200S": (17e3, (12, 40), 2.5),
+        "L297+L298": (20e3, (4.8, 46), 2.0),
+    }
+    oscillator = 1 / (0.69 * 22e3 * 3.3e-9)
+    assert oscillator == pytest.approx(20e3, rel=0.01)
 
 
 @pytest.mark.parametrize("name", DRIVERS)

@@ -177,6 +177,7 @@ END = "use a greater current, a stronger motor or a smaller load"
         ("24 V, 1 A", "torque 400 mNm, friction 80 mNm", ""),
         ("24 V, 1 A, rest 0.5 A", "torque 300 mNm, friction 60 mNm", ""),
         ("24 V, 1 A, slew 0.5 A", "torque 400 mNm", ""),  # at its ramp level it moves
+        ("24 V, 1 A, ramp 0.5 A", "torque 400 mNm", ""),  # or at its slew level
         ("24 V, 1 A, rest 0 A", "friction 50 mNm", ""),
         ("24 V, 1 A, rest 0 A", "torque 50 mNm, friction 40 mNm, stiction 60 mNm", ""),
         (

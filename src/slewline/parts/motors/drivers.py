@@ -127,7 +127,7 @@ EXAMPLES = (
     "current 1 A, boost",
     "24 V, 1 A, rest 0.5 A, ramp 1.5 A",
 )
-NUMBER = r"[+-]?[0-9]+(?:\.[0-9]*)?(?:[eE][+-]?[0-9]+)?"
+NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 
 
 def _pattern(form: str) -> re.Pattern[str]:
@@ -150,12 +150,12 @@ def _said(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, An
             continue
         for form, sets in SAYINGS.items():
             if found := _pattern(form).fullmatch(part.translate(SPELLED)):
-                yield from ((part, *each) for each in sets.items())
-                for figure_, value in found.groupdict().items():
-                    if figure_ == "times":
+                yield from ((part, each, value) for each, value in sets.items())
+                for each, value in found.groupdict().items():
+                    if each == "times":
                         yield part, "series", _in_series(float(value.rstrip(" R")), part, name, motor)
                     else:
-                        yield part, figure_, value
+                        yield part, each, value
                 break
         else:
             known = [*DRIVERS, *(form for form in SAYINGS if "{" not in form)]
@@ -200,7 +200,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
         table = ", ".join(row.name for row in FIGURES)
         raise UsageError(f"{name} {value!r}; allowed text such as {EXAMPLES[0]!r}, or a table of like, {table}")
     given = _of_text(value, name, motor) if isinstance(value, str) else dict(value)
-    given = {each: figure_ for each, figure_ in given.items() if figure_ is not None}
+    given = {each: of for each, of in given.items() if of is not None}
     rows: Sequence[Option] = FIGURES
     row = None
     if "like" in given:

@@ -195,14 +195,15 @@ class Model:
 # When a place passes a bound: the first picosecond at which it has, between two grid points.  Newton's rule from the
 # secant of both ends; where it leaves the interval, the interval is halved.
 CROSSING = """
-def crossing(parameters, table, t, state, code, span, which, factor, bound, rising):
-    low = 0
+def crossing(parameters, table, t, state, code, low, span, which, factor, bound, rising):
     high = span
     below = state[which] * factor - bound
     above = after(parameters, table, t, state, code, span)[which] * factor - bound
     guess = low + (high - low) // 2
     if above != below:
         guess = int(below / (below - above) * span)
+    if guess < low:
+        guess = low + (high - low) // 2
     while high - low > 1:
         if guess <= low or guess >= high:
             guess = low + (high - low) // 2

@@ -76,11 +76,21 @@ UNKNOWN = Marks(0, 0, 1, ())
 class Counter(Protocol):
     """What a motion passes on a scale; a part that turns a shaft in another way brings one of its own."""
 
+    scale: CountScale
+    lag_ps: int
+
+    @property
+    def way(self) -> int:
+        """Which way it counts: 1 up, -1 down, 0: it may turn round."""
+
     def at(self, ps: int) -> int:
         """Return the count that is shown at an instant (ps)."""
 
-    def after(self, ps: int) -> int | None:
-        """Return when the count changes next (ps), or an instant at which to ask again; None: as things stand never."""
+    def after(self, ps: int, changes: int = 1) -> int | None:
+        """Return when the count changes next (ps); or, of `changes`, the last, if no others are under way.
+
+        It may be an instant at which to ask again.  None: as things stand never.
+        """
 
     def between(self, start: int, stop: int) -> Shown:
         """Return what has been shown at start < t <= stop (ps), the last committed instant at most.
@@ -89,6 +99,12 @@ class Counter(Protocol):
             The count before, the instants of its changes, ascending, and the counts from there on: two lists, or two
                 int64 arrays.
         """
+
+    def onward(self, ps: int) -> Counter:
+        """Return a counter that begins at an instant (ps)."""
+
+    def on(self, motion: Any, now: int) -> Counter:
+        """Return a counter for a motion that continues this one from `now` (ps) on."""
 
 
 @dataclass(slots=True)
@@ -159,6 +175,11 @@ class StepCounter:
         return over
 
     # ------------------------------------------------------------------------------------------------------- questions
+    @property
+    def way(self) -> int:
+        """Which way it counts."""
+        return self.motion.sign
+
     def at(self, ps: int) -> int:
         """Return the count that is shown at an instant (ps)."""
         return self._after_changes(self._shown(ps), ps)
@@ -295,7 +316,7 @@ class EncoderChannel:
     __slots__ = ("code", "counter")
     until: int | None = None  # what a motion assumes holds until the shaft takes up another
 
-    def __init__(self, counter: StepCounter, code: LevelPattern) -> None:
+    def __init__(self, counter: Counter, code: LevelPattern) -> None:
         self.counter, self.code = counter, code
 
     def level(self, ps: int) -> int:
@@ -311,7 +332,7 @@ class EncoderChannel:
         count = counter.at(ps)
         here = code[count]
         for _ in range(LOOKS + 1):
-            changes = code.distance(count, counter.motion.sign) if code[count] == here else 1
+            changes = code.distance(count, counter.way) if counter.way and code[count] == here else 1
             following = counter.after(time, changes)
             if following is None:
                 return None
@@ -342,13 +363,14 @@ class SwitchZone:
     began, at `since`; `levels` are those of the open and the closed switch.
     """
 
-    __slots__ = ("closed", "counter", "levels", "says", "since")
+    __slots__ = ("_known", "closed", "counter", "levels", "says", "since")
     until: int | None = None
 
     def __init__(
         self, counter: Counter, since: int, closed: bool, says: tuple[bool | None, ...], levels: tuple[Level, Level]
     ) -> None:
         self.counter, self.since, self.closed, self.says, self.levels = counter, since, closed, says, levels
+        self._known = since, closed
 
     @property
     def floats(self) -> bool:
@@ -357,11 +379,15 @@ class SwitchZone:
 
     def closed_at(self, ps: int) -> bool:
         """Return whether the switch is closed at an instant (ps)."""
-        before, _, counts = self.counter.between(self.since, max(ps, self.since))
-        return self._after([before, *counts])
+        since, closed = self._known if ps >= self._known[0] else (self.since, self.closed)
+        before, _, counts = self.counter.between(since, max(ps, since))
+        closed = self._after([before, *counts], closed)
+        if ps > since:
+            self._known = ps, closed
+        return closed
 
-    def _after(self, counts: list[int]) -> bool:
-        return next((closed for n in reversed(counts) if (closed := self.says[n]) is not None), self.closed)
+    def _after(self, counts: list[int], closed: bool) -> bool:
+        return next((says for n in reversed(counts) if (says := self.says[n]) is not None), closed)
 
     def level(self, ps: int) -> Level:
         """Return the level at an instant (ps), edges at that instant included."""

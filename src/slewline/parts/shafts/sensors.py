@@ -16,7 +16,7 @@ from ...core.time.timebase import Time, picoseconds
 from ...errors import UsageError
 from ..base.follower import Follower, ignored, start_rule
 from ..base.part import Part
-from .counter import CountScale, StepCounter, SwitchZone
+from .counter import Counter, CountScale, SwitchZone
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Pin
@@ -57,11 +57,11 @@ class Sensor(Follower):
     ) -> None:
         super().__init__(part, (), schedule=show, react=_later, cut=cut)
         self.shaft = shaft
-        self.counter = StepCounter(shaft.motion, scale, lag_ps)
+        self.counter: Counter = shaft.counter(scale, lag_ps)
 
     def start(self) -> None:
         """Follow the shaft from now on."""
-        self.counter = StepCounter(self.shaft.motion, self.counter.scale, self.counter.lag_ps)
+        self.counter = self.shaft.counter(self.counter.scale, self.counter.lag_ps)
         self.shaft.on_cut.add(self._consume)
         self.shaft.on_turn.add(self._turned)
         self.schedule()

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from ...core.motion.quantity import Quantity
     from ...core.time.kernel import Kernel
+    from .counter import Counter, CountScale
 
 Place = Fraction | None
 KEPT = 1 << 14  # motions of the past, at least; up to twice as many are there
@@ -66,9 +67,10 @@ class Shaft:
         if ps > motion.since:
             self.look(ps)
             self.on_cut(ps)
-            self._keep(motion, ps)
             self._told = 0
             self.motion = motion.onward(ps)
+            if self.motion is not motion:
+                self._keep(motion, ps)
 
     def turn(self, drive: ClockEdges, sign: int, since: int) -> None:
         """Follow other edges after an instant, forward (1) or back (-1)."""
@@ -134,6 +136,10 @@ class Shaft:
         return low, min((place for place in highs if place is not None), default=None)
 
     # ------------------------------------------------------------------------------------------- what sits on a shaft
+    def counter(self, scale: CountScale, lag_ps: int) -> Counter:
+        """Return what its present motion passes on a scale, shown `lag_ps` later."""
+        return self.motion.counter(scale, lag_ps)
+
     @property
     def place(self) -> Fraction:
         """Where it is, in steps from the beginning."""
@@ -333,13 +339,7 @@ class BacklashShaft(DrivenShaft):
 
     def derived(self, motion: ShaftMotion) -> ShaftMotion:
         """Return the motion of this shaft, the play between the two taken up first."""
-        unit = lcm(motion.unit, self.motion.unit, self.play.denominator, self.offset.denominator)
-        motion, here = common(motion, unit), common(self.motion, unit).place
-        play, pushed = int(self.play * unit), motion.place + int(self.offset * unit)
-        place = min(max(here, pushed), pushed + play)
-        ahead = place - pushed if motion.sign > 0 else pushed + play - place
-        slack = motion.slack + ahead
-        return ShaftMotion(motion.drive, motion.since, place, motion.sign, motion.step, unit, slack, motion.room)
+        return motion.played(self.motion, self.play, self.offset)
 
     def stop_at(self, low: Place, high: Place) -> None:
         """Set hard stops at two places, in steps; they hold the driving shaft."""

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from .counter import CountScale, StepCounter
+
 BLOCKED = 1 << 200  # a slack that no motion takes up
 FEW = 16  # edges an instant: where they are fewer, all of them are laid out at once
 
@@ -190,6 +192,24 @@ class ShaftMotion:
             self, place=sign * self.place * n, step=self.step * n, slack=self.slack * n, unit=self.unit * d,
             sign=sign * self.sign,
         )  # fmt: skip
+
+    def played(self, here: ShaftMotion, play: Fraction, offset: Fraction) -> ShaftMotion:
+        """Return the motion of what is moved with a play, the play between the two taken up first.
+
+        It is where `here` begins, and began `offset` above this motion.
+        """
+        unit = lcm(self.unit, here.unit, play.denominator, offset.denominator)
+        motion, place = common(self, unit), common(here, unit).place
+        slop, pushed = int(play * unit), motion.place + int(offset * unit)
+        place = min(max(place, pushed), pushed + slop)
+        slack = motion.slack + (place - pushed if motion.sign > 0 else pushed + slop - place)
+        return ShaftMotion(motion.drive, motion.since, place, motion.sign, motion.step, unit, slack, motion.room)
+
+    def counter(self, scale: CountScale, lag_ps: int) -> StepCounter:
+        """Return what the motion passes on a scale, shown `lag_ps` later."""
+        from .counter import StepCounter
+
+        return StepCounter(self, scale, lag_ps)
 
 
 def common(one: ShaftMotion, unit: int) -> ShaftMotion:

@@ -1,0 +1,209 @@
+"""What the inputs of a motor ask for, over time: which command, and which row of the law's table.
+
+    pieces      |------------------|---------|------------------------->
+                 what the pins showed          what they promise
+
+A piece is what the wires showed from an instant on, until one of them was driven otherwise: promises are values, so
+the past can be asked again and a long slew costs nothing.  Only what changes the command or the row is an edge.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...core.wires.wave import Level, Promise, promised
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from .law import Law
+
+
+class Edges(NamedTuple):
+    """Edges of what is asked for: instants, commands and rows of the table from there on, (n,) int64 each."""
+
+    times: NDArray[np.int64]
+    commands: NDArray[np.int64]
+    codes: NDArray[np.int64]
+
+
+class Piece(NamedTuple):
+    """What the pins show from an instant (ps) on, by their names: promises, or levels that stay."""
+
+    since: int
+    shown: Sequence[Promise | Level]
+
+    def levels(self, ps: int) -> list[Level]:
+        """Return the levels at an instant (ps)."""
+        return [what.level(ps) if promised(what) else what for what in self.shown]
+
+    def after(self, ps: int) -> int | None:
+        """Return when a pin may change next (ps), or an instant at which to ask again; None: as things stand never."""
+        times = [time for what in self.shown if promised(what) and (time := what.after(ps)) is not None]
+        return min(times, default=None)
+
+    @property
+    def until(self) -> int | None:
+        """The instant before which all of it holds (ps); None: for good."""
+        return min((what.until for what in self.shown if promised(what) and what.until is not None), default=None)
+
+
+class Reading(NamedTuple):
+    """What pins make of a stretch of time: at its beginning, and at each instant at which a pin has an edge.
+
+    `high` is (n + 1, pins) bool, the first row being the levels before the first instant.
+    """
+
+    times: NDArray[np.int64]
+    high: NDArray[np.bool_]
+
+
+Asked = Callable[[Reading, int], tuple[Any, Any]]  # of a command before: commands and codes, one for each instant
+
+
+class Feed:
+    """The inputs of a motor.
+
+    Args:
+        asked: makes commands and rows of what the pins read.
+    """
+
+    def __init__(self, asked: Asked) -> None:
+        self.asked = asked
+        self.pieces: list[Piece] = []
+
+    def show(self, since: int, shown: Sequence[Promise | Level]) -> None:
+        """Take up what the pins show from an instant (ps) on."""
+        if self.pieces and self.pieces[-1].since >= since:
+            self.pieces.pop()
+        self.pieces.append(Piece(since, shown))
+
+    @property
+    def now(self) -> Piece:
+        """What the pins show at present."""
+        return self.pieces[-1]
+
+    def edges(self, start: int, stop: int, command: int, code: int) -> Edges:
+        """Return the edges at start < t <= stop (ps), after what was in force at `start`."""
+        import numpy as np
+
+        found = []
+        for reading in self._readings(start, stop):
+            commands, codes = self.asked(reading, command)
+            changed = (np.diff(commands, prepend=command) != 0) | (np.diff(codes, prepend=code) != 0)
+            if changed.any():
+                found.append((reading.times[changed], commands[changed], codes[changed]))
+                command, code = int(commands[-1]), int(codes[-1])
+        if not found:
+            return Edges(*(np.empty(0, np.int64) for _ in range(3)))
+        return Edges(*(np.concatenate(column) for column in zip(*found, strict=True)))
+
+    def _readings(self, start: int, stop: int) -> list[Reading]:
+        """What the pins read at start < t <= stop, piece by piece."""
+        first = max(bisect_right(self.pieces, start, key=lambda piece: piece.since) - 1, 0)
+        readings = []
+        for n in range(first, len(self.pieces)):
+            piece = self.pieces[n]
+            if piece.since > stop:
+                break
+            end = min(stop, self.pieces[n + 1].since - 1) if n + 1 < len(self.pieces) else stop
+            if n > first or piece.since > start:  # what the pins read before it, they read of the piece before
+                before = self.pieces[n - 1].levels(piece.since - 1) if n else piece.levels(piece.since)
+                readings.append(reading(piece, piece.since - 1, end, before))
+            elif end > start:
+                readings.append(reading(piece, start, end, piece.levels(start)))
+        return readings
+
+    def forget(self, before: int) -> None:
+        """Drop what was over before an instant (ps)."""
+        del self.pieces[: max(bisect_right(self.pieces, before, key=lambda piece: piece.since) - 1, 0)]
+
+
+def reading(piece: Piece, start: int, stop: int, before: Sequence[Level]) -> Reading:
+    """Return what the pins read at start < t <= stop, and before that; an open pin reads high."""
+    import numpy as np
+
+    shown: list[tuple[Any, Any]] = []
+    for what, level in zip(piece.shown, before, strict=True):
+        here = what.level(start + 1) if promised(what) else what
+        times, levels = what.edges(start, stop) if promised(what) else ((), ())
+        times, levels = np.asarray(times, np.int64), np.array([level != 0 for level in levels], bool)
+        if (here != 0) != (level != 0) and not (len(times) and times[0] == start + 1):
+            times, levels = np.append(start + 1, times), np.append(here != 0, levels)
+        shown.append((times, levels))
+    times = shown[0][0] if len(shown) == 1 else np.unique(np.concatenate([own for own, _ in shown]))
+    high = np.empty((len(times) + 1, len(shown)), bool)
+    for n, ((own, levels), level) in enumerate(zip(shown, before, strict=True)):
+        high[:, n] = np.append(level != 0, levels)[np.append(0, np.searchsorted(own, times, side="right"))]
+    return Reading(times, high)
+
+
+# --------------------------------------------------------------------------------------------- what the pins ask for
+@dataclass(frozen=True)
+class Pins:
+    """Which column of a reading is which pin, and the level at which it counts; a pin that is not read has no column."""
+
+    columns: Mapping[str, tuple[int, bool]]
+
+    def __call__(self, reading: Reading, name: str, otherwise: bool) -> Any:
+        """Return whether a pin is active, (n + 1,) bool; `otherwise` where it is not read."""
+        import numpy as np
+
+        found = self.columns.get(name)
+        if found is None:
+            return np.full(len(reading.high), otherwise)
+        column, active = found
+        return reading.high[:, column] == active
+
+    def level(self, reading: Reading) -> Any:
+        """Return the level of the current, an index of `LEVELS`, (n,) int64 (MOV and RAMP of figure 11, ENABLE)."""
+        import numpy as np
+
+        moving, ramping = self(reading, "mov", True)[1:], self(reading, "ramp", False)[1:]
+        enabled = self(reading, "enable", True)[1:]
+        return np.where(enabled, np.where(ramping, 1, np.where(moving, 0, 2)), 3).astype(np.int64)
+
+
+def steps_asked(law: Law, pins: Pins) -> Asked:
+    """Return what PULSE and DIRECTION ask for: each step is a command more, or less."""
+
+    def asked(reading: Reading, command: int) -> tuple[Any, Any]:
+        import numpy as np
+
+        pulse, forward = pins(reading, "pulse", True), pins(reading, "direction", True)[1:]
+        steps = (pulse[1:] & ~pulse[:-1]) * np.where(forward, 1, -1)
+        commands = command + np.cumsum(steps)
+        return commands, commands % law.cycle + law.cycle * pins.level(reading)
+
+    return asked
+
+
+def phases_asked(law: Law, pins: Pins, names: Sequence[str], fields: Sequence[int | None]) -> Asked:
+    """Return what phases ask for: the command nearest to the last one that has the field; without one it stays.
+
+    Args:
+        fields: for each set of phases that are on, the first one counting 1, then 2, 4 ...: the command from 0 to
+            `law.cycle - 1`, or None.  These sets are the rows of the table.
+    """
+
+    def asked(reading: Reading, command: int) -> tuple[Any, Any]:
+        import numpy as np
+
+        number = np.zeros(len(reading.high) - 1, np.int64)
+        for n, name in enumerate(names):
+            number |= pins(reading, name, False)[1:].astype(np.int64) << n
+        codes = number + len(fields) * pins.level(reading)
+        commands = np.empty(len(number), np.int64)
+        half = law.cycle // 2
+        for n, bits in enumerate(number.tolist()):
+            field = fields[bits]
+            turn = 0 if field is None else (field - command + half) % law.cycle - half
+            command += turn if turn != -half else 0  # to the opposite side: either way is as near, so it stays
+            commands[n] = command
+        return commands, codes
+
+    return asked

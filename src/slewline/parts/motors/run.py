@@ -1,0 +1,254 @@
+"""What a motor has done, and will do as things stand: grid points, made when somebody asks.
+
+    past           now                    foreseen
+    grid points -->|- - - - - - - - - ->|           integrated so far: `reached`
+                   |- - -x                          the inputs turn out otherwise: what lies ahead is made anew
+
+Nothing is integrated until it is asked for.  The past never changes.  Of what lies ahead the points are dropped from
+the first edge on that comes otherwise than foreseen.  Points that were made long ago are dropped too, but for one in a
+stretch: they can be made again, and have the same bits.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from typing import TYPE_CHECKING, Any
+
+from .feed import Edges, Feed
+from .law import Integration, Law, Point
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+STRETCH = 4096  # grid points
+WHOLE = 64  # stretches whose points are kept
+
+
+class Stretch:
+    """Grid points of one law, from `first` on.
+
+    Attributes:
+        anew: `first` is no continuation of the stretch before: somebody has changed the law, or the state.
+        times, states, commands, codes: columns of the points, as in a `Trace`; None: they have been dropped.
+    """
+
+    def __init__(self, law: Law, first: Point, *, anew: bool = False) -> None:
+        self.law, self.first, self.anew = law, first, anew
+        self.columns: tuple[Any, ...] | None = columns_of(first)
+        self.last = first
+        self._edges: Edges | None = None  # once it is complete
+
+    @property
+    def count(self) -> int:
+        """How many points it has."""
+        return len(self.whole[0])
+
+    @property
+    def whole(self) -> tuple[Any, ...]:
+        """Its columns: times, states, commands, codes."""
+        if self.columns is None and self._edges is not None:
+            trace = Integration(self.law).trace(*self._edges[:], self.last.t, self.first)
+            self.columns = trace.times, trace.states, trace.commands, trace.codes
+        return self.columns or ()
+
+    def point(self, n: int) -> Point:
+        """Return one of its points."""
+        times, states, commands, codes = self.whole
+        return Point(int(times[n]), tuple(states[n].tolist()), int(commands[n]), int(codes[n]))
+
+    def extend(self, more: tuple[Any, ...]) -> None:
+        """Add points."""
+        import numpy as np
+
+        self.columns = tuple(np.concatenate(pair) for pair in zip(self.whole, more, strict=True))
+        self.last = self.point(-1)
+
+    def edges(self, after: int) -> Edges:
+        """Return the edges of the inputs at its points after an instant (ps)."""
+        import numpy as np
+
+        times, _, commands, codes = self.whole
+        changed = (np.diff(commands, prepend=commands[0]) != 0) | (np.diff(codes, prepend=codes[0]) != 0)
+        changed &= times > after
+        return Edges(times[changed], commands[changed], codes[changed])
+
+    def cut(self, before: int) -> None:
+        """Drop the points from an instant (ps) on, but not the first one."""
+        count = max(int(self.whole[0].searchsorted(before)), 1)
+        self.columns = tuple(column[:count] for column in self.whole)
+        self.last = self.point(-1)
+        self._edges = None
+
+    def drop(self) -> None:
+        """Drop the points: they can be made again."""
+        if self.columns is not None:
+            self._edges = self.edges(self.first.t)
+            self.columns = None
+
+
+def columns_of(point: Point) -> tuple[Any, ...]:
+    """Return a grid point as columns of one."""
+    import numpy as np
+
+    ints = [np.array([value], np.int64) for value in (point.t, point.command, point.code)]
+    return ints[0], np.array([point.state], np.float64), ints[1], ints[2]
+
+
+class Run:
+    """The motion of a rotor.
+
+    `cuts` are called with an instant (ps) when what was foreseen from there on does not come.
+
+    Args:
+        law: of motor, driver and load; `alter` may put another in its place.
+        feed: what the inputs ask for.
+        first: where it begins.
+    """
+
+    def __init__(self, law: Law, feed: Feed, first: Point) -> None:
+        self.feed = feed
+        self.stretches = [Stretch(law, first)]
+        self.reached = first.t  # integrated up to here
+        self.cuts: list[Callable[[int], object]] = []
+        self._integration = Integration(law)
+        self._rests = False  # at the last point: nothing changes until the next edge
+
+    @property
+    def law(self) -> Law:
+        """The present law."""
+        return self.stretches[-1].law
+
+    # ------------------------------------------------------------------------------------------------------- the points
+    def reach(self, ps: int) -> None:
+        """Integrate up to an instant (ps)."""
+        if ps <= self.reached:
+            return
+        stretch = self.stretches[-1]
+        last = stretch.last
+        edges = self.feed.edges(last.t, ps, last.command, last.code)
+        if not (self._rests and not len(edges.times)):
+            if stretch.count >= STRETCH:
+                stretch = Stretch(stretch.law, last)
+                self.stretches.append(stretch)
+                self._drop_old()
+            trace = self._integration.trace(edges.times, edges.commands, edges.codes, ps, last)
+            self._rests = trace.rests
+            if len(trace.times) > 1:
+                stretch.extend((trace.times[1:], trace.states[1:], trace.commands[1:], trace.codes[1:]))
+        self.reached = ps
+
+    def _drop_old(self) -> None:
+        if len(self.stretches) > WHOLE:
+            self.stretches[-1 - WHOLE].drop()
+
+    def follow(self, seen: int) -> None:
+        """Take up what the inputs show now: drop what was foreseen otherwise after an instant (ps)."""
+        if self.reached <= seen:
+            return
+        n = len(self.stretches) - 1
+        while n and self.stretches[n].first.t > seen:
+            n -= 1
+        before = self.at_or_before(seen)
+        now = self.feed.edges(seen, self.reached, before.command, before.code)
+        foreseen = [stretch.edges(seen) for stretch in self.stretches[n:]]
+        differs = first_difference(now, Edges(*map(joined, zip(*foreseen, strict=True))))
+        if differs is not None:
+            self._cut(differs)
+
+    def _cut(self, ps: int) -> None:
+        """Drop what lies at an instant (ps) and after it."""
+        while len(self.stretches) > 1 and self.stretches[-1].first.t >= ps:
+            self.stretches.pop()
+        self.stretches[-1].cut(ps)
+        self.reached, self._rests = ps - 1, False
+        for cut in self.cuts:
+            cut(ps)
+
+    def alter(self, ps: int, law: Law, **states: float) -> None:
+        """Go on from an instant (ps) with another law, or other values of some states."""
+        self.reach(ps)
+        point, state = self.at_or_before(ps), self.state(ps)
+        self._cut(ps + 1)
+        given = dict(zip(self.stretches[-1].law.names, state, strict=True)) | states
+        first = Point(ps, tuple(given.get(name, 0.0) for name in law.names), point.command, point.code)
+        if law is not self.law:
+            self._integration = Integration(law)
+        self.stretches.append(Stretch(law, first, anew=True))
+        self.reached = ps
+
+    # -------------------------------------------------------------------------------------------------------- questions
+    def stretch_at(self, ps: int) -> Stretch:
+        """Return the stretch of an instant (ps) that has been reached."""
+        n = bisect_right(self.stretches, ps, key=lambda stretch: stretch.first.t) - 1
+        return self.stretches[max(n, 0)]
+
+    def at_or_before(self, ps: int) -> Point:
+        """Return the last grid point up to an instant (ps), or the first one that is kept."""
+        self.reach(ps)
+        stretch = self.stretch_at(ps)
+        return stretch.point(max(int(stretch.whole[0].searchsorted(ps, "right")) - 1, 0))
+
+    def state(self, ps: int) -> tuple[float, ...]:
+        """Return the state at an instant (ps)."""
+        point, law = self.at_or_before(ps), self.stretch_at(ps).law
+        return law.after(point.t, point.state, point.code, ps - point.t) if ps > point.t else point.state
+
+    def between(self, start: int, stop: int) -> list[tuple[Law, tuple[Any, ...]]]:
+        """Return the grid points at start < t <= stop (ps), with their laws: columns times, states, commands, codes."""
+        self.reach(stop)
+        found = []
+        n = max(bisect_right(self.stretches, start, key=lambda stretch: stretch.first.t) - 1, 0)
+        for stretch in self.stretches[n:]:
+            if stretch.first.t > stop:
+                break
+            times = stretch.whole[0]
+            part = slice(int(times.searchsorted(start, "right")), int(times.searchsorted(stop, "right")))
+            if part.start == 0 and not stretch.anew:
+                part = slice(1, part.stop)  # its first point is the last one of the stretch before
+            if part.stop > part.start:
+                found.append((stretch.law, tuple(column[part] for column in stretch.whole)))
+        return found
+
+    def states_at(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the states at instants in any order: (n, k) float64, shape of the present law."""
+        import numpy as np
+
+        return np.array([self.state(int(ps)) for ps in times]).reshape(len(times), -1)
+
+    def rests(self, ps: int) -> bool:
+        """Return whether nothing changes at an instant (ps), nor after it until the next edge of an input."""
+        self.reach(ps)
+        return self._rests and ps >= self.stretches[-1].last.t
+
+    def forget(self, before: int) -> None:
+        """Drop what was over before an instant (ps)."""
+        n = bisect_right(self.stretches, before, key=lambda stretch: stretch.first.t) - 1
+        del self.stretches[: max(n, 0)]
+        self.feed.forget(min(before, self.stretches[0].first.t))
+
+
+
+
+def joined(columns: Any) -> Any:
+    """Return arrays as one."""
+    import numpy as np
+
+    return np.concatenate(columns)
+
+
+def first_difference(one: Edges, two: Edges) -> int | None:
+    """Return the first instant (ps) at which two rows of edges differ; None: they do not."""
+    count = min(len(one.times), len(two.times))
+    differ = (
+        (one.times[:count] != two.times[:count])
+        | (one.commands[:count] != two.commands[:count])
+        | (one.codes[:count] != two.codes[:count])
+    )
+    if differ.any():
+        n = int(differ.argmax())
+        return int(min(one.times[n], two.times[n]))
+    longer = max(one, two, key=lambda edges: len(edges.times))
+    return int(longer.times[count]) if len(longer.times) > count else None
