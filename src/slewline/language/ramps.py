@@ -263,6 +263,22 @@ class Calculator(ABC):
     def ramp(self, values: Values, crystal_hz: int) -> Ramp:
         """Return the ramp of a full set of values, all within their ranges."""
 
+    def fitted(self, values: Values) -> dict[str, Value | bool]:
+        """Return the options of the part that are among some values, where they are not at their defaults."""
+        options = {option.name for option in self.sheet.options}
+        truth: dict[Value, bool] = {"True": True, "False": False}
+        return {name: truth.get(value, value) for name, value in self.told(values).items() if name in options}
+
+    def script(self, values: Values, steps: int) -> list[str]:
+        """Return what a host sends for a move of so many steps: the parameters, then what moves.
+
+        Raises:
+            UsageError: the part does not say how.
+        """
+        raise UsageError(
+            f"{self.sheet.part}: its calculator has no `script`, what a host sends for a move; give it one"
+        )
+
     @abstractmethod
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         """Return the value of a quantity that comes nearest to a rate with its unit (rates.py); None: `text` is none.

@@ -27,6 +27,7 @@ class Progress(NamedTuple):
     left: int
     best: int | None  # place
     runs: int  # in this session
+    time_ps: int | None = None  # of the best so far
 
 
 OnProgress = Callable[[Progress], object]
@@ -83,7 +84,9 @@ class Search:
     def _report(self, doing: str, done: int, best: Outcome | None) -> None:
         total = len(self.candidates)
         left = max((self.candidates.rank[best.place] + 1 if best else total) - done, 0)
-        self.on_progress(Progress(doing, done, total, left, best and best.place, self.runs.here))
+        place = None if best is None else best.place
+        time = None if place is None else self.candidates.time_ps[place]
+        self.on_progress(Progress(doing, done, total, left, place, self.runs.here, time))
 
     # ----------------------------------------------------------------------------------------------- order of scenarios
     def _order(self, number: int) -> Sequence[Scenario]:

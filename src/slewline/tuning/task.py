@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from ..core.time.timebase import readable
@@ -32,6 +32,7 @@ class Task:
     grid: Grid
     perturbations: tuple[Perturbation, ...]
     step_ps: int = STEP_PS
+    said: Mapping[str, Any] = field(default_factory=dict, compare=False)  # motor, driver and load as a user gave them
 
     @property
     def system(self) -> System:
@@ -51,7 +52,8 @@ class Task:
 
     def as_json(self) -> dict[str, Any]:
         """Return all that verdicts depend on."""
-        found = asdict(self)
+        found = asdict(replace(self, said={}))
+        del found["said"]
         found["grid"] = {name: list(of) for name, of in zip(self.grid.names, self.grid.values, strict=True)}
         found["perturbations"] = {row.name: dict(row.changes) for row in self.perturbations}
         return found

@@ -105,7 +105,9 @@ def task_of(
     used, driven, loaded = _system(motor, driver, load)
     told = {str(key): value for key, value in (options or {}).items()}
     step_ps = CHOPPED_PS if driven.kind == "chopper" else STEP_PS
-    return Task(name, hz, told, number, _stepping(stepping), used, driven, loaded, places, rows, step_ps), calculator
+    said = {"motor": motor, "driver": driver, "load": load}
+    pulse = _stepping(stepping)
+    return Task(name, hz, told, number, pulse, used, driven, loaded, places, rows, step_ps, said), calculator
 
 
 def _system(
@@ -115,14 +117,14 @@ def _system(
 ) -> tuple[MotorData, DriverData, LoadData]:
     """The data of motor, driver and load, read where they are not data yet."""
     from ..parts.motors.drivers import read_driver
-    from ..parts.motors.loads import read_load
+    from ..parts.motors.loads import check_holds, read_load
     from ..parts.motors.motors import read_motor
 
-    used = motor if isinstance(motor, MotorData) else read_motor(motor, "motor")
-    driven = driver if isinstance(driver, DriverData) else read_driver(driver, "driver", used)
-    if load is None:
-        return used, driven, LoadData()
-    return used, driven, load if isinstance(load, LoadData) else read_load(load, "load", used)
+    used = read_motor(motor, "motor")
+    driven = read_driver(driver, "driver", used)
+    loaded = LoadData() if load is None else read_load(load, "load", used)
+    check_holds(used, driven, loaded)
+    return used, driven, loaded
 
 
 def _stepping(text: str) -> str:

@@ -70,6 +70,9 @@ class Cy525Ramps(Calculator):
             self.sheet.part, values, crystal_hz, STEP_TICKS, runs, NUMBER, lambda number: profile.move(number, *law)
         )
 
+    def script(self, values: Values, steps: int) -> list[str]:
+        return ["A 0", *(f"{form} {values[form]}" for form in "FRSZ"), f"N {steps}", "G"]
+
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         rate = steps_per_s(text)
         if rate is None:

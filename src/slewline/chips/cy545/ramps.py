@@ -57,6 +57,10 @@ class Cy545Ramps(Calculator):
             lambda number: profile.move(number, first, rate, slope, law),
         )
 
+    def script(self, values: Values, steps: int) -> list[str]:
+        """Return what a host sends for a move clockwise."""
+        return ["+", *(f"{form} {values[form]}" for form in "FRS"), f"N {steps}", "G"]
+
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         """Return the rate parameter that comes nearest to a rate in steps/s; None: the text is none."""
         rate = steps_per_s(text)

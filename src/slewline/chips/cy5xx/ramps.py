@@ -111,6 +111,9 @@ class SlopeRamps(Calculator):
     def ramp(self, values: Values, crystal_hz: int) -> SlopeRamp:
         return SlopeRamp(self, values, crystal_hz)
 
+    def script(self, values: Values, steps: int) -> list[str]:
+        return ["A", *(f"{form} {values[form]}" for form in "RS"), f"N {steps}", "G"]
+
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         rate = steps_per_s(text)
         if rate is None:

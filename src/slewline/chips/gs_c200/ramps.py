@@ -109,6 +109,9 @@ class GscRamps(Calculator):
     def ramp(self, values: Values, crystal_hz: int) -> GscRamp:
         return GscRamp(self.sheet.part, values, crystal_hz)
 
+    def script(self, values: Values, steps: int) -> list[str]:
+        return ["P", *(f"{form}{values[form]}" for form in "STR"), f"+{steps}", "E"]
+
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         rate = steps_per_s(text)
         return None if rate is None else floor(rate / RATE_UNIT + Fraction(1, 2))

@@ -223,6 +223,13 @@ class ChipsetRamps(Calculator):
     def ramp(self, values: Values, crystal_hz: int) -> Trapezoid | SCurvePhases:
         return PROFILES[str(values[TRAPEZOID[0]])](Units(self.sheet, crystal_hz), values, crystal_hz)
 
+    def script(self, values: Values, steps: int) -> list[str]:
+        modes = ["SET_PRFL_S_CRV"] * (values[TRAPEZOID[0]] == S_CURVE[1]) + ["SET_OUTPUT_HIGH"] * (
+            values["output"] == "high"
+        )
+        registers = [f"{name} {value}" for name, value in values.items() if name.startswith("SET_")]
+        return [*modes, *registers, f"SET_POS {steps}", "UPDATE", "wait motion_complete"]
+
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         return rates.spoken(self.arg(quantity.name), text, rates.cycles_per_s(self.sheet, crystal_hz))
 

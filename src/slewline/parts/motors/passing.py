@@ -177,8 +177,11 @@ class Passings:
             changed = np.flatnonzero(np.diff(counts, prepend=count))
             for n in changed.tolist():
                 if n:
-                    begin, before = int(times[n - 1]), Point(
-                        int(times[n - 1]), tuple(states[n - 1].tolist()), int(commands[n - 1]), int(codes[n - 1])
+                    begin, before = (
+                        int(times[n - 1]),
+                        Point(
+                            int(times[n - 1]), tuple(states[n - 1].tolist()), int(commands[n - 1]), int(codes[n - 1])
+                        ),
                     )
                 self._changes(law, before, begin, int(times[n]), count, int(counts[n]))
                 count = int(counts[n])

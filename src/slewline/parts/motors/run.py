@@ -230,8 +230,6 @@ class Run:
         self.feed.forget(min(before, self.stretches[0].first.t))
 
 
-
-
 def joined(columns: Any) -> Any:
     """Return arrays as one."""
     import numpy as np
