@@ -39,7 +39,7 @@ def bench_file(tuned: Tuned, calculator: Calculator) -> str:
 
 
 def _given(value: Any) -> Any:
-    """What a bench file has of a motor, a driver or a load: its text, its table, or the figures that are no defaults."""
+    """What a bench file has of a motor, driver or load: its text, its table, or the figures that are no defaults."""
     if is_dataclass(value) and not isinstance(value, type):
         usual = {each.name: each.default for each in fields(value)}
         return {name: of for name, of in asdict(value).items() if of != usual[name] and name not in ("name", "source")}

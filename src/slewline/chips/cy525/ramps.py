@@ -34,14 +34,14 @@ def rate_of(parameter: int) -> float:
 
 
 def steepness(slope: int) -> float:
-    """Return a number in proportion to the acceleration that S gives, more or less."""
-    return 1 / (256 - slope)
+    """Return the logarithm of what the acceleration is in proportion to, more or less."""
+    return -log(256 - slope)
 
 
 QUANTITIES = (
     RampParameter("F", COMMANDS["F"].says, COMMANDS["F"].args[0], per_s=1, measure=rate_of, tried="1..12/5"),
     RampParameter("R", COMMANDS["R"].says, COMMANDS["R"].args[0], per_s=1, measure=rate_of, tried="4..80/14"),
-    RampParameter("S", COMMANDS["S"].says, SLOPE, free=True, measure=steepness, tried="1..254/10"),
+    RampParameter("S", COMMANDS["S"].says, SLOPE, free=True, measure=steepness, tried="1..250/12"),
     RampParameter("Z", COMMANDS["Z"].says, DIVISOR, default=1, free=True),
     RampParameter(RAMP_UNIT.name, "option of the chip: a rate unit at S 255, Z 1", RAMP_UNIT, default=profile.LAW.unit),
     RampParameter("ramp_jumps", "option of the chip: several units a step", choices=("False", "True"), default="False"),
