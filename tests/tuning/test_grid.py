@@ -41,9 +41,9 @@ def test_what_a_text_means(text: str, found: tuple[int, ...]) -> None:
 
 def test_values_are_spaced_evenly_in_what_counts() -> None:
     slopes = [1 / (256 - each) for each in values("cy525", "S=1..254/8", "S")]
-    steps = [b - a for a, b in pairwise(slopes)]
-    assert len(slopes) == 7  # near 255 whole numbers are coarse: two of eight are the same
-    assert max(steps[:4]) < 1.5 * min(steps[:4]) and values("cy525", "S=1..254/8", "S")[::6] == (1, 254)
+    ratios = [b / a for a, b in pairwise(slopes)]
+    assert len(slopes) == 8 and values("cy525", "S=1..254/8", "S")[::7] == (1, 254)
+    assert all(1.7 < ratio < 2.2 for ratio in ratios)
     accelerations = values("mc1451a", "SET_ACC=2000..200000 steps/s2/9", "SET_ACC")
     assert all(isclose(b / a, 100 ** (1 / 8), rel_tol=0.05) for a, b in pairwise(accelerations))
     starts = values("mc1451a", "SET_START_VEL=0..600 steps/s/4", "SET_START_VEL")

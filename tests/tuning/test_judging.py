@@ -49,7 +49,7 @@ def test_a_slow_move_holds_and_a_fast_start_is_lost(direction: int) -> None:
 
 def test_where_steps_are_lost_the_rotor_stops_early() -> None:
     fast = verdict(4000, ways()[0], 400)
-    assert fast.lost and fast.worst < 4.5  # the run ends at the limit
+    assert fast.lost and 3.9 < fast.worst < 5.2  # the run ends at the limit
 
 
 def test_what_rings_is_watched_until_it_rests() -> None:

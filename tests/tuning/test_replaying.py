@@ -1,4 +1,4 @@
-"""What was found is replayed by the chip: every calculator says what a host sends, and the steps are those of the move."""
+"""What was found is replayed by the chip: every calculator says what a host sends, and the steps are the move's."""
 
 from __future__ import annotations
 
@@ -45,7 +45,9 @@ def filled(calculator: Calculator, values: dict[str, Any]) -> dict[str, Any]:
 def found(part: str, values: dict[str, Any], **more: Any) -> Tuned:
     """A result with these values."""
     chosen = Chosen(filled(ramps_of(part), values), 10**12, 1.5)
-    return Tuned(task(part, **more), 1, 0, chosen, chosen, False, 1, 1, 1, {})
+    hz = ramps_of(part).sheet.crystal_hz
+    made = replace(task("cy525"), **{"part": part, "crystal_hz": hz} | more)
+    return Tuned(made, 1, 0, chosen, chosen, False, 1, 1, 1, {})
 
 
 def test_every_part_is_here() -> None:
@@ -64,7 +66,7 @@ def test_the_chip_makes_the_steps_that_were_judged(part: str, values: dict[str, 
     steps = bench["x"].steps().times_ps
     expected = slewline.ramp(part, **values).move(400).times()
     assert bench["x"].position == 400 and not bench.findings
-    assert np.array_equal(steps - steps[0], expected - expected[0])
+    assert np.abs((steps - steps[0]) - (expected - expected[0])).max() <= 1  # ps: clocks that are no whole picoseconds
 
 
 def test_a_bench_file_has_the_motor_as_it_was_given() -> None:

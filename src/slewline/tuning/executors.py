@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
+from logging import CRITICAL, getLogger
 from multiprocessing import get_context
 from typing import Any, NamedTuple
 
@@ -71,11 +72,14 @@ def dask(address: str) -> Iterator[Workers]:
     except ImportError as error:
         raise UsageError(needs("--dask needs", "dask")) from error
     where = f"Dask cluster {address!r}"
-    remedy = "allowed the address of a scheduler that runs, such as tcp://127.0.0.1:8786; start one: dask scheduler"
+    remedy = "allowed the address of a running scheduler, such as tcp://127.0.0.1:8786; start one: dask scheduler"
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise UsageError(f"{where}: {_first_line(error)}; {remedy}") from None
+    silent = [(logger, logger.level) for logger in map(getLogger, ("distributed", "tornado"))]
+    for logger, _ in silent:
+        logger.setLevel(CRITICAL)  # of a cluster that is gone one message is enough: ours
     try:
         threads = sum(client.nthreads().values())
         if not threads:
@@ -83,6 +87,8 @@ def dask(address: str) -> Iterator[Workers]:
         yield Workers(client.get_executor(pure=False), AHEAD * threads, f"{where} is gone; {remedy}, and a worker")
     finally:
         client.close(timeout=1)
+        for logger, level in silent:
+            logger.setLevel(level)
 
 
 def _first_line(error: BaseException) -> str:
