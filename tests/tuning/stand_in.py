@@ -14,9 +14,9 @@ from slewline.chips import ramps_of
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
 from slewline.tuning.candidates import Candidates
 from slewline.tuning.grid import read_grid
-from slewline.tuning.judging import Run, Verdict
+from slewline.tuning.judging import Trial, Verdict
 from slewline.tuning.perturbations import read_perturbations
-from slewline.tuning.task import Task
+from slewline.tuning.task import TuningTask
 
 MOTOR = MotorData(
     name="stand-in", current=1.0, resistance=5.0, inductance=8e-3, torque=0.49, inertia=6.8e-6, friction=1e-3
@@ -38,22 +38,22 @@ GRIDS = {  # of every family
 GRIDS["mc1451a"] = (GRIDS["mc1451a"][0].replace("=/", "=1e5 steps/s3..3e7 steps/s3/5"), 1000)
 
 
-def task(part: str = "cy525", grid: Any = None, steps: int | None = None, **more: Any) -> Task:
+def task(part: str = "cy525", grid: Any = None, steps: int | None = None, **more: Any) -> TuningTask:
     """A task of a part."""
     calculator = ramps_of(part)
     usual, distance = GRIDS[part]
     hz = calculator.sheet.crystal_hz
-    made = Task(part, hz, {}, steps or distance, "full", MOTOR, DRIVER, LOAD,
+    made = TuningTask(part, hz, {}, steps or distance, "full", MOTOR, DRIVER, LOAD,
                 read_grid(calculator, grid or usual, hz), read_perturbations(None))  # fmt: skip
     return replace(made, **more)
 
 
-def candidates(task: Task) -> Candidates:
+def candidates(task: TuningTask) -> Candidates:
     """The candidates of a task."""
     return Candidates(ramps_of(task.part), task.grid, task.crystal_hz, task.steps)
 
 
-def hits(run: Run) -> Verdict:
+def hits(run: Trial) -> Verdict:
     """Lose steps above a limit, and in bands of rates and accelerations below it, as resonances are."""
     scenario = run.scenario
     motor, driver, load = scenario.motor, scenario.driver, scenario.load
@@ -71,7 +71,7 @@ def hits(run: Run) -> Verdict:
     return Verdict(False, 0.05, worst)
 
 
-def counted(run: Run) -> Verdict:
+def counted(run: Trial) -> Verdict:
     """The same, slowly; every run is noted in a file."""
     with open(os.environ["STAND_IN_COUNTS"], "a", encoding="ascii") as file:
         file.write(f"{run.times[-1]} {run.scenario.name}\n")

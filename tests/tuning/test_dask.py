@@ -16,7 +16,7 @@ from slewline.chips import ramps_of
 from slewline.cli.main import invoke
 from slewline.errors import UsageError
 from slewline.tuning.executors import INLINE, dask
-from slewline.tuning.judging import Run, Verdict
+from slewline.tuning.judging import Trial, Verdict
 from slewline.tuning.task import Tuned
 from slewline.tuning.tune import perform
 
@@ -69,7 +69,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
     made.close()
 
 
-def slowly(run: Run) -> Verdict:
+def slowly(run: Trial) -> Verdict:
     """Judge in 5 ms."""
     sleep(0.005)
     return hits(run)

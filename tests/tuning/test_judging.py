@@ -12,7 +12,7 @@ import slewline
 from slewline.parts.motors.data import DriverData, LoadData
 from slewline.parts.motors.motors import read_motor
 from slewline.tuning import judging
-from slewline.tuning.judging import Run, Verdict, judge
+from slewline.tuning.judging import Trial, Verdict, judge
 from slewline.tuning.perturbations import NOMINAL, Scenario, scenarios
 
 MOTOR = read_motor("QSH4218-51-10-049")
@@ -36,7 +36,7 @@ def even(rate: int, steps: int) -> tuple[int, ...]:
 
 
 def verdict(rate: int, scenario: Scenario, steps: int = 24) -> Verdict:
-    return judge(Run(np.array(even(rate, steps), np.int64), scenario))
+    return judge(Trial(np.array(even(rate, steps), np.int64), scenario))
 
 
 @pytest.mark.parametrize("direction", [0, 1])
@@ -71,7 +71,7 @@ def test_a_weight_pulls_backward() -> None:
 
 def test_the_first_step_is_at_the_start_of_the_move() -> None:
     times = np.array(even(800, 10), np.int64)
-    one, other = (judge(Run(times + shift, ways()[0])) for shift in (0, 7_000_000_000))
+    one, other = (judge(Trial(times + shift, ways()[0])) for shift in (0, 7_000_000_000))
     assert one == other
 
 
@@ -82,5 +82,5 @@ def test_a_found_ramp_holds_under_the_judge(monkeypatch: pytest.MonkeyPatch) -> 
     )  # fmt: skip
     assert found.best is not None and found.runs < found.exhaustive
     times = slewline.ramp("cy525", **dict(found.best.values)).move(60).times()
-    assert not any(judge(Run(times, each)).lost for each in found.task.scenarios())
-    assert max(judge(Run(times, each)).worst for each in found.task.scenarios()) == found.best.worst
+    assert not any(judge(Trial(times, each)).lost for each in found.task.scenarios())
+    assert max(judge(Trial(times, each)).worst for each in found.task.scenarios()) == found.best.worst

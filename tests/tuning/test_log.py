@@ -20,8 +20,8 @@ import pytest
 from slewline.chips import ramps_of
 from slewline.errors import UsageError
 from slewline.tuning.executors import INLINE, Workers
-from slewline.tuning.judging import Run, Verdict
-from slewline.tuning.task import Task, Tuned
+from slewline.tuning.judging import Trial, Verdict
+from slewline.tuning.task import Tuned, TuningTask
 from slewline.tuning.tune import perform
 
 from .stand_in import LOAD, hits, task
@@ -37,7 +37,7 @@ perform(made, ramps_of(made.part), store=sys.argv[1], full_map=True, judge=count
 """
 
 
-def sweep(path: Path, made: Task | None = None, judge: Any = hits, workers: Workers = INLINE) -> Tuned:
+def sweep(path: Path, made: TuningTask | None = None, judge: Any = hits, workers: Workers = INLINE) -> Tuned:
     made = made or task("gs-c200s")
     return perform(made, ramps_of(made.part), workers, path, full_map=True, judge=judge)
 
@@ -68,7 +68,7 @@ def test_a_log_has_its_task_and_a_line_for_every_run(path: Path) -> None:
 def test_a_finished_sweep_judges_nothing_again(path: Path) -> None:
     found, data = sweep(path), path.read_bytes()
 
-    def never(run: Run) -> Verdict:
+    def never(run: Trial) -> Verdict:
         raise AssertionError(run)
 
     again = sweep(path, judge=never)
@@ -186,7 +186,7 @@ def test_a_full_disk_ends_the_sweep_and_what_was_judged_is_kept(path: Path) -> N
 def test_what_a_failing_judge_has_done_before_is_kept(path: Path) -> None:
     judged = 0
 
-    def fails(run: Run) -> Verdict:
+    def fails(run: Trial) -> Verdict:
         nonlocal judged
         judged += 1
         if judged > 50:

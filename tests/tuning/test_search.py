@@ -17,30 +17,30 @@ from slewline.chips import ramps_of
 from slewline.errors import UsageError
 from slewline.tuning.candidates import Candidates
 from slewline.tuning.executors import INLINE, Workers
-from slewline.tuning.judging import Run, Verdict
+from slewline.tuning.judging import Trial, Verdict
 from slewline.tuning.search import WORST
-from slewline.tuning.task import NothingHolds, Task, Tuned
+from slewline.tuning.task import NothingHolds, Tuned, TuningTask
 from slewline.tuning.tune import perform
 
 from .stand_in import DRIVER, GRIDS, candidates, hits, task
 
 
-def search(made: Task, workers: Workers = INLINE, **how: Any) -> Tuned:
+def search(made: TuningTask, workers: Workers = INLINE, **how: Any) -> Tuned:
     """Perform a task with the judge without physics."""
     return perform(made, ramps_of(made.part), workers, judge=how.pop("judge", hits), **how)
 
 
-def exhausted(made: Task) -> tuple[Candidates, dict[int, float | None]]:
+def exhausted(made: TuningTask) -> tuple[Candidates, dict[int, float | None]]:
     """All candidates of a task, each with its worst lag under all scenarios, or None if it is lost under one."""
     every = candidates(made)
     found: dict[int, float | None] = {}
     for place in every.order:
-        verdicts = [hits(Run(every.times(place), scenario)) for scenario in made.scenarios()]
+        verdicts = [hits(Trial(every.times(place), scenario)) for scenario in made.scenarios()]
         found[place] = None if any(each.lost for each in verdicts) else max(each.worst for each in verdicts)
     return every, found
 
 
-def by_hand(made: Task) -> tuple[int, int | None]:
+def by_hand(made: TuningTask) -> tuple[int, int | None]:
     """The fastest place that holds, and the one to recommend, from the exhaustive map."""
     every, worst = exhausted(made)
     holds = [place for place in every.order if worst[place] is not None]
@@ -85,20 +85,20 @@ def test_the_map_has_every_place_with_its_killer() -> None:
     nominal = [each for each in made.scenarios() if each.nominal]
     for place, row in enumerate(found.map):
         assert row.values == made.grid.at(place) and row.time_ps == every.time_ps[place]
-        fails = any(hits(Run(every.times(place), each)).lost for each in nominal)
+        fails = any(hits(Trial(every.times(place), each)).lost for each in nominal)
         assert row.says == ("holds" if worst[place] is not None else "fails nominally" if fails else "fails")
         assert (row.killer is None) == (row.says == "holds")
         if row.says == "holds":
             assert row.worst == worst[place]
         else:
             (killer,) = (each for each in made.scenarios() if each.name == row.killer)
-            assert hits(Run(every.times(place), killer)).lost
+            assert hits(Trial(every.times(place), killer)).lost
     alone = search(made, switching=False)
     assert (found.best, found.recommended) == (alone.best, alone.recommended)
 
 
 def test_what_has_killed_most_is_met_first() -> None:
-    def only_one_kills(run: Run) -> Verdict:
+    def only_one_kills(run: Trial) -> Verdict:
         lost = run.scenario.name == "drag -30 %, backward" and run.times[-1] < 0.7e12
         return Verdict(lost, 0.0, 1.0)
 
@@ -115,7 +115,7 @@ def test_moves_of_the_same_steps_are_judged_once() -> None:
     assert found.candidates == 62 and found.exhaustive == 62 * 20
     judged: list[tuple[int, str]] = []
 
-    def noted(run: Run) -> Verdict:
+    def noted(run: Trial) -> Verdict:
         judged.append((hash(run.times.tobytes()), run.scenario.name))
         return hits(run)
 
@@ -163,7 +163,7 @@ def test_the_result_is_the_same_whoever_computes(executors: dict[str, Workers], 
 
 
 def test_an_error_of_the_judge_is_its_own() -> None:
-    def broken(run: Run) -> Verdict:
+    def broken(run: Trial) -> Verdict:
         raise ZeroDivisionError("a mistake in the law")
 
     with pytest.raises(ZeroDivisionError, match="a mistake in the law"):
@@ -176,7 +176,7 @@ def test_the_recommended_move_is_judged_with_the_switching_chopper_too() -> None
     fast = search(made, switching=False).recommended
     assert fast is not None
 
-    def rings(run: Run) -> Verdict:
+    def rings(run: Trial) -> Verdict:
         found = hits(run)
         rings = run.scenario.driver.kind == "chopper" and run.times[-1] < 1.01 * fast.time_ps
         return replace(found, lost=found.lost or rings)

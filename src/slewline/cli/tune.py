@@ -19,7 +19,7 @@ from ..record.pictures.pictures import SUFFIXES
 from ..record.style import aligned
 from ..tuning.executors import MOST_JOBS, Workers, dask, processes
 from ..tuning.search import OnProgress, Progress
-from ..tuning.task import Chosen, Place, Tuned
+from ..tuning.task import Chosen, MapPlace, Tuned
 from ..tuning.tune import perform, task_of
 from .files import Outputs, read_options
 from .programs import print_json
@@ -47,7 +47,7 @@ def tune(
     bench: str | None,
     options: str | None = None,
 ) -> int:
-    """Search, and print what was found; exit status 1 if nothing holds."""
+    """BestFirst, and print what was found; exit status 1 if nothing holds."""
     outputs = Outputs([])
     outputs.claim(plot, SUFFIXES)
     outputs.claim(bench, (".toml",))
@@ -142,7 +142,7 @@ def map_lines(found: Tuned, calculator: Calculator) -> Iterator[str]:
         yield f"... and {len(rows) - MOST_ROWS} more; --json lists all, --plot draws them"
 
 
-def _verdict(place: Place) -> tuple[str, str, str]:
+def _verdict(place: MapPlace) -> tuple[str, str, str]:
     time = "" if place.time_ps is None else readable(place.time_ps)
     lag = "" if place.worst is None or place.killer else f"{place.worst:.2f}"
     return time, lag, place.says if place.killer is None else f"lost: {place.killer}"

@@ -21,7 +21,7 @@ DIVERGED = 1e6  # full steps, of a state that is no number any more
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class Trial:
     """What is judged: the instants of the steps, int64 ps, and the scenario."""
 
     times: NDArray[np.int64]
@@ -37,7 +37,7 @@ class Verdict:
     worst: float
 
 
-def judge(run: Run) -> Verdict:
+def judge(run: Trial) -> Verdict:
     """Return the verdict on a move: lost with 0.6 full steps or more at rest, or more than 3.9 under way.
 
     The rotor may ring for a while: it is watched until its lag has been below 0.6 for 15 ms, or for 0.6 s.

@@ -24,7 +24,7 @@ from ..record.pictures.tuned import (
 from .curves import demand, pull_out, resonance
 from .judging import engine, law_of
 from .search import WORST
-from .task import Place, Tuned
+from .task import MapPlace, Tuned
 
 if TYPE_CHECKING:
     import numpy as np
@@ -84,7 +84,7 @@ def _map(tuned: Tuned, calculator: Calculator) -> GridMap | None:
     others = [name for name in grid.free if name not in names]
     shown = [place for place in tuned.map if all(place.values[name] == chosen.values[name] for name in others)]
 
-    def cell(place: Place) -> tuple[int, int]:
+    def cell(place: MapPlace) -> tuple[int, int]:
         return (rows.index(place.values[names[1]]) if len(names) > 1 else 0), columns.index(place.values[names[0]])
 
     killers = list(dict.fromkeys(place.killer for place in shown if place.killer is not None))

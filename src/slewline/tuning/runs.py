@@ -11,11 +11,11 @@ from typing import NamedTuple
 from ..errors import UsageError
 from .candidates import Candidates
 from .executors import Workers
-from .judging import Run, Verdict
+from .judging import Trial, Verdict
 from .log import Log
 from .perturbations import Scenario
 
-Judge = Callable[[Run], Verdict]
+Judge = Callable[[Trial], Verdict]
 EXECUTORS_FAIL = (BrokenExecutor, CancelledError, OSError)
 Order = Callable[[int], Sequence[Scenario]]  # by number in the row: the scenarios of a candidate
 
@@ -142,7 +142,7 @@ class Runs:
         elif chain.asks in row.waiting:
             row.waiting[chain.asks].append(chain)
         else:
-            run = Run(self.candidates.times(chain.place), chain.next)
+            run = Trial(self.candidates.times(chain.place), chain.next)
             try:
                 future = self.workers.executor.submit(self.judge, run)
             except EXECUTORS_FAIL as error:

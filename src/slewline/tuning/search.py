@@ -34,7 +34,7 @@ OnProgress = Callable[[Progress], object]
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class Picked:
     """Places: the fastest move that holds, the one that is recommended, and the greatest lag of each."""
 
     best: Outcome | None
@@ -42,7 +42,7 @@ class Found:
     switched: bool  # the recommended one was judged with a switching chopper, too
 
 
-class Search:
+class BestFirst:
     """One search.
 
     Args:
@@ -67,7 +67,7 @@ class Search:
         self._kills: Counter[str] = Counter()  # of the first `_counted` of them
         self._counted = 0
 
-    def find(self) -> Found:
+    def find(self) -> Picked:
         """Return the fastest move that holds, and the one that is recommended."""
         best: Outcome | None = None
         for outcome in self.runs.outcomes(self.candidates.order, self._order, lambda number: number // 2):
@@ -78,7 +78,7 @@ class Search:
             if best and not self.whole:
                 break
         if best is None:
-            return Found(None, None, False)
+            return Picked(None, None, False)
         return self._recommended(best)
 
     def _report(self, doing: str, done: int, best: Outcome | None) -> None:
@@ -102,7 +102,7 @@ class Search:
         return sorted(self.scenarios, key=lambda each: (not (self.whole and each.nominal), -kills[each.name]))
 
     # ------------------------------------------------------------------------------------------------- the recommended
-    def _recommended(self, best: Outcome) -> Found:
+    def _recommended(self, best: Outcome) -> Picked:
         """Return the first move from the best one on that is good enough."""
         order = self._sorted(Counter(filter(None, self._killers)))
         first = self.candidates.rank[best.place]
@@ -116,8 +116,8 @@ class Search:
                 and all(each.holds for each in self._settled(around, order))
                 and self._switched(place, around)
             ):
-                return Found(best, self.known[place], bool(self.switching))
-        return Found(best, None, False)
+                return Picked(best, self.known[place], bool(self.switching))
+        return Picked(best, None, False)
 
     def _settled(self, places: Sequence[int], order: Sequence[Scenario]) -> Iterator[Outcome]:
         """Yield outcomes of places; what is not known is judged, up to the first that does not hold."""

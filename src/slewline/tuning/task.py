@@ -18,7 +18,7 @@ STEPPINGS = 'full, wave, half, or "micro N"'
 
 
 @dataclass(frozen=True)
-class Task:
+class TuningTask:
     """A chip and its grid, a motor with driver and load, and what may be otherwise."""
 
     part: str
@@ -73,7 +73,7 @@ class Chosen:
 
 
 @dataclass(frozen=True)
-class Place:
+class MapPlace:
     """A place of the map: what kills the move there; None: nothing does, or the part refuses it."""
 
     values: Mapping[str, Value]
@@ -95,7 +95,7 @@ class Tuned:
     those that a map without any stop would take.  `killers` counts candidates by the scenario that they failed in.
     """
 
-    task: Task
+    task: TuningTask
     candidates: int
     refused: int
     best: Chosen | None
@@ -105,7 +105,7 @@ class Tuned:
     runs_here: int
     exhaustive: int
     killers: Mapping[str, int]
-    map: tuple[Place, ...] = ()
+    map: tuple[MapPlace, ...] = ()
 
     @property
     def chosen(self) -> Chosen:

@@ -25,8 +25,8 @@ from .judging import judge
 from .log import Log
 from .perturbations import Perturbation, read_perturbations
 from .runs import Judge, Outcome, Runs
-from .search import OnProgress, Progress, Search
-from .task import STEPPINGS, Chosen, Place, Task, Tuned
+from .search import BestFirst, OnProgress, Progress
+from .task import STEPPINGS, Chosen, MapPlace, Tuned, TuningTask
 
 MICRO = 256  # microsteps of a full step, at most
 
@@ -92,7 +92,7 @@ def task_of(
     stepping: str = "full",
     crystal: str | int | None = None,
     options: Mapping[str, Any] | None = None,
-) -> tuple[Task, Calculator]:
+) -> tuple[TuningTask, Calculator]:
     """Read what a user gives; raises as `tune`."""
     calculator = ramps_of(part, options)
     name = calculator.sheet.part
@@ -107,7 +107,7 @@ def task_of(
     step_ps = CHOPPED_PS if driven.kind == "chopper" else STEP_PS
     said = {"motor": motor, "driver": driver, "load": load}
     pulse = _stepping(stepping)
-    return Task(name, hz, told, number, pulse, used, driven, loaded, places, rows, step_ps, said), calculator
+    return TuningTask(name, hz, told, number, pulse, used, driven, loaded, places, rows, step_ps, said), calculator
 
 
 def _system(
@@ -138,7 +138,7 @@ def _stepping(text: str) -> str:
 
 
 def perform(
-    task: Task,
+    task: TuningTask,
     calculator: Calculator,
     workers: Workers = INLINE,
     store: str | PathLike[str] | None = None,
@@ -147,7 +147,7 @@ def perform(
     on_progress: OnProgress = lambda _: None,
     judge: Judge = judge,
 ) -> Tuned:
-    """Search the grid of a task; arguments as for `tune`, and raises as it does."""
+    """BestFirst the grid of a task; arguments as for `tune`, and raises as it does."""
     log = None if store is None else Log(str(store), task.as_json())
     try:
         size = task.grid.size
@@ -158,7 +158,7 @@ def perform(
         candidates = Candidates(calculator, task.grid, task.crystal_hz, task.steps, listed)
         runs = Runs(judge, candidates, workers, log)
         chopped = task.switching() if switching else ()
-        search = Search(runs, task.scenarios(), chopped, full_map, on_progress)
+        search = BestFirst(runs, task.scenarios(), chopped, full_map, on_progress)
         found = search.find()
     finally:
         if log is not None:
@@ -186,18 +186,18 @@ def perform(
     )
 
 
-def _map(search: Search) -> Iterable[Place]:
+def _map(search: BestFirst) -> Iterable[MapPlace]:
     """Yield every place of the grid, in its order."""
     candidates = search.candidates
     for place in range(candidates.grid.size):
         values = candidates.values(place)
         outcome = search.known.get(place)
         if outcome is None:
-            yield Place(values, None, "refused", None, None)
+            yield MapPlace(values, None, "refused", None, None)
             continue
         killer = outcome.killer
         says = "holds" if killer is None else "fails nominally" if killer.nominal else "fails"
-        yield Place(values, candidates.time_ps[place], says, killer.name if killer else None, outcome.worst)
+        yield MapPlace(values, candidates.time_ps[place], says, killer.name if killer else None, outcome.worst)
 
 
 REMEDIES = {  # by the first word of what kills, what may help
@@ -212,7 +212,7 @@ REMEDIES = {  # by the first word of what kills, what may help
 }
 
 
-def nothing_holds(search: Search) -> UsageError:
+def nothing_holds(search: BestFirst) -> UsageError:
     """Return the error that says what kills the slowest candidate, and what may help."""
     from .task import NothingHolds
 
