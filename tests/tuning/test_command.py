@@ -14,7 +14,7 @@ from slewline.cli.main import invoke
 from slewline.cli.tune import workers_of
 
 MOTOR = ("--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V", "--load", "inertia 6.8e-6, friction 5 mNm")
-QUICK = (*MOTOR, "--steps", "40", "--grid", "F=4,8 R=8..14 by 3 S=200", "--perturb", "inertia 20%, current -20%")
+QUICK = (*MOTOR, "--steps", "40", "--grid", "F=4,30 R=8,14,40 S=200", "--perturb", "inertia 20%, current -20%")
 
 
 @pytest.fixture(autouse=True)
@@ -37,7 +37,7 @@ def call(capsys: pytest.CaptureFixture[str]) -> Any:
 def test_what_it_prints_and_writes(call: Any, tmp_path: Path) -> None:
     status, out, _ = call("cy525", *QUICK, "--bench", "found.toml", "--plot", "found.svg", "--store", "log.jsonl")
     lines = dict(line.split(None, 1) for line in out.splitlines() if not line.startswith((" ", "cy525", "wrote")))
-    assert status == 0 and out.startswith("cy525, QSH4218-51-10-049: 40 steps, F=4,8 R=8,11,14 S=200")
+    assert status == 0 and out.startswith("cy525, QSH4218-51-10-049: 40 steps, F=4,30 R=8,14,40 S=200 Z=1\n")
     assert lines["candidates"] == "6; 10 runs each"
     found = slewline.tune("cy525", motor=MOTOR[1], driver=MOTOR[3], load=MOTOR[5], steps=40, grid=QUICK[9],
                           perturb=QUICK[11], full_map=True)  # fmt: skip

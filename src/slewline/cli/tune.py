@@ -18,6 +18,7 @@ from ..language.ramps import Calculator, Value
 from ..record.pictures.pictures import SUFFIXES
 from ..record.style import aligned
 from ..tuning.executors import MOST_JOBS, Workers, dask, processes
+from ..tuning.grid import Grid
 from ..tuning.search import OnProgress, Progress
 from ..tuning.task import Chosen, MapPlace, Tuned
 from ..tuning.tune import perform, task_of
@@ -100,7 +101,7 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
     """Yield the lines of the result."""
     task = found.task
     refused = f", {found.refused} refused by the chip" if found.refused else ""
-    yield f"{task.part}, {task.motor.name}: {counted(task.steps, 'step')}, {task.grid}"
+    yield f"{task.part}, {task.motor.name}: {counted(task.steps, 'step')}, {grid_text(task.grid, calculator)}"
     yield f"candidates    {found.candidates}{refused}; {len(task.scenarios())} runs each"
     yield f"best          {chosen_line(found.best, calculator) if found.best else 'none: every move loses steps'}"
     if found.best is not None:
@@ -117,6 +118,13 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
         yield from map_lines(found, calculator)
     if found.best is not None:
         yield f"commands      {'; '.join(calculator.script(found.chosen.values, task.steps))}"
+
+
+def grid_text(grid: Grid, calculator: Calculator) -> str:
+    """Return a grid without parameters that have one value, their default."""
+    shown = [*grid.free, *calculator.told({name: of for name, of in grid.at(0).items() if name not in grid.free})]
+    places = [(name, of) for name, of in zip(grid.names, grid.values, strict=True) if name in shown]
+    return str(Grid(*zip(*places, strict=True)))
 
 
 def chosen_line(chosen: Chosen, calculator: Calculator) -> str:

@@ -110,7 +110,8 @@ class GscRamps(Calculator):
         return GscRamp(self.sheet.part, values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
-        return [self.sheet.commands.named("PROGRAM").form, *(f"{form}{values[form]}" for form in "STR"), f"+{steps}", "E"]
+        begin = self.sheet.commands.named("PROGRAM").form
+        return [begin, *(f"{form}{values[form]}" for form in "STR"), f"+{steps}", "E"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         rate = steps_per_s(text)
