@@ -14,7 +14,7 @@ from slewline.cli.main import invoke
 from slewline.cli.tune import workers_of
 
 MOTOR = ("--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V", "--load", "inertia 6.8e-6, friction 5 mNm")
-QUICK = (*MOTOR, "--steps", "40", "--grid", "F=4,30 R=8,14,40 S=200", "--perturb", "inertia 20%, current -20%")
+QUICK = (*MOTOR, "--steps", "24", "--grid", "F=4,30 R=8,14,40 S=200", "--perturb", "inertia 20%, current -20%")
 
 
 @pytest.fixture(autouse=True)
@@ -37,9 +37,9 @@ def call(capsys: pytest.CaptureFixture[str]) -> Any:
 def test_what_it_prints_and_writes(call: Any, tmp_path: Path) -> None:
     status, out, _ = call("cy525", *QUICK, "--bench", "found.toml", "--plot", "found.svg", "--store", "log.jsonl")
     lines = dict(line.split(None, 1) for line in out.splitlines() if not line.startswith((" ", "cy525", "wrote")))
-    assert status == 0 and out.startswith("cy525, QSH4218-51-10-049: 40 steps, F=4,30 R=8,14,40 S=200 Z=1\n")
+    assert status == 0 and out.startswith("cy525, QSH4218-51-10-049: 24 steps, F=4,30 R=8,14,40 S=200 Z=1\n")
     assert lines["candidates"] == "6; 10 runs each"
-    found = slewline.tune("cy525", motor=MOTOR[1], driver=MOTOR[3], load=MOTOR[5], steps=40, grid=QUICK[9],
+    found = slewline.tune("cy525", motor=MOTOR[1], driver=MOTOR[3], load=MOTOR[5], steps=24, grid=QUICK[9],
                           perturb=QUICK[11], full_map=True)  # fmt: skip
     assert found.best is not None and lines["best"].startswith(
         f"F {found.best.values['F']}, R {found.best.values['R']}, S 200, Z 1: "
@@ -58,7 +58,7 @@ def test_what_it_prints_and_writes(call: Any, tmp_path: Path) -> None:
 def test_the_same_picture_has_the_same_bytes(call: Any, tmp_path: Path) -> None:
     pictures = []
     for name in ("one.svg", "two.svg"):
-        assert call("cy525", *QUICK, "--plot", name)[0] == 0
+        assert call("cy525", *QUICK, "--plot", name, "--store", "log.jsonl")[0] == 0
         pictures.append((tmp_path / name).read_bytes())
     assert pictures[0] == pictures[1]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
@@ -16,7 +17,7 @@ import pytest
 from slewline.chips import ramps_of
 from slewline.errors import UsageError
 from slewline.tuning.candidates import Candidates
-from slewline.tuning.executors import INLINE, Workers
+from slewline.tuning.executors import INLINE, Workers, processes
 from slewline.tuning.judging import Trial, Verdict
 from slewline.tuning.search import WORST
 from slewline.tuning.task import NothingHolds, Tuned, TuningTask
@@ -160,6 +161,16 @@ def test_the_result_is_the_same_whoever_computes(executors: dict[str, Workers], 
     alone, together = (search(made, each, full_map=full_map) for each in (INLINE, executors[name]))
     assert replace(together, runs_here=0) == replace(alone, runs_here=0)
     assert together.best is not None and together.runs_here >= together.runs
+
+
+def dies(run: Trial) -> Verdict:
+    """End the process."""
+    os._exit(3)
+
+
+def test_a_process_that_dies_is_said() -> None:
+    with processes(2) as workers, pytest.raises(UsageError, match="a process of the pool has died; try fewer jobs"):
+        search(task(), workers, judge=dies)
 
 
 def test_an_error_of_the_judge_is_its_own() -> None:
