@@ -206,6 +206,32 @@ def test_the_recommended_move_is_judged_with_the_switching_chopper_too() -> None
     assert replace(made, driver=replace(DRIVER, kind="current")).switching() == ()
 
 
+def line(places: int, judge: Callable[[int, Trial], Verdict]) -> Tuned:
+    """Search a grid of one parameter; the judge sees the rank of a move, the fastest first."""
+    made = task("gs-c200s", f"S=10 T=150..{149 + places} R=20")
+    every = candidates(made)
+    ranks = {int(every.times(place)[-1]): rank for rank, place in enumerate(every.order)}
+    return search(made, judge=lambda run: judge(ranks[int(run.times[-1])], run))
+
+
+def rank(found: Tuned) -> int | None:
+    """Which of the fastest is recommended."""
+    return None if found.recommended is None else found.task.grid.values[1][::-1].index(found.recommended.values["T"])
+
+
+def test_the_lag_of_the_recommended_move_is_at_most_1_8_steps() -> None:
+    assert rank(line(8, lambda rank, _: Verdict(False, 0.0, 1.83 - rank / 100))) == 3
+    assert rank(line(8, lambda rank, _: Verdict(False, 0.0, 1.9))) is None
+
+
+def test_the_neighbours_hold_with_the_switching_chopper_too() -> None:
+    def rings(rank: int, run: Trial) -> Verdict:
+        return Verdict(run.scenario.driver.kind == "chopper" and rank in (3, 4), 0.0, 1.0)
+
+    assert rank(line(9, rings)) == 0  # 1 is its only neighbour
+    assert rank(line(9, lambda rank, run: rings(rank + 2, run))) == 4  # 1 and 2 ring: 0 and 3 are next to them
+
+
 def test_where_nothing_holds_the_killer_of_the_slowest_is_named() -> None:
     made = task("cy525", "F=30..40 by 5 R=60..80 by 10 S=200..254 by 20")
     with pytest.raises(
