@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
+from importlib import import_module
 from logging import CRITICAL, getLogger
 from multiprocessing import get_context
 from typing import Any, NamedTuple
@@ -68,13 +69,13 @@ def dask(address: str) -> Iterator[Workers]:
         UsageError: no Dask, no cluster at this address, or one without workers.
     """
     try:
-        from distributed import Client  # type: ignore[import-not-found]
+        make: Any = import_module("distributed").Client  # typed in some of its versions only
     except ImportError as error:
         raise UsageError(needs("--dask needs", "dask")) from error
     where = f"Dask cluster {address!r}"
     remedy = "allowed the address of a running scheduler, such as tcp://127.0.0.1:8786; start one: dask scheduler"
     try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
+        client = make(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise UsageError(f"{where}: {_first_line(error)}; {remedy}") from None
     silent = [(logger, logger.level) for logger in map(getLogger, ("distributed", "tornado"))]
