@@ -17,7 +17,7 @@ import numpy as np
 from rows import Row, timed
 
 import slewline
-from slewline.parts.motors.data import DriverData, LoadData
+from slewline.parts.motors.data import LoadData
 from slewline.parts.motors.drivers import read_driver
 from slewline.parts.motors.integration import integrate_many
 from slewline.parts.motors.law import Law

@@ -76,6 +76,6 @@ def law_of(scenario: Scenario) -> Law:
 
 def engine() -> str:
     """Return the quickest engine that is here; they all give the same bits."""
-    from ..parts.motors.law import numba_is_there
+    from ..parts.motors.integration import numba_is_there
 
     return "numba" if numba_is_there() else "python"
