@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 MARKS = 512  # places that are known again after the future has been cut
 FIRST_PS = 1_000_000_000  # how far ahead is looked at first; then twice as far
 MOST_PS = 100_000_000_000
+SOON = 30_000  # changes that are found in plain Python in less time than it takes to compile
 AHEAD_PS = 400_000_000_000  # how far one question looks ahead at most
 
 
@@ -218,12 +219,14 @@ class Passings:
 
     def _changes(self, law: Law, before: Any, begin: int, end: int, count: int, after: int) -> None:
         """Find the instants at which the count changes one by one, between two instants of a step of the grid."""
-        engine, rising = law.model.python, after > count
-        span = end - before.t
+        rising, span, model, table = after > count, end - before.t, law.model, law.table
+        engine = model.python
+        if len(self.times) >= SOON and model.is_compiled:
+            engine, table = model.numba, law.rows  # type: ignore[assignment]
         for n in range(count + 1, after + 1) if rising else range(count, after, -1):
             factor, bound, up = self.track.bound(self._place(n), rising, before.command / law.micro)
             found = engine.crossing(
-                law.parameters, law.table, before.t, before.state, before.code, begin - before.t, span, 0,
+                law.parameters, table, before.t, before.state, before.code, begin - before.t, span, 0,
                 factor / law.motor.step, bound, up,
             )  # fmt: skip
             begin = before.t + found

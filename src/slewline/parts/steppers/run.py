@@ -106,15 +106,17 @@ class Run:
         law: of motor, driver and load; `alter` may put another in its place.
         feed: what the inputs ask for.
         first: where it begins.
+        engine: "python", "numba", or None, as of `Integration`.
     """
 
-    def __init__(self, law: Law, feed: Feed, first: Point) -> None:
+    def __init__(self, law: Law, feed: Feed, first: Point, engine: str | None = None) -> None:
         self.feed = feed
         self.stretches = [Stretch(law, first)]
         self.reached = first.t  # integrated up to here
         self.cuts: list[Callable[[int], object]] = []
         self.along: dict[Any, Any] = {}  # what is known along it: places and passings, by what they are of
-        self._integration = Integration(law)
+        self._engine = engine
+        self._integration = Integration(law, engine)
         self._rests = False  # at the last point: nothing changes until the next edge
 
     @property
@@ -176,7 +178,7 @@ class Run:
         given = dict(zip(self.stretches[-1].law.names, state, strict=True)) | states
         first = Point(ps, tuple(given.get(name, 0.0) for name in law.names), point.command, point.code)
         if law is not self.law:
-            self._integration = Integration(law)
+            self._integration = Integration(law, self._engine)
         self.stretches.append(Stretch(law, first, altered=True))
         self.reached = ps
 

@@ -60,6 +60,8 @@ class Stepper(Part):
         active: the level of a phase that is on; None: what the neighbour's pin says, else 1.
         step: of the integrator; None: 20 us, and 1 us with a chopper.
         lag: from the rotor to the edge of `stall`.
+        engine: what integrates: "python"; "numba", which compiles before time passes; None: Python, and Numba, if it is
+            installed, once that is worth while.  The bits are the same.
     """
 
     _for_users = (
@@ -88,6 +90,14 @@ class Stepper(Part):
         Option("active", "choice", None, "level of a phase that is on", choices=(0, 1), none=True),
         Option("step", "time", None, "of the integrator; None: 20 us, with a chopper 1 us", low=1, none=True),
         Option("lag", "time", "1 us", "from the rotor to the edge of stall", low=1),
+        Option(
+            "engine",
+            "choice",
+            None,
+            "python; numba, compiled at once; None: python, and numba for long runs",
+            choices=("python", "numba"),
+            none=True,
+        ),
     )
     rewired = start_rule
 
@@ -106,6 +116,7 @@ class Stepper(Part):
         active: int | None = None,
         step: Time | None = None,
         lag: Time = "1 us",
+        engine: str | None = None,
     ) -> None:
         super().__init__(kernel, name)
         self.axis = axis
@@ -126,7 +137,9 @@ class Stepper(Part):
         self._add_pins(law)
         self._stalls_ps = picoseconds(lag)
         self._feed = Feed(steps_asked(law, Pins({})))
-        self._run = Run(law, self._feed, Point(kernel.now, law.at_rest(), 0, 0))
+        self._run = Run(law, self._feed, Point(kernel.now, law.at_rest(), 0, 0), engine)
+        if engine == "numba":
+            law.integrate((), (), 0, engine=engine)
         self.shaft = MotorShaft(kernel, self._run, self._alter)
         self._losses = Losses(self._run)
         self._begun = False
