@@ -24,13 +24,12 @@ from ..motors.loads import check_holds, load_complaint, read_load
 from ..motors.motors import motor_complaint, read_motor
 from ..shafts.counter import CountScale
 from ..shafts.motor import EDGE, EDGES
-from ..shafts.shaft import forget_shaft
 from ..shafts.shown import SwitchZone
 from .feed import Feed, Pins, phases_asked, steps_asked
 from .losses import Losses
-from .passing import Track
-from .run import Run, Stretch
-from .turning import MotorShaft, TrackMotion
+from .run import Run
+from .tracks import Track
+from .turning import MotorShaft, TrackMotion, pushed
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Pin
@@ -142,7 +141,7 @@ class Stepper(Part):
             law.integrate((), (), 0, engine=engine)
         self.shaft = MotorShaft(kernel, self._run, self._alter)
         self._losses = Losses(self._run)
-        self._begun = False
+        self._begun_ps: int | None = None
         self.rule = Follower(self, self._read, schedule=self._promise, react=self._react, cut=self.shaft.cut)
         self.shaft.source = self.rule
 
@@ -254,8 +253,8 @@ class Stepper(Part):
 
         def changes(start: int, stop: int) -> tuple[Any, Any]:
             found = run.between(start, stop)
-            times = [columns[0] for _, columns in found]
-            values = [of(law, columns) for law, columns in found]
+            times = [part.columns[0] for part in found]
+            values = [of(part.law, part.columns) for part in found]
             return np.concatenate([np.empty(0, np.int64), *times]), np.concatenate([np.empty(0), *values])
 
         def at(times: Any) -> Any:
@@ -268,7 +267,11 @@ class Stepper(Part):
 
         return Polyline(self.kernel, name, unit, at, changes)
 
-    forget = forget_shaft
+    def forget(self, before: int) -> None:
+        """Drop what was over before an instant (ps); the steps lost until then are found first."""
+        if self._run.reached >= before:
+            self.be_caught_up()
+        self.shaft.forget(before)
 
     # --------------------------------------------------------------------------------------------------- a user's hands
     @from_outside
@@ -317,12 +320,12 @@ class Stepper(Part):
         if stops is not None:
             low, high = (None if stop is None else float(stop) * law.motor.step for stop in stops)
             law = replace(law, load=replace(law.load, low=low, high=high))
-        states = {"theta": self._state["theta"] + push * law.motor.step} if push else {}
+        states = pushed(law, self._state, push * law.motor.step) if push else {}
         if law.blocked:
             states["omega"] = 0.0
         self._run.alter(seen, law, **states)
         self.shaft.turned()
-        if self._begun:
+        if self._begun_ps is not None:
             self._show_stall()
 
     # ------------------------------------------------------------------------------------------------------- its inputs
@@ -348,13 +351,14 @@ class Stepper(Part):
             self._feed.asked = steps_asked(law, pins)
         level = self._level(pins)
         code = bits + width * level
-        state = self._run.stretches[0].first.state
-        rests = law.at_rest(code=code)
-        first = Point(self.kernel.now, (*state[:1], *rests[1:]) if len(state) == len(rests) else rests, 0, code)
-        self._run.stretches = [Stretch(law, first)]
-        self._run.reached = self.kernel.now
+        pushes = [stretch.first.state[0] for stretch in self._run.stretches if stretch.anew is not None]
+        by = pushes[-1] if pushes else 0.0  # a hand has been on it already
+        first = Point(self.kernel.now, law.at_rest(code=code), 0, code)
+        self._run.begin(law, first)
+        if by:
+            self._run.alter(first.t, law, **pushed(law, dict(zip(law.names, first.state, strict=True)), by))
         self._losses = Losses(self._run)
-        self._begun = True
+        self._begun_ps = self.kernel.now
 
     def _level(self, pins: Pins) -> int:
         high = {name: self.high(name) for name in ("enable", "mov", "ramp") if name in self._read}
@@ -364,10 +368,10 @@ class Stepper(Part):
 
     def _promise(self) -> None:
         """Follow the inputs from now on."""
-        if not self._begun:
+        if self._begun_ps in (None, self.kernel.now):  # in its first instant the inputs may still change
             self._begin()
         self._feed.show(self.kernel.now, [self.rule.shown(name) for name in self._read])
-        self._run.follow(self.kernel.seen)
+        self._run.follow(self.kernel.now - 1)
         self.shaft.turned()
         self._show_stall()
 
