@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from .arrays import in_place
 from .equations import Equations
 
 # 2 sin(pi f / 2) / f as a polynomial of f squared, up to a half: good to 2e-14; two doublings make it the angle.
@@ -86,9 +87,13 @@ class Model:
     def _decided(self) -> list[str]:
         """From a grid point to the rates of change there."""
         return [
-            *(f"{name}0 = {name}" for name in self.states),
             *self._of("begin"), *ANGLE.splitlines(), *self._of("torque"), *self._of("decide"), *self._of("rates"),
         ]  # fmt: skip
+
+    @property
+    def _before(self) -> list[str]:
+        """The state before a step."""
+        return [f"{name}0 = {name}" for name in self.states]
 
     @property
     def _rest(self) -> str:
@@ -133,7 +138,8 @@ class Model:
                 " room):",
                 *indented(1, self._given, begin, ["count = edge = 0", "edges = len(times)", "rests = False"]),
                 *indented(1, ["while count < most:"]),
-                *indented(2, [f"{name}_ = {name}" for name in self.kept], self._decided, [f"if {self._rest}:"]),
+                *indented(2, [f"{name}_ = {name}" for name in self.kept], self._before, self._decided),
+                *indented(2, [f"if {self._rest}:"]),
                 *indented(3, [f"{name} = {name}_" for name in self.kept]),
                 *indented(3, ["if edge == edges or times[edge] > stop:"]),
                 *indented(4, ["rests = True", "break"]),
@@ -161,7 +167,7 @@ class Model:
         return "\n".join(
             [
                 "def after(parameters, table, t, state, code, span):",
-                *indented(1, self._given, self._decided, [f"if {self._rest}:"]),
+                *indented(1, self._given, self._before, self._decided, [f"if {self._rest}:"]),
                 *indented(2, [f"return {same}"]),
                 *indented(1, [f"dt = span * {PS}"], self._step, [f"return ({', '.join(self.whole)},)"]),
             ]
@@ -174,24 +180,24 @@ class Model:
         Every name stands for an array then, one number a motor.  One that rests is held until the next edge.
         """
         whole = ", ".join(self.whole)
+        back = [f"{name} = {name}_" for name in self.kept]
         return "\n".join(
             [
                 "def many(parameters, table, t, state, code, command, times, codes, commands, stop):",
-                *indented(1, self._given, ["edge = 0", "edges = len(times)", "worst = absolute(0.0 * theta)"]),
-                *indented(1, ["rests = False", "while True:"]),
+                *indented(1, self._given, ["edge = 0", "edges = len(times)", "motors = len(theta)"]),
+                *indented(1, ["worst = absolute(0.0 * theta)", "rests = False", "while True:"]),
                 *indented(2, [f"{name}_ = {name}" for name in self.kept], self._decided),
-                *indented(2, [f"rests = rests | ({self._rest})"]),
+                *indented(2, [f"rests = where({self._rest}, True, rests)"]),
+                *indented(2, ["resting = count_nonzero(rests)", "all_rest = resting == motors"]),
                 *indented(2, ["following = t + STEP_PS", "hit = edge < edges and times[edge] <= following"]),
-                *indented(2, ["if hit or (edge < edges and everywhere(rests)):"]),
+                *indented(2, ["if hit or (edge < edges and all_rest):"]),
                 *indented(3, ["hit = True", "following = times[edge]"]),
-                *indented(2, ["if following > stop:"]),
-                *indented(3, [*(f"{name} = {name}_" for name in self.kept), "break"]),
-                *indented(2, ["if everywhere(rests):"]),
-                *indented(3, [f"{name} = {name}_" for name in self.kept], ["if not hit:"]),
-                *indented(4, ["break"]),
+                *indented(2, ["if following > stop or (all_rest and not hit):"]),
+                *indented(3, [*back, "break"]),
+                *indented(2, ["if all_rest:"]),
+                *indented(3, back or ["pass"]),
                 *indented(2, ["else:"]),
-                *indented(3, [f"dt = (following - t) * {PS}"], self._step),
-                *indented(3, ["if somewhere(rests):"]),
+                *indented(3, [f"dt = (following - t) * {PS}"], self._before, self._step, ["if resting:"]),
                 *indented(4, [f"{name} = where(rests, {name}0, {name})" for name in self.states]),
                 *indented(4, [f"{name} = where(rests, {name}_, {name})" for name in self.kept]),
                 *indented(2, ["t = following", "if hit:"]),
@@ -205,7 +211,7 @@ class Model:
     @cached_property
     def numpy(self) -> Callable[..., Any]:
         """The function for many motors."""
-        found: Callable[..., Any] = compiled(self.many, numpy_names())["many"]
+        found: Callable[..., Any] = compiled(in_place(self.many), numpy_names())["many"]
         return found
 
     @cached_property
@@ -348,10 +354,4 @@ def numpy_names() -> dict[str, Any]:
     """Return what the equations call, for arrays of NumPy."""
     import numpy as np
 
-    def clip(value: Any, low: Any, high: Any) -> Any:
-        return np.minimum(np.maximum(value, low), high)
-
-    return {
-        "floor": np.floor, "sqrt": np.sqrt, "absolute": np.abs, "where": np.where, "clip": clip, "sign": np.sign,
-        "minimum": np.minimum, "maximum": np.maximum, "everywhere": np.all, "somewhere": np.any,
-    }  # fmt: skip
+    return vars(np) | {"nearest": np.rint}

@@ -1,0 +1,278 @@
+"""The equations for many motors, as calls of NumPy that write into a few arrays, used again and again.
+
+`v1 * INV_L - R_L * i1` makes three new arrays; for a thousand motors that costs more than the arithmetic.  `in_place`
+turns the text into
+
+    c0 = asarray(INV_L)                         once, before the loop
+    multiply(v1, c0, out=p0)
+    multiply(c1, i1, out=p1)
+    subtract(p0, p1, out=p1)                    p1 was used for the last time
+
+so that what is read has just been written, and is in the nearest cache.  Operations and their order stay as they are,
+and so do the bits.  `where` writes only if its condition holds for one motor, and asks what is joined by `&` or `and`
+only as long as it may: it rarely does, where latches trip, shafts stop and motors come to rest.
+
+What has one number a motor is called a lane here: what is unpacked from `state`, and what is made of lanes.  All else
+stays plain Python.  Assignments without a branch in between are a run: within it arrays are handed out and taken back
+as the text is made, the last one back first; at its end each name that is read elsewhere has an array of its own.
+"""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any
+
+CALLS: dict[Any, str] = {
+    ast.Add: "add", ast.Sub: "subtract", ast.Mult: "multiply", ast.Div: "divide", ast.USub: "negative",
+    ast.BitAnd: "bitwise_and", ast.BitOr: "bitwise_or", ast.Lt: "less", ast.LtE: "less_equal", ast.Gt: "greater",
+    ast.GtE: "greater_equal", ast.Eq: "equal",
+}  # fmt: skip
+LOGICAL = ast.Compare | ast.BoolOp | ast.BitAnd | ast.BitOr
+
+
+@dataclass(eq=False, slots=True)
+class Value:
+    """What a call makes: is it True or False, how often will it be used yet, and in which array is it?"""
+
+    logical: bool
+    uses: int = 0
+    array: str = ""
+
+
+@dataclass(eq=False, slots=True)
+class Line:
+    """A line to be made: {} stands for each of `of`, {out} for what is made.
+
+    Attributes:
+        deeper: by how much the lines that follow are further to the right.
+        keeps: for the base of a `where`, how often it is used until it is written to.
+    """
+
+    text: str
+    of: tuple[Value | str, ...] = ()
+    made: Value | None = None
+    deeper: int = 0
+    keeps: int | None = None
+
+
+def in_place(text: str) -> str:
+    """Return a function made of another, which unpacks `parameters` and `state` first, and then branches and assigns.
+
+    Its names `asarray`, `empty` and `count_nonzero`, and those of the ufuncs, are NumPy's.
+    """
+    return _Lanes(ast.parse(text).body[0]).text
+
+
+class _Lanes:
+    """The text of a function, on its way."""
+
+    def __init__(self, function: Any) -> None:
+        parameters, state, *body = function.body
+        self.constants, first = _names(parameters.targets[0]), _names(state.targets[0])
+        self.lanes = dict.fromkeys(first, False)  # and: is it True or False?
+        assigned = [node for node in ast.walk(function) if isinstance(node, ast.Assign) and _is_of_a_run(node)]
+        while new := [n for n in assigned if self._is_lane(n.value) and n.targets[0].id not in self.lanes]:  # type: ignore[attr-defined]
+            self.lanes |= {n.targets[0].id: self._is_logical(n.value) for n in new}  # type: ignore[attr-defined]
+        self.needed: set[str] = set()  # lanes that are read in another run than they are made in
+        self._need(body)
+        self.hoisted: dict[str, str] = {}
+        self.pools: dict[bool, list[str]] = {False: [], True: []}
+        self.lines: list[str] = []
+        self._body(body, 1)
+        own = [(name, self.lanes[name]) for name in sorted(self.needed - set(first))]
+        own += [(name, logical) for logical, names in self.pools.items() for name in names]
+        size = f"{first[0]}.size"
+        self.text = "\n".join(
+            [
+                ast.unparse(function).split("\n")[0],
+                *(f"    {ast.unparse(node)}" for node in (parameters, state)),
+                *(f"    {name} = asarray({text})" for text, name in self.hoisted.items()),
+                *(f"    {name} = empty({size}, {'bool' if logical else 'float'})" for name, logical in own),
+                *self.lines,
+            ]
+        )
+
+    def _is_lane(self, node: ast.AST) -> bool:
+        return any(name in self.lanes for name in _names(node))
+
+    def _is_logical(self, node: Any) -> bool:
+        if isinstance(node, ast.Name):
+            return self.lanes.get(node.id, False)
+        if isinstance(node, ast.Call):
+            return any(self._is_logical(part) for part in node.args[1:])
+        value = node.value if isinstance(node, ast.Constant) else None
+        return isinstance(value, bool) or isinstance(getattr(node, "op", node), LOGICAL)
+
+    # -------------------------------------------------------------------------------------------------------- branches
+    def _need(self, body: list[Any]) -> None:
+        for is_run, nodes in groupby(body, _is_of_a_run):
+            made: set[str] = set()
+            for node in nodes:
+                read = _names(node.value) if is_run else _names(getattr(node, "test", getattr(node, "value", node)))
+                self.needed |= {name for name in read if name in self.lanes} - made
+                if is_run:
+                    made |= set(_names(getattr(node, "target", None) or node.targets[0]))
+                for inner in ("body", "orelse"):
+                    self._need(getattr(node, inner, []))
+
+    def _body(self, body: list[Any], depth: int) -> None:
+        for is_run, nodes in groupby(body, _is_of_a_run):
+            if is_run:
+                self._run(list(nodes), depth)
+                continue
+            for node in nodes:
+                if not isinstance(node, ast.If | ast.While):
+                    self.lines.append("    " * depth + ast.unparse(node))
+                    continue
+                word = "if" if isinstance(node, ast.If) else "while"
+                self.lines.append("    " * depth + f"{word} {ast.unparse(node.test)}:")
+                self._body(node.body, depth + 1)
+                if node.orelse:
+                    self.lines.append("    " * depth + "else:")
+                    self._body(node.orelse, depth + 1)
+
+    # ------------------------------------------------------------------------------------------------------------ runs
+    def _run(self, nodes: list[Any], depth: int) -> None:
+        self.run: list[Line] = []
+        self.held: dict[str, Value] = {}
+        self.ready: set[str] = set()  # plain names that are arrays of NumPy already
+        made = set()
+        for node in nodes:
+            name = getattr(node, "target", None) or node.targets[0]
+            if isinstance(node, ast.Assign) and name.id in self.lanes:
+                value = self._value(node.value)
+                self.held[name.id] = value if isinstance(value, Value) else self._copy(value, self.lanes[name.id])
+                made.add(name.id)
+            else:
+                self._add(ast.unparse(node))
+                self.ready -= {name.id}
+        claimed = {value for name, value in self.held.items() if name in self.needed - made}
+        ends = {}
+        for name in sorted(made & self.needed):
+            value = self.held[name]
+            ends[name] = value if value not in claimed else self._copy(value, value.logical)
+            claimed.add(ends[name])
+        for value in claimed:
+            value.uses += 1
+        self._write(depth, {name: logical for name, logical in self.lanes.items() if name in made & self.needed})
+        moves = {name: value.array for name, value in ends.items() if name != value.array}
+        if moves:
+            to = [*moves, *sorted(set(moves.values()) - set(moves))]
+            what = [*moves.values(), *sorted(set(moves) - set(moves.values()))]
+            self.lines.append("    " * depth + f"{', '.join(to)} = {', '.join(what)}")
+
+    def _write(self, depth: int, over: dict[str, bool]) -> None:
+        """Hand out arrays, those of names that are made anew without having been read too."""
+        read = {value.array for line in self.run for value in line.of if isinstance(value, Value)}
+        free = {
+            which: [name for name, logical in over.items() if logical == which and name not in read] + pool
+            for which, pool in self.pools.items()
+        }
+        for line in self.run:
+            names = [value if isinstance(value, str) else value.array for value in line.of]
+            base = line.of[0] if line.keeps is not None else None
+            in_place = isinstance(base, Value) and base.uses == 1 + (line.keeps or 0)
+            for value in line.of:
+                if isinstance(value, Value) and not in_place:
+                    value.uses -= 1
+                    if not value.uses:
+                        free[value.logical].append(value.array)
+            made = line.made
+            if in_place and made:
+                made.array = names[0]
+            elif made and not made.array:
+                if not free[made.logical]:
+                    pool = self.pools[made.logical]
+                    pool.append(f"{'q' if made.logical else 'p'}{len(pool)}")
+                    free[made.logical].append(pool[-1])
+                made.array = free[made.logical].pop()
+                if not made.uses:
+                    free[made.logical].append(made.array)
+            if not in_place and line.text:
+                self.lines.append("    " * depth + line.text.format(*names, out=made.array if made else ""))
+            depth += line.deeper
+
+    # ------------------------------------------------------------------------------------------------------ operations
+    def _add(self, text: str, *of: Value | str, made: Value | None = None, deeper: int = 0) -> Value | None:
+        for value in of:
+            if isinstance(value, Value):
+                value.uses += 1
+        self.run.append(Line(text, of, made, deeper))
+        return made
+
+    def _copy(self, value: Value | str, logical: bool) -> Value:
+        made = Value(logical)
+        self._add("{out}[:] = {}", value, made=made)
+        return made
+
+    def _call(self, name: str, logical: bool, *of: Value | str) -> Value:
+        made = Value(logical)
+        self._add(f"{name}({', '.join('{}' for _ in of)}, out={{out}})", *of, made=made)
+        return made
+
+    def _value(self, node: Any) -> Value | str:
+        if not self._is_lane(node):
+            return self._plain(node)
+        if isinstance(node, ast.Name):
+            return self.held.setdefault(node.id, Value(self.lanes[node.id], array=node.id))
+        if isinstance(node, ast.Call):
+            name = ast.unparse(node.func)
+            if name == "where":
+                return self._where(*node.args)
+            value, *others = (self._value(part) for part in node.args)
+            if name == "clip":
+                return self._call("minimum", False, self._call("maximum", False, value, others[0]), others[1])
+            return self._call(name, False, value, *others)
+        if isinstance(node, ast.UnaryOp):
+            return self._call(CALLS[type(node.op)], False, self._value(node.operand))
+        if isinstance(node, ast.Compare):
+            return self._call(CALLS[type(node.ops[0])], True, self._value(node.left), self._value(node.comparators[0]))
+        return self._call(
+            CALLS[type(node.op)], self._is_logical(node), self._value(node.left), self._value(node.right)
+        )
+
+    def _plain(self, node: ast.AST) -> str:
+        text = ast.unparse(node)
+        if all(name in self.constants for name in _names(node)):
+            return self.hoisted.setdefault(text, f"c{len(self.hoisted)}")
+        if isinstance(node, ast.Name) and text not in self.ready:
+            self.ready.add(text)
+            self._add(f"{text} = asarray({text})")
+        return text if isinstance(node, ast.Name) else f"({text})"
+
+    def _where(self, condition: Any, yes: Any, no: Any) -> Value:
+        base = self._value(no)
+        logical = self._is_logical(yes) or self._is_logical(no)
+        made = Value(logical)
+        self._add("{out}[:] = {}", base, made=made)
+        start, before = self.run[-1], base.uses if isinstance(base, Value) else 0
+        mask: Value | str | None = None
+        conditions = list(_joined(condition))
+        for part in conditions:
+            value = self._value(part)
+            mask = value if mask is None else self._call("bitwise_and", True, mask, value)
+            self._add("if count_nonzero({}):", mask, deeper=1)
+        assert mask is not None
+        self._add("copyto({out}, {}, where={})", self._value(yes), mask, made=made, deeper=-len(conditions))
+        start.keeps = base.uses - before if isinstance(base, Value) else 0
+        return made
+
+
+def _is_of_a_run(node: ast.AST) -> bool:
+    """Is it an assignment, and not a number of motors, for which the run has to be over?"""
+    return isinstance(node, ast.Assign | ast.AugAssign) and not {"len", "count_nonzero"} & set(_names(node))
+
+
+def _names(node: ast.AST) -> list[str]:
+    return [part.id for part in ast.walk(node) if isinstance(part, ast.Name)]
+
+
+def _joined(node: Any) -> list[Any]:
+    """Return what is joined by `&` or `and`."""
+    if isinstance(node, ast.BoolOp):
+        return [part for value in node.values for part in _joined(value)]
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitAnd):
+        return [*_joined(node.left), *_joined(node.right)]
+    return [node]
