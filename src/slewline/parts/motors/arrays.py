@@ -148,27 +148,27 @@ class _Lanes:
             else:
                 self._add(ast.unparse(node))
                 self.ready -= {name.id}
-        claimed = {value for name, value in self.held.items() if name in self.needed - made}
-        ends = {}
+        kept = {value for name, value in self.held.items() if name in self.needed - made}
+        ends: dict[str, Value] = {}
         for name in sorted(made & self.needed):
             value = self.held[name]
-            ends[name] = value if value not in claimed else self._copy(value, value.logical)
-            claimed.add(ends[name])
-        for value in claimed:
+            ends[name] = self._copy(value, value.logical) if value in {*kept, *ends.values()} else value
+        for value in (*kept, *ends.values()):
             value.uses += 1
-        self._write(depth, {name: logical for name, logical in self.lanes.items() if name in made & self.needed})
-        moves = {name: value.array for name, value in ends.items() if name != value.array}
-        if moves:
-            to = [*moves, *sorted(set(moves.values()) - set(moves))]
-            what = [*moves.values(), *sorted(set(moves) - set(moves.values()))]
-            self.lines.append("    " * depth + f"{', '.join(to)} = {', '.join(what)}")
+        self._write(depth, ends)
+        for logical in (False, True):
+            moves = {name: v.array for name, v in ends.items() if v.logical == logical and v.array != name}
+            if moves:
+                to = [*moves, *sorted({*moves.values()} - {*moves})]
+                what = [*moves.values(), *sorted({*moves} - {*moves.values()})]
+                self.lines.append("    " * depth + f"{', '.join(to)} = {', '.join(what)}")
 
-    def _write(self, depth: int, over: dict[str, bool]) -> None:
-        """Hand out arrays, those of names that are made anew without having been read too."""
-        read = {value.array for line in self.run for value in line.of if isinstance(value, Value)}
+    def _write(self, depth: int, ends: dict[str, Value]) -> None:
+        """Hand out arrays: those of the pool, and those of names that are made anew, without what was there."""
+        used = {value.array for line in self.run for value in (*line.of, *ends.values()) if isinstance(value, Value)}
         free = {
-            which: [name for name, logical in over.items() if logical == which and name not in read] + pool
-            for which, pool in self.pools.items()
+            logical: [name for name in ends if self.lanes[name] == logical and name not in used] + pool
+            for logical, pool in self.pools.items()
         }
         for line in self.run:
             names = [value if isinstance(value, str) else value.array for value in line.of]
