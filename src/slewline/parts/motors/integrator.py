@@ -24,25 +24,25 @@ from typing import Any
 from .arrays import in_place
 from .equations import Equations
 
-# 2 sin(pi f / 2) / f as a polynomial of f squared, up to a half: good to 2e-14; two doublings make it the angle.
+# sqrt(2) sin(pi f / 2) / f as a polynomial of f squared, up to a half: good to 2e-14; two doublings make it the angle.
 SINE = (
-    3.14159265358978,
-    -1.291928195008618,
-    0.15938525231149206,
-    -0.009363505182916418,
-    0.0003208585300899123,
-    -7.112772521409568e-06,
+    2.2214414690791737,
+    -0.9135311874966903,
+    0.11270239273058488,
+    -0.006620998010515583,
+    0.0002268812424281249,
+    -5.029489682926044e-06,
 )
 ANGLE = f"""\
 turn = TURNS * theta + ZERO
-turn = turn - floor(turn + 0.5)
+turn = turn - nearest(turn)
 square = turn * turn
-twice = turn * ({SINE[0]!r} + square * ({SINE[1]!r} + square * ({SINE[2]!r} + square * ({SINE[3]!r}
+root = turn * ({SINE[0]!r} + square * ({SINE[1]!r} + square * ({SINE[2]!r} + square * ({SINE[3]!r}
     + square * ({SINE[4]!r} + square * {SINE[5]!r})))))
-square = twice * twice
-half_sine = twice * sqrt(1.0 - 0.25 * square)
+square = root * root
+half_sine = root * sqrt(2.0 - square)
 twice = half_sine + half_sine
-s = twice * (1.0 - 0.5 * square)
+s = twice * (1.0 - square)
 c = 1.0 - twice * half_sine"""
 PS = "1e-12"
 
@@ -87,7 +87,8 @@ class Model:
     def _decided(self) -> list[str]:
         """From a grid point to the rates of change there."""
         return [
-            *self._of("begin"), *ANGLE.splitlines(), *self._of("torque"), *self._of("decide"), *self._of("rates"),
+            *self._of("begin"), *ANGLE.splitlines(), *self._of("torque"), *self._of("decide"), *self._of("fixed"),
+            *self._of("rates"),
         ]  # fmt: skip
 
     @property
@@ -97,7 +98,9 @@ class Model:
 
     @property
     def _rest(self) -> str:
-        return " & ".join(f"({condition})" for piece in self.pieces for condition in piece.rest) or "False"
+        """Those of the load come first: they are seldom true."""
+        conditions = [condition for piece in reversed(self.pieces) for condition in piece.rest]
+        return " and ".join(f"({condition})" for condition in conditions) or "False"
 
     @property
     def _step(self) -> list[str]:
@@ -335,7 +338,7 @@ def _python() -> dict[str, Any]:
         return one if one > two else two
 
     return {
-        "floor": floor, "sqrt": sqrt, "absolute": abs, "where": where, "clip": clip, "sign": sign,
+        "floor": floor, "nearest": round, "sqrt": sqrt, "absolute": abs, "where": where, "clip": clip, "sign": sign,
         "minimum": minimum, "maximum": maximum,
     }  # fmt: skip
 
@@ -346,8 +349,10 @@ PYTHON = _python()
 def numba_names() -> dict[str, Any]:
     """Return what the equations call, for Numba."""
     import numba
+    import numpy as np
 
-    return {name: what if name in ("floor", "sqrt", "absolute") else numba.njit(what) for name, what in PYTHON.items()}
+    known = {name: PYTHON[name] for name in ("floor", "sqrt", "absolute")} | {"nearest": np.rint}
+    return {name: known.get(name) or numba.njit(what) for name, what in PYTHON.items()}
 
 
 def numpy_names() -> dict[str, Any]:
