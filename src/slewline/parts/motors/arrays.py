@@ -60,7 +60,7 @@ class Line:
 def in_place(text: str) -> str:
     """Return a function made of another, which unpacks `parameters` and `state` first, and then branches and assigns.
 
-    Its names `asarray`, `empty` and `count_nonzero`, and those of the ufuncs, are NumPy's.
+    `array(size, of)` makes a new array; `asarray`, `copyto`, `count_nonzero` and the names of ufuncs are NumPy's.
     """
     return _Lanes(ast.parse(text).body[0]).text
 
@@ -81,15 +81,16 @@ class _Lanes:
         self.pools: dict[bool, list[str]] = {False: [], True: []}
         self.lines: list[str] = []
         self._body(body, 1)
-        own = [(name, self.lanes[name]) for name in sorted(self.needed - set(first))]
+        own = [(name, self.lanes[name]) for name in sorted(self.needed | {*first})]
         own += [(name, logical) for logical, names in self.pools.items() for name in names]
-        size = f"{first[0]}.size"
         self.text = "\n".join(
             [
                 ast.unparse(function).split("\n")[0],
-                *(f"    {ast.unparse(node)}" for node in (parameters, state)),
+                f"    {ast.unparse(parameters)}",
+                f"    motors = len({ast.unparse(state.value)}[0])",
                 *(f"    {name} = asarray({text})" for text, name in self.hoisted.items()),
-                *(f"    {name} = empty({size}, {'bool' if logical else 'float'})" for name, logical in own),
+                *(f"    {name} = array(motors{', bool' if logical else ''})" for name, logical in own),
+                *(f"    {name}[:] = state[{n}]" for n, name in enumerate(first)),
                 *self.lines,
             ]
         )
