@@ -182,6 +182,10 @@ class Law:
     @cached_property
     def table(self) -> tuple[tuple[float, ...], ...]:
         """What the driver is asked for, by command modulo `cycle`, at each of `LEVELS`: amperes, volts, or 1 for on."""
+        return table(self.motor, self.driver, self.steps, self.phased, self.origin)
+
+    def asked(self) -> tuple[tuple[float, ...], ...]:
+        """Make the table."""
         if self.phased:
             factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)
             return tuple(self._phases(bits, factor) for factor in factors for bits in range(1 << self.period))
@@ -318,6 +322,14 @@ class Law:
                   self.code(command) if code is None else code),
             limit,
         )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def table(
+    motor: MotorData, driver: DriverData, steps: str, phased: bool, origin: int
+) -> tuple[tuple[float, ...], ...]:
+    """Return the table of such motors, which does not depend on their loads."""
+    return Law(motor, driver, steps=steps, phased=phased, origin=origin).asked()
 
 
 @lru_cache(maxsize=64)
