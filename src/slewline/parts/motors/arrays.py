@@ -72,9 +72,9 @@ class _Lanes:
         parameters, state, *body = function.body
         self.constants, first = _names(parameters.targets[0]), _names(state.targets[0])
         self.lanes = dict.fromkeys(first, False)  # and: is it True or False?
-        assigned = [node for node in ast.walk(function) if isinstance(node, ast.Assign) and _is_of_a_run(node)]
-        while new := [n for n in assigned if self._is_lane(n.value) and n.targets[0].id not in self.lanes]:  # type: ignore[attr-defined]
-            self.lanes |= {n.targets[0].id: self._is_logical(n.value) for n in new}  # type: ignore[attr-defined]
+        made: list[Any] = [n for n in ast.walk(function) if isinstance(n, ast.Assign) and _is_of_a_run(n)]
+        while new := [n for n in made if self._is_lane(n.value) and n.targets[0].id not in self.lanes]:
+            self.lanes |= {n.targets[0].id: self._is_logical(n.value) for n in new}
         self.needed: set[str] = set()  # lanes that are read in another run than they are made in
         self._need(body)
         self.hoisted: dict[str, str] = {}
