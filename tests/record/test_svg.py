@@ -10,12 +10,15 @@ from slewline.record.pictures.svg import compact
 
 
 def points(path):
-    """The points of a path, M L H V z, as (x, y); z as None."""
+    """The points of a path, M l h v z, as (x, y); z as None."""
     x, y, found = 0.0, 0.0, []
-    for letter, numbers in re.findall(r"([MLHVz])([^MLHVz]*)", path):
-        values = [float(number) for number in numbers.split()]
-        x = values[0] if letter in "MLH" else x
-        y = values[-1] if letter in "MLV" else y
+    for letter, numbers in re.findall(r"([Mlhvz])([^Mlhvz]*)", path):
+        values = [float(number) for number in re.findall(r"-?[0-9.]+", numbers)]
+        if letter == "M":
+            x, y = values
+        else:
+            x += values[0] if letter in "lh" else 0
+            y += values[-1] if letter in "lv" else 0
         found.append(None if letter == "z" else (x, y))
     return found
 
@@ -23,11 +26,12 @@ def points(path):
 @pytest.mark.parametrize(
     ("drawn", "short"),
     [
-        ("M 1.25 2 \nL 3.5 2 \nL 3.5 7.125001 \nL 4 8 \nz\n", "M1.25 2H3.5V7.13L4 8z"),
-        ("M 0 0 \nL 0 0 \n", "M0 0H0"),  # a dot
-        ("M 1.001 1 \nL 1.004 9 \nL 5 9.004 \n", "M1 1V9H5"),  # what is level to a hundredth
-        ("M 1 2 \nL 3 2 \nM 3 2 \nL 9 2 \n", "M1 2H3M3 2H9"),  # another piece begins where the last one ended
-        ("M -0.001 100 \nL 20 100 \n", "M-0 100H20"),
+        ("M 1.25 2 \nL 3.5 2 \nL 3.5 7.125001 \nL 4 8 \nz\n", "M1.25 2h2.25v5.13l.5 .87z"),
+        ("M 0 0 \nL 0 0 \n", "M0 0h0"),  # a dot
+        ("M 1.001 1 \nL 1.004 9 \nL 5 9.004 \n", "M1 1v8h4"),  # what is level to a hundredth
+        ("M 1 2 \nL 3 2 \nM 3 2 \nL 9 2 \n", "M1 2h2M3 2h6"),  # another piece begins where the last one ended
+        ("M -0.001 100 \nL 20 100 \n", "M0 100h20"),
+        ("M 5 5 \nL 3.01 4.98 \nL 4.01 4.5 \n", "M5 5l-1.99-.02l1-.48"),
         ("M 1.23456 2 \nC 1 2 3 4 5 6 \n", "M 1.23456 2 \nC 1 2 3 4 5 6 \n"),
     ],
 )
