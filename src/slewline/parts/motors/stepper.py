@@ -27,7 +27,7 @@ from .loads import check_holds, load_complaint, read_load
 from .losses import Losses
 from .motors import motor_complaint, read_motor
 from .passing import Track
-from .run import Run, Stretch
+from .run import Run, Stretch, with_jumps
 from .turning import MotorShaft, TrackMotion
 
 if TYPE_CHECKING:
@@ -226,7 +226,10 @@ class Stepper(Part):
         run = self._run
 
         def changes(start: int, stop: int) -> tuple[Any, Any]:
-            found = run.between(start, stop)
+            found, before = [], run.at_or_before(max(start, 0))
+            for law, columns in run.between(start, stop):
+                found.append((law, with_jumps(law, before, columns)))
+                before = Point(*(column[-1] for column in (columns[0], columns[1], columns[2], columns[3])))
             times = [columns[0] for _, columns in found]
             values = [of(law, columns) for law, columns in found]
             return np.concatenate([np.empty(0, np.int64), *times]), np.concatenate([np.empty(0), *values])
