@@ -313,6 +313,12 @@ TASKS = (
         "Run the long tests, and all tests over the compiled build",
         lambda work: tests(work, "-m", "long") + compiled_tests(work, "-m", "not docs"),
     ),
+    (
+        "physics",
+        "dev",
+        "Print the table of the physics of motors: value, expected, tolerance",
+        lambda work: [["-m", "tests.physics"]],
+    ),
     ("check", "dev", "Check style, types, imports, conformance table and documentation", check),
     ("conformance", "dev", "Write the conformance table", lambda work: [["tools/conformance.py"]]),
     (

@@ -60,7 +60,7 @@ KINDS = {
     "translator": ListedPart(at="shafts.motor:Translator", says="pulse-to-step translator (fig. 10.4)"),
     "rotor": ListedPart(at="shafts.motor:Rotor", says="rotor between two windings"),
     "motor": ListedPart(at="shafts.motor:Motor", says="motor that may lose steps, with the detector of its steps (GS-C fig. 14, 17, 18)"),
-    "stepper": ListedPart(at="motors.stepper:Stepper", says="stepper motor with driver and load, integrated: it loses steps where a real one does"),
+    "stepper": ListedPart(at="steppers.stepper:Stepper", says="stepper motor with driver and load, integrated: it loses steps where a real one does"),
     "encoder": ListedPart(at="shafts.encoder:Encoder", says="encoder on the shaft of a step motor, which may be blocked or slip"),
     "switch": ListedPart(at="shafts.sensors:Switch", says="home or limit switch on a shaft or a carriage"),
     "gear": ListedPart(at="shafts.carriage:Gear", says="gear between two shafts"),

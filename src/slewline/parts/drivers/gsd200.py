@@ -72,8 +72,8 @@ class GsD200(Part):
         self.add_pin("enable", "in", "low: no current in any phase", pull=1)
         self.add_pin("half_full", "in", "high: half step, low: full step", pull=1)
         self.add_pin("control", "in", "current decay; high: slow, low: fast", pull=1)
-        for phase, level in zip(PHASES, STATES[0], strict=True):
-            self.add_pin(phase, "out", f"phase {phase}, high: on", initial=int(level))
+        for n, (phase, level) in enumerate(zip(PHASES, STATES[0], strict=True), 1):
+            self.add_pin(phase, "out", f"phase {phase}, high: on", initial=int(level), role=f"phase{n}", active=1)
         steers = ("direction", "half_full", "reset")
         self.rule = Clocked(
             self, ("clock", *steers, "enable"), clock="clock", edge=1, steers=steers, acts=("reset",),

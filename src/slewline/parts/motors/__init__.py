@@ -1,1 +1,1 @@
-"""Motors that lose steps: a motor, its driver and its load, as equations that are integrated behind a shaft."""
+"""Stepper motors by their equations: data of motors, drivers and loads, the law they follow, and its integration."""

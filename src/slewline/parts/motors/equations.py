@@ -65,20 +65,19 @@ def still(*states: str) -> tuple[str, ...]:
 TWO_PHASES = Equations(
     states=("i1", "i2"),
     decide="e1 = -K * omega * s\ne2 = K * omega * c",
-    rates="d_i1 = (v1 - R * i1 + K * omega * s) * INV_L\n"
-    "d_i2 = (v2 - R * i2 - K * omega * c) * INV_L",
+    rates="emf = K_L * omega\nd_i1 = v1 * INV_L - R_L * i1 + emf * s\nd_i2 = v2 * INV_L - R_L * i2 - emf * c",
     torque="torque = K * (i2 * c - i1 * s)",
     rest=still("i1", "i2"),
 )
 HALF_WINDINGS = Equations(  # of each winding two halves, 1 and 2, 3 and 4, the second of which works the other way
     states=("i1", "i2", "i3", "i4"),
     decide="e1 = -K * omega * s\ne2 = -e1\ne3 = K * omega * c\ne4 = -e3",
-    rates="e = K * omega * s\n"
-    "d_i1 = (v1 - R * i1 + e) * INV_L\n"
-    "d_i2 = (v2 - R * i2 - e) * INV_L\n"
-    "e = K * omega * c\n"
-    "d_i3 = (v3 - R * i3 - e) * INV_L\n"
-    "d_i4 = (v4 - R * i4 + e) * INV_L",
+    rates="emf = K_L * omega * s\n"
+    "d_i1 = v1 * INV_L - R_L * i1 + emf\n"
+    "d_i2 = v2 * INV_L - R_L * i2 - emf\n"
+    "emf = K_L * omega * c\n"
+    "d_i3 = v3 * INV_L - R_L * i3 - emf\n"
+    "d_i4 = v4 * INV_L - R_L * i4 + emf",
     torque="torque = K * ((i3 - i4) * c - (i1 - i2) * s)",
     rest=still("i1", "i2", "i3", "i4"),
 )
@@ -142,12 +141,15 @@ AVERAGED = Equations(  # as many volts as take the current to what is asked for 
 )
 BILEVEL = Equations(
     kept=("left1", "left2"),
-    decide=each(_OPEN.format(on="r# * where(left# > HALF_H, HIGH, VS)"), 1, 2)
-    + "\n"
-    + each("left# = left# - H", 1, 2),
+    decide=each(_OPEN.format(on="r# * where(left# > HALF_H, HIGH, VS)"), 1, 2) + "\n" + each("left# = left# - H", 1, 2),
     settle=each(_ENDS, 1, 2),
+    rest=tuple(each("left# < -HALF_H", 1, 2).splitlines()),  # the low volts are on
     edge=each("left# = where(r# == o#, left#, HIGH_TIME)", 1, 2),
 )
+
+
+# At rest behind a chopper: the current has come to its peak, and falls from there.
+RIPPLES = "absolute(i# - 0.9 * r#) <= 0.15 * absolute(r#)"
 
 
 def chopper(decay: str, blanked: bool) -> Equations:
@@ -175,8 +177,8 @@ def chopper(decay: str, blanked: bool) -> Equations:
     return Equations(
         kept=tuple(kept),
         decide="\n".join(lines),
-        settle=each("i# = where(((r# == 0.0) | (on# == 0.0)) & (i# * i#0 < 0.0), 0.0 * i#, i#)", 1, 2),
-        rest=tuple(each("absolute(i# - r#) <= 0.2 * absolute(r#)", 1, 2).splitlines()),
+        settle=each(_ENDS, 1, 2) + "\n" + each("i# = where((on# == 0.0) & (i# * i#0 < 0.0), 0.0 * i#, i#)", 1, 2),
+        rest=tuple(each(f"(on# == 0.0) & ({RIPPLES})", 1, 2).splitlines()),
     )
 
 
@@ -195,15 +197,16 @@ RIGID = Equations(
     rates="d_theta = omega\nd_omega = (torque - DRAG * omega - PULL) * INV_J",
     rest=("absolute(omega) < SLOW", "absolute(d_omega) < SETTLED"),
 )
-# Friction is decided at a grid point: a shaft that stands is held, as long as no more pulls at it than STICTION.
+# Friction is decided at a grid point: a shaft that stands is held, as long as no more pulls at it than STICTION; one
+# that turns back stands only if it would be held.
 RUBBING = Equations(
     states=("theta", "omega"),
     decide="pulls = torque - PULL\n"
     "stands = omega == 0.0\n"
-    "free = where(stands & (absolute(pulls) <= STICTION), 0.0, 1.0)\n"
-    "rubs = FRICTION * sign(where(stands, pulls, omega))",
-    rates="d_theta = omega\nd_omega = free * (torque - DRAG * omega - PULL - rubs) * INV_J",
-    settle="omega = where(omega * omega0 < 0.0, 0.0 * omega, omega)",
+    "free = where(stands & (absolute(pulls) <= STICTION), 0.0, INV_J)\n"
+    "holds = PULL + FRICTION * sign(where(stands, pulls, omega))",
+    rates="d_theta = omega\nd_omega = (torque - DRAG * omega - holds) * free",
+    settle="omega = where((omega * omega0 < 0.0) & (absolute(torque - PULL) <= STICTION), 0.0 * omega, omega)",
     rest=("absolute(omega) < SLOW", "absolute(d_omega) < SETTLED"),
 )
 # Two masses: the rotor, and what hangs on the coupling.
@@ -212,14 +215,14 @@ COUPLED = Equations(
     decide="twist = STIFFNESS * (theta - theta2) + COUPLING_DRAG * (omega - omega2)\n"
     "pulls = twist - PULL\n"
     "stands = omega2 == 0.0\n"
-    "free = where(stands & (absolute(pulls) <= STICTION), 0.0, 1.0)\n"
-    "rubs = FRICTION * sign(where(stands, pulls, omega2))",
+    "free = where(stands & (absolute(pulls) <= STICTION), 0.0, INV_J2)\n"
+    "holds = PULL + FRICTION * sign(where(stands, pulls, omega2))",
     rates="twist = STIFFNESS * (theta - theta2) + COUPLING_DRAG * (omega - omega2)\n"
     "d_theta = omega\n"
     "d_omega = (torque - DRAG * omega - twist) * INV_J\n"
     "d_theta2 = omega2\n"
-    "d_omega2 = free * (twist - DRAG2 * omega2 - PULL - rubs) * INV_J2",
-    settle="omega2 = where(omega2 * omega20 < 0.0, 0.0 * omega2, omega2)",
+    "d_omega2 = (twist - DRAG2 * omega2 - holds) * free",
+    settle="omega2 = where((omega2 * omega20 < 0.0) & (absolute(twist - PULL) <= STICTION), 0.0 * omega2, omega2)",
     rest=(
         "absolute(omega) < SLOW",
         "absolute(d_omega) < SETTLED",
@@ -227,9 +230,10 @@ COUPLED = Equations(
         "absolute(d_omega2) < SETTLED",
     ),
 )
-DAMPED = Equations(  # a ring that is dragged along (Lanchester)
+DAMPED = Equations(  # a ring that is dragged along (Lanchester); before the load, whose friction feels it
     states=("omega3",),
-    rates="drags = DAMPER_DRAG * (omega - omega3)\nd_omega3 = drags * INV_J3\nd_omega = d_omega - drags * INV_J",
+    torque="drags = DAMPER_DRAG * (omega - omega3)\ntorque = torque - drags",
+    rates="d_omega3 = drags * INV_J3",
     rest=("absolute(omega3) < SLOW",),
 )
 BLOCKED = Equations(rates="d_theta = 0.0 * omega\nd_omega = 0.0 * omega", settle="theta = theta0\nomega = 0.0 * omega")

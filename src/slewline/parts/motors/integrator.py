@@ -1,4 +1,4 @@
-"""Integrators, made of equations: classical Runge-Kutta, a fixed step on a grid that the edges of the inputs begin anew.
+"""Integrators, made of equations: classical Runge-Kutta with a fixed step, counted anew from each edge of the inputs.
 
     edges            |                    |                             of the inputs
     grid points      0    h    2h    3h   0    h    2h    3h    ...
@@ -23,26 +23,26 @@ from typing import Any
 
 from .equations import Equations
 
-# sin(pi f / 2) / f as a polynomial of f squared, up to a half: good to 2e-14; two doublings make it the angle.
+# 2 sin(pi f / 2) / f as a polynomial of f squared, up to a half: good to 2e-14; two doublings make it the angle.
 SINE = (
-    1.57079632679489,
-    -0.645964097504309,
-    0.07969262615574603,
-    -0.004681752591458209,
-    0.00016042926504495616,
-    -3.556386260704784e-06,
+    3.14159265358978,
+    -1.291928195008618,
+    0.15938525231149206,
+    -0.009363505182916418,
+    0.0003208585300899123,
+    -7.112772521409568e-06,
 )
 ANGLE = f"""\
 turn = TURNS * theta + ZERO
 turn = turn - floor(turn + 0.5)
 square = turn * turn
-s = turn * ({SINE[0]!r} + square * ({SINE[1]!r} + square * ({SINE[2]!r} + square * ({SINE[3]!r}
+twice = turn * ({SINE[0]!r} + square * ({SINE[1]!r} + square * ({SINE[2]!r} + square * ({SINE[3]!r}
     + square * ({SINE[4]!r} + square * {SINE[5]!r})))))
-c = sqrt(1.0 - s * s)
-s2 = 2.0 * s * c
-c2 = 1.0 - 2.0 * s * s
-s = 2.0 * s2 * c2
-c = 1.0 - 2.0 * s2 * s2"""
+square = twice * twice
+half_sine = twice * sqrt(1.0 - 0.25 * square)
+twice = half_sine + half_sine
+s = twice * (1.0 - 0.5 * square)
+c = 1.0 - twice * half_sine"""
 PS = "1e-12"
 
 
@@ -61,7 +61,9 @@ class Model:
     def states(self) -> tuple[str, ...]:
         """Names of what is integrated, place and speed of the rotor first."""
         names = [state for piece in self.pieces for state in piece.states]
-        return tuple(sorted(names, key=lambda name: ("theta", "omega").index(name) if name in ("theta", "omega") else 2))
+        return tuple(
+            sorted(names, key=lambda name: ("theta", "omega").index(name) if name in ("theta", "omega") else 2)
+        )
 
     @cached_property
     def kept(self) -> tuple[str, ...]:
@@ -127,10 +129,12 @@ class Model:
         """Return the function that goes from a grid point to the last one that is not after `stop`."""
         return "\n".join(
             [
-                "def advance(parameters, table, t, state, code, command, times, codes, commands, stop, most, limit, room):",
+                "def advance(parameters, table, t, state, code, command, times, codes, commands, stop, most, limit,"
+                " room):",
                 *indented(1, self._given, begin, ["count = edge = 0", "edges = len(times)", "rests = False"]),
                 *indented(1, ["while count < most:"]),
-                *indented(2, self._decided, [f"if {self._rest}:"]),
+                *indented(2, [f"{name}_ = {name}" for name in self.kept], self._decided, [f"if {self._rest}:"]),
+                *indented(3, [f"{name} = {name}_" for name in self.kept]),
                 *indented(3, ["if edge == edges or times[edge] > stop:"]),
                 *indented(4, ["rests = True", "break"]),
                 *indented(3, ["t = times[edge]", "hit = True"]),
@@ -163,13 +167,57 @@ class Model:
             ]
         )
 
+    @property
+    def many(self) -> str:
+        """The function that takes many motors, which get the same edges, to the last grid point not after `stop`.
+
+        Every name stands for an array then, one number a motor.  One that rests is held until the next edge.
+        """
+        whole = ", ".join(self.whole)
+        return "\n".join(
+            [
+                "def many(parameters, table, t, state, code, command, times, codes, commands, stop):",
+                *indented(1, self._given, ["edge = 0", "edges = len(times)", "worst = absolute(0.0 * theta)"]),
+                *indented(1, ["while True:"]),
+                *indented(2, [f"{name}_ = {name}" for name in self.kept], self._decided, [f"rests = {self._rest}"]),
+                *indented(2, ["following = t + STEP_PS", "hit = edge < edges and times[edge] <= following"]),
+                *indented(2, ["if hit or (edge < edges and everywhere(rests)):"]),
+                *indented(3, ["hit = True", "following = times[edge]"]),
+                *indented(2, ["if following > stop:"]),
+                *indented(3, [*(f"{name} = {name}_" for name in self.kept), "break"]),
+                *indented(2, ["if everywhere(rests):"]),
+                *indented(3, [f"{name} = {name}_" for name in self.kept], ["if not hit:"]),
+                *indented(4, ["break"]),
+                *indented(2, ["else:"]),
+                *indented(3, [f"dt = (following - t) * {PS}"], self._step),
+                *indented(3, ["if somewhere(rests):"]),
+                *indented(4, [f"{name} = where(rests, {name}0, {name})" for name in self.states]),
+                *indented(4, [f"{name} = where(rests, {name}_, {name})" for name in self.kept]),
+                *indented(2, ["t = following", "if hit:"]),
+                *indented(3, self._edge, ["command = commands[edge]", "edge += 1"]),
+                *indented(2, ["worst = maximum(worst, absolute(command * STEPS_COMMAND - theta * STEPS_RAD))"]),
+                *indented(1, [f"return t, ({whole},), command, worst"]),
+            ]
+        )
+
     # ------------------------------------------------------------------------------------------------- what runs them
+    @cached_property
+    def numpy(self) -> Callable[..., Any]:
+        """The function for many motors."""
+        found: Callable[..., Any] = compiled(self.many, numpy_names())["many"]
+        return found
+
     @cached_property
     def python(self) -> Engine:
         """The functions in plain Python."""
         row = ", ".join(["t", "command", "code", *self.whole])
         text = self.advance([f"points.append(({row}))"], ["points = []"], "return points, rests")
         return Engine(compiled(self.after + "\n" + CROSSING, PYTHON), compiled(text, PYTHON))
+
+    @property
+    def is_compiled(self) -> bool:
+        """Has somebody asked for the functions that Numba compiles?"""
+        return "numba" in vars(self)
 
     @cached_property
     def numba(self) -> Engine:
@@ -293,3 +341,16 @@ def numba_names() -> dict[str, Any]:
     import numba
 
     return {name: what if name in ("floor", "sqrt", "absolute") else numba.njit(what) for name, what in PYTHON.items()}
+
+
+def numpy_names() -> dict[str, Any]:
+    """Return what the equations call, for arrays of NumPy."""
+    import numpy as np
+
+    def clip(value: Any, low: Any, high: Any) -> Any:
+        return np.minimum(np.maximum(value, low), high)
+
+    return {
+        "floor": np.floor, "sqrt": np.sqrt, "absolute": np.abs, "where": np.where, "clip": clip, "sign": np.sign,
+        "minimum": np.minimum, "maximum": np.maximum, "everywhere": np.all, "somewhere": np.any,
+    }  # fmt: skip

@@ -17,15 +17,15 @@ from typing import TYPE_CHECKING, Any
 from ...errors import UsageError
 from . import equations as eq
 from .data import DriverData, LoadData, MotorData
-from .integrator import Engine, Model
+from .integration import Integration, Point, Trace
+from .integrator import Model
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+BARE = LoadData()
 LEVELS = ("slew", "ramp", "rest", "off")  # of the current: the rows of a table come in this order
-CHUNK = 1 << 12  # grid points that are made at a time
-SOON = 20_000  # steps in plain Python that cost less than what Numba needs to compile
 STEP_PS = 20_000_000
 CHOPPED_PS = 1_000_000  # the grid of a chopper
 SLOW = 1e-5  # rad/s, below which a rotor may be at rest
@@ -33,49 +33,6 @@ STILL = 1e-7  # A, by which a current at rest changes in a step
 SETTLED = 1e-7  # rad/s, by which the speed of a rotor at rest changes in a step
 LEFT = 0.02  # of the torque of a phase, that pulls at a rotor at rest behind a chopper
 _STEPS = re.compile(r"full|wave|half|micro ?([1-9]\d{0,3})")
-
-
-@dataclass(frozen=True, slots=True)
-class Trace:
-    """What a law makes of some commands, at the grid points.
-
-    Attributes:
-        times: (n,) int64 ps, ascending.
-        states: (n, k) float64, the columns as `Law.names`.
-        commands: (n,) int64, in force from that instant on.
-        codes: (n,) int64, rows of the table in force from that instant on.
-        rests: nothing changes after the last one.
-    """
-
-    law: Law
-    times: NDArray[np.int64]
-    states: NDArray[np.float64]
-    commands: NDArray[np.int64]
-    codes: NDArray[np.int64]
-    rests: bool
-
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
-        """Return a column of the states by its name."""
-        column: NDArray[np.float64] = self.states[:, self.law.names.index(name)]
-        return column
-
-    @property
-    def lag(self) -> NDArray[np.float64]:
-        """How far the rotor is behind its command, in full steps: (n,) float64."""
-        lag: NDArray[np.float64] = self.commands / self.law.micro - self["theta"] / self.law.motor.step
-        return lag
-
-    @property
-    def worst(self) -> float:
-        """The greatest distance from the command, in full steps."""
-        import numpy as np
-
-        return float(np.abs(self.lag).max())
-
-    @property
-    def lost(self) -> int:
-        """Full steps that are lost at the end, more than 0: the rotor is behind."""
-        return round(float(self.lag[-1]) / self.law.period) * self.law.period
 
 
 @dataclass(frozen=True)
@@ -94,7 +51,7 @@ class Law:
 
     motor: MotorData
     driver: DriverData
-    load: LoadData = LoadData()
+    load: LoadData = BARE
     steps: str = "full"
     step_ps: int = 0
     blocked: bool = False
@@ -103,7 +60,9 @@ class Law:
 
     def __post_init__(self) -> None:
         if not _STEPS.fullmatch(self.steps):
-            raise UsageError(f"steps {self.steps!r}; allowed full, wave, half, and micro with a number, such as micro 8")
+            raise UsageError(
+                f"steps {self.steps!r}; allowed full, wave, half, and micro with a number, such as micro 8"
+            )
         if not self.step_ps:
             object.__setattr__(self, "step_ps", CHOPPED_PS if self.driver.kind == "chopper" else STEP_PS)
         if self.motor.windings != "bipolar" and self.driver.kind != "voltage":
@@ -111,10 +70,14 @@ class Law:
                 f"{self.motor.name}: {self.motor.windings} windings with a driver of kind {self.driver.kind}; "
                 "allowed voltage (L/R, L/nR)"
             )
+        if self.motor.windings == "reluctance" and self.motor.phases not in (3, 4):
+            raise UsageError(f"{self.motor.name}: {self.motor.phases} phases; allowed 3, 4")
+        if self.load.stiffness > 0 and self.load.inertia <= 0:
+            raise UsageError(f"load: inertia {self.load.inertia} on a coupling; allowed more than 0")
         if self.motor.windings == "reluctance" and self.steps not in ("full", "wave", "half"):
             raise UsageError(f"{self.motor.name}: steps {self.steps!r}; allowed full, wave and half")
 
-    # ------------------------------------------------------------------------------------------------- what it is made of
+    # ----------------------------------------------------------------------------------------------- what it is made of
     @cached_property
     def micro(self) -> int:
         """Commands a full step."""
@@ -173,12 +136,13 @@ class Law:
         h = self.step_ps * 1e-12
         coupled = load.stiffness > 0
         inertia = motor.inertia + (0.0 if coupled else load.inertia)
-        friction = load.friction + (0.0 if coupled else motor.friction)
-        stiction = load.friction if load.stiction is None else load.stiction
+        friction = load.friction + motor.friction  # beyond a coupling, if there is one
+        stiction = max(load.friction, load.stiction or 0.0) + motor.friction
         chopped = driver.kind == "chopper"
         settled = LEFT * motor.constant * driver.current / inertia if chopped else SETTLED / h
         values = {
             "K": motor.constant, "R": self.resistance, "INV_L": 1 / motor.inductance, "L": motor.inductance,
+            "K_L": motor.constant / motor.inductance, "R_L": self.resistance / motor.inductance,
             "SWING": motor.swing, "TEETH": float(motor.teeth), "COS3": -0.5, "SIN3": sqrt(0.75),
             "DETENT4": 4 * motor.detent, "INV_LAG": 1 / driver.lag if driver.lag else 0.0,
             "VS": driver.supply, "HIGH": driver.high, "HIGH_TIME": driver.high_time, "CLAMP": driver.clamp,
@@ -186,16 +150,18 @@ class Law:
             "FAST_TIME": driver.fast_part / driver.frequency if driver.frequency else 0.0,
             "PERIOD_PS": round(1e12 / driver.frequency) if driver.frequency else 1,
             "DRAG": motor.drag + (0.0 if coupled else load.viscous), "PULL": load.torque, "INV_J": 1 / inertia,
-            "FRICTION": friction, "STICTION": stiction + (0.0 if coupled else motor.friction),
+            "FRICTION": friction, "STICTION": stiction,
             "STIFFNESS": load.stiffness, "COUPLING_DRAG": load.coupling_drag, "DRAG2": load.viscous,
             "INV_J2": 1 / load.inertia if load.inertia else 0.0,
             "DAMPER_DRAG": load.damper_drag, "INV_J3": 1 / load.damper_inertia if load.damper_inertia else 0.0,
-            "STOP_LOW": -1e300 if load.low is None else load.low, "STOP_HIGH": 1e300 if load.high is None else load.high,
+            "STOP_LOW": -1e300 if load.low is None else load.low,
+            "STOP_HIGH": 1e300 if load.high is None else load.high,
             "TURNS": motor.teeth / (2 * pi), "ZERO": self._zero, "H": h, "HALF_H": h / 2, "STEP_PS": self.step_ps,
             "SLOW": 100 * SLOW if chopped else SLOW, "STILL": STILL, "SETTLED": settled,
             "STEPS_COMMAND": 1 / self.micro, "STEPS_RAD": 1 / motor.step,
         }  # fmt: skip
-        return tuple(values[name] for name in self.model.parameters)
+        # Always the same types: Numba compiles once.
+        return tuple(values[name] if name.endswith("_PS") else float(values[name]) for name in self.model.parameters)
 
     @property
     def _zero(self) -> float:
@@ -210,7 +176,7 @@ class Law:
 
     @cached_property
     def table(self) -> tuple[tuple[float, ...], ...]:
-        """What the driver is asked for, by command modulo `cycle`, for each of `LEVELS`: amperes, volts, or 1 for on."""
+        """What the driver is asked for, by command modulo `cycle`, at each of `LEVELS`: amperes, volts, or 1 for on."""
         if self.phased:
             factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)
             return tuple(self._phases(bits, factor) for factor in factors for bits in range(1 << self.period))
@@ -221,10 +187,10 @@ class Law:
     def _row(self, angle: float, factor: float) -> tuple[float, ...]:
         """What is asked for at an electrical angle (rad), with a factor of the current."""
         if self.motor.windings == "reluctance":
-            return tuple(float(factor * cos(angle - 2 * pi * n / self.period) > 0.1) for n in range(self.period))
+            return tuple(float(factor > 0 and cos(angle - 2 * pi * n / self.period) > 0.1) for n in range(self.period))
         field = cos(angle), sin(angle)
         if self.steps.startswith("micro"):
-            signs = field
+            signs = field if self._volts else tuple(part if abs(part) > 1e-9 else 0.0 for part in field)
             factor *= 1.0 if self._volts else sqrt(2)
         else:
             signs = tuple(0.0 if abs(part) < 0.1 else 1.0 if part > 0 else -1.0 for part in field)
@@ -273,7 +239,7 @@ class Law:
             return tuple(on * float(sign) for sign in signs)
         return tuple(self.driver.current * factor * sign for sign in signs)
 
-    # ------------------------------------------------------------------------------------------------------- to and from
+    # ------------------------------------------------------------------------------------------------------ to and from
     def at_rest(self, command: int = 0, level: str = "slew", code: int | None = None) -> tuple[float, ...]:
         """Return the state of a rotor at rest in the place of a command, the currents settled as a row asks for."""
         row = self.table[self.code(command, level) if code is None else code]
@@ -288,7 +254,10 @@ class Law:
             return [volts * part / self.resistance for part in row]
         if self.driver.kind == "bilevel":
             return [self.driver.supply * part / self.resistance for part in row]
-        return row
+        if self.driver.kind == "current":
+            return row
+        most = self.driver.supply / self.resistance  # more the supply does not give
+        return [min(max(part, -most), most) for part in row]
 
     def code(self, command: int, level: str = "slew") -> int:
         """Return the row of the table for a command."""
@@ -339,115 +308,6 @@ class Law:
         )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Point:
-    """A grid point: its instant (ps), the state there, and what is in force from there on."""
-
-    t: int
-    state: tuple[float, ...]
-    command: int
-    code: int
-
-
-class Integration:
-    """Runs a law, in plain Python first, and compiled once that is worth its while: the bits are the same."""
-
-    def __init__(self, law: Law, engine: str | None = None) -> None:
-        if engine not in (None, "python", "numba"):
-            raise UsageError(f"engine {engine!r}; allowed python, numba, None")
-        self.law, self.named = law, engine
-        self.made = 0  # grid points so far
-
-    @property
-    def engine(self) -> Engine:
-        """What runs now."""
-        if self.named == "python" or (self.named is None and (self.made < SOON or not numba_is_there())):
-            return self.law.model.python
-        if not numba_is_there():
-            raise UsageError("engine 'numba' needs Numba; pip install 'slewline[fast]', or leave the engine out")
-        return self.law.model.numba
-
-    def trace(
-        self,
-        times: NDArray[np.int64],
-        commands: NDArray[np.int64],
-        codes: NDArray[np.int64],
-        stop: int,
-        point: Point,
-        limit: float = float("inf"),
-    ) -> Trace:
-        """Return the grid points from one on to the last one up to an instant (ps), the first one included."""
-        import numpy as np
-
-        parts = [_row(point, self.law)]
-        rests, before, edge = False, point, 0
-        while True:
-            count, rests, found = self._advance(before, times[edge:], commands[edge:], codes[edge:], stop, limit)
-            if count:
-                parts.append(found)
-                t, states = int(found[0][-1]), found[3][-1]
-                before = Point(t, tuple(states.tolist()), int(found[1][-1]), int(found[2][-1]))
-                edge = int(np.searchsorted(times, t, "right"))
-            if count < CHUNK or rests:
-                break
-        columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
-        return Trace(self.law, columns[0], columns[3], columns[1], columns[2], rests)
-
-    def _advance(
-        self, point: Point, times: Any, commands: Any, codes: Any, stop: int, limit: float
-    ) -> tuple[int, bool, tuple[Any, ...]]:
-        """Up to `CHUNK` grid points more: how many, whether the motor rests, and their columns."""
-        import numpy as np
-
-        law, engine = self.law, self.engine
-        if engine is law.model.python:
-            given = [column[:CHUNK].tolist() for column in (times, codes, commands)]
-            points, rests = engine.advance(
-                law.parameters, law.table, point.t, point.state, point.code, point.command, *given, stop, CHUNK, limit,
-                None,
-            )  # fmt: skip
-            self.made += len(points)
-            if not points:
-                return 0, rests, ()
-            whole = np.array([row[3:] for row in points], np.float64)
-            ints = (np.array([row[n] for row in points], np.int64) for n in range(3))
-            return len(points), rests, (*ints, whole)
-        room = (
-            np.empty(CHUNK, np.int64), np.empty(CHUNK, np.int64), np.empty(CHUNK, np.int64),
-            np.empty((CHUNK, len(law.names))),
-        )  # fmt: skip
-        count, rests = engine.advance(
-            law.parameters, table_array(law), point.t, point.state, point.code, point.command, times, codes, commands,
-            stop, CHUNK, limit, room,
-        )  # fmt: skip
-        self.made += count
-        return count, rests, tuple(column[:count] for column in room)
-
-
-def _row(point: Point, law: Law) -> tuple[Any, ...]:
-    """A grid point as columns of one."""
-    import numpy as np
-
-    ints = (np.array([value], np.int64) for value in (point.t, point.command, point.code))
-    return (*ints, np.array([point.state], np.float64))
-
-
-@lru_cache(maxsize=64)
-def table_array(law: Law) -> NDArray[np.float64]:
-    """Return the table of a law: (rows, windings) float64."""
-    import numpy as np
-
-    return np.array(law.table, np.float64)
-
-
-@lru_cache(maxsize=1)
-def numba_is_there() -> bool:
-    """Return whether Numba is installed."""
-    from importlib.util import find_spec
-
-    return find_spec("numba") is not None
-
-
 @lru_cache(maxsize=64)
 def model(
     windings: str, phases: int, kind: str, decay: str, blanked: bool, lags: bool, detent: bool, rubs: bool,
@@ -464,9 +324,9 @@ def model(
         electric = [eq.without_rest(winding), eq.chopper(decay, blanked)]
     else:
         electric = [winding, {"voltage": eq.VOLTAGE, "bilevel": eq.BILEVEL, "averaged": eq.AVERAGED}[kind]]
-    pieces = [electric[0], *[eq.DETENT] * detent, *electric[1:]]
+    pieces = [electric[0], *[eq.DETENT] * detent, *[eq.DAMPED] * damped, *electric[1:]]
     pieces.append(eq.COUPLED if coupled else eq.RUBBING if rubs else eq.RIGID)
-    pieces += [eq.DAMPED] * damped + [eq.stopped("2" if coupled else "")] * stops + [eq.BLOCKED] * blocked
+    pieces += [eq.stopped("2" if coupled else "")] * stops + [eq.BLOCKED] * blocked
     text = "\n".join("\n".join((p.begin, p.torque, p.decide, p.rates, p.settle, p.edge, *p.rest)) for p in pieces)
     always = {"TURNS", "ZERO", "STEP_PS", "STEPS_COMMAND", "STEPS_RAD"}
     return Model(tuple(pieces), tuple(sorted(always | set(re.findall(r"\b[A-Z][A-Z0-9_]*\b", text)))), count)

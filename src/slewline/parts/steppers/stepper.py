@@ -17,15 +17,16 @@ from ...core.wires.pin import Condition
 from ...errors import UsageError
 from ..base.follower import Follower, start_rule
 from ..base.part import AXIS, Part
+from ..motors.drivers import driver_complaint, read_driver
+from ..motors.integration import Point
+from ..motors.law import Law
+from ..motors.loads import check_holds, load_complaint, read_load
+from ..motors.motors import motor_complaint, read_motor
 from ..shafts.counter import CountScale, SwitchZone
 from ..shafts.motor import EDGE, EDGES
 from ..shafts.shaft import forget_shaft
-from .drivers import driver_complaint, read_driver
 from .feed import Feed, Pins, phases_asked, steps_asked
-from .law import Law, Point
-from .loads import check_holds, load_complaint, read_load
 from .losses import Losses
-from .motors import motor_complaint, read_motor
 from .passing import Track
 from .run import Run, Stretch, with_jumps
 from .turning import MotorShaft, TrackMotion
@@ -42,9 +43,9 @@ STALLS = (True, False, True)  # by how many of the bounds at -2 and 2 steps from
 class Stepper(Part):
     """A stepper motor with driver and load: what the pulses ask for, and what comes of it.
 
-    Its shaft turns as the equations have it (`law.py`), and what sits on a shaft sits on this one: an encoder, switches,
-    a gear, a carriage.  `stall` is low while the rotor is within two steps of its command; beyond, it does not come
-    back by itself.
+    Its shaft turns as the equations have it (`motors/law.py`), and what sits on a shaft sits on this one: an encoder,
+    switches, a gear, a carriage.  `stall` is low while the rotor is within two steps of its command; beyond, it does not
+    come back by itself.
 
     Nothing is integrated until somebody asks, and who asks changes nothing: a state is one step of the integrator from
     the last point of a grid, which the edges of the inputs begin.
@@ -60,7 +61,20 @@ class Stepper(Part):
         lag: from the rotor to the edge of `stall`.
     """
 
-    _for_users = ("place", "lag", "speed", "lost", "command", "currents", "rests", "load", "block", "free", "push", "law")
+    _for_users = (
+        "place",
+        "lag",
+        "speed",
+        "lost",
+        "command",
+        "currents",
+        "rests",
+        "load",
+        "block",
+        "free",
+        "push",
+        "law",
+    )
     verbs = ("block", "free", "push")
     optional = frozenset({"mov", "ramp"})
     options = (
@@ -157,7 +171,7 @@ class Stepper(Part):
     @property
     def place(self) -> float:
         """Where its shaft is, in full steps clockwise from the beginning."""
-        return self.shaft.motion.place(self.kernel.seen)  # type: ignore[attr-defined,no-any-return]
+        return self.shaft.rotor.place(self.kernel.seen)
 
     @property
     def command(self) -> float:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .law import Law
+    from ..motors.law import Law
 
 
 class Edges(NamedTuple):
@@ -74,11 +74,11 @@ class Feed:
 
     def __init__(self, asked: Asked) -> None:
         self.asked = asked
-        self.pieces: list[Piece] = []
+        self.pieces = [Piece(0, ())]  # nothing is wired yet
 
     def show(self, since: int, shown: Sequence[Promise | Level]) -> None:
         """Take up what the pins show from an instant (ps) on."""
-        if self.pieces and self.pieces[-1].since >= since:
+        if self.now.since >= since or not self.now.shown:
             self.pieces.pop()
         self.pieces.append(Piece(since, shown))
 
@@ -94,7 +94,7 @@ class Feed:
         found = []
         for reading in self._readings(start, stop):
             commands, codes = self.asked(reading, command)
-            changed = (np.diff(commands, prepend=command) != 0) | (np.diff(codes, prepend=code) != 0)
+            changed = changes(commands, command) | changes(codes, code)
             if changed.any():
                 found.append((reading.times[changed], commands[changed], codes[changed]))
                 command, code = int(commands[-1]), int(codes[-1])
@@ -108,7 +108,7 @@ class Feed:
         readings = []
         for n in range(first, len(self.pieces)):
             piece = self.pieces[n]
-            if piece.since > stop:
+            if piece.since > stop or not piece.shown:
                 break
             end = min(stop, self.pieces[n + 1].since - 1) if n + 1 < len(self.pieces) else stop
             if n > first or piece.since > start:  # what the pins read before it, they read of the piece before
@@ -123,29 +123,58 @@ class Feed:
         del self.pieces[: max(bisect_right(self.pieces, before, key=lambda piece: piece.since) - 1, 0)]
 
 
+def changes(values: Any, before: int) -> Any:
+    """Return which values differ from the one before: (n,) bool."""
+    import numpy as np
+
+    differ = np.empty(len(values), bool)
+    differ[:1] = values[:1] != before
+    np.not_equal(values[1:], values[:-1], out=differ[1:])
+    return differ
+
+
 def reading(piece: Piece, start: int, stop: int, before: Sequence[Level]) -> Reading:
     """Return what the pins read at start < t <= stop, and before that; an open pin reads high."""
     import numpy as np
 
-    shown: list[tuple[Any, Any]] = []
+    edges: list[tuple[Any, Any]] = []
     for what, level in zip(piece.shown, before, strict=True):
         here = what.level(start + 1) if promised(what) else what
         times, levels = what.edges(start, stop) if promised(what) else ((), ())
-        times, levels = np.asarray(times, np.int64), np.array([level != 0 for level in levels], bool)
+        times, levels = np.asarray(times, np.int64), high_of(levels)
         if (here != 0) != (level != 0) and not (len(times) and times[0] == start + 1):
             times, levels = np.append(start + 1, times), np.append(here != 0, levels)
-        shown.append((times, levels))
-    times = shown[0][0] if len(shown) == 1 else np.unique(np.concatenate([own for own, _ in shown]))
-    high = np.empty((len(times) + 1, len(shown)), bool)
-    for n, ((own, levels), level) in enumerate(zip(shown, before, strict=True)):
-        high[:, n] = np.append(level != 0, levels)[np.append(0, np.searchsorted(own, times, side="right"))]
+        edges.append((times, levels))
+    changing = [times for times, _ in edges if len(times)]
+    if not changing:
+        times = np.empty(0, np.int64)
+    else:
+        times = changing[0] if len(changing) == 1 else np.unique(np.concatenate(changing))
+    high = np.empty((len(times) + 1, len(edges)), bool)
+    for n, ((own, levels), level) in enumerate(zip(edges, before, strict=True)):
+        if not len(own):
+            high[:, n] = level != 0
+        elif own is times:
+            high[0, n], high[1:, n] = level != 0, levels
+        else:
+            high[:, n] = np.append(level != 0, levels)[np.append(0, np.searchsorted(own, times, side="right"))]
     return Reading(times, high)
+
+
+def high_of(levels: Any) -> NDArray[np.bool_]:
+    """Return which levels of edges read high, 0, 1 or None: (n,) bool."""
+    import numpy as np
+
+    if isinstance(levels, np.ndarray):
+        found: NDArray[np.bool_] = levels != 0
+        return found
+    return np.array([level != 0 for level in levels], bool)
 
 
 # --------------------------------------------------------------------------------------------- what the pins ask for
 @dataclass(frozen=True)
 class Pins:
-    """Which column of a reading is which pin, and the level at which it counts; a pin that is not read has no column."""
+    """Which column of a reading is which pin, and the level at which it is active; what is not read has no column."""
 
     columns: Mapping[str, tuple[int, bool]]
 
@@ -160,11 +189,13 @@ class Pins:
         return reading.high[:, column] == active
 
     def level(self, reading: Reading) -> Any:
-        """Return the level of the current, an index of `LEVELS`, (n,) int64 (MOV and RAMP of figure 11, ENABLE)."""
+        """Return the level of the current, an index of `LEVELS`, (n,) int64 or a number (MOV, RAMP, ENABLE)."""
         import numpy as np
 
-        moving, ramping = self(reading, "mov", True)[1:], self(reading, "ramp", False)[1:]
         enabled = self(reading, "enable", True)[1:]
+        if "mov" not in self.columns and enabled.all():
+            return 0
+        moving, ramping = self(reading, "mov", True)[1:], self(reading, "ramp", False)[1:]
         return np.where(enabled, np.where(ramping, 1, np.where(moving, 0, 2)), 3).astype(np.int64)
 
 

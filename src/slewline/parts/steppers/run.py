@@ -14,8 +14,9 @@ from __future__ import annotations
 from bisect import bisect_right
 from typing import TYPE_CHECKING, Any
 
-from .feed import Edges, Feed
-from .law import Integration, Law, Point
+from ..motors.integration import Integration, Point
+from ..motors.law import Law
+from .feed import Edges, Feed, changes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -69,10 +70,8 @@ class Stretch:
 
     def edges(self, after: int) -> Edges:
         """Return the edges of the inputs at its points after an instant (ps)."""
-        import numpy as np
-
         times, _, commands, codes = self.whole
-        changed = (np.diff(commands, prepend=commands[0]) != 0) | (np.diff(codes, prepend=codes[0]) != 0)
+        changed = changes(commands, commands[0]) | changes(codes, codes[0])
         changed &= times > after
         return Edges(times[changed], commands[changed], codes[changed])
 

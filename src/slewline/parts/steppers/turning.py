@@ -20,10 +20,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ...core.time.kernel import Kernel
-    from ..shafts.counter import CountScale, Counter
+    from ..shafts.counter import Counter, CountScale
     from .run import Run
 
 FINEST = Fraction(1, 1 << 20)  # step, of places that are told as fractions
+ROTOR = Track()
 HALF = 0.5  # count, by which an encoder is turned: at rest the rotor is not where it counts
 
 
@@ -35,7 +36,7 @@ class TrackMotion:
     """
 
     run: Run
-    track: Track = Track()
+    track: Track = ROTOR
 
     @property
     def since(self) -> int:
@@ -151,7 +152,8 @@ class MotorShaft(Shaft):
     def __init__(self, kernel: Kernel, run: Run, alter: Callable[..., None]) -> None:
         super().__init__(kernel, run.law.motor.full_steps)
         self.run, self._alter = run, alter
-        self.motion = TrackMotion(run)  # type: ignore[assignment]
+        self.rotor = TrackMotion(run)
+        self.motion = self.rotor  # type: ignore[assignment]
 
     def cut(self, ps: int) -> None:
         """End what was foreseen at an instant (ps)."""
@@ -194,9 +196,9 @@ class MotorShaft(Shaft):
         self.stops.append((low, high))
         self._alter(stops=self._bounds)
 
-    def quantity(self, name: str, unit: str = "steps", scale: float = 1.0) -> Polyline:  # type: ignore[override]
+    def quantity(self, name: str, unit: str = "steps", scale: float = 1.0) -> Polyline:
         """Return the place over time as a quantity, a step being `scale` units."""
-        motion = self.motion
+        motion = self.rotor
 
         def changes(start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
             times, places = motion.changes(start, stop)

@@ -3,8 +3,8 @@
     lag, steps   0 . . 1 . 2 . . 4 . . . 8 . . . 12 12 12
                            ^ out of step              ^ 12 steps lost
 
-A rotor that is two steps from the place of its command (half an electrical turn) may go either way.  Once it has gone to the next
-place that attracts it, four steps away, it has lost them; they come in fours, since it may settle nowhere else.
+A rotor two steps (half an electrical turn) from the place of its command may go either way.  Once it has come to the
+next place that attracts it, it has lost four steps; they come in fours, since it settles nowhere else.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .law import Law
+    from ..motors.law import Law
     from .run import Run
 
 NEXT = 0.1  # steps from the next place, where a step is lost
@@ -83,8 +83,8 @@ class Losses:
                 fell = n + (int(near[-1]) + 1 if len(near) else 0)
                 self._since = int(times[fell])
                 way = "behind" if lag[first] > self.lost else "ahead of"
-                text = f"at {abs(speed[fell]):.0f} steps/s the rotor is {period // 2} steps {way} its command: it loses steps"
-                yield self._since, "out-of-step", text
+                text = f"at {abs(speed[fell]):.0f} steps/s the rotor is {period // 2} steps {way} its command"
+                yield self._since, "out-of-step", f"{text}: it loses steps"
                 n = first
             places = np.round(lag[n:] / period).astype(np.int64) * period
             inside = np.abs(lag[n:] - places) < period / 4

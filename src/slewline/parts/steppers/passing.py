@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from .law import Law, Point
+from ..motors.integration import Point
+from ..motors.law import Law
 
 if TYPE_CHECKING:
     from ..shafts.counter import CountScale, Shown
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 MARKS = 512  # places that are known again after the future has been cut
 FIRST_PS = 1_000_000_000  # how far ahead is looked at first; then twice as far
-MOST_PS = 20_000_000_000
+MOST_PS = 100_000_000_000
 AHEAD_PS = 400_000_000_000  # how far one question looks ahead at most
 
 
@@ -32,8 +33,8 @@ AHEAD_PS = 400_000_000_000  # how far one question looks ahead at most
 class Track:
     """Where something is that a rotor moves, in steps of its own.
 
-    `factor` steps to a full step of the motor; with `play` it stops where the rotor turns round, until so many steps are
-    taken up, and it began `offset` above the rotor.  `behind`: its place as seen from the command.
+    `factor` steps to a full step of the motor; with `play` it stops where the rotor turns round, until so many steps
+    are taken up, and it began `offset` above the rotor.  `behind`: its place as seen from the command.
     """
 
     factor: float = 1.0
@@ -164,7 +165,7 @@ class Passings:
         """Go along some grid points; return the last one's instant, itself, and the places and the count there."""
         import numpy as np
 
-        times, states, commands, codes = columns
+        times, states, commands, _ = columns
         if not self.track.simple or law is not law_before:
             for n, ps in enumerate(times.tolist()):
                 place = float(states[n, 0]) / law.motor.step
@@ -182,7 +183,8 @@ class Passings:
             left = self._counts(along - asked)
         else:
             arrived = left = self._counts(along)
-        came = np.append(count, left[:-1])
+        came = np.empty_like(left)
+        came[0], came[1:] = count, left[:-1]
         for n in np.flatnonzero((arrived != came) | (left != arrived)).tolist():
             if n:
                 before, begin = point_of(columns, n - 1), int(times[n - 1])

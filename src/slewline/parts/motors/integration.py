@@ -1,0 +1,223 @@
+"""Integrating a law: the points of the grid, in plain Python first, and compiled once that is worth its while."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...errors import UsageError
+from .integrator import Engine
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from .law import Law
+
+CHUNK = 1 << 12  # grid points that are made at a time
+SOON = 20_000  # steps in plain Python that cost less than what Numba needs to compile
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """What a law makes of some commands, at the grid points.
+
+    Attributes:
+        times: (n,) int64 ps, ascending.
+        states: (n, k) float64, the columns as `Law.names`.
+        commands: (n,) int64, in force from that instant on.
+        codes: (n,) int64, rows of the table in force from that instant on.
+        rests: nothing changes after the last one.
+    """
+
+    law: Law
+    times: NDArray[np.int64]
+    states: NDArray[np.float64]
+    commands: NDArray[np.int64]
+    codes: NDArray[np.int64]
+    rests: bool
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """Return a column of the states by its name."""
+        column: NDArray[np.float64] = self.states[:, self.law.names.index(name)]
+        return column
+
+    @property
+    def lag(self) -> NDArray[np.float64]:
+        """How far the rotor is behind its command, in full steps: (n,) float64."""
+        lag: NDArray[np.float64] = self.commands / self.law.micro - self["theta"] / self.law.motor.step
+        return lag
+
+    @property
+    def worst(self) -> float:
+        """The greatest distance from the command, in full steps."""
+        import numpy as np
+
+        return float(np.abs(self.lag).max())
+
+    @property
+    def lost(self) -> int:
+        """Full steps that are lost at the end, more than 0: the rotor is behind."""
+        return round(float(self.lag[-1]) / self.law.period) * self.law.period
+
+
+class Ends(NamedTuple):
+    """Where many motors have come to.
+
+    Attributes:
+        states: (motors, k) float64 at the last grid point, the columns as `Law.names`.
+        lag: (motors,) float64, full steps there.
+        worst: (motors,) float64, the greatest distance from the command on the way, full steps.
+    """
+
+    states: NDArray[np.float64]
+    lag: NDArray[np.float64]
+    worst: NDArray[np.float64]
+
+
+def integrate_many(
+    laws: Sequence[Law],
+    times: Sequence[int] | NDArray[np.int64],
+    commands: Sequence[int] | NDArray[np.int64],
+    stop: int,
+) -> Ends:
+    """Return where many motors have come to, side by side in arrays of NumPy: the same bits as one by one.
+
+    All of them begin at rest at 0, and get the same commands.
+
+    Args:
+        laws: with the same equations, the same steps and the same grid.
+        times, commands: as for `Law.integrate`.
+        stop: ps.
+
+    Raises:
+        UsageError: laws that differ in more than their figures.
+    """
+    import numpy as np
+
+    first = laws[0]
+    if any(law.model is not first.model or law.steps != first.steps or law.step_ps != first.step_ps for law in laws):
+        raise UsageError("motors side by side with different equations, steps or grids; put those that agree together")
+    columns = zip(*(law.parameters for law in laws), strict=True)
+    parameters = tuple(same[0] if len(set(same)) == 1 else np.array(same) for same in columns)
+    table = np.array([law.table for law in laws]).transpose(1, 2, 0)
+    state = tuple(np.array(column) for column in zip(*(law.at_rest() for law in laws), strict=True))
+    asked = np.asarray(commands, np.int64)
+    edges = np.asarray(times, np.int64).tolist(), (asked % first.cycle).tolist(), asked.tolist()
+    _, found, command, worst = first.model.numpy(parameters, table, 0, state, 0, 0, *edges, stop)
+    steps = np.array([law.motor.step for law in laws])
+    return Ends(np.array(found).T, command / first.micro - found[0] / steps, worst)
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A grid point: its instant (ps), the state there, and what is in force from there on."""
+
+    t: int
+    state: tuple[float, ...]
+    command: int
+    code: int
+
+
+class Integration:
+    """Runs a law, in plain Python first, and compiled once that is worth its while: the bits are the same."""
+
+    def __init__(self, law: Law, engine: str | None = None) -> None:
+        if engine not in (None, "python", "numba"):
+            raise UsageError(f"engine {engine!r}; allowed python, numba, None")
+        self.law, self.named = law, engine
+        self.made = 0  # grid points so far
+
+    @property
+    def engine(self) -> Engine:
+        """What runs now."""
+        model = self.law.model
+        if self.named is None and numba_is_there() and (model.is_compiled or self.made >= SOON):
+            return model.numba
+        if self.named != "numba":
+            return model.python
+        if not numba_is_there():
+            raise UsageError("engine 'numba' needs Numba; pip install 'slewline[fast]', or leave the engine out")
+        return model.numba
+
+    def trace(
+        self,
+        times: NDArray[np.int64],
+        commands: NDArray[np.int64],
+        codes: NDArray[np.int64],
+        stop: int,
+        point: Point,
+        limit: float = float("inf"),
+    ) -> Trace:
+        """Return the grid points from one on to the last one up to an instant (ps), the first one included."""
+        import numpy as np
+
+        parts = [_row(point, self.law)]
+        rests, before, edge = False, point, 0
+        while True:
+            count, rests, found = self._advance(before, times[edge:], commands[edge:], codes[edge:], stop, limit)
+            if count:
+                parts.append(found)
+                t, states = int(found[0][-1]), found[3][-1]
+                before = Point(t, tuple(states.tolist()), int(found[1][-1]), int(found[2][-1]))
+                edge = int(np.searchsorted(times, t, "right"))
+            if count < CHUNK or rests:
+                break
+        columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+        return Trace(self.law, columns[0], columns[3], columns[1], columns[2], rests)
+
+    def _advance(
+        self, point: Point, times: Any, commands: Any, codes: Any, stop: int, limit: float
+    ) -> tuple[int, bool, tuple[Any, ...]]:
+        """Up to `CHUNK` grid points more: how many, whether the motor rests, and their columns."""
+        import numpy as np
+
+        law, engine = self.law, self.engine
+        if engine is law.model.python:
+            given = [column[:CHUNK].tolist() for column in (times, codes, commands)]
+            points, rests = engine.advance(
+                law.parameters, law.table, point.t, point.state, point.code, point.command, *given, stop, CHUNK, limit,
+                None,
+            )  # fmt: skip
+            self.made += len(points)
+            if not points:
+                return 0, rests, ()
+            whole = np.array([row[3:] for row in points], np.float64)
+            ints = (np.array([row[n] for row in points], np.int64) for n in range(3))
+            return len(points), rests, (*ints, whole)
+        room = (
+            np.empty(CHUNK, np.int64), np.empty(CHUNK, np.int64), np.empty(CHUNK, np.int64),
+            np.empty((CHUNK, len(law.names))),
+        )  # fmt: skip
+        count, rests = engine.advance(
+            law.parameters, table_array(law), point.t, point.state, point.code, point.command, times, codes, commands,
+            stop, CHUNK, limit, room,
+        )  # fmt: skip
+        self.made += count
+        return count, rests, tuple(column[:count] for column in room)
+
+
+def _row(point: Point, law: Law) -> tuple[Any, ...]:
+    """A grid point as columns of one."""
+    import numpy as np
+
+    ints = (np.array([value], np.int64) for value in (point.t, point.command, point.code))
+    return (*ints, np.array([point.state], np.float64))
+
+
+@lru_cache(maxsize=64)
+def table_array(law: Law) -> NDArray[np.float64]:
+    """Return the table of a law: (rows, windings) float64."""
+    import numpy as np
+
+    return np.array(law.table, np.float64)
+
+
+@lru_cache(maxsize=1)
+def numba_is_there() -> bool:
+    """Return whether Numba is installed."""
+    from importlib.util import find_spec
+
+    return find_spec("numba") is not None
