@@ -32,11 +32,15 @@ class Losses:
         self.lost = 0
         self._done = run.stretches[0].first.t
         self._since: int | None = None  # it has been out of step from this instant on
+        self._last: tuple[int, float, int] | None = None  # the last point: instant, lag, steps from place to place
+        self._away: tuple[int, float] | None = None  # since when, and at which speed, it has been more than half of them off
         self._held = False  # at a hard stop
         self._settled: tuple[int, int] | None = None  # where it has been since when, while it is out of step
 
     def look(self, ps: int) -> Iterator[tuple[int, str, str]]:
         """Yield what has happened up to an instant (ps), the last committed one at most: when, code and text."""
+        import numpy as np
+
         if ps <= self._done:
             return
         for law, columns in self.run.between(self._done, ps):
@@ -44,14 +48,20 @@ class Losses:
             times, states, commands, _ = columns
             lag = commands / law.micro - states[:, 0] / law.motor.step
             speed = states[:, 1] / law.motor.step
-            yield from self._along(period, times, lag, speed)
+            # It rests where points are farther apart than the grid, whether somebody has asked there or not.
+            if self._last is not None and times[0] - self._last[0] > law.step_ps:
+                yield from self._rests(*self._last)
+            ends = [*(np.flatnonzero(np.diff(times) > law.step_ps) + 1).tolist(), len(times)]
+            for begin, end in zip([0, *ends], ends, strict=False):
+                part = slice(begin, end)
+                yield from self._along(period, times[part], lag[part], speed[part])
+                self._last = int(times[end - 1]), float(lag[end - 1]), period
+                if end < len(times):
+                    yield from self._rests(*self._last)
             yield from self._stops(law, times, states[:, 0])
         self._done = ps
-        if self._since is not None and self.run.rests(ps):
-            point, law = self.run.at_or_before(ps), self.run.stretch_at(ps).law
-            lag = point.command / law.micro - point.state[0] / law.motor.step
-            self._settled = point.t, round(lag / law.period) * law.period
-            yield from self._back(point.t)
+        if self._last is not None and self.run.rests(ps):
+            yield from self._rests(*self._last)
         elif self._settled is not None and ps - self._settled[0] >= BACK_PS:
             yield from self._back(self._settled[0] + BACK_PS)
 
@@ -76,14 +86,16 @@ class Losses:
             if self._since is None:
                 off = np.abs(lag[n:] - self.lost)
                 gone = np.flatnonzero(off >= period - NEXT)
-                if not len(gone):
+                near = np.flatnonzero(off[: int(gone[0]) if len(gone) else len(off)] < period / 2)
+                fell = n + (int(near[-1]) + 1 if len(near) else 0)
+                if len(near) or self._away is None:
+                    self._away = (int(times[fell]), float(speed[fell])) if fell < len(times) else None
+                if not len(gone) or self._away is None:
                     return
                 first = n + int(gone[0])
-                near = np.flatnonzero(off[: int(gone[0])] < period / 2)
-                fell = n + (int(near[-1]) + 1 if len(near) else 0)
-                self._since = int(times[fell])
+                self._since, rate = self._away
                 way = "behind" if lag[first] > self.lost else "ahead of"
-                text = f"at {abs(speed[fell]):.0f} steps/s the rotor is {period // 2} steps {way} its command"
+                text = f"at {abs(rate):.0f} steps/s the rotor is {period // 2} steps {way} its command"
                 yield self._since, "out-of-step", f"{text}: it loses steps"
                 n = first
             places = np.round(lag[n:] / period).astype(np.int64) * period
@@ -99,12 +111,18 @@ class Losses:
                 run = int(ends[0]) if len(ends) else len(places)
                 n, places, inside = n + run, places[run:], inside[run:]
 
+    def _rests(self, ps: int, lag: float, period: int) -> Iterator[tuple[int, str, str]]:
+        """It rests from an instant on."""
+        if self._since is not None:
+            self._settled = ps, round(lag / period) * period
+            yield from self._back(ps)
+
     def _back(self, ps: int) -> Iterator[tuple[int, str, str]]:
         """It is in step again."""
         if self._settled is not None:
             _, place = self._settled
             gone = place - self.lost
-            self.lost, self._since, self._settled = place, None, None
+            self.lost, self._since, self._settled, self._away = place, None, None, None
             if gone:
                 says = f"{abs(gone)} steps lost" if gone > 0 else f"{abs(gone)} steps too many"
             else:

@@ -61,9 +61,10 @@ class TrackMotion:
         """Return the grid points at start < t <= stop: (n,) int64 ps, and the places there, (n,) float64 steps."""
         import numpy as np
 
-        times = [columns[0] for _, columns in self.run.between(start, stop)]
-        whole = np.concatenate([np.empty(0, np.int64), *times])
-        return whole, self.places(whole)
+        found = [columns for _, columns in self.run.between(start, stop)]
+        times = np.concatenate([np.empty(0, np.int64), *(columns[0] for columns in found)])
+        angles = np.concatenate([np.empty(0), *(columns[1][:, 0] for columns in found)])
+        return times, places_of(self.run, self.track).along(times, angles)
 
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
         """Return what passes on a scale, `lag_ps` later."""
@@ -121,11 +122,30 @@ class Places:
             for theta in columns[1][:, 0].tolist():
                 places = self.track.follow(places, theta / self._step, 0.0)
         places = self.track.follow(places, self.run.state(ps)[0] / self._step, 0.0)
+        self._keep(ps, places)
+        return places[-1]
+
+    def along(self, times: NDArray[np.int64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the places, in steps, at grid points one after the other: (n,) ps, and the angles there, (n,) rad."""
+        import numpy as np
+
+        found = np.empty(len(times))
+        if not len(times):
+            return found
+        self.place(int(times[0]))
+        known = [places for ps, places in self._known if ps <= times[0]][-1]
+        for n, angle in enumerate((angles / self._step).tolist()):
+            known = self.track.begun(angle, 0.0) if self.track.simple else self.track.follow(known, angle, 0.0)
+            found[n] = known[-1]
+            if n % 1024 == 0:
+                self._keep(int(times[n]), known)
+        return found
+
+    def _keep(self, ps: int, places: tuple[float, ...]) -> None:
         if ps > self._known[-1][0]:
             self._known.append((ps, places))
             if len(self._known) > 1024:
                 del self._known[1:512]
-        return places[-1]
 
 
 @lru_cache(maxsize=256)
