@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WaveformError, WiringError
     from .record.measuring.compare import compare_edges
     from .record.waveforms.read_vcd import read_vcd
+    from .tuning.tune import tune
 
 _FROM = {  # loaded when first asked for, so that `import slewline` costs nothing
     "bench": ("Bench", "load", "replay"),
@@ -45,6 +46,7 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
     ),
     "record.measuring.compare": ("compare_edges",),
     "record.waveforms.read_vcd": ("read_vcd",),
+    "tuning.tune": ("tune",),
 }
 __all__ = [
     "Bench",
@@ -65,6 +67,7 @@ __all__ = [
     "read_image",
     "read_vcd",
     "replay",
+    "tune",
     "write_image",
 ]
 

@@ -18,9 +18,10 @@ from slewline.core.time.kernel import Kernel
 from slewline.core.time.timebase import Clock
 from slewline.core.wires.clocking import clock_edges
 from slewline.core.wires.net import Driver, Net, Wave
-from slewline.parts.shafts.counter import CountScale, EncoderChannel, LevelPattern, StepCounter
+from slewline.parts.shafts.counter import CountScale, StepCounter
 from slewline.parts.shafts.encoder import Encoder, Quadrature
 from slewline.parts.shafts.shaft_motion import ShaftMotion
+from slewline.parts.shafts.shown import EncoderChannel, LevelPattern
 
 US, MS = 1_000_000, 1_000_000_000
 END = 3 * MS  # of a story

@@ -89,6 +89,14 @@ def turns(b: Bench) -> None:
     assert b.part.position == STEPS - BACK
 
 
+def follows_by_itself(b: Bench) -> None:
+    """A motor that is integrated: it rests where it was sent, but for the steps that it says it has lost."""
+    b.move()
+    b.bench.run_until(b.part.rests)
+    assert b.part.lost % 4 == 0
+    assert abs(b.part.place + b.part.lost - (STEPS - BACK)) < 0.1
+
+
 def counts(b: Bench) -> None:
     b.move()
     b.bench.run("1 ms")
@@ -421,6 +429,7 @@ FITS = {
     "translator": Fit(MOVED, "", turns),
     "rotor": Fit(SHOWS, "a pin that energises phase 1", follows),
     "motor": Fit(MOVED, "", turns),
+    "stepper": Fit(MOVED, "", follows_by_itself, (("load", "friction 5 mNm"),)),
     "encoder": Fit(MOVED, "", counts, (("counts", 1), ("steps", 1))),
     "quadrature": Fit(ENCODERS, "a pin that takes channel A of an encoder", runs_master),
     "gs_d200": Fit(

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from math import pi
 from typing import Any
 
 import numpy as np
 
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
-from slewline.parts.motors.law import Law, Trace, numba_is_there
+from slewline.parts.motors.integration import Trace, integrate_many, numba_is_there
+from slewline.parts.motors.law import Law
 
 from .currents import RELUCTANCE
 from .runs import L_4R, STEP, A, Floats, Ints, J, K, fast, ps, ramp, up_to, with_state
@@ -166,7 +168,7 @@ def falls(laws: list[Law], edges: Ints, state: list[float], stop: float) -> list
         end = law.after(int(trace.times[at]), trace.states[at].tolist(), int(trace.codes[at]), span)
         ends.append(np.array(end[:2]) / (STEP, 1.0))
     errors = [abs(float(end[0] - ends[-1][0])) for end in ends[:-1]]
-    return [one / two for one, two in zip(errors[:-1], errors[1:], strict=True)]
+    return [one / two for one, two in pairwise(errors)]
 
 
 @check(117, "the error falls with the fourth power of the step", long=True)
@@ -192,9 +194,7 @@ def averaged_source() -> Iterator[Reading]:
     edges = np.arange(1, 21, dtype=np.int64) * 2_000_000_000
     driver = DriverData(kind="averaged", supply=24.0, current=1.0)
     motor = replace(A, detent=28e-3, iron=1.3e-3)
-    laws = [
-        Law(motor, driver, LoadData(inertia=J, torque=0.02), step_ps=us * 1_000_000) for us in (40, 20, 10, 5, 1)
-    ]
+    laws = [Law(motor, driver, LoadData(inertia=J, torque=0.02), step_ps=us * 1_000_000) for us in (40, 20, 10, 5, 1)]
     ratios = falls(laws, edges, with_state(laws[0]), 0.043)
     for n, (one, two) in enumerate(((40, 20), (20, 10))):
         yield Reading(f"{one} us over {two} us, 2 to 4", ratios[n], 2.5, 1.0, 2.0)
@@ -235,6 +235,22 @@ def different(law: Law, edges: Ints) -> tuple[int, int]:
         return len(one.times), abs(len(one.times) - len(two.times))
     same_bits = (one.states.view(np.int64) == two.states.view(np.int64)).all(axis=1) & (one.times == two.times)
     return len(one.times), int((~same_bits).sum())
+
+
+@check(43, "arrays of NumPy give the bits of plain Python", long=True)
+def side_by_side() -> Iterator[Reading]:
+    for name, motor, driver, load, steps in KINDS:
+        loads = [replace(load, torque=torque, inertia=load.inertia + more) for torque, more in ((0.0, 0), (0.05, 1e-6))]
+        laws = [Law(motor, DriverData(**driver), one, steps=steps) for one in loads]
+        seconds = 3_000 * laws[0].step_ps * 1e-12
+        edges = ramp(100.0 * laws[0].micro, 2000.0 * laws[0].micro, 1900 * laws[0].micro / seconds)
+        commands, stop = np.arange(1, len(edges) + 1), int(edges[-1]) + 500_000_000
+        ends = integrate_many(laws, edges, commands, stop)
+        off = 0
+        for n, law in enumerate(laws):
+            alone = law.integrate(edges, commands, stop, engine="python")
+            off += ends.states[n].tolist() != alone.states[-1].tolist() or abs(ends.worst[n] - alone.worst) > 1e-12
+        yield same(f"{name}, motors that differ", off, 0)
 
 
 @check(43, "plain Python and Numba give the same bits", long=True)

@@ -9,9 +9,10 @@ from math import cos, exp, log, pi, sqrt
 import numpy as np
 
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
-from slewline.parts.motors.law import Law, Trace
+from slewline.parts.motors.integration import Trace
+from slewline.parts.motors.law import Law
 
-from .runs import J, K, NONE, A, passes, ps, restless, seconds, with_state
+from .runs import F0, NONE, STEP, A, J, K, frequency, passes, ps, restless, seconds, with_state
 from .table import Reading, at_most, check, near, same, within
 
 TAU = A.inductance / A.resistance
@@ -24,7 +25,9 @@ RELUCTANCE = MotorData(
 )  # fmt: skip
 
 
-def reaches(driver: DriverData, bound: float, stop: float, *, command: int = 0, step_ps: int = 0, **state: float) -> float:
+def reaches(
+    driver: DriverData, bound: float, stop: float, *, command: int = 0, step_ps: int = 0, **state: float
+) -> float:
     """Return when the current of winding 1 of a blocked rotor comes to a bound (A), in ms."""
     law = restless(Law(A, driver, step_ps=step_ps, blocked=True))
     trace = law.integrate(
@@ -68,7 +71,9 @@ def shorted() -> Iterator[Reading]:
         law = Law(A, SHORTED, HEAVY)
         turn = 2 * pi / (A.teeth * omega)  # electrical
         since, until = 0.03, 0.03 + max(1, round(0.05 / turn)) * turn
-        trace = law.integrate(NONE, NONE, ps(until), state=with_state(law, omega=omega, i1=0.0, i2=0.0), engine="python")
+        trace = law.integrate(
+            NONE, NONE, ps(until), state=with_state(law, omega=omega, i1=0.0, i2=0.0), engine="python"
+        )
         first, last = (int(np.searchsorted(seconds(trace), when)) for when in (since, until - 2e-5))
         speeds, times = trace["omega"], seconds(trace)
         inertia = HEAVY.inertia + J
@@ -78,22 +83,22 @@ def shorted() -> Iterator[Reading]:
         yield near(f"{omega} rad/s, Nm", torque, expected, 0.002)
 
 
-def chopped(decay: str, *, step_ps: int = 100_000, **driver: float) -> Trace:
+def chopped(decay: str, *, step_ps: int = 200_000, **driver: float) -> Trace:
     """Return the steady currents of a blocked motor behind a chopper of 24 V, 1 A, 20 kHz."""
     given = DriverData(kind="chopper", supply=24.0, current=1.0, decay=decay, **driver)  # type: ignore[arg-type]
     law = restless(Law(A, given, step_ps=step_ps, blocked=True))
     return law.integrate(NONE, NONE, ps(4e-3), engine="python")
 
 
-def ripple(trace: Trace) -> tuple[float, float]:
-    """Return the peak to peak value and the mean of the current, over the last 20 periods."""
-    late = trace["i1"][seconds(trace) >= 3e-3][:-1]
+def ripple(trace: Trace, since: float = 3e-3) -> tuple[float, float]:
+    """Return the peak to peak value and the mean of the current, over whole periods from an instant (s) on."""
+    late = trace["i1"][seconds(trace) >= since][:-1]
     return float(late.max() - late.min()), float(late.mean())
 
 
 @check(13, "chopper, slow decay, at standstill")
 def chopper_slow() -> Iterator[Reading]:
-    high, mean = ripple(chopped("slow"))
+    high, mean = ripple(chopped("slow", step_ps=100_000))
     expected = (24 - 5) * (5 / 24) / (20e3 * A.inductance)
     yield near("ripple, mA", high * 1e3, expected * 1e3, 0.05)
     yield near("mean, A", mean, 1 - expected / 2, 0.002)
@@ -130,7 +135,9 @@ def chopper_fast_and_mixed() -> Iterator[Reading]:
     yield near("mixed, 10 us fast, ripple, mA", high * 1e3, cycle("mixed", 10e-6)[0] * 1e3, 0.03)
     high, _ = ripple(chopped("slow", diode=1.0))
     yield near("slow, diode of 1 V, ripple, mA", high * 1e3, cycle("slow", 0.0, 1.0)[0] * 1e3, 0.03)
-    law = restless(Law(A, DriverData(kind="chopper", supply=24.0, current=1.0, decay="fast"), step_ps=100_000, blocked=True))
+    law = restless(
+        Law(A, DriverData(kind="chopper", supply=24.0, current=1.0, decay="fast"), step_ps=100_000, blocked=True)
+    )
     trace = law.integrate(NONE, NONE, ps(0.7e-3), state=with_state(law, i1=-1.0, i2=1.0), command=0, engine="python")
     # Until the first tick the current falls against the supply: to 0 in 50 us it comes not, i = -4.8 + 5.8 exp(-t/tau).
     at = int(np.searchsorted(trace.times, 40_000_000))
@@ -140,12 +147,12 @@ def chopper_fast_and_mixed() -> Iterator[Reading]:
 
 @check(102, "chopper: blanking sets a least current")
 def least_current() -> Iterator[Reading]:
-    law = restless(
-        Law(A, DriverData(kind="chopper", supply=24.0, current=0.005, least_on=2e-6), step_ps=100_000, blocked=True)
-    )
-    _, mean = ripple(law.integrate(NONE, NONE, ps(20e-3), engine="python"))
-    expected = 24 * 2e-6 * 20e3 / A.resistance
-    yield near("2 us, mean, A", mean, expected, 0.1)
+    driver = DriverData(kind="chopper", supply=24.0, current=0.005, least_on=2e-6)
+    law = restless(Law(A, driver, step_ps=200_000, blocked=True))
+    state = with_state(law, i1=0.0, i2=0.0)
+    _, mean = ripple(law.integrate(NONE, NONE, ps(6e-3), state=state, engine="python"), 5e-3)
+    least = 24 * 2e-6 * 20e3 / A.resistance
+    yield near("2 us, mean, A", mean, least * (1 - exp(-5.5e-3 / TAU)), 0.05)
 
 
 @check(103, "winding that is let go")
@@ -175,6 +182,12 @@ def bilevel() -> Iterator[Reading]:
     yield near("at the end of the high volts, A", i1[at], peak, 0.002)
     at = int(np.searchsorted(t, 2.2e-3))
     yield near("2 ms later, on the low volts, A", i1[at], -1 + (peak + 1) * exp(-2e-3 / TAU), 0.002)
+    # Edges of the other winding do not shorten them.
+    law = Law(A, replace(driver, high_time=0.4e-3), steps="half", blocked=True)
+    trace = law.integrate([1, ps(0.11e-3), ps(0.27e-3)], [3, 4, 3], ps(2e-3), engine="python")
+    volts = np.diff(trace["i1"]) / np.diff(seconds(trace)) * A.inductance + A.resistance * trace["i1"][:-1]
+    high = seconds(trace)[:-1][volts < -20]
+    yield within("half steps meanwhile, they end after, ms", high[-1] * 1e3 + 0.02, 0.4, 0.0201)
     long = Law(A, replace(driver, high_time=0.1), blocked=True)
     trace = long.integrate([1], [2], ps(0.2), engine="python")
     yield near("high volts of 100 ms end at last, A", trace["i1"][-1], -1.0, 0.001)
@@ -192,9 +205,9 @@ def half_winding() -> Iterator[Reading]:
 
 @check(106, "unipolar: the same torque as bipolar with half a winding")
 def unipolar() -> Iterator[Reading]:
-    from .runs import F0, STEP, frequency
-
-    law = Law(replace(A, windings="unipolar"), DriverData(kind="voltage", supply=500.0, series=495.0), step_ps=2_000_000)
+    law = Law(
+        replace(A, windings="unipolar"), DriverData(kind="voltage", supply=500.0, series=495.0), step_ps=2_000_000
+    )
     trace = law.integrate(NONE, NONE, ps(0.02), state=with_state(law, theta=0.01 * STEP), engine="python")
     damping = K * K / 500 / (2 * sqrt(A.teeth * A.torque * J))
     yield near("natural frequency, Hz", frequency(seconds(trace), trace["theta"]), F0 * sqrt(1 - damping**2), 0.003)
@@ -214,11 +227,13 @@ def reluctance() -> Iterator[Reading]:
     held = replace(motor, viscous=2 * sqrt(motor.teeth * peak * motor.inertia))
     for steps, angle in (("wave", 0.25), ("full", 0.25 / sqrt(2))):
         law = Law(held, volts, LoadData(torque=peak / 4), steps=steps)
-        lag = float(law.integrate(NONE, NONE, ps(0.5), engine="python").lag[-1]) * motor.step
-        yield near(f"lag with {steps} steps, degrees", lag * 180 / pi, np.degrees(np.arcsin(angle)) / motor.teeth, 0.005)
+        lag = float(law.integrate(NONE, NONE, ps(0.1), engine="python").lag[-1]) * motor.step
+        yield near(
+            f"lag with {steps} steps, degrees", lag * 180 / pi, np.degrees(np.arcsin(angle)) / motor.teeth, 0.005
+        )
     law = Law(held, volts, steps="wave")
-    times = [ps(0.1 * (n + 1)) for n in range(8)]
-    trace = law.integrate(times, list(range(1, 9)), ps(1.0), engine="python")
+    times = [ps(0.04 * (n + 1)) for n in range(8)]
+    trace = law.integrate(times, list(range(1, 9)), ps(0.4), engine="python")
     yield within("8 steps forward, steps", trace["theta"][-1] / motor.step, 8.0, 0.001)
     # The current of a blocked phase goes with the inductance that is there.
     law = Law(motor, volts, steps="wave", blocked=True, step_ps=FINE)
@@ -229,7 +244,7 @@ def reluctance() -> Iterator[Reading]:
         yield near(f"{name}, ms to 63.2 %", rise, (motor.inductance + motor.swing * cos(turned)) / 5 * 1e3, 0.005)
     three = replace(motor, phases=3)
     law = Law(replace(three, viscous=held.viscous), volts, steps="wave")
-    trace = law.integrate(times, list(range(1, 9)), ps(1.0), engine="python")
+    trace = law.integrate(times, list(range(1, 9)), ps(0.4), engine="python")
     yield within("three phases, 8 steps forward, steps", trace["theta"][-1] / three.step, 8.0, 0.001)
 
 

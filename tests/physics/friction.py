@@ -90,7 +90,9 @@ def stiction() -> Iterator[Reading]:
         yield same(f"{part} of it, moves", float(trace["theta"][-1] != place), moves)
     # Once it moves only friction counts: it turns where the energy says.
     place = asin(1.01 * 0.08 / TORQUE) / A.teeth / STEP
-    _, places = turnings(law.integrate(NONE, NONE, ps(5e-3), state=with_state(law, theta=place * STEP), engine="python"))
+    _, places = turnings(
+        law.integrate(NONE, NONE, ps(5e-3), state=with_state(law, theta=place * STEP), engine="python")
+    )
     last = places[0] if len(places) else trace["theta"][-1] / STEP
     yield within("first turning point, steps", last, float(turning_points(place, 0.02)[1]), 1e-3)
 

@@ -28,5 +28,7 @@ def encoder_ratio() -> Iterator[Reading]:
 def programmed_current() -> Iterator[Reading]:
     for amperes, ohms in ((0.5, 937.0), (0.25, 326.0)):
         yield within(f"{amperes} A, ohm", to_ground(amperes), ohms, 1.0)
-        yield within(f"{amperes} A, by I / (1 - 0.933 I), ohm", to_ground(amperes), amperes / (1 - 0.933 * amperes) * 1e3, 1.0)
+        yield within(
+            f"{amperes} A, by I / (1 - 0.933 I), ohm", to_ground(amperes), amperes / (1 - 0.933 * amperes) * 1e3, 1.0
+        )
         yield within(f"{ohms:.0f} ohm, A", set_point(ohms), amperes, 1e-3)

@@ -27,7 +27,6 @@ from .runs import (
     fast,
     highest,
     loaded,
-    ps,
     pull_out,
     starts,
     steady,
@@ -190,9 +189,7 @@ def kysan() -> Iterator[Reading]:
 
 @check(36, "OMC 17HS19-2004S1, 24 V, half steps", long=True)
 def omc_19() -> Iterator[Reading]:
-    motor = MotorData(
-        name="17HS19-2004S1", current=2.0, resistance=1.4, inductance=3e-3, torque=0.59, inertia=8.2e-6
-    )
+    motor = MotorData(name="17HS19-2004S1", current=2.0, resistance=1.4, inductance=3e-3, torque=0.59, inertia=8.2e-6)
     yield from half_steps(motor, (0.401, 0.295, 0.179), 0.18)
 
 
@@ -206,9 +203,7 @@ def ldo_47() -> Iterator[Reading]:
 
 @check(38, "OMC 17HS24-2104S, 24 V, half steps", long=True)
 def omc_24() -> Iterator[Reading]:
-    motor = MotorData(
-        name="17HS24-2104S", current=2.1, resistance=1.6, inductance=3e-3, torque=0.65, inertia=14.8e-6
-    )
+    motor = MotorData(name="17HS24-2104S", current=2.1, resistance=1.6, inductance=3e-3, torque=0.65, inertia=14.8e-6)
     yield from half_steps(motor, (0.438, 0.312, 0.180), 0.18)
 
 
@@ -255,3 +250,22 @@ def pull_out_held() -> Iterator[Reading]:
     rate = 400.0
     found = pull_out(law, rate, slope=0.05, greatest=0.6, acceleration=400.0)
     yield near("400 steps/s, Nm", found, 2 * sqrt(2) / pi * TORQUE - 2.1e-3 * rate * STEP, 0.02)
+
+
+@check(120, "averaged source over chopper, 2.8 A, 24 V, half steps", long=True)
+def averaged_over_chopper() -> Iterator[Reading]:
+    motor = MotorData(
+        name="QSH4218-47-28-040", current=2.8, resistance=0.5, inductance=0.6e-3, torque=0.4, detent=0.02,
+        inertia=6.8e-6, iron=2.4e-3 * 0.4,
+    )  # fmt: skip
+    chopper = DriverData(kind="chopper", supply=24.0, current=2.8, boost=True, frequency=36e3)
+    load = LoadData(inertia=6.8e-6)
+    for rate, more in ((1000.0, 0.01), (2000.0, 0.02), (4000.0, 0.07)):
+        switched, averaged = (
+            pull_out(
+                Law(motor, driver, load, steps="half", step_ps=step_ps), rate, slope=0.1, greatest=0.6,
+                acceleration=8000.0, warm=0.2,
+            )
+            for driver, step_ps in ((chopper, 500_000), (replace(chopper, kind="averaged"), 0))
+        )  # fmt: skip
+        yield near(f"{rate:g} steps/s", averaged / switched, 1 + more, 0.02)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import pi, sqrt
 from typing import Any
@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slewline.parts.motors.data import DriverData, LoadData, MotorData
-from slewline.parts.motors.law import Law, Trace, numba_is_there
+from slewline.parts.motors.data import DriverData, MotorData
+from slewline.parts.motors.integration import Trace, numba_is_there
+from slewline.parts.motors.law import Law
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -42,6 +42,7 @@ from ..parts.shafts.carriage import Carriage, Gear
 from ..parts.shafts.encoder import Encoder, Quadrature
 from ..parts.shafts.motor import Motor, Rotor, Translator
 from ..parts.shafts.sensors import Switch
+from ..parts.steppers.stepper import Stepper
 
 C = TypeVar("C", bound=Chip)
 P = TypeVar("P", bound=Part)
@@ -454,6 +455,16 @@ class Makes(Protocol):
         on: Part | str | None = None,
         **options: Any,
     ) -> Motor: ...
+    @overload
+    def __call__(
+        self,
+        /,
+        kind: Literal["stepper"],
+        name: str | None = None,
+        to: Chip | Part | str | None = None,
+        on: Part | str | None = None,
+        **options: Any,
+    ) -> Stepper: ...
     @overload
     def __call__(
         self,

@@ -46,6 +46,9 @@ class RampParameter:
     `default` holds where nothing is said.  A `free` one may be looked for.  `per_s` says how many times a second is in
     the denominator of what it stands for: 1 in a rate, 2 in an acceleration.  One that is `only` for a choice, such as
     ("profile", "s-curve"), does not exist with another.
+
+    Where ramps are tried out (slewline tune), values are spaced evenly in `measure`, a number that only grows with
+    them; `tried` are those that are tried where nothing is said.
     """
 
     name: str
@@ -56,6 +59,8 @@ class RampParameter:
     free: bool = False
     per_s: int = 0
     only: tuple[str, str] | None = None
+    measure: Callable[[int], float] = float
+    tried: str = ""
 
     @property
     def allowed(self) -> str:
@@ -258,6 +263,22 @@ class Calculator(ABC):
     def ramp(self, values: Values, crystal_hz: int) -> Ramp:
         """Return the ramp of a full set of values, all within their ranges."""
 
+    def fitted(self, values: Values) -> dict[str, Value | bool]:
+        """Return the options of the part that are among some values, where they are not at their defaults."""
+        options = {option.name for option in self.sheet.options}
+        truth: dict[Value, bool] = {"True": True, "False": False}
+        return {name: truth.get(value, value) for name, value in self.told(values).items() if name in options}
+
+    def script(self, values: Values, steps: int) -> list[str]:
+        """Return what a host sends for a move of so many steps: the parameters, then what moves.
+
+        Raises:
+            UsageError: the part does not say how.
+        """
+        raise UsageError(
+            f"{self.sheet.part}: its calculator has no `script`, what a host sends for a move; give it one"
+        )
+
     @abstractmethod
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         """Return the value of a quantity that comes nearest to a rate with its unit (rates.py); None: `text` is none.
@@ -293,7 +314,7 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
         quantity = calculator.quantity(name)
         if quantity.name in named:
             raise UsageError(f"{part}: {name} twice; give one value")
-        named[quantity.name] = _value(calculator, quantity, value, crystal_hz)
+        named[quantity.name] = value_of(calculator, quantity, value, crystal_hz)
     values: dict[str, Value] = {}
     missing: list[RampParameter] = []
     free: list[str] = []
@@ -318,8 +339,8 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
     return values, free
 
 
-def _value(calculator: Calculator, quantity: RampParameter, value: object, crystal_hz: int) -> Value:
-    """A value within its range."""
+def value_of(calculator: Calculator, quantity: RampParameter, value: object, crystal_hz: int) -> Value:
+    """Return a value as the part takes it; raises as `read`."""
     where = f"{calculator.sheet.part}: {quantity.name} {value!r}"
     if quantity.arg is None:
         for choice in quantity.choices:

@@ -12,6 +12,7 @@ from fractions import Fraction
 from functools import lru_cache
 from heapq import merge
 from itertools import accumulate, pairwise
+from math import log
 
 from ...core.datasheet.table import Sheet
 from ...core.time.timebase import PS_PER_S
@@ -25,10 +26,22 @@ from .sheet import RAMP_UNIT, STEP_TICKS
 
 NUMBER = COMMANDS["N"].args[0]
 SLOPE, DIVISOR = COMMANDS["S"].args[0], COMMANDS["Z"].args[0]
+
+
+def rate_of(parameter: int) -> float:
+    """Return the logarithm of a rate, which two rates of the same ratio are the same apart in."""
+    return -log(STEP_TICKS[parameter])
+
+
+def steepness(slope: int) -> float:
+    """Return the logarithm of what the acceleration is in proportion to, more or less."""
+    return -log(256 - slope)
+
+
 QUANTITIES = (
-    RampParameter("F", COMMANDS["F"].says, COMMANDS["F"].args[0], per_s=1),
-    RampParameter("R", COMMANDS["R"].says, COMMANDS["R"].args[0], per_s=1),
-    RampParameter("S", COMMANDS["S"].says, SLOPE, free=True),
+    RampParameter("F", COMMANDS["F"].says, COMMANDS["F"].args[0], per_s=1, measure=rate_of, tried="1..12/5"),
+    RampParameter("R", COMMANDS["R"].says, COMMANDS["R"].args[0], per_s=1, measure=rate_of, tried="4..80/14"),
+    RampParameter("S", COMMANDS["S"].says, SLOPE, free=True, measure=steepness, tried="1..250/12"),
     RampParameter("Z", COMMANDS["Z"].says, DIVISOR, default=1, free=True),
     RampParameter(RAMP_UNIT.name, "option of the chip: a rate unit at S 255, Z 1", RAMP_UNIT, default=profile.LAW.unit),
     RampParameter("ramp_jumps", "option of the chip: several units a step", choices=("False", "True"), default="False"),
@@ -56,6 +69,9 @@ class Cy525Ramps(Calculator):
         return UnitRamp(
             self.sheet.part, values, crystal_hz, STEP_TICKS, runs, NUMBER, lambda number: profile.move(number, *law)
         )
+
+    def script(self, values: Values, steps: int) -> list[str]:
+        return ["A 0", *(f"{form} {values[form]}" for form in "FRSZ"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         rate = steps_per_s(text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from math import log
 
 from ...core.datasheet.table import Sheet
 from ...errors import UsageError
@@ -23,9 +24,17 @@ class Cy545Ramps(Calculator):
         self.periods = self.law.periods
         self.number = sheet.commands["N"].args[0]
         rows = {form: sheet.commands[form] for form in "FRS"}
+        tried = {"F": "100 steps/s..800 steps/s/5", "R": "400 steps/s..6000 steps/s/14"}
+
+        def rate(value: int) -> float:
+            return -log(self.periods[value])
+
         self.quantities = (
-            *(RampParameter(form, rows[form].says, rows[form].args[0], per_s=1) for form in "FR"),
-            RampParameter("S", rows["S"].says, rows["S"].args[0], free=True),
+            *(
+                RampParameter(form, rows[form].says, rows[form].args[0], per_s=1, measure=rate, tried=tried[form])
+                for form in "FR"
+            ),
+            RampParameter("S", rows["S"].says, rows["S"].args[0], free=True, tried="1..255/12"),
             RampParameter(
                 "ramp_jumps",
                 "option of the chip: several rates a step",
@@ -47,6 +56,10 @@ class Cy545Ramps(Calculator):
             self.number,
             lambda number: profile.move(number, first, rate, slope, law),
         )
+
+    def script(self, values: Values, steps: int) -> list[str]:
+        """Return what a host sends for a move clockwise."""
+        return ["+", *(f"{form} {values[form]}" for form in "FRS"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         """Return the rate parameter that comes nearest to a rate in steps/s; None: the text is none."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import pairwise
+from math import log
 
 from ...core.datasheet.table import Arg, Sheet
 from ...core.motion.plan import Plan, Runs, steps
@@ -96,12 +97,22 @@ class SlopeRamps(Calculator):
         self.number, rate, slope = (sheet.commands[form].args[0] for form in "NRS")
         self.slopes = range(max(slope.low, 1), slope.high + 1)
         self.quantities = (
-            RampParameter("R", sheet.commands["R"].says, rate, per_s=1),
-            RampParameter("S", sheet.commands["S"].says, slope, free=True),
+            RampParameter(
+                "R",
+                sheet.commands["R"].says,
+                rate,
+                per_s=1,
+                measure=lambda value: -log(law.period(value)),
+                tried=f"{rate.low}..{rate.high}/16",
+            ),
+            RampParameter("S", sheet.commands["S"].says, slope, free=True, tried=f"{self.slopes[0]}..{slope.high}/12"),
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> SlopeRamp:
         return SlopeRamp(self, values, crystal_hz)
+
+    def script(self, values: Values, steps: int) -> list[str]:
+        return ["A", *(f"{form} {values[form]}" for form in "RS"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         rate = steps_per_s(text)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from itertools import pairwise
-from math import floor
+from math import floor, log
 
 from ...core.datasheet.table import Sheet
 from ...core.motion.train import StepTrain
@@ -98,9 +98,9 @@ class GscRamps(Calculator):
         rows = sheet.commands
         start, top, length = rows["S"], rows["T"], rows["R"]
         self.quantities = (
-            RampParameter("S", start.says, start.args[0], per_s=1),
-            RampParameter("T", top.says, top.args[0], per_s=1),
-            RampParameter("R", length.says, length.args[0], free=True),
+            RampParameter("S", start.says, start.args[0], per_s=1, measure=log, tried="10..80/5"),
+            RampParameter("T", top.says, top.args[0], per_s=1, measure=log, tried="30..600/14"),
+            RampParameter("R", length.says, length.args[0], free=True, measure=log, tried="1..800/12"),
             RampParameter(
                 "law", "how the rate goes from S to T", choices=tuple(profile.LAWS), default=next(iter(profile.LAWS))
             ),
@@ -108,6 +108,10 @@ class GscRamps(Calculator):
 
     def ramp(self, values: Values, crystal_hz: int) -> GscRamp:
         return GscRamp(self.sheet.part, values, crystal_hz)
+
+    def script(self, values: Values, steps: int) -> list[str]:
+        begin = self.sheet.commands.named("PROGRAM").form
+        return [begin, *(f"{form}{values[form]}" for form in "STR"), f"+{steps}", "E"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         rate = steps_per_s(text)

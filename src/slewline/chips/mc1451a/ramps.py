@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, cached_property
 from itertools import pairwise
+from math import log
 
 from ...core.datasheet.table import Arg, Sheet
 from ...core.motion.train import OPEN
@@ -37,6 +38,11 @@ from .sheet import ACCELERATION, HIGH_RANGE, JERK, MAX_ACCELERATION, POSITION, S
 
 TRAPEZOID, S_CURVE = ("profile", "trapezoid"), ("profile", "s-curve")
 FAR = 1 << 100  # 1/65536 step; further than any S-curve needs to come to its velocity
+TRIED: dict[str, dict[str, object]] = {
+    "velocity": {"measure": log, "tried": "300 steps/s..6000 steps/s/14"},
+    "acceleration": {"measure": log, "tried": "2000 steps/s2..200000 steps/s2/14"},
+    "jerk": {"measure": log, "tried": "1e5 steps/s3..3e7 steps/s3/8"},
+}
 RANGES = {"standard": STANDARD_RANGE, "high": HIGH_RANGE}
 
 
@@ -206,16 +212,23 @@ class ChipsetRamps(Calculator):
 
         self.quantities = (
             RampParameter(TRAPEZOID[0], "profile mode", choices=(TRAPEZOID[1], S_CURVE[1]), default=TRAPEZOID[1]),
-            quantity("SET_VEL", VELOCITY, 1),
-            quantity("SET_ACC", ACCELERATION, 1, free=True, only=TRAPEZOID),
-            quantity("SET_START_VEL", START_VELOCITY, 0, default=0, only=TRAPEZOID),
-            quantity("SET_MAX_ACC", MAX_ACCELERATION, 1, free=True, only=S_CURVE),
-            quantity("SET_JERK", JERK, 1, free=True, only=S_CURVE),
+            quantity("SET_VEL", VELOCITY, 1, **TRIED["velocity"]),
+            quantity("SET_ACC", ACCELERATION, 1, free=True, only=TRAPEZOID, **TRIED["acceleration"]),
+            quantity("SET_START_VEL", START_VELOCITY, 0, default=0, only=TRAPEZOID, tried="0 steps/s..600 steps/s/4"),
+            quantity("SET_MAX_ACC", MAX_ACCELERATION, 1, free=True, only=S_CURVE, **TRIED["acceleration"]),
+            quantity("SET_JERK", JERK, 1, free=True, only=S_CURVE, **TRIED["jerk"]),
             RampParameter("output", "pulse range", choices=tuple(RANGES), default="standard"),
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> Trapezoid | SCurvePhases:
         return PROFILES[str(values[TRAPEZOID[0]])](Units(self.sheet, crystal_hz), values, crystal_hz)
+
+    def script(self, values: Values, steps: int) -> list[str]:
+        modes = ["SET_PRFL_S_CRV"] * (values[TRAPEZOID[0]] == S_CURVE[1]) + ["SET_OUTPUT_HIGH"] * (
+            values["output"] == "high"
+        )
+        registers = [f"{name} {value}" for name, value in values.items() if name.startswith("SET_")]
+        return [*modes, *registers, f"SET_POS {steps}", "UPDATE", "wait motion_complete"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         return rates.spoken(self.arg(quantity.name), text, rates.cycles_per_s(self.sheet, crystal_hz))

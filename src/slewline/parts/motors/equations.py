@@ -139,23 +139,23 @@ VOLTAGE = Equations(
 AVERAGED = Equations(  # as many volts as take the current to what is asked for in two steps, if the supply has them
     decide=each("v# = clip(R * i# + e# + LH * (r# - i#), -VS, VS)", 1, 2),
 )
-BILEVEL = Equations(
-    kept=("left1", "left2"),
-    decide=each(_OPEN.format(on="r# * where(left# > HALF_H, HIGH, VS)"), 1, 2) + "\n" + each("left# = left# - H", 1, 2),
+BILEVEL = Equations(  # until1, until2: s, the ends of the high volts
+    kept=("until1", "until2"),
+    decide="now = t * 1e-12 + HALF_H\n" + each(_OPEN.format(on="r# * where(until# > now, HIGH, VS)"), 1, 2),
     settle=each(_ENDS, 1, 2),
-    rest=tuple(each("left# < -HALF_H", 1, 2).splitlines()),  # the low volts are on
-    edge=each("left# = where(r# == o#, left#, HIGH_TIME)", 1, 2),
+    edge=each("until# = where(r# == o#, until#, t * 1e-12 + HIGH_TIME)", 1, 2),
+    rest=tuple(each("until# <= now", 1, 2).splitlines()),
 )
 
 
-# At rest behind a chopper: the current has come to its peak, and falls from there.
-RIPPLES = "absolute(i# - 0.9 * r#) <= 0.15 * absolute(r#)"
+# At rest behind a chopper: since the last edge the clock has ticked, the current has come to its peak, and falls.
+RIPPLES = "(on# == 0.0) & (absolute(i# - 0.7 * r#) <= 0.32 * absolute(r#))"
 
 
 def chopper(decay: str, blanked: bool) -> Equations:
     """Return the equations of a chopper: a clock sets a latch, the current resets it when it comes to its peak."""
     lines = ["tick = t // PERIOD_PS", "ticks = tick > clock", "clock = tick * 1.0"]
-    kept = ["clock", "on1", "on2"]
+    kept = ["clock", "asked", "on1", "on2"]
     if blanked:
         kept += ["blank1", "blank2"]
     if decay == "mixed":
@@ -178,7 +178,8 @@ def chopper(decay: str, blanked: bool) -> Equations:
         kept=tuple(kept),
         decide="\n".join(lines),
         settle=each(_ENDS, 1, 2) + "\n" + each("i# = where((on# == 0.0) & (i# * i#0 < 0.0), 0.0 * i#, i#)", 1, 2),
-        rest=tuple(each(f"(on# == 0.0) & ({RIPPLES})", 1, 2).splitlines()),
+        edge="asked = clock",
+        rest=("clock > asked", *each(RIPPLES, 1, 2).splitlines()),
     )
 
 

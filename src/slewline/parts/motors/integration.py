@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from ...errors import UsageError
 from .integrator import Engine
@@ -14,10 +14,61 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .law import Law
+    from .integrator import Model
 
 CHUNK = 1 << 12  # grid points that are made at a time
 SOON = 20_000  # steps in plain Python that cost less than what Numba needs to compile
+
+
+class Integrable(Protocol):
+    """What is integrated: a law (law.py)."""
+
+    @property
+    def model(self) -> Model:
+        """Its equations."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of its state."""
+
+    @property
+    def parameters(self) -> tuple[Any, ...]:
+        """The values of `model.parameters`."""
+
+    @property
+    def table(self) -> tuple[tuple[float, ...], ...]:
+        """What the driver is asked for, row by row."""
+
+    @property
+    def rows(self) -> NDArray[np.float64]:
+        """The same: (rows, windings) float64."""
+
+    @property
+    def steps(self) -> str:
+        """What a step is: "full", "half" ..."""
+
+    @property
+    def step_ps(self) -> int:
+        """The step of the grid, ps."""
+
+    @property
+    def step(self) -> float:
+        """The full step, rad."""
+
+    @property
+    def micro(self) -> int:
+        """Commands a full step."""
+
+    @property
+    def cycle(self) -> int:
+        """Commands an electrical turn."""
+
+    @property
+    def period(self) -> int:
+        """Full steps an electrical turn."""
+
+    def at_rest(self) -> tuple[float, ...]:
+        """Return the state at rest in the place of command 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,13 +77,13 @@ class Trace:
 
     Attributes:
         times: (n,) int64 ps, ascending.
-        states: (n, k) float64, the columns as `Law.names`.
+        states: (n, k) float64, the columns as `Integrable.names`.
         commands: (n,) int64, in force from that instant on.
         codes: (n,) int64, rows of the table in force from that instant on.
         rests: nothing changes after the last one.
     """
 
-    law: Law
+    law: Integrable
     times: NDArray[np.int64]
     states: NDArray[np.float64]
     commands: NDArray[np.int64]
@@ -47,7 +98,7 @@ class Trace:
     @property
     def lag(self) -> NDArray[np.float64]:
         """How far the rotor is behind its command, in full steps: (n,) float64."""
-        lag: NDArray[np.float64] = self.commands / self.law.micro - self["theta"] / self.law.motor.step
+        lag: NDArray[np.float64] = self.commands / self.law.micro - self["theta"] / self.law.step
         return lag
 
     @property
@@ -67,7 +118,7 @@ class Ends(NamedTuple):
     """Where many motors have come to.
 
     Attributes:
-        states: (motors, k) float64 at the last grid point, the columns as `Law.names`.
+        states: (motors, k) float64 at the last grid point, the columns as `Integrable.names`.
         lag: (motors,) float64, full steps there.
         worst: (motors,) float64, the greatest distance from the command on the way, full steps.
     """
@@ -78,7 +129,7 @@ class Ends(NamedTuple):
 
 
 def integrate_many(
-    laws: Sequence[Law],
+    laws: Sequence[Integrable],
     times: Sequence[int] | NDArray[np.int64],
     commands: Sequence[int] | NDArray[np.int64],
     stop: int,
@@ -89,7 +140,7 @@ def integrate_many(
 
     Args:
         laws: with the same equations, the same steps and the same grid.
-        times, commands: as for `Law.integrate`.
+        times, commands: as for `MotorLaw.integrate`.
         stop: ps.
 
     Raises:
@@ -107,8 +158,9 @@ def integrate_many(
     asked = np.asarray(commands, np.int64)
     edges = np.asarray(times, np.int64).tolist(), (asked % first.cycle).tolist(), asked.tolist()
     _, found, command, worst = first.model.numpy(parameters, table, 0, state, 0, 0, *edges, stop)
-    steps = np.array([law.motor.step for law in laws])
-    return Ends(np.array(found).T, command / first.micro - found[0] / steps, worst)
+    steps = np.array([law.step for law in laws])
+    whole = np.stack(np.broadcast_arrays(*found), 1)
+    return Ends(whole, command / first.micro - found[0] / steps, worst)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +176,7 @@ class Point:
 class Integration:
     """Runs a law, in plain Python first, and compiled once that is worth its while: the bits are the same."""
 
-    def __init__(self, law: Law, engine: str | None = None) -> None:
+    def __init__(self, law: Integrable, engine: str | None = None) -> None:
         if engine not in (None, "python", "numba"):
             raise UsageError(f"engine {engine!r}; allowed python, numba, None")
         self.law, self.named = law, engine
@@ -192,27 +244,19 @@ class Integration:
             np.empty((CHUNK, len(law.names))),
         )  # fmt: skip
         count, rests = engine.advance(
-            law.parameters, table_array(law), point.t, point.state, point.code, point.command, times, codes, commands,
+            law.parameters, law.rows, point.t, point.state, point.code, point.command, times, codes, commands,
             stop, CHUNK, limit, room,
         )  # fmt: skip
         self.made += count
         return count, rests, tuple(column[:count] for column in room)
 
 
-def _row(point: Point, law: Law) -> tuple[Any, ...]:
+def _row(point: Point, law: Integrable) -> tuple[Any, ...]:
     """A grid point as columns of one."""
     import numpy as np
 
     ints = (np.array([value], np.int64) for value in (point.t, point.command, point.code))
     return (*ints, np.array([point.state], np.float64))
-
-
-@lru_cache(maxsize=64)
-def table_array(law: Law) -> NDArray[np.float64]:
-    """Return the table of a law: (rows, windings) float64."""
-    import numpy as np
-
-    return np.array(law.table, np.float64)
 
 
 @lru_cache(maxsize=1)

@@ -1,4 +1,4 @@
-"""Integrators, made of equations: classical Runge-Kutta with a fixed step, counted anew from each edge of the inputs.
+"""Integrators, made of equations: classical Runge-Kutta with a fixed step, counted from each edge of the inputs.
 
     edges            |                    |                             of the inputs
     grid points      0    h    2h    3h   0    h    2h    3h    ...
@@ -178,8 +178,9 @@ class Model:
             [
                 "def many(parameters, table, t, state, code, command, times, codes, commands, stop):",
                 *indented(1, self._given, ["edge = 0", "edges = len(times)", "worst = absolute(0.0 * theta)"]),
-                *indented(1, ["while True:"]),
-                *indented(2, [f"{name}_ = {name}" for name in self.kept], self._decided, [f"rests = {self._rest}"]),
+                *indented(1, ["rests = False", "while True:"]),
+                *indented(2, [f"{name}_ = {name}" for name in self.kept], self._decided),
+                *indented(2, [f"rests = rests | ({self._rest})"]),
                 *indented(2, ["following = t + STEP_PS", "hit = edge < edges and times[edge] <= following"]),
                 *indented(2, ["if hit or (edge < edges and everywhere(rests)):"]),
                 *indented(3, ["hit = True", "following = times[edge]"]),
@@ -194,7 +195,7 @@ class Model:
                 *indented(4, [f"{name} = where(rests, {name}0, {name})" for name in self.states]),
                 *indented(4, [f"{name} = where(rests, {name}_, {name})" for name in self.kept]),
                 *indented(2, ["t = following", "if hit:"]),
-                *indented(3, self._edge, ["command = commands[edge]", "edge += 1"]),
+                *indented(3, self._edge, ["command = commands[edge]", "edge += 1", "rests = False"]),
                 *indented(2, ["worst = maximum(worst, absolute(command * STEPS_COMMAND - theta * STEPS_RAD))"]),
                 *indented(1, [f"return t, ({whole},), command, worst"]),
             ]
@@ -216,7 +217,7 @@ class Model:
 
     @property
     def is_compiled(self) -> bool:
-        """Has somebody asked for the functions that Numba compiles?"""
+        """Have the functions that Numba compiles been asked for?"""
         return "numba" in vars(self)
 
     @cached_property

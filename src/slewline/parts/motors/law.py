@@ -85,6 +85,11 @@ class Law:
         return int(found[1]) if found and found[1] else 2 if self.steps == "half" else 1
 
     @property
+    def step(self) -> float:
+        """The full step, rad."""
+        return self.motor.step
+
+    @property
     def period(self) -> int:
         """Full steps an electrical turn: a rotor that is lost settles so many off, or a multiple of it."""
         return self.motor.phases if self.motor.windings == "reluctance" else 4
@@ -184,6 +189,13 @@ class Law:
         factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)
         return tuple(self._row(angle, factor) for factor in factors for angle in angles)
 
+    @cached_property
+    def rows(self) -> NDArray[np.float64]:
+        """The table as an array: (rows, windings) float64."""
+        import numpy as np
+
+        return np.array(self.table, np.float64)
+
     def _row(self, angle: float, factor: float) -> tuple[float, ...]:
         """What is asked for at an electrical angle (rad), with a factor of the current."""
         if self.motor.windings == "reluctance":
@@ -245,7 +257,7 @@ class Law:
         row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
-        given = {"theta": place, "theta2": place} | amperes
+        given = {"theta": place, "theta2": place, "asked": -1.0} | amperes
         return tuple(given.get(name, 0.0) for name in self.names)
 
     def _settled(self, row: Sequence[float]) -> Sequence[float]:

@@ -5,8 +5,8 @@
 
 A `CountScale` gives each position of a shaft a whole number: so many counts a step, for an encoder, or how many bounds
 lie at or below it, for a switch.  A `Counter` answers, for a motion of the shaft, what the count is at an instant, when
-it changes next, and how it has changed; `EncoderChannel` and `SwitchZone` are the promises of wires that show it.  None
-of them has a state, and none makes an event of a step.
+it changes next, and how it has changed; what wires show of it is in shown.py.  None of them has a state, and
+none makes an event of a step.
 """
 
 from __future__ import annotations
@@ -14,17 +14,14 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cached_property
 from typing import Any, Protocol, TypeAlias, cast
 
 from ...core.wires.clocking import BoundedEdges
-from ...core.wires.wave import Level, real_edges
 from .shaft_motion import ShaftMotion
 
 Shown: TypeAlias = tuple[int, Any, Any]
 DWELL_PS = 800_000  # the counts of one step follow each other so fast, where a step is several of them
 MANY = 64  # counts; more are worth arrays
-LOOKS = 4  # changes that a channel looks through before it says "ask again then"
 
 
 @dataclass(frozen=True)
@@ -277,136 +274,12 @@ class StepCounter:
         return after
 
 
-# --------------------------------------------------------------------------------------------------- what a wire shows
-class LevelPattern:
-    """The levels of an output by the count, over and over."""
-
-    def __init__(self, *levels: int) -> None:
-        self.levels = levels
-
-    def __getitem__(self, count: int) -> int:
-        return self.levels[count % len(self.levels)]
-
-    def distance(self, count: int, sign: int) -> int:
-        """Return how far the next count with another level is from a count, forward (1) or back (-1)."""
-        size, at = len(self.levels), count % len(self.levels)
-        turns = self._turns
-        if sign > 0:
-            n = bisect_right(turns, at)
-            return (turns[n] if n < len(turns) else turns[0] + size) - at
-        n = bisect_right(turns, at) - 1
-        return at - (turns[n] if n >= 0 else turns[-1] - size) + 1
-
-    @cached_property
-    def _turns(self) -> list[int]:
-        """The counts with another level than the one before."""
-        return [n for n, level in enumerate(self.levels) if level != self.levels[n - 1]]
-
-    @cached_property
-    def array(self) -> Any:
-        """The levels: (n,) int8."""
-        import numpy as np
-
-        return np.array(self.levels, np.int8)
-
-
-class EncoderChannel:
-    """An output of an encoder, as a promise: its level goes with the count."""
-
-    __slots__ = ("code", "counter")
-    until: int | None = None  # what a motion assumes holds until the shaft takes up another
-
-    def __init__(self, counter: Counter, code: LevelPattern) -> None:
-        self.counter, self.code = counter, code
-
-    def level(self, ps: int) -> int:
-        """Return the level at an instant (ps), edges at that instant included."""
-        return self.code[self.counter.at(ps)]
-
-    def after(self, ps: int) -> int | None:
-        """Return the next edge (ps), or an earlier instant at which to ask again; None: as things stand never.
-
-        The counts of a shaft that is too fast may jump for ever without an edge.
-        """
-        counter, code, time = self.counter, self.code, ps
-        count = counter.at(ps)
-        here = code[count]
-        for _ in range(LOOKS + 1):
-            changes = code.distance(count, counter.way) if counter.way and code[count] == here else 1
-            following = counter.after(time, changes)
-            if following is None:
-                return None
-            count, time = counter.at(following), following
-            if code[count] != here:
-                break
-        return time
-
-    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
-        before, times, counts = self.counter.between(start, stop)
-        levels = self.code.levels
-        level, size = self.code[before], len(levels)
-        if isinstance(times, list):
-            return real_edges(times, [levels[count % size] for count in counts], level)
-        return real_edges(times, self.code.array[counts % size], level)
-
-
-class SwitchZone:
-    """A switch, as a promise: closed between two places, by the number of bounds that lie below.
-
-        count     0    1    2    3    4
-        bounds      |    |    |    |
-        coming   open      closed------>open      forward
-                 open<-----closed      open       back
-
-    Where `says` is None the switch stays as it was: that is its hysteresis.  `closed` is what it was when its counter
-    began, at `since`; `levels` are those of the open and the closed switch.
-    """
-
-    __slots__ = ("_known", "closed", "counter", "levels", "says", "since")
-    until: int | None = None
-
-    def __init__(
-        self, counter: Counter, since: int, closed: bool, says: tuple[bool | None, ...], levels: tuple[Level, Level]
-    ) -> None:
-        self.counter, self.since, self.closed, self.says, self.levels = counter, since, closed, says, levels
-        self._known = since, closed
-
-    @property
-    def floats(self) -> bool:
-        """Does it let go of the wire at times?"""
-        return None in self.levels
-
-    def closed_at(self, ps: int) -> bool:
-        """Return whether the switch is closed at an instant (ps)."""
-        since, closed = self._known if ps >= self._known[0] else (self.since, self.closed)
-        before, _, counts = self.counter.between(since, max(ps, since))
-        closed = self._after([before, *counts], closed)
-        if ps > since:
-            self._known = ps, closed
-        return closed
-
-    def _after(self, counts: list[int], closed: bool) -> bool:
-        return next((says for n in reversed(counts) if (says := self.says[n]) is not None), closed)
-
-    def level(self, ps: int) -> Level:
-        """Return the level at an instant (ps), edges at that instant included."""
-        return self.levels[self.closed_at(ps)]
-
-    def after(self, ps: int) -> int | None:
-        """Return when the count changes next (ps), before which there is no edge; None: as things stand never."""
-        return self.counter.after(ps)
-
-    def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
-        """Return the edges at start < t <= stop (ps), as two lists."""
-        closed = self.closed_at(start)
-        _, times, counts = self.counter.between(start, stop)
-        levels = []
-        for count in counts:
-            says = self.says[int(count)]
-            closed = closed if says is None else says
-            levels.append(self.levels[closed])
-        return real_edges([int(time) for time in times], levels, self.level(start))
+def counter_of(motion: Any, scale: CountScale, lag_ps: int) -> Counter:
+    """Return what a motion passes on a scale, shown `lag_ps` later; one that is not of steps has its own counter."""
+    if isinstance(motion, ShaftMotion):
+        return StepCounter(motion, scale, lag_ps)
+    own: Counter = motion.counter(scale, lag_ps)
+    return own
 
 
 def _joined(few: list[int], more: Any) -> Any:

@@ -22,10 +22,11 @@ from ...core.time.timebase import Time, picoseconds
 from ...core.wires.clocking import NoEdges, UniformEdges
 from ...errors import UsageError
 from ..base.part import Part
-from .counter import CountScale, EncoderChannel, LevelPattern
+from .counter import CountScale
 from .motor import Translator
 from .sensors import Sensor
 from .shaft import GearedShaft, Shaft
+from .shown import EncoderChannel, LevelPattern
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Pin

@@ -16,10 +16,11 @@ from ...errors import UsageError
 from ..base.clocked import Clocked
 from ..base.follower import Follower, start_rule
 from ..base.part import AXIS, Part
-from .counter import CountScale, EncoderChannel, LevelPattern, StepCounter
+from .counter import CountScale, StepCounter
 from .followed_steps import FollowedSteps, MotorLimits, PulseFollowing
 from .shaft import Shaft, forget_shaft, shaft_quantities
 from .shaft_motion import SingleEdge
+from .shown import EncoderChannel, LevelPattern
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Pin

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 from ...core.motion.history import Staircase
 from ...core.time.hook import Hook
 from ...core.wires.clocking import ClockEdges, NoEdges
+from .counter import counter_of
 from .shaft_motion import BLOCKED, RecordedEdges, ShaftMotion, SingleEdge, common
 
 if TYPE_CHECKING:
@@ -137,7 +138,7 @@ class Shaft:
     # ------------------------------------------------------------------------------------------- what sits on a shaft
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
         """Return what its present motion passes on a scale, shown `lag_ps` later."""
-        return self.motion.counter(scale, lag_ps)
+        return counter_of(self.motion, scale, lag_ps)
 
     @property
     def place(self) -> Fraction:

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .counter import CountScale, StepCounter
-
 BLOCKED = 1 << 200  # a slack that no motion takes up
 FEW = 16  # edges an instant: where they are fewer, all of them are laid out at once
 
@@ -204,12 +202,6 @@ class ShaftMotion:
         place = min(max(place, pushed), pushed + slop)
         slack = motion.slack + (place - pushed if motion.sign > 0 else pushed + slop - place)
         return ShaftMotion(motion.drive, motion.since, place, motion.sign, motion.step, unit, slack, motion.room)
-
-    def counter(self, scale: CountScale, lag_ps: int) -> StepCounter:
-        """Return what the motion passes on a scale, shown `lag_ps` later."""
-        from .counter import StepCounter
-
-        return StepCounter(self, scale, lag_ps)
 
 
 def common(one: ShaftMotion, unit: int) -> ShaftMotion:

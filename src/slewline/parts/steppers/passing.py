@@ -93,7 +93,7 @@ class Known:
 
 
 class Passings:
-    """The changes of a count along a track, up to where somebody has asked.
+    """The changes of a count along a track, up to where they have been asked for.
 
     Args:
         run: of the rotor.
@@ -275,15 +275,15 @@ class Passings:
 
     def forget(self, before: int) -> None:
         """Drop the changes before an instant (ps)."""
-        n = bisect_right(self.times, before) - 1
-        if n > 0 and self._marks[0].ps < before:
-            marks = [mark for mark in self._marks if mark.ps >= before and mark.changes >= n]
-            if marks:
-                self.first = self.counts[n - 1]
-                del self.times[:n], self.counts[:n]
-                for mark in marks:
-                    mark.changes -= n
-                self._marks = marks
+        self.look(before)
+        marks = [mark for mark in self._marks if mark.ps >= before]
+        gone = bisect_right(self.times, before)
+        if gone:
+            self.first = self.counts[gone - 1]
+        del self.times[:gone], self.counts[:gone]
+        for mark in marks:
+            mark.changes -= gone
+        self._marks = marks
 
 
 def point_of(columns: Any, n: int) -> Point:

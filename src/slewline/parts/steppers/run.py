@@ -1,8 +1,8 @@
-"""What a motor has done, and will do as things stand: grid points, made when somebody asks.
+"""What a motor has done, and will do as things stand: grid points, made on demand.
 
     past           now                    foreseen
     grid points -->|- - - - - - - - - ->|           integrated so far: `reached`
-                   |- - -x                          the inputs turn out otherwise: what lies ahead is made anew
+                   |- - -x                          the inputs turn out otherwise: what lies ahead is made again
 
 Nothing is integrated until it is asked for.  The past never changes.  Of what lies ahead the points are dropped from
 the first edge on that comes otherwise than foreseen.  Points that were made long ago are dropped too, but for one in a
@@ -33,12 +33,12 @@ class Stretch:
     """Grid points of one law, from `first` on.
 
     Attributes:
-        anew: `first` is no continuation of the stretch before: somebody has changed the law, or the state.
+        altered: `first` does not continue the stretch before: the law or the state has been changed from outside.
         times, states, commands, codes: columns of the points, as in a `Trace`; None: they have been dropped.
     """
 
-    def __init__(self, law: Law, first: Point, *, anew: bool = False) -> None:
-        self.law, self.first, self.anew = law, first, anew
+    def __init__(self, law: Law, first: Point, *, altered: bool = False) -> None:
+        self.law, self.first, self.altered = law, first, altered
         self.columns: tuple[Any, ...] | None = columns_of(first)
         self.last = first
         self._edges: Edges | None = None  # once it is complete
@@ -113,6 +113,7 @@ class Run:
         self.stretches = [Stretch(law, first)]
         self.reached = first.t  # integrated up to here
         self.cuts: list[Callable[[int], object]] = []
+        self.along: dict[Any, Any] = {}  # what is known along it: places and passings, by what they are of
         self._integration = Integration(law)
         self._rests = False  # at the last point: nothing changes until the next edge
 
@@ -176,7 +177,7 @@ class Run:
         first = Point(ps, tuple(given.get(name, 0.0) for name in law.names), point.command, point.code)
         if law is not self.law:
             self._integration = Integration(law)
-        self.stretches.append(Stretch(law, first, anew=True))
+        self.stretches.append(Stretch(law, first, altered=True))
         self.reached = ps
 
     # -------------------------------------------------------------------------------------------------------- questions
@@ -206,7 +207,7 @@ class Run:
                 break
             times = stretch.whole[0]
             part = slice(int(times.searchsorted(start, "right")), int(times.searchsorted(stop, "right")))
-            if part.start == 0 and not stretch.anew:
+            if part.start == 0 and not stretch.altered:
                 part = slice(1, part.stop)  # its first point is the last one of the stretch before
             if part.stop > part.start:
                 found.append((stretch.law, tuple(column[part] for column in stretch.whole)))
@@ -230,7 +231,10 @@ class Run:
         return max(self.stretches[-1].last.t, ps + 1) if self.rests(until) else until
 
     def forget(self, before: int) -> None:
-        """Drop what was over before an instant (ps)."""
+        """Drop what was over before an instant (ps); what has not been integrated is still to come."""
+        before = min(before, self.reached)
+        for known in self.along.values():
+            known.forget(before)
         n = bisect_right(self.stretches, before, key=lambda stretch: stretch.first.t) - 1
         del self.stretches[: max(n, 0)]
         self.feed.forget(min(before, self.stretches[0].first.t))

@@ -22,9 +22,10 @@ from ..motors.integration import Point
 from ..motors.law import Law
 from ..motors.loads import check_holds, load_complaint, read_load
 from ..motors.motors import motor_complaint, read_motor
-from ..shafts.counter import CountScale, SwitchZone
+from ..shafts.counter import CountScale
 from ..shafts.motor import EDGE, EDGES
 from ..shafts.shaft import forget_shaft
+from ..shafts.shown import SwitchZone
 from .feed import Feed, Pins, phases_asked, steps_asked
 from .losses import Losses
 from .passing import Track
@@ -44,11 +45,11 @@ class Stepper(Part):
     """A stepper motor with driver and load: what the pulses ask for, and what comes of it.
 
     Its shaft turns as the equations have it (`motors/law.py`), and what sits on a shaft sits on this one: an encoder,
-    switches, a gear, a carriage.  `stall` is low while the rotor is within two steps of its command; beyond, it does not
-    come back by itself.
+    switches, a gear, a carriage.  `stall` is low while the rotor is within two steps of its command; from further away
+    it does not come back by itself.
 
-    Nothing is integrated until somebody asks, and who asks changes nothing: a state is one step of the integrator from
-    the last point of a grid, which the edges of the inputs begin.
+    Nothing is integrated until it is asked for, and a question changes nothing: a state is one step of the integrator
+    from the last point of a grid, which begins again at each edge of the inputs.
 
     Args:
         axis: of the neighbour.
@@ -73,7 +74,6 @@ class Stepper(Part):
         "block",
         "free",
         "push",
-        "law",
     )
     verbs = ("block", "free", "push")
     optional = frozenset({"mov", "ramp"})
@@ -164,7 +164,7 @@ class Stepper(Part):
 
     # ------------------------------------------------------------------------------------------------ what a user asks
     @property
-    def law(self) -> Law:
+    def _law(self) -> Law:
         """Motor, driver and load, as they are now."""
         return self._run.law
 
@@ -176,7 +176,7 @@ class Stepper(Part):
     @property
     def command(self) -> float:
         """Where its driver holds it, in full steps."""
-        return self._run.at_or_before(self.kernel.seen).command / self.law.micro
+        return self._run.at_or_before(self.kernel.seen).command / self._law.micro
 
     @property
     def lag(self) -> float:
@@ -186,7 +186,7 @@ class Stepper(Part):
     @property
     def speed(self) -> float:
         """Its speed, full steps/s."""
-        return self._state["omega"] / self.law.motor.step
+        return self._state["omega"] / self._law.motor.step
 
     @property
     def currents(self) -> tuple[float, ...]:
@@ -221,7 +221,7 @@ class Stepper(Part):
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Return what it does over time: place, command, lag, speed, currents."""
-        law = self.law
+        law = self._law
         windings = [name for name in law.names if name in ("i1", "i2", "i3", "i4")]
         return (
             self.shaft.quantity("position"),
@@ -299,7 +299,7 @@ class Stepper(Part):
         stops: tuple[Fraction | None, Fraction | None] | None = None,
     ) -> None:
         """Go on from the last committed instant with another law, or in another place."""
-        law, seen = self.law, self.kernel.seen
+        law, seen = self._law, self.kernel.seen
         if blocked is not None:
             law = replace(law, blocked=blocked)
         if torque is not None:
@@ -324,7 +324,7 @@ class Stepper(Part):
             if name in PHASES:
                 active = 1 if self._active is None else self._active
             columns[name] = n, bool(active)
-        pins, law = Pins(columns), self.law
+        pins, law = Pins(columns), self._law
         if self._phased:
             names = [name for name in self._read if name in PHASES]
             bits = sum((self.high(name) == columns[name][1]) << n for n, name in enumerate(names))
@@ -370,7 +370,7 @@ class Stepper(Part):
         self.drivers["stall"].play(self._stall())
 
     def _stall(self) -> SwitchZone:
-        off = Fraction(self.law.period, 2)
+        off = Fraction(self._law.period, 2)
         counter = TrackMotion(self._run, Track(behind=True)).counter(CountScale(bounds=(-off, off)), self._stalls_ps)
         return SwitchZone(counter, self.kernel.seen, False, STALLS, (0, 1))
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from ...core.motion.history import Polyline
@@ -110,6 +110,13 @@ class Places:
         while len(self._known) > 1 and self._known[-1][0] >= ps:
             self._known.pop()
 
+    def forget(self, before: int) -> None:
+        """Drop what is known of the time before an instant (ps)."""
+        if not self.track.simple:
+            self.place(before)
+            n = max(bisect_right(self._known, before, key=lambda known: known[0]) - 1, 0)
+            del self._known[:n]
+
     def place(self, ps: int) -> float:
         """Return the place at an instant (ps), in steps."""
         if self.track.simple:
@@ -148,16 +155,21 @@ class Places:
                 del self._known[1:512]
 
 
-@lru_cache(maxsize=256)
 def places_of(run: Run, track: Track) -> Places:
     """Return the places of a track, one and the same for all that ask."""
-    return Places(run, track)
+    found: Places | None = run.along.get(track)
+    if found is None:
+        found = run.along[track] = Places(run, track)
+    return found
 
 
-@lru_cache(maxsize=256)
 def passings_of(run: Run, track: Track, scale: CountScale, zero: float) -> Passings:
     """Return the changes of a count along a track, one and the same for all that ask."""
-    return Passings(run, track, scale, zero)
+    key = track, scale, zero
+    found: Passings | None = run.along.get(key)
+    if found is None:
+        found = run.along[key] = Passings(run, track, scale, zero)
+    return found
 
 
 class MotorShaft(Shaft):

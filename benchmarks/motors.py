@@ -1,0 +1,178 @@
+"""Motors that are integrated: how much faster than in life, in seconds of virtual time a second of the processor.
+
+    python benchmarks/run.py motors
+
+The motor is a QSH4218-47-28-040 (2.8 A, 24 V) with its own inertia as load and 5 mN m of friction; RK4, 20 us, unless
+something else is said.  What Numba compiles is compiled before the clock starts.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from statistics import median
+from typing import Any
+
+import numpy as np
+from rows import Row, timed
+
+import slewline
+from slewline.parts.motors.data import LoadData
+from slewline.parts.motors.drivers import read_driver
+from slewline.parts.motors.integration import integrate_many
+from slewline.parts.motors.law import Law
+from slewline.parts.motors.motors import motor_named
+
+ROUNDS = 5
+MOTOR, DRIVER = "QSH4218-47-28-040", "24 V, 2.8 A"
+LOAD = {"inertia": 6.8e-6, "friction": 5e-3}
+DATA = motor_named(MOTOR)
+STEPS = {"motor": MOTOR, "driver": DRIVER, "load": LOAD}
+MANY = 1000
+
+
+def law(step_us: int = 20) -> Law:
+    """The motor of these figures, with a grid of its own."""
+    return Law(DATA, read_driver(DRIVER, "driver", DATA), LoadData(**LOAD), step_ps=step_us * 10**6)
+
+
+def ramp(count: int) -> tuple[Any, Any, int]:
+    """Steps of a ramp from 300 steps/s: instants, commands, and when it is over."""
+    n = np.arange(1, count + 1)
+    times = ((np.sqrt(9e4 + 4e4 * n) - 300) / 2e4 * 1e12).astype(np.int64)
+    return times, n, int(times[-1])
+
+
+def alone(engine: str, step_us: int, count: int) -> Callable[[], float]:
+    """One motor, nothing around it."""
+
+    def act() -> float:
+        times, commands, stop = ramp(count)
+        law(step_us).integrate(times, commands, stop, engine=engine)
+        return stop * 1e-12
+
+    return act
+
+
+def side_by_side() -> float:
+    """A thousand motors of different inertia, in NumPy."""
+    times, commands, stop = ramp(100)
+    first = law()
+    laws = [
+        Law(DATA, first.driver, LoadData(inertia=6.8e-6 * (0.8 + 0.4 * n / MANY), friction=5e-3), step_ps=first.step_ps)
+        for n in range(MANY)
+    ]
+    integrate_many(laws, times, commands, stop)
+    return MANY * stop * 1e-12
+
+
+def until_rest(bench: slewline.Bench, motor: Any) -> float:
+    """Let a move be over and the motor at rest; return the virtual time that this takes, in seconds."""
+    start = bench.now_ps
+    bench.run_until_idle(timeout="1000 s")
+    bench.run_until(motor.rests, timeout="10 s")
+    assert not motor.lost
+    return (bench.now_ps - start) * 1e-12
+
+
+def cy525(*watched: str) -> Callable[[], float]:
+    """A move of 20,000 steps, with some pins watched."""
+
+    def act() -> float:
+        bench = slewline.Bench()
+        x: Any = bench.add("cy525", name="x", crystal="11 MHz")
+        motor: Any = bench.part("stepper", to=x, **STEPS)
+        bench.part("switch", name="one", on=motor, low=500, high=600)
+        bench.part("switch", name="two", on=motor, low=19_000)
+        for pin in watched:
+            bench.pin(pin).net.watch(lambda _: None)
+        bench.host(x).send("A 0\rF 10\rR 40\rS 150\rZ 1\rN 20000\rG\r")
+        return until_rest(bench, motor)
+
+    return act
+
+
+def homing() -> float:
+    """A module homes on switches of the shaft."""
+    bench = slewline.Bench()
+    x: Any = bench.add("gs-c200s", name="x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
+    motor: Any = bench.part("stepper", to=x, **STEPS)
+    bench.part("switch", name="home", on=motor, to=x, role="home", low=-20, high=0, hysteresis=3)
+    bench.part("switch", name="end", on=motor, to=x, role="end", low=500)
+    host: Any = bench.host(x)
+    for line in ("Po", "S30", "T150", "R40", "E", "H"):
+        host.ask(line)
+    return until_rest(bench, motor)
+
+
+def encoder() -> float:
+    """A chipset that counts an encoder of 200 counts a turn."""
+    bench = slewline.Bench()
+    x: Any = bench.add("mc1151a-e", name="x")
+    motor: Any = bench.part("stepper", to=x, **STEPS)
+    shaft: Any = bench.part("encoder", on=motor, to=x, counts=200)
+    host: Any = bench.host(x)
+    host.send("SET_STEP_RATIO 256\nSET_POS_ERR 10\nSET_AUTO_STOP_ON\nSET_VEL 0x8000\nSET_ACC 256\nSET_POS 2000\nUPDATE")
+    start = bench.now_ps
+    host.wait("motion_complete")
+    assert shaft.counts == 2000
+    return (bench.now_ps - start) * 1e-12
+
+
+def closed_loop() -> float:
+    """Figure 19: each step waits for the one before."""
+    bench = slewline.Bench()
+    x: Any = bench.add("gs-c200s", name="x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
+    motor: Any = bench.part("stepper", to=x, **STEPS)
+    bench.part("encoder", name="detector", on=motor, counts=200)
+    bench.part("step_check", name="check", to=x)
+    bench.wire("detector.a", "check.x")
+    bench.wire("detector.b", "check.y")
+    host: Any = bench.host(x)
+    for line in ("Po", "S30", "T300", "R20", "+1000"):
+        host.ask(line)
+    host.ask("E")
+    start = bench.now_ps
+    bench.run("600 ms")
+    return (bench.now_ps - start) * 1e-12
+
+
+def rows() -> Iterator[Row]:
+    """One motor, a thousand, and motors behind chips."""
+    law().integrate(*ramp(10), engine="numba")
+    for name, act, goal, bound in (
+        ("one motor, 20 us, Numba", alone("numba", 20, 6000), 100.0, "latency of four dependent evaluations"),
+        ("one motor, 100 us, plain Python", alone("python", 100, 600), 8.0, "some 240 operations a step"),
+        ("1,000 motors side by side, NumPy, motor-seconds", side_by_side, 80.0, "some 300 calls of NumPy a step"),
+        ("CY525, asked once, at rest", cy525(), None, "the integrator"),
+        ("two switches watched", cy525("one.out", "two.out"), 25.0, "the integrator"),
+        ("GS-C200S homes on its switches", homing, 30.0, "blocks that are cut: each switch stops or turns the module"),
+        ("MC1151A-E with encoder", encoder, 5.0, "an event a count, and the chip works each cycle"),
+        ("closed loop of figure 19", closed_loop, 2.0, "every step is a departure: a block is cut"),
+    ):
+        act()
+        speeds = []
+        for _ in range(ROUNDS):
+            seconds, virtual = timed(act)
+            speeds.append(virtual / seconds)
+        yield Row(name, median(speeds), "x real time", goal, True, bound)
+    yield Row("events of a motor at rest in 24 h", float(at_rest()), "", 20.0, False, "none")
+
+
+def at_rest() -> int:
+    """How many events a motor at rest makes in a day, with a switch that is watched."""
+    bench = slewline.Bench()
+    x: Any = bench.add("cy525", name="x")
+    motor: Any = bench.part("stepper", to=x, **STEPS)
+    bench.part("switch", name="one", on=motor, low=500)
+    bench.pin("one.out").net.watch(lambda _: None)
+    bench.run("1 s")
+    first = next(motor.kernel.order)
+    bench.run("24 h")
+    return next(motor.kernel.order) - first - 1
+
+
+if __name__ == "__main__":
+    for row in rows():
+        print(f"{row.name:50} {row.figure:10.1f} {row.unit:12} goal {row.goal}  {'met' if row.met else 'MISSED'}")
+    print(os.getloadavg())

@@ -1,0 +1,179 @@
+"""tune: the fastest ramp of a chip that a motor follows."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from typing import Any
+
+import click
+
+from ..core.messages.whole import counted
+from ..core.time.timebase import readable
+from ..errors import UsageError
+from ..language.ramps import Calculator, Value
+from ..record.pictures.pictures import SUFFIXES
+from ..record.style import aligned
+from ..tuning.executors import MOST_JOBS, Workers, dask, processes
+from ..tuning.grid import Grid
+from ..tuning.search import OnProgress, Progress
+from ..tuning.task import Chosen, MapPlace, Tuned
+from ..tuning.tune import perform, task_of
+from .files import Outputs, read_options
+from .programs import print_json
+
+MOST_ROWS = 60  # of a map, as text
+
+
+def tune(
+    chip: str,
+    motor: str,
+    driver: str,
+    load: str | None,
+    steps: int,
+    stepping: str,
+    grid: str | None,
+    perturb: str | None,
+    jobs: int | None,
+    cluster: str | None,
+    store: str | None,
+    full_map: bool,
+    switching: bool,
+    crystal: str | None,
+    as_json: bool,
+    plot: str | None,
+    bench: str | None,
+    options: str | None = None,
+) -> int:
+    """BestFirst, and print what was found; exit status 1 if nothing holds."""
+    outputs = Outputs([])
+    outputs.claim(plot, SUFFIXES)
+    outputs.claim(bench, (".toml",))
+    fitting = read_options(options, chip) or None
+    task, calculator = task_of(chip, motor, driver, load, steps, grid, perturb, stepping, crystal, fitting)
+    if bench is not None:
+        calculator.script(task.grid.at(0), steps)
+    with workers_of(jobs, cluster, full_map) as workers, progress() as shown:
+        found = perform(task, calculator, workers, store, full_map or plot is not None, switching, shown)
+    if found.best is not None:
+        outputs.save(plot, lambda path: draw(path, found, calculator))
+        if bench is not None:
+            from ..tuning.replaying import bench_file
+
+            outputs.write(bench, bench_file(found, calculator))
+    if as_json:
+        print_json(found.as_json())
+    else:
+        for line in report(found, calculator, full_map):
+            click.echo(line)
+        for path in outputs.written:
+            click.echo(f"wrote {path}")
+    return 0 if found.best is not None else 1
+
+
+def workers_of(jobs: int | None, cluster: str | None, full_map: bool) -> AbstractContextManager[Workers]:
+    """Return who does the work.
+
+    Raises:
+        UsageError: both a pool and a cluster.
+    """
+    if cluster is not None:
+        if jobs is not None:
+            raise UsageError("--jobs and --dask: give one of the two")
+        return dask(cluster)
+    if jobs is None:
+        jobs = min(os.cpu_count() or 1, MOST_JOBS) if full_map else 1
+    return processes(jobs)
+
+
+def draw(path: str, found: Tuned, calculator: Calculator) -> None:
+    """Draw map, curve and lag."""
+    from ..tuning.pictures import save_tuning
+
+    save_tuning(path, found, calculator)
+
+
+# ----------------------------------------------------------------------------------------------------------------- text
+def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str]:
+    """Yield the lines of the result."""
+    task = found.task
+    refused = f", {found.refused} refused by the chip" if found.refused else ""
+    yield f"{task.part}, {task.motor.name}: {counted(task.steps, 'step')}, {grid_text(task.grid, calculator)}"
+    yield f"candidates    {found.candidates}{refused}; {len(task.scenarios())} runs each"
+    yield f"best          {chosen_line(found.best, calculator) if found.best else 'none: every move loses steps'}"
+    if found.best is not None:
+        none = "none: the neighbours of every move that holds lose steps, or its lag is more than 1.8 steps"
+        yield f"recommended   {chosen_line(found.recommended, calculator) if found.recommended else none}"
+    if found.recommended is not None:
+        yield "              its neighbours hold" + (", also with the switching chopper" if found.switched else "")
+    here = "" if found.runs_here == found.runs else f", {found.runs_here} of them now" * (found.runs_here < found.runs)
+    yield f"runs          {found.runs} of {found.exhaustive}{here}"
+    killers = sorted(found.killers.items(), key=lambda each: -each[1])[:4]
+    if killers:
+        yield f"lost under    {', '.join(f'{name} ({count})' for name, count in killers)}"
+    if full_map:
+        yield from map_lines(found, calculator)
+    if found.best is not None:
+        yield f"commands      {'; '.join(calculator.script(found.chosen.values, task.steps))}"
+
+
+def grid_text(grid: Grid, calculator: Calculator) -> str:
+    """Return a grid without parameters that have one value, their default."""
+    shown = [*grid.free, *calculator.told({name: of for name, of in grid.at(0).items() if name not in grid.free})]
+    places = [(name, of) for name, of in zip(grid.names, grid.values, strict=True) if name in shown]
+    return str(Grid(*zip(*places, strict=True)))
+
+
+def chosen_line(chosen: Chosen, calculator: Calculator) -> str:
+    """Return a move in a line."""
+    return f"{told(calculator, chosen.values)}: {readable(chosen.time_ps)}, worst lag {chosen.worst:.2f} steps"
+
+
+def told(calculator: Calculator, values: Any) -> str:
+    """Return values without those at their default."""
+    named: dict[str, Value] = calculator.told(values)
+    return ", ".join(f"{name} {value}" for name, value in named.items())
+
+
+def map_lines(found: Tuned, calculator: Calculator) -> Iterator[str]:
+    """Yield the map: what holds, and what each of the others fails under, the fastest first."""
+    counts = Counter(place.says for place in found.map)
+    yield f"map           {', '.join(f'{count} {says}' for says, count in counts.most_common())}"
+    names = found.task.grid.free or found.task.grid.names[:1]
+    rows = sorted(found.map, key=lambda place: (place.time_ps is None, place.time_ps or 0))
+    cells = [[*(str(place.values[name]) for name in names), *_verdict(place)] for place in rows[:MOST_ROWS]]
+    yield from aligned([[*names, "time", "worst lag", "verdict"], *cells], left=(len(names) + 2,))
+    if len(rows) > MOST_ROWS:
+        yield f"... and {len(rows) - MOST_ROWS} more; --json lists all, --plot draws them"
+
+
+def _verdict(place: MapPlace) -> tuple[str, str, str]:
+    time = "" if place.time_ps is None else readable(place.time_ps)
+    lag = "" if place.worst is None or place.killer else f"{place.worst:.2f}"
+    return time, lag, place.says if place.killer is None else f"lost: {place.killer}"
+
+
+# ------------------------------------------------------------------------------------------------------------- progress
+@contextmanager
+def progress() -> Iterator[OnProgress]:
+    """Show the best so far, and how many candidates are left below its time, on a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[left]}"), TimeElapsedColumn())
+    with Bars(*columns, console=Console(stderr=True), transient=True) as shown:
+        bar = shown.add_task("", left="")
+
+        def told(now: Progress) -> None:
+            best = "" if now.time_ps is None else f" below {readable(now.time_ps)}, the best so far"
+            says = f"{now.left} left{best}, {now.runs} runs"
+            shown.update(bar, description=now.doing, completed=now.done, total=now.total, left=says)
+
+        yield told

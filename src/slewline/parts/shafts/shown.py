@@ -1,0 +1,143 @@
+"""What a wire shows of the counts of a shaft, as a promise: a channel of an encoder, a switch."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from functools import cached_property
+from typing import Any
+
+from ...core.wires.wave import Level, real_edges
+from .counter import Counter
+
+LOOKS = 4  # changes that a channel looks through before it says "ask again then"
+
+
+class LevelPattern:
+    """The levels of an output by the count, over and over."""
+
+    def __init__(self, *levels: int) -> None:
+        self.levels = levels
+
+    def __getitem__(self, count: int) -> int:
+        return self.levels[count % len(self.levels)]
+
+    def distance(self, count: int, sign: int) -> int:
+        """Return how far the next count with another level is from a count, forward (1) or back (-1)."""
+        size, at = len(self.levels), count % len(self.levels)
+        turns = self._turns
+        if sign > 0:
+            n = bisect_right(turns, at)
+            return (turns[n] if n < len(turns) else turns[0] + size) - at
+        n = bisect_right(turns, at) - 1
+        return at - (turns[n] if n >= 0 else turns[-1] - size) + 1
+
+    @cached_property
+    def _turns(self) -> list[int]:
+        """The counts with another level than the one before."""
+        return [n for n, level in enumerate(self.levels) if level != self.levels[n - 1]]
+
+    @cached_property
+    def array(self) -> Any:
+        """The levels: (n,) int8."""
+        import numpy as np
+
+        return np.array(self.levels, np.int8)
+
+
+class EncoderChannel:
+    """An output of an encoder, as a promise: its level goes with the count."""
+
+    __slots__ = ("code", "counter")
+    until: int | None = None  # what a motion assumes holds until the shaft takes up another
+
+    def __init__(self, counter: Counter, code: LevelPattern) -> None:
+        self.counter, self.code = counter, code
+
+    def level(self, ps: int) -> int:
+        """Return the level at an instant (ps), edges at that instant included."""
+        return self.code[self.counter.at(ps)]
+
+    def after(self, ps: int) -> int | None:
+        """Return the next edge (ps), or an earlier instant at which to ask again; None: as things stand never.
+
+        The counts of a shaft that is too fast may jump for ever without an edge.
+        """
+        counter, code, time = self.counter, self.code, ps
+        count = counter.at(ps)
+        here = code[count]
+        for _ in range(LOOKS + 1):
+            changes = code.distance(count, counter.way) if counter.way and code[count] == here else 1
+            following = counter.after(time, changes)
+            if following is None:
+                return None
+            count, time = counter.at(following), following
+            if code[count] != here:
+                break
+        return time
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
+        before, times, counts = self.counter.between(start, stop)
+        levels = self.code.levels
+        level, size = self.code[before], len(levels)
+        if isinstance(times, list):
+            return real_edges(times, [levels[count % size] for count in counts], level)
+        return real_edges(times, self.code.array[counts % size], level)
+
+
+class SwitchZone:
+    """A switch, as a promise: closed between two places, by the number of bounds that lie below.
+
+        count     0    1    2    3    4
+        bounds      |    |    |    |
+        coming   open      closed------>open      forward
+                 open<-----closed      open       back
+
+    Where `says` is None the switch stays as it was: that is its hysteresis.  `closed` is what it was when its counter
+    began, at `since`; `levels` are those of the open and the closed switch.
+    """
+
+    __slots__ = ("_known", "closed", "counter", "levels", "says", "since")
+    until: int | None = None
+
+    def __init__(
+        self, counter: Counter, since: int, closed: bool, says: tuple[bool | None, ...], levels: tuple[Level, Level]
+    ) -> None:
+        self.counter, self.since, self.closed, self.says, self.levels = counter, since, closed, says, levels
+        self._known = since, closed
+
+    @property
+    def floats(self) -> bool:
+        """Does it let go of the wire at times?"""
+        return None in self.levels
+
+    def closed_at(self, ps: int) -> bool:
+        """Return whether the switch is closed at an instant (ps)."""
+        since, closed = self._known if ps >= self._known[0] else (self.since, self.closed)
+        before, _, counts = self.counter.between(since, max(ps, since))
+        closed = self._after([before, *counts], closed)
+        if ps > since:
+            self._known = ps, closed
+        return closed
+
+    def _after(self, counts: list[int], closed: bool) -> bool:
+        return next((says for n in reversed(counts) if (says := self.says[n]) is not None), closed)
+
+    def level(self, ps: int) -> Level:
+        """Return the level at an instant (ps), edges at that instant included."""
+        return self.levels[self.closed_at(ps)]
+
+    def after(self, ps: int) -> int | None:
+        """Return when the count changes next (ps), before which there is no edge; None: as things stand never."""
+        return self.counter.after(ps)
+
+    def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
+        """Return the edges at start < t <= stop (ps), as two lists."""
+        closed = self.closed_at(start)
+        _, times, counts = self.counter.between(start, stop)
+        levels = []
+        for count in counts:
+            says = self.says[int(count)]
+            closed = closed if says is None else says
+            levels.append(self.levels[closed])
+        return real_edges([int(time) for time in times], levels, self.level(start))

@@ -1,0 +1,79 @@
+"""The candidates: the moves that the chip makes at the places of a grid, by their time, the fastest first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from hashlib import blake2b
+from typing import TYPE_CHECKING
+
+from ..errors import UsageError
+from ..language.ramps import Calculator, Value
+from .grid import Grid
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+EVERY = 500  # places between two reports
+
+
+class Candidates:
+    """The moves of a grid: how long each takes, and when its steps are.
+
+    Args:
+        steps: of the move.
+        on_listed: called now and then with the places that have been worked out.
+
+    Raises:
+        UsageError: the part refuses every one.
+    """
+
+    def __init__(
+        self,
+        calculator: Calculator,
+        grid: Grid,
+        crystal_hz: int,
+        steps: int,
+        on_listed: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        self.calculator, self.grid, self.crystal_hz, self.steps = calculator, grid, crystal_hz, steps
+        self.refused: dict[int, str] = {}  # place: why
+        timed = []
+        for place in range(grid.size):
+            if place % EVERY == 0:
+                on_listed(place)
+            try:
+                timed.append((calculator.ramp(grid.at(place), crystal_hz).move(steps).time_ps, place))
+            except UsageError as refusal:
+                self.refused[place] = str(refusal)
+        if not timed:
+            why = self.refused[0]
+            raise UsageError(f"{calculator.sheet.part}: none of {grid.size} places gives a move; the first: {why}")
+        timed.sort()
+        self.order: Sequence[int] = [place for _, place in timed]
+        self.time_ps = {place: time for time, place in timed}
+        self.rank = {place: rank for rank, place in enumerate(self.order)}
+        self._keys: dict[int, str] = {}
+        self.times = lru_cache(maxsize=256)(self._times)
+
+    def __len__(self) -> int:
+        return len(self.order)
+
+    def values(self, place: int) -> dict[str, Value]:
+        """Return the values at a place."""
+        return self.grid.at(place)
+
+    def _times(self, place: int) -> NDArray[np.int64]:
+        """The instants of the steps of a move: (steps,) int64 ps."""
+        return self.calculator.ramp(self.grid.at(place), self.crystal_hz).move(self.steps).times()
+
+    def key(self, place: int) -> str:
+        """Return what stands for a move: the same for two places whose steps are the same."""
+        if place not in self._keys:
+            self._keys[place] = blake2b(self.times(place).tobytes(), digest_size=8).hexdigest()
+        return self._keys[place]
+
+    def neighbours(self, place: int) -> list[int]:
+        """Return the places next to one at which there is a move, the fastest first."""
+        return sorted((each for each in self.grid.neighbours(place) if each in self.rank), key=self.rank.__getitem__)

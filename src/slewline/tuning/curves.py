@@ -1,0 +1,72 @@
+"""Torque curves in closed form: what a motor can pull at a rate, and what a ramp demands.  They judge nothing."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+from typing import TYPE_CHECKING
+
+from .perturbations import System
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+FUNDAMENTAL = {"full": 0.900, "half": 0.832, "wave": 0.637}  # of the holding torque: what a rotor averages over a turn
+BOOSTED = 0.974  # half steps with sqrt(2) times the current where one phase is on alone
+
+
+def hold(system: System) -> float:
+    """Return the torque that holds the rotor with two phases on, N m."""
+    motor, driver, _ = system
+    amperes = driver.current
+    if driver.kind in ("voltage", "bilevel"):
+        amperes = driver.supply / (motor.resistance + driver.series)
+    if motor.windings == "reluctance":
+        return motor.teeth * motor.swing * amperes**2 / sqrt(2)
+    return sqrt(2) * motor.constant * amperes
+
+
+def resonance(system: System) -> float:
+    """Return the natural frequency of a rotor that is held, Hz, for small swings."""
+    motor, _, load = system
+    inertia = motor.inertia + (0.0 if load.stiffness else load.inertia)
+    return sqrt(motor.teeth * hold(system) / inertia) / (2 * pi)
+
+
+def pull_out(system: System, stepping: str, rates: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the greatest torque at some rates, full steps/s: what the current gives, if the supply drives it."""
+    import numpy as np
+
+    motor, driver, _ = system
+    kinds = {"full": 1.0, "half": 0.924, "wave": 1 / sqrt(2)}
+    mechanical = rates * motor.step  # rad/s
+    electrical = motor.teeth * mechanical
+    factor = BOOSTED if stepping == "half" and driver.boost else FUNDAMENTAL.get(stepping, 1.0)
+    ceiling = factor * hold(system)
+    if driver.kind == "current":
+        return np.maximum(ceiling - motor.drag * mechanical, 0.0)
+    volts = 4 / pi * (driver.high or driver.supply) * kinds.get(stepping, 1.0)
+    series = driver.series if driver.kind in ("voltage", "bilevel") else 0.0
+    resistance = motor.resistance + series
+    impedance = np.hypot(resistance, electrical * motor.inductance)
+    constant = motor.constant
+    driven = constant * volts / impedance - constant**2 * mechanical * resistance / impedance**2
+    limited = driven if driver.kind == "voltage" else np.minimum(driven, ceiling)
+    torques: NDArray[np.float64] = np.maximum(limited - motor.drag * mechanical, 0.0)
+    return torques
+
+
+def demand(system: System, times: NDArray[np.int64], micro: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return rates (full steps/s) and torques (N m) of a move: inertia, friction and load at every step."""
+    import numpy as np
+
+    motor, _, load = system
+    intervals = np.diff(times) * 1e-12
+    if not len(intervals):
+        return np.zeros(1), np.full(1, load.torque + load.friction + motor.friction)
+    rates = 1 / (intervals * micro)
+    between = (intervals[:-1] + intervals[1:]) / 2
+    rises = np.append(np.diff(rates) / between, 0.0) if len(rates) > 1 else np.zeros(1)
+    inertia = motor.inertia + load.inertia
+    torques = inertia * motor.step * rises + load.viscous * motor.step * rates
+    return rates, torques + load.torque + load.friction + motor.friction

@@ -1,0 +1,96 @@
+"""Who does the work: this process, a pool of processes, or a cluster of Dask that is there already."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
+from contextlib import contextmanager
+from importlib import import_module
+from logging import CRITICAL, getLogger
+from multiprocessing import get_context
+from typing import Any, NamedTuple
+
+from ..core.messages.whole import whole
+from ..errors import UsageError
+from ..extras import needs
+
+PATIENCE = "10 s"  # for a scheduler that does not answer
+AHEAD = 2  # runs in flight for each that can be computed at once
+MOST_JOBS = 256
+
+
+class Workers(NamedTuple):
+    """An executor, how many runs are kept in flight, and what to say when it fails."""
+
+    executor: Executor
+    window: int
+    remedy: str
+
+
+class Inline(Executor):
+    """Computes at once, in this thread."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Return the result of a call, which is there already."""
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+INLINE = Workers(Inline(), 1, "")
+
+
+@contextmanager
+def processes(jobs: int) -> Iterator[Workers]:
+    """Yield a pool of processes of this machine; with one job nothing is started.
+
+    Raises:
+        UsageError: no number of processes.
+    """
+    from concurrent.futures import ProcessPoolExecutor
+
+    number = whole(jobs)
+    if number is None or not 1 <= number <= MOST_JOBS:
+        raise UsageError(f"jobs {jobs!r}; allowed 1..{MOST_JOBS} processes")
+    if number == 1:
+        yield INLINE
+        return
+    with ProcessPoolExecutor(number, mp_context=get_context("spawn")) as pool:
+        yield Workers(pool, AHEAD * number, "a process of the pool has died; try fewer jobs")
+
+
+@contextmanager
+def dask(address: str) -> Iterator[Workers]:
+    """Yield the executor of a cluster of Dask.
+
+    A cluster runs whatever is sent to it, as pickles do: use your own ones only.
+
+    Raises:
+        UsageError: no Dask, no cluster at this address, or one without workers.
+    """
+    try:
+        make: Any = import_module("distributed").Client  # typed in some of its versions only
+    except ImportError as error:
+        raise UsageError(needs("--dask needs", "dask")) from error
+    where = f"Dask cluster {address!r}"
+    remedy = "allowed the address of a running scheduler, such as tcp://127.0.0.1:8786; start one: dask scheduler"
+    try:
+        client = make(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise UsageError(f"{where}: {_first_line(error)}; {remedy}") from None
+    silent = [(logger, logger.level) for logger in map(getLogger, ("distributed", "tornado"))]
+    for logger, _ in silent:
+        logger.setLevel(CRITICAL)  # of a cluster that is gone one message is enough: ours
+    try:
+        threads = sum(client.nthreads().values())
+        if not threads:
+            raise UsageError(f"{where}: has no workers; start one with: dask worker {address}")
+        yield Workers(client.get_executor(pure=False), AHEAD * threads, f"{where} is gone; {remedy}, and a worker")
+    finally:
+        client.close(timeout=1)
+        for logger, level in silent:
+            logger.setLevel(level)
+
+
+def _first_line(error: BaseException) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]

@@ -1,0 +1,81 @@
+"""The judge: one move under one scenario, in step or not.  A pure function of plain data: an executor may map it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from .perturbations import Scenario
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ..parts.motors.law import Law
+
+AT_REST = 0.6  # full steps beside the command at rest: lost
+ON_THE_WAY = 3.9  # full steps of lag during the move: lost
+SETTLING, WATCHED, LONGEST = 60_000_000_000, 15_000_000_000, 600_000_000_000  # ps
+DIVERGED = 1e6  # full steps, of a state that is no number any more
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """What is judged: the instants of the steps, int64 ps, and the scenario."""
+
+    times: NDArray[np.int64]
+    scenario: Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Whether steps were lost; the lag at rest and the greatest one under way, in full steps."""
+
+    lost: bool
+    error: float
+    worst: float
+
+
+def judge(run: Trial) -> Verdict:
+    """Return the verdict on a move: lost with 0.6 full steps or more at rest, or more than 3.9 under way.
+
+    The rotor may ring for a while: it is watched until its lag has been below 0.6 for 15 ms, or for 0.6 s.
+    """
+    import numpy as np
+
+    scenario = run.scenario
+    law = law_of(scenario)
+    numbers = scenario.first + scenario.direction * np.arange(1, len(run.times) + 1, dtype=np.int64)
+    times = run.times - run.times[0] + 1  # an edge at 0 would be no edge
+    end, command = int(times[-1]), scenario.first
+    start, stop, state, worst, error = 0, end + SETTLING, law.at_rest(command), 0.0, 0.0
+    while start < end + LONGEST:
+        trace = law.integrate(
+            times, numbers, stop, start=start, state=state, command=command, limit=ON_THE_WAY, engine=engine()
+        )
+        lag = np.nan_to_num(trace.lag, nan=DIVERGED, posinf=DIVERGED, neginf=-DIVERGED)
+        error = float(np.clip(lag[-1], -DIVERGED, DIVERGED))
+        worst = max(worst, min(float(np.max(np.abs(lag))), DIVERGED))
+        if worst > ON_THE_WAY:
+            break
+        if trace.rests or np.max(np.abs(lag[trace.times >= stop - WATCHED])) < AT_REST:
+            return Verdict(abs(error) >= AT_REST, error, worst)
+        state, command, start = tuple(trace.states[-1].tolist()), int(trace.commands[-1]), int(trace.times[-1])
+        times, numbers, stop = times[:0], numbers[:0], stop + SETTLING
+    return Verdict(True, error, worst)
+
+
+@lru_cache(maxsize=64)
+def law_of(scenario: Scenario) -> Law:
+    """Return the law of a scenario."""
+    from ..parts.motors.law import Law
+
+    return Law(scenario.motor, scenario.driver, scenario.load, scenario.stepping, scenario.step_ps)
+
+
+def engine() -> str:
+    """Return the quickest engine that is here; they all give the same bits."""
+    from ..parts.motors.integration import numba_is_there
+
+    return "numba" if numba_is_there() else "python"

@@ -1,0 +1,141 @@
+"""The log of a sweep: JSON, one line a judged run, written as it happens.  A sweep that was killed goes on with it.
+
+    {"tune": 1, "digest": "5c0f...", "slewline": "0.1.0", "task": {...}}
+    {"move": "9a1e...", "values": {"F": 3, ...}, "run": "nominal, forward", "lost": false, "error": 0.02, "worst": 1.4}
+
+A line without its end was being written when the process was killed: it is cut off.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from ..errors import UsageError
+from ..version import __version__
+from .judging import Verdict
+
+VERSION = 1
+FIRST = b'{"tune":'  # as it begins
+SHORT = 120  # characters of a value in a message
+_ABSENT = "not there"
+
+
+def digest(task: Mapping[str, Any]) -> str:
+    """Return what stands for a task and the version of slewline."""
+    text = json.dumps([VERSION, __version__, task], sort_keys=True)
+    return blake2b(text.encode(), digest_size=16).hexdigest()
+
+
+class Log:
+    """The log in a file; a new one is begun, one of the same task continued.
+
+    Args:
+        task: all that verdicts depend on, as data for JSON.
+
+    Raises:
+        UsageError: no log, that of another task, or a file that cannot be read or written.
+    """
+
+    def __init__(self, path: str | Path, task: Mapping[str, Any]) -> None:
+        self.path = Path(path)
+        self.verdicts: dict[tuple[str, str], Verdict] = {}
+        if not self.path.parent.is_dir():
+            raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}; make it, or name another file")
+        if self.path.exists() and not self.path.is_file():
+            raise UsageError(f"{path}: is no file; name one that may be written, such as tune.jsonl")
+        task = json.loads(json.dumps(task))
+        try:
+            data = self.path.read_bytes() if self.path.exists() else b""
+        except OSError as error:
+            raise self._refused(error) from None
+        whole = data.rfind(b"\n") + 1
+        lines = data[:whole].splitlines()
+        if lines:
+            self._check(lines[0], task)
+            self.verdicts.update(self._verdict(number, line) for number, line in enumerate(lines[1:], 2))
+        elif not FIRST.startswith(data[: len(FIRST)]):
+            raise UsageError(f"{path}: is no log of a sweep; name a new file")
+        try:
+            self._file: BinaryIO = open(path, "ab", buffering=0)  # noqa: SIM115
+            self._file.truncate(whole)
+        except OSError as error:
+            raise self._refused(error) from None
+        if not lines:
+            self._write({"tune": VERSION, "digest": digest(task), "slewline": __version__, "task": task})
+
+    def add(self, key: tuple[str, str], values: Mapping[str, Any], verdict: Verdict) -> None:
+        """Write a verdict.
+
+        Args:
+            key: what stands for the move, and the name of the scenario.
+        """
+        self.verdicts[key] = verdict
+        self._write(
+            {"move": key[0], "values": values, "run": key[1]}
+            | {"lost": verdict.lost, "error": verdict.error, "worst": verdict.worst}
+        )
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _write(self, line: Mapping[str, Any]) -> None:
+        data = json.dumps(line, ensure_ascii=False).encode() + b"\n"
+        try:
+            while data:
+                data = data[self._file.write(data) :]
+        except OSError as error:
+            raise self._refused(error) from None
+
+    def _refused(self, error: OSError) -> UsageError:
+        why = error.strerror or error
+        return UsageError(f"{self.path}: {why}; what was judged before is kept; name a file that can be written")
+
+    def _check(self, line: bytes, task: Mapping[str, Any]) -> None:
+        """Refuse a log of another task, or a file that is no log."""
+        head = _object(line)
+        if head is None or not isinstance(head.get("task"), dict) or "tune" not in head:
+            raise UsageError(f"{self.path}: is no log of a sweep; name a new file")
+        if head.get("digest") == digest(task):
+            return
+        was, now = {"slewline": head.get("slewline")} | head["task"], {"slewline": __version__} | dict(task)
+        differs = "; ".join(differences(was, now)) or "its format"
+        raise UsageError(f"{self.path}: is the log of another task: {differs}; name another file, or remove this one")
+
+    def _verdict(self, number: int, line: bytes) -> tuple[tuple[str, str], Verdict]:
+        entry = _object(line)
+        try:
+            if entry is None:
+                raise KeyError
+            return (str(entry["move"]), str(entry["run"])), Verdict(
+                bool(entry["lost"]), float(entry["error"]), float(entry["worst"])
+            )
+        except (KeyError, TypeError, ValueError):
+            found = line[:SHORT].decode(errors="replace")
+            raise UsageError(f"{self.path}, line {number}: {found}: is no judged run; remove the line") from None
+
+
+def _object(line: bytes) -> dict[str, Any] | None:
+    try:
+        found = json.loads(line)
+    except (ValueError, RecursionError):
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def differences(was: Any, now: Any, where: str = "") -> Iterator[str]:
+    """Yield where two values for JSON differ, the outermost names first."""
+    if isinstance(was, dict) and isinstance(now, dict):
+        for name in dict.fromkeys([*was, *now]):
+            yield from differences(was.get(name, _ABSENT), now.get(name, _ABSENT), f"{where}.{name}".lstrip("."))
+    elif was != now:
+        yield f"{where} was {_short(was)}, is now {_short(now)}"
+
+
+def _short(value: Any) -> str:
+    text = value if value is _ABSENT else json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= SHORT else f"{text[:SHORT]}..."

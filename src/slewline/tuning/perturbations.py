@@ -1,0 +1,184 @@
+"""What may be otherwise than the data sheets say: rows, each a change of motor, driver and load."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from ..core.messages.near import hint
+from ..errors import UnknownName, UsageError
+from ..parts.motors.data import DriverData, LoadData, MotorData
+
+System: TypeAlias = tuple[MotorData, DriverData, LoadData]
+
+
+# --------------------------------------------------------------------------------------------------- what may change
+def load(system: System, factor: float) -> System:
+    """The torque of the load."""
+    motor, driver, load = system
+    return motor, driver, replace(load, torque=load.torque * factor)
+
+
+def inertia(system: System, factor: float) -> System:
+    """The inertia of rotor and load."""
+    motor, driver, load = system
+    return replace(motor, inertia=motor.inertia * factor), driver, replace(load, inertia=load.inertia * factor)
+
+
+def supply(system: System, factor: float) -> System:
+    """The supply of the driver, both of them if it has two."""
+    motor, driver, load = system
+    return motor, replace(driver, supply=driver.supply * factor, high=driver.high * factor), load
+
+
+def current(system: System, factor: float) -> System:
+    """The current; where resistors set it, by their resistance."""
+    motor, driver, load = system
+    if driver.kind in ("voltage", "bilevel"):
+        series = (motor.resistance + driver.series) / factor - motor.resistance
+        return motor, replace(driver, series=max(series, 0.0)), load
+    return motor, replace(driver, current=driver.current * factor), load
+
+
+def friction(system: System, factor: float) -> System:
+    """Friction and stiction of motor and load."""
+    motor, driver, load = system
+    stiction = None if load.stiction is None else load.stiction * factor
+    loaded = replace(load, friction=load.friction * factor, stiction=stiction)
+    return replace(motor, friction=motor.friction * factor), driver, loaded
+
+
+def drag(system: System, factor: float) -> System:
+    """The drag that grows with the speed, of motor and load: less of it is less damping."""
+    motor, driver, load = system
+    iron = (motor.drag - motor.viscous) * factor
+    less = replace(motor, iron=iron, viscous=motor.viscous * factor)
+    return less, driver, replace(load, viscous=load.viscous * factor)
+
+
+CHANGES: dict[str, Callable[[System, float], System]] = {
+    "load": load,
+    "inertia": inertia,
+    "supply": supply,
+    "current": current,
+    "friction": friction,
+    "drag": drag,
+}
+
+
+# -------------------------------------------------------------------------------------------------------------- rows
+@dataclass(frozen=True, slots=True)
+class Perturbation:
+    """Changes that are made together: (what, factor) each."""
+
+    name: str
+    changes: tuple[tuple[str, float], ...] = ()
+
+    def of(self, system: System) -> System:
+        """Return a system with these changes."""
+        for what, factor in self.changes:
+            system = CHANGES[what](system, factor)
+        return system
+
+
+def alone(what: str, percent: float) -> Perturbation:
+    """Return a row with one change, in per cent."""
+    return Perturbation(f"{what} {percent:+g} %", ((what, 1 + percent / 100),))
+
+
+NOMINAL = Perturbation("nominal")
+WORST = tuple((what, 1 + percent / 100) for what, percent in {
+    "load": 20, "inertia": 20, "supply": -10, "current": -20, "friction": 25, "drag": -30,
+}.items())  # fmt: skip
+USUAL = (  # those that are met first before any count is known: what has cost most steps in trials
+    Perturbation("all that is bad", WORST),
+    alone("current", -20),
+    alone("inertia", 20),
+    alone("supply", -10),
+    NOMINAL,
+    alone("load", 20),
+    alone("load", -20),
+    alone("inertia", -20),
+    alone("friction", 25),
+    alone("drag", -30),
+)
+_ITEM = re.compile(r"\s*([A-Za-z]+)\s*(±|\+-|\+/-|[+-])?\s*(\d+(?:\.\d+)?)\s*%\s*")
+EXAMPLE = 'such as "load 20%, supply -10%": without a sign, up and down; or "none"'
+
+
+def read_perturbations(given: str | Iterable[Perturbation] | None) -> tuple[Perturbation, ...]:
+    """Return the rows that a user asks for, always with the nominal one; None: the usual ones.
+
+    Raises:
+        UnknownName: no such quantity.
+        UsageError: no text such as "load 20%, supply -10%".
+    """
+    if given is None:
+        return USUAL
+    if not isinstance(given, str):
+        rows = tuple(given)
+        return rows if NOMINAL in rows else (*rows, NOMINAL)
+    if given.strip().lower() in ("none", ""):
+        return (NOMINAL,)
+    found: dict[str, Perturbation] = {}
+    for item in given.split(","):
+        for row in _rows(item):
+            found[row.name] = row
+    bad = {row.changes[0] for row in found.values()} & {*WORST}
+    together = (Perturbation("all that is bad", tuple(each for each in WORST if each in bad)),) * (len(bad) > 1)
+    return (*together, *found.values(), NOMINAL)
+
+
+def _rows(item: str) -> Iterator[Perturbation]:
+    match = _ITEM.fullmatch(item)
+    if match is None:
+        raise UsageError(f"perturbation {item.strip()!r}; allowed a quantity and per cent, {EXAMPLE}")
+    what, sign, percent = match[1].lower(), match[2], float(match[3])
+    if what not in CHANGES:
+        raise UnknownName(f"perturbation {what!r}; there are: {', '.join(CHANGES)}{hint(what, CHANGES)}")
+    for factor in (1, -1) if sign not in ("+", "-") else (1 if sign == "+" else -1,):
+        if factor * percent <= -100:
+            raise UsageError(f"perturbation {item.strip()!r}; allowed less than 100 % down")
+        yield alone(what, factor * percent)
+
+
+# --------------------------------------------------------------------------------------------------------- scenarios
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """One of the ways in which a candidate is judged; `first` is the command from which the move begins."""
+
+    name: str
+    motor: MotorData
+    driver: DriverData
+    load: LoadData
+    stepping: str
+    step_ps: int
+    direction: int = 1
+    first: int = 0
+    nominal: bool = False
+
+
+def scenarios(
+    system: System, rows: Sequence[Perturbation], stepping: str, step_ps: int, says: str = ""
+) -> tuple[Scenario, ...]:
+    """Return every way: each row that changes anything, in both directions; half steps from an even and an odd one.
+
+    Args:
+        says: what all their names end in.
+    """
+    found = []
+    seen: list[System] = []
+    for row in sorted(rows, key=lambda row: bool(row.changes)):  # what equals the nominal one is left out
+        changed = row.of(system)
+        if changed not in seen:
+            seen.append(changed)
+            found.append(row)
+    starts = ((0, ""), (1, ", from an odd step")) if stepping == "half" else ((0, ""),)
+    return tuple(
+        Scenario(f"{row.name}, {way}{odd}{says}", *row.of(system), stepping, step_ps, direction, first, not row.changes)
+        for row in sorted(found, key=rows.index)
+        for direction, way in ((1, "forward"), (-1, "backward"))
+        for first, odd in starts
+    )

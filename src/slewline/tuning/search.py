@@ -1,0 +1,139 @@
+"""The search: from the fastest move on, each by what has killed most so far, until one holds.
+
+Nothing is concluded from one move to another: the first that holds under every scenario is the fastest of the grid,
+whatever the shape of the region.  The scenarios of the nth candidate are in the order of what killed most among the
+first n/2, so that the result depends neither on how many runs are in flight nor on which is finished first.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from .perturbations import Scenario
+from .runs import Outcome, Runs
+
+WORST = 1.8  # steps of lag, at most, of a move that is recommended; at 2 a rotor is on the top between two places
+
+
+class Progress(NamedTuple):
+    """How far a search is: `left` candidates that are faster than the best so far are not decided yet."""
+
+    doing: str  # "listing the moves", "the fastest that holds" ...
+    done: int
+    total: int
+    left: int
+    best: int | None  # place
+    runs: int  # in this session
+    time_ps: int | None = None  # of the best so far
+
+
+OnProgress = Callable[[Progress], object]
+
+
+@dataclass(frozen=True, slots=True)
+class Picked:
+    """Places: the fastest move that holds, the one that is recommended, and the greatest lag of each."""
+
+    best: Outcome | None
+    recommended: Outcome | None
+    switched: bool  # the recommended one was judged with a switching chopper, too
+
+
+class BestFirst:
+    """One search.
+
+    Args:
+        runs: what judges.
+        scenarios: all that a move must hold under.
+        switching: the same with a switching chopper, for the move that is recommended; or none.
+        whole: judge every candidate, the nominal scenarios first; that is a map.
+    """
+
+    def __init__(
+        self,
+        runs: Runs,
+        scenarios: Sequence[Scenario],
+        switching: Sequence[Scenario] = (),
+        whole: bool = False,
+        on_progress: OnProgress = lambda _: None,
+    ) -> None:
+        self.runs, self.candidates, self.whole, self.on_progress = runs, runs.candidates, whole, on_progress
+        self.scenarios, self.switching = tuple(scenarios), tuple(switching)
+        self.known: dict[int, Outcome] = {}  # by place
+        self._killers: list[str | None] = []  # of the candidates, the fastest first
+        self._kills: Counter[str] = Counter()  # of the first `_counted` of them
+        self._counted = 0
+
+    def find(self) -> Picked:
+        """Return the fastest move that holds, and the one that is recommended."""
+        best: Outcome | None = None
+        for outcome in self.runs.outcomes(self.candidates.order, self._order, lambda number: number // 2):
+            self.known[outcome.place] = outcome
+            self._killers.append(outcome.killer.name if outcome.killer else None)
+            best = best or (outcome if outcome.holds else None)
+            self._report("map of the grid" if self.whole else "the fastest that holds", len(self.known), best)
+            if best and not self.whole:
+                break
+        if best is None:
+            return Picked(None, None, False)
+        return self._recommended(best)
+
+    def _report(self, doing: str, done: int, best: Outcome | None) -> None:
+        total = len(self.candidates)
+        left = max((self.candidates.rank[best.place] + 1 if best else total) - done, 0)
+        place = None if best is None else best.place
+        time = None if place is None else self.candidates.time_ps[place]
+        self.on_progress(Progress(doing, done, total, left, place, self.runs.here, time))
+
+    # ----------------------------------------------------------------------------------------------- order of scenarios
+    def _order(self, number: int) -> Sequence[Scenario]:
+        """The scenarios of the nth candidate, by how many they killed among the first n/2."""
+        while self._counted < number // 2:
+            killer = self._killers[self._counted]
+            if killer is not None:
+                self._kills[killer] += 1
+            self._counted += 1
+        return self._sorted(self._kills)
+
+    def _sorted(self, kills: Counter[str]) -> list[Scenario]:
+        return sorted(self.scenarios, key=lambda each: (not (self.whole and each.nominal), -kills[each.name]))
+
+    # ------------------------------------------------------------------------------------------------- the recommended
+    def _recommended(self, best: Outcome) -> Picked:
+        """Return the first move from the best one on that is good enough."""
+        order = self._sorted(Counter(filter(None, self._killers)))
+        first = self.candidates.rank[best.place]
+        for done, place in enumerate(self.candidates.order[first:], first):
+            self._report("the one to recommend", done, best)
+            around = self.candidates.neighbours(place)
+            if any(each in self.known and not self.known[each].holds for each in around):
+                continue
+            if (
+                all(each.holds and each.worst <= WORST for each in self._settled([place], order))
+                and all(each.holds for each in self._settled(around, order))
+                and self._switched(place, around)
+            ):
+                return Picked(best, self.known[place], bool(self.switching))
+        return Picked(best, None, False)
+
+    def _settled(self, places: Sequence[int], order: Sequence[Scenario]) -> Iterator[Outcome]:
+        """Yield outcomes of places; what is not known is judged, up to the first that does not hold."""
+        yield from (self.known[each] for each in places if each in self.known)
+        unknown = [each for each in places if each not in self.known]
+        for outcome in self.runs.outcomes(unknown, lambda _: order, lambda _: 0):
+            self.known[outcome.place] = outcome
+            yield outcome
+
+    def _switched(self, place: int, around: Sequence[int]) -> bool:
+        """Return whether a move holds with the switching chopper, too, and its neighbours under nominal conditions."""
+        nominal = [each for each in self.switching if each.nominal]
+        if not self.switching:
+            return True
+        for places, scenarios in (([place], self.switching), (around, nominal)):
+            for outcome in self.runs.outcomes(places, lambda _, scenarios=scenarios: scenarios, lambda _: 0):  # type: ignore[misc]
+                if not outcome.holds:
+                    return False
+        return True

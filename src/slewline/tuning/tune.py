@@ -1,0 +1,229 @@
+"""Tuning from Python: the fastest ramp of a chip that a motor follows.
+
+found = slewline.tune("cy525", motor="QSH4218-51-10-049", driver="L/4R 20 V", load="friction 5 mNm", steps=1000)
+print(found.best, found.recommended)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from concurrent.futures import Executor
+from os import PathLike, cpu_count
+from typing import Any
+
+from ..bench.circuit import crystal_for
+from ..chips import ramps_of
+from ..core.messages.whole import whole
+from ..errors import UsageError
+from ..language.ramps import Calculator
+from ..parts.motors.data import DriverData, LoadData, MotorData
+from ..parts.motors.law import CHOPPED_PS, STEP_PS
+from .candidates import Candidates
+from .executors import AHEAD, INLINE, Workers
+from .grid import Given, read_grid
+from .judging import judge
+from .log import Log
+from .perturbations import Perturbation, read_perturbations
+from .runs import Judge, Outcome, Runs
+from .search import BestFirst, OnProgress, Progress
+from .task import STEPPINGS, Chosen, MapPlace, Tuned, TuningTask
+
+MICRO = 256  # microsteps of a full step, at most
+
+
+def tune(
+    part: str,
+    *,
+    motor: str | Mapping[str, Any] | MotorData,
+    driver: str | Mapping[str, Any] | DriverData,
+    load: str | Mapping[str, Any] | LoadData | None = None,
+    steps: int,
+    grid: str | Mapping[str, Given] | None = None,
+    perturb: str | Iterable[Perturbation] | None = None,
+    stepping: str = "full",
+    crystal: str | int | None = None,
+    options: Mapping[str, Any] | None = None,
+    executor: Executor | None = None,
+    store: str | PathLike[str] | None = None,
+    full_map: bool = False,
+    switching: bool = True,
+    on_progress: OnProgress = lambda _: None,
+) -> Tuned:
+    """Return the fastest ramp of a grid that holds under every perturbation, and the one to recommend.
+
+    Moves come from the ramp calculator of the part, as it makes them.  A move is lost with 0.6 full steps or more
+    beside the command at rest, or more than 3.9 under way.  Recommended is the fastest move whose neighbours in the
+    grid all hold and whose lag never exceeds 1.8 steps.
+
+    Args:
+        part: "cy525", "gs-c200" ...
+        motor, driver, load: names of rows, texts, tables, or data of your own.
+        steps: of the move, from rest to rest.
+        grid: parameters and their values, "F=3..10 R=4..40 S=1..254/8", or by name; what is left out has values of
+            its own.
+        perturb: such as "load 20%, supply -10%"; "none"; by default load, inertia, supply, current, friction, drag,
+            and all that is bad at once.
+        stepping: "full", "wave", "half", or "micro 8": what a pulse is to the motor.
+        crystal, options: of the part, as for `slewline.ramp`.
+        executor: any of concurrent.futures, to judge several moves at a time; the result is the same.
+        store: a log of what was judged: a sweep that was interrupted goes on from there.
+        full_map: judge every candidate; `map` of the result has them.
+        switching: judge the recommended move with the switching chopper too, where the driver is the mean of one.
+        on_progress: called with a `Progress` after every candidate.
+
+    Raises:
+        UnknownName: no such part, parameter, motor or perturbation.
+        UsageError: values that are out of range, a store that cannot be used, or an executor that fails.
+        NothingHolds: every candidate loses steps (with `full_map` the map is returned instead).
+    """
+    task, calculator = task_of(part, motor, driver, load, steps, grid, perturb, stepping, crystal, options)
+    workers = INLINE if executor is None else Workers(executor, AHEAD * (cpu_count() or 1), "")
+    return perform(task, calculator, workers, store, full_map, switching, on_progress)
+
+
+def task_of(
+    part: str,
+    motor: str | Mapping[str, Any] | MotorData,
+    driver: str | Mapping[str, Any] | DriverData,
+    load: str | Mapping[str, Any] | LoadData | None,
+    steps: int,
+    grid: str | Mapping[str, Given] | None = None,
+    perturb: str | Iterable[Perturbation] | None = None,
+    stepping: str = "full",
+    crystal: str | int | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> tuple[TuningTask, Calculator]:
+    """Read what a user gives; raises as `tune`."""
+    calculator = ramps_of(part, options)
+    name = calculator.sheet.part
+    hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)
+    number = whole(steps)
+    if number is None or number < 1:
+        raise UsageError(f"{name}: a move of {steps!r} steps; allowed 1 and more")
+    places = read_grid(calculator, grid, hz)
+    rows = read_perturbations(perturb)
+    used, driven, loaded = _system(motor, driver, load)
+    told = {str(key): value for key, value in (options or {}).items()}
+    step_ps = CHOPPED_PS if driven.kind == "chopper" else STEP_PS
+    said = {"motor": motor, "driver": driver, "load": load}
+    pulse = _stepping(stepping)
+    return TuningTask(name, hz, told, number, pulse, used, driven, loaded, places, rows, step_ps, said), calculator
+
+
+def _system(
+    motor: str | Mapping[str, Any] | MotorData,
+    driver: str | Mapping[str, Any] | DriverData,
+    load: str | Mapping[str, Any] | LoadData | None,
+) -> tuple[MotorData, DriverData, LoadData]:
+    """The data of motor, driver and load, read where they are not data yet."""
+    from ..parts.motors.drivers import read_driver
+    from ..parts.motors.loads import check_holds, read_load
+    from ..parts.motors.motors import read_motor
+
+    used = read_motor(motor, "motor")
+    driven = read_driver(driver, "driver", used)
+    loaded = LoadData() if load is None else read_load(load, "load", used)
+    check_holds(used, driven, loaded)
+    return used, driven, loaded
+
+
+def _stepping(text: str) -> str:
+    """What a pulse is, checked."""
+    words = str(text).lower().split()
+    if words in (["full"], ["half"], ["wave"]):
+        return words[0]
+    if len(words) == 2 and words[0] == "micro" and words[1].isdecimal() and 1 <= int(words[1]) <= MICRO:
+        return f"micro {int(words[1])}"
+    raise UsageError(f"stepping {text!r}; allowed {STEPPINGS}, N from 1 to {MICRO}")
+
+
+def perform(
+    task: TuningTask,
+    calculator: Calculator,
+    workers: Workers = INLINE,
+    store: str | PathLike[str] | None = None,
+    full_map: bool = False,
+    switching: bool = True,
+    on_progress: OnProgress = lambda _: None,
+    judge: Judge = judge,
+) -> Tuned:
+    """BestFirst the grid of a task; arguments as for `tune`, and raises as it does."""
+    log = None if store is None else Log(str(store), task.as_json())
+    try:
+        size = task.grid.size
+
+        def listed(place: int) -> None:
+            on_progress(Progress("listing the moves", place, size, size, None, 0))
+
+        candidates = Candidates(calculator, task.grid, task.crystal_hz, task.steps, listed)
+        runs = Runs(judge, candidates, workers, log)
+        chopped = task.switching() if switching else ()
+        search = BestFirst(runs, task.scenarios(), chopped, full_map, on_progress)
+        found = search.find()
+    finally:
+        if log is not None:
+            log.close()
+    if found.best is None and not full_map:
+        raise nothing_holds(search)
+
+    def chosen(outcome: Outcome | None) -> Chosen | None:
+        if outcome is None:
+            return None
+        return Chosen(candidates.values(outcome.place), candidates.time_ps[outcome.place], outcome.worst)
+
+    return Tuned(
+        task,
+        len(candidates),
+        len(candidates.refused),
+        chosen(found.best),
+        chosen(found.recommended),
+        found.switched,
+        len(runs.asked),
+        runs.here,
+        len(candidates) * len(search.scenarios),
+        dict(runs.killed.most_common()),
+        tuple(_map(search)) if full_map else (),
+    )
+
+
+def _map(search: BestFirst) -> Iterable[MapPlace]:
+    """Yield every place of the grid, in its order."""
+    candidates = search.candidates
+    for place in range(candidates.grid.size):
+        values = candidates.values(place)
+        outcome = search.known.get(place)
+        if outcome is None:
+            yield MapPlace(values, None, "refused", None, None)
+            continue
+        killer = outcome.killer
+        says = "holds" if killer is None else "fails nominally" if killer.nominal else "fails"
+        yield MapPlace(values, candidates.time_ps[place], says, killer.name if killer else None, outcome.worst)
+
+
+REMEDIES = {  # by the first word of what kills, what may help
+    "load": "less torque, or a stronger motor",
+    "inertia": "less inertia, or gentler ramps in the grid",
+    "supply": "a higher supply, or lower rates in the grid",
+    "current": "more current, or a stronger motor",
+    "friction": "less friction",
+    "drag": "a damper, or another rate: a motor that is hardly damped swings itself out of step near its resonance",
+    "all": "slower and gentler ramps in the grid, a stronger motor, or smaller perturbations",
+    "nominal": "slower and gentler ramps in the grid, more supply or current, a damper, or a stronger motor",
+}
+
+
+def nothing_holds(search: BestFirst) -> UsageError:
+    """Return the error that says what kills the slowest candidate, and what may help."""
+    from .task import NothingHolds
+
+    candidates = search.candidates
+    slowest = candidates.order[-1]
+    killer = search.known[slowest].killer
+    name = "" if killer is None else killer.name
+    told = candidates.calculator.told(candidates.values(slowest))
+    values = " ".join(f"{key}={value}" for key, value in told.items())
+    remedy = REMEDIES.get(name.partition(" ")[0].rstrip(","), REMEDIES["nominal"])
+    return NothingHolds(
+        f"{candidates.calculator.sheet.part}: none of {len(candidates)} moves holds; the slowest, {values}, loses "
+        f"steps under {name!r}; try {remedy}"
+    )

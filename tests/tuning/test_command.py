@@ -1,0 +1,115 @@
+"""slewline tune: what it prints, writes and refuses."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import slewline
+from slewline.cli.main import invoke
+from slewline.cli.tune import workers_of
+
+MOTOR = ("--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V", "--load", "inertia 6.8e-6, friction 5 mNm")
+QUICK = (*MOTOR, "--steps", "24", "--grid", "F=4,30 R=8,14,40 S=200", "--perturb", "inertia 20%, current -20%")
+
+
+@pytest.fixture(autouse=True)
+def plain_python(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Short moves: to compile takes longer."""
+    monkeypatch.setattr("slewline.tuning.judging.engine", lambda: "python")
+    monkeypatch.setattr("slewline.tuning.pictures.engine", lambda: "python")
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def call(capsys: pytest.CaptureFixture[str]) -> Any:
+    def called(*arguments: str) -> tuple[int, str, str]:
+        status = invoke(["tune", *arguments])
+        return (status, *capsys.readouterr())
+
+    return called
+
+
+def test_what_it_prints_and_writes(call: Any, tmp_path: Path) -> None:
+    status, out, _ = call("cy525", *QUICK, "--bench", "found.toml", "--plot", "found.svg", "--store", "log.jsonl")
+    lines = dict(line.split(None, 1) for line in out.splitlines() if not line.startswith((" ", "cy525", "wrote")))
+    assert status == 0 and out.startswith("cy525, QSH4218-51-10-049: 24 steps, F=4,30 R=8,14,40 S=200 Z=1\n")
+    assert lines["candidates"] == "6; 10 runs each"
+    found = slewline.tune("cy525", motor=MOTOR[1], driver=MOTOR[3], load=MOTOR[5], steps=24, grid=QUICK[9],
+                          perturb=QUICK[11], full_map=True)  # fmt: skip
+    assert found.best is not None and lines["best"].startswith(
+        f"F {found.best.values['F']}, R {found.best.values['R']}, S 200, Z 1: "
+    )
+    assert lines["runs"] == f"{found.runs} of {found.exhaustive}"
+    tables = tomllib.loads((tmp_path / "found.toml").read_text("utf-8"))
+    assert tables["part"][0]["driver"] == "L/4R 20 V" and tables["host"][0]["script"][-1] == "G"
+    assert lines["commands"] == "; ".join(tables["host"][0]["script"])
+    picture = (tmp_path / "found.svg").read_text("utf-8")
+    assert "The curve is not the judge" in picture and "Map of R and F: " in picture
+    assert len((tmp_path / "log.jsonl").read_text("utf-8").splitlines()) == 1 + found.runs
+    again = call("cy525", *QUICK, "--store", "log.jsonl", "--map", "--jobs", "1")[1]
+    assert f"runs          {found.runs} of {found.exhaustive}, 0 of them now" in again and "lost: " in again
+
+
+def test_the_same_picture_has_the_same_bytes(call: Any, tmp_path: Path) -> None:
+    pictures = []
+    for name in ("one.svg", "two.svg"):
+        assert call("cy525", *QUICK, "--plot", name, "--store", "log.jsonl")[0] == 0
+        pictures.append((tmp_path / name).read_bytes())
+    assert pictures[0] == pictures[1]
+
+
+def test_as_data(call: Any) -> None:
+    status, out, _ = call("cy525", *QUICK, "--json", "--map", "--jobs", "1")
+    found = json.loads(out)
+    assert status == 0 and found["task"]["driver"]["kind"] == "voltage" and len(found["map"]) == 6
+    assert found["best"]["values"]["S"] == 200 and found["best"]["time_ps"] > 0 and found["candidates"] == 6
+    assert "map" not in json.loads(call("cy525", *QUICK, "--json")[1])
+
+
+def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken: list[int] = []
+    monkeypatch.setattr("slewline.cli.tune.processes", taken.append)
+    monkeypatch.setattr("os.cpu_count", lambda: 5)
+    for jobs, full_map in ((None, False), (None, True), (3, True), (3, False)):
+        workers_of(jobs, None, full_map)
+    assert taken == [1, 5, 3, 3]
+
+
+@pytest.mark.parametrize(("arguments", "says"), [
+    (("--grid", "Q=3"), "cy525: no parameter 'Q'; there are: F, R, S, Z, ramp_unit, ramp_jumps"),
+    (("--grid", "F="), "cy525: F '': no values; allowed a range such as 3..10"),
+    (("--grid", "F=0..127 R=0..127 S=1..255"), "4177920 places; allowed 1000000; give fewer values, such as /12"),
+    (("--perturb", "lod 20%"), "perturbation 'lod'; there are: load, inertia"),
+    (("--stepping", "quarter"), "stepping 'quarter'; allowed full, wave, half, or \"micro N\", N from 1 to 256"),
+    (("--steps", "0"), "cy525: a move of 0 steps; allowed 1 and more"),
+    (("--steps", "70000"), "none of 6 places gives a move; the first: cy525: a move of 70000 steps; allowed 1..65535"),
+    (("--jobs", "0"), "jobs 0; allowed 1..256 processes"),
+    (("--jobs", "1", "--dask", "tcp://x:1"), "--jobs and --dask: give one of the two"),
+    (("--store", "nowhere/log.jsonl"), "nowhere/log.jsonl: there is no directory 'nowhere'; make it, or name another"),
+    (("--plot", "found.gif"), "found.gif: give a name that ends in .svg, .png or .pdf"),
+    (("--bench", "found.txt"), "found.txt: give a name that ends in .toml"),
+    (("--motor", "QSH4218-51-10-94"), "motor 'QSH4218-51-10-94'; there are: "),
+    (("--driver", "24 hamsters"), "driver"),
+    (("--load", "torque 3 Nm"), "load: "),
+    (("--load", "inertia -1"), "load: inertia"),
+])  # fmt: skip
+def test_mistakes(call: Any, arguments: tuple[str, ...], says: str) -> None:
+    status, out, err = call("cy525", *QUICK, *arguments)
+    assert status == 2 and not out and err.startswith("slewline: ") and says in err
+
+
+def test_where_nothing_holds(call: Any) -> None:
+    fast = ("cy525", *MOTOR, "--steps", "200", "--grid", "F=30 R=60,80 S=250")
+    status, out, err = call(*fast)
+    assert status == 2 and not out
+    assert (
+        "cy525: none of 2 moves holds; the slowest, F=30 R=60 S=250 Z=1, loses steps under '" in err and "; try " in err
+    )
+    status, out, _ = call(*fast, "--map", "--jobs", "1", "--plot", "none.svg")
+    assert status == 1 and "best          none: every move loses steps" in out and "2 fails nominally" in out
+    assert "commands" not in out and not Path("none.svg").exists()

@@ -1,0 +1,129 @@
+"""A cluster of Dask: a real scheduler and two workers on loopback; the same result; what is said when it is gone."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from time import monotonic, sleep
+
+import pytest
+
+from slewline.chips import ramps_of
+from slewline.cli.main import invoke
+from slewline.errors import UsageError
+from slewline.tuning.executors import INLINE, dask
+from slewline.tuning.judging import Trial, Verdict
+from slewline.tuning.task import Tuned
+from slewline.tuning.tune import perform
+
+from .stand_in import hits, task
+
+distributed = pytest.importorskip("distributed")
+pytestmark = pytest.mark.filterwarnings("ignore")  # those of Dask are not ours
+ROOT = Path(__file__).parents[2]
+NOBODY = "tcp://127.0.0.1:9"
+CLUSTER = """
+import sys
+from distributed import LocalCluster
+if __name__ == "__main__":
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
+        print(cluster.scheduler_address, flush=True)
+        sys.stdin.read()
+"""
+
+
+class Cluster:
+    """A scheduler with two workers, in processes of their own."""
+
+    def __init__(self, folder: Path) -> None:
+        script = folder / "cluster.py"
+        script.write_text(CLUSTER)
+        paths = os.pathsep.join([str(ROOT), *sys.path])
+        self.process = subprocess.Popen(
+            [sys.executable, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            text=True, env=os.environ | {"PYTHONPATH": paths},
+        )  # fmt: skip
+        assert self.process.stdout is not None
+        self.address = self.process.stdout.readline().strip()
+
+    def kill(self) -> None:
+        """Kill the scheduler; its workers end when they miss it."""
+        self.process.kill()
+
+    def close(self) -> None:
+        """End all of it."""
+        assert self.process.stdin is not None and self.process.stdout is not None
+        self.process.stdin.close()
+        self.process.stdout.close()
+        self.process.wait(20)
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    made = Cluster(tmp_path_factory.mktemp("dask"))
+    yield made
+    made.close()
+
+
+def slowly(run: Trial) -> Verdict:
+    """Judge in 5 ms."""
+    sleep(0.005)
+    return hits(run)
+
+
+@pytest.mark.parametrize("full_map", [False, True])
+def test_the_result_of_a_cluster_is_the_same(cluster: Cluster, full_map: bool) -> None:
+    made = task("cy525", "F=3,6 R=4..24/5 S=1..250/3", steps=200)
+
+    def found(workers: object) -> Tuned:
+        return perform(made, ramps_of(made.part), workers, full_map=full_map, judge=hits)  # type: ignore[arg-type]
+
+    with dask(cluster.address) as workers:
+        assert workers.window == 4
+        together = found(workers)
+    assert replace(together, runs_here=0) == replace(found(INLINE), runs_here=0)
+
+
+def test_a_cluster_that_dies_costs_nothing_of_the_log(tmp_path: Path) -> None:
+    made, path = task("gs-c200s"), tmp_path / "tune.jsonl"
+    cluster = Cluster(tmp_path)
+    killed: list[float] = []
+
+    def kill(now: object) -> None:
+        if path.read_bytes().count(b"\n") > 40 and not killed:
+            killed.append(monotonic())
+            cluster.kill()
+
+    try:
+        with pytest.raises(UsageError) as caught, dask(cluster.address) as workers:
+            perform(made, ramps_of(made.part), workers, path, full_map=True, judge=slowly, on_progress=kill)
+    finally:
+        cluster.close()
+    says = str(caught.value)
+    assert f"Dask cluster {cluster.address!r} is gone; allowed the address of a running scheduler" in says
+    assert "tune.jsonl has all that was judged: the same command goes on there" in says
+    assert monotonic() - killed[0] < 20
+    kept = path.read_bytes().count(b"\n") - 1
+    assert kept >= 40
+    again = perform(made, ramps_of(made.part), INLINE, path, full_map=True, judge=hits)
+    assert again.runs_here == again.runs - kept
+
+
+def test_where_there_is_no_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slewline.tuning.executors.PATIENCE", "500 ms")
+    for address in (NOBODY, "nonsense://x", "tcp://"):
+        with pytest.raises(UsageError) as caught, dask(address):
+            pass
+        says = str(caught.value)
+        assert says.startswith(f"Dask cluster {address!r}: ") and "such as tcp://127.0.0.1:8786" in says, says
+
+
+def test_the_command_says_it_too(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("slewline.tuning.executors.PATIENCE", "500 ms")
+    motor = ["--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V"]
+    status = invoke(["tune", "cy525", *motor, "--steps", "100", "--dask", NOBODY])
+    assert status == 2 and f"slewline: Dask cluster '{NOBODY}': " in capsys.readouterr().err

@@ -1,0 +1,86 @@
+"""The judge over the physics: who is lost, who is not, in both directions, and what rings for a while."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import slewline
+from slewline.parts.motors.data import DriverData, LoadData
+from slewline.parts.motors.motors import read_motor
+from slewline.tuning import judging
+from slewline.tuning.judging import Trial, Verdict, judge
+from slewline.tuning.perturbations import NOMINAL, Scenario, scenarios
+
+MOTOR = read_motor("QSH4218-51-10-049")
+DRIVER = DriverData(kind="current", current=1.0)
+LOAD = LoadData(inertia=6.8e-6, friction=5e-3)
+
+
+@pytest.fixture(autouse=True)
+def plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Short moves: to compile takes longer."""
+    monkeypatch.setattr(judging, "engine", lambda: "python")
+
+
+def ways(stepping: str = "full", load: LoadData = LOAD, step_ps: int = 50_000_000) -> tuple[Scenario, ...]:
+    return scenarios((MOTOR, DRIVER, load), (NOMINAL,), stepping, step_ps)
+
+
+@cache
+def even(rate: int, steps: int) -> tuple[int, ...]:
+    return tuple(int(1e12 / rate) * n for n in range(steps))
+
+
+def verdict(rate: int, scenario: Scenario, steps: int = 24) -> Verdict:
+    return judge(Trial(np.array(even(rate, steps), np.int64), scenario))
+
+
+@pytest.mark.parametrize("direction", [0, 1])
+def test_a_slow_move_holds_and_a_fast_start_is_lost(direction: int) -> None:
+    scenario = ways()[direction]
+    slow, fast = verdict(800, scenario), verdict(4000, scenario)
+    assert not slow.lost and abs(slow.error) < 0.1 and 0.5 < slow.worst < 2
+    assert fast.lost and fast.worst > 3.9
+
+
+def test_where_steps_are_lost_the_rotor_stops_early() -> None:
+    fast = verdict(4000, ways()[0], 400)
+    assert fast.lost and 3.9 < fast.worst < 5.2  # the run ends at the limit
+
+
+def test_what_rings_is_watched_until_it_rests() -> None:
+    free = replace(LOAD, friction=0.0)
+    found = verdict(150, ways(load=free)[0], 2)
+    assert not found.lost and abs(found.error) < 0.6
+
+
+def test_half_steps_may_begin_at_either() -> None:
+    for scenario in ways("half"):
+        found = verdict(1200, scenario)
+        assert not found.lost and abs(found.error) < 0.1
+
+
+def test_a_weight_pulls_backward() -> None:
+    forward, backward = (verdict(800, each).error for each in ways(load=replace(LOAD, torque=0.06)))
+    assert forward > 0.02 and backward > 0.02  # the rotor hangs below its command either way
+
+
+def test_the_first_step_is_at_the_start_of_the_move() -> None:
+    times = np.array(even(800, 10), np.int64)
+    one, other = (judge(Trial(times + shift, ways()[0])) for shift in (0, 7_000_000_000))
+    assert one == other
+
+
+def test_a_found_ramp_holds_under_the_judge(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = slewline.tune(
+        "cy525", motor="QSH4218-51-10-049", driver="L/4R 20 V", load="inertia 6.8e-6, friction 5 mNm, torque 30 mNm",
+        steps=30, grid="F=4,8 R=8..14 by 3 S=200", perturb="load 20%, current -20%",
+    )  # fmt: skip
+    assert found.best is not None and found.runs < found.exhaustive
+    times = slewline.ramp("cy525", **dict(found.best.values)).move(30).times()
+    assert not any(judge(Trial(times, each)).lost for each in found.task.scenarios())
+    assert max(judge(Trial(times, each)).worst for each in found.task.scenarios()) == found.best.worst
