@@ -382,16 +382,25 @@ def attaches(kind: str, part: Part, chip: Chip) -> bool:
 MOTORS_PAGE = """\
 # Motors, drivers and loads
 
-What [`stepper`](../howto/motors.md) takes as `motor`, `driver` and `load`, and `slewline calibrate` and `slewline tune` likewise:
-a name, text, or a table of figures. A figure is a number in the unit of the table, or text with a unit, such as
-`"68 g cm2"`. [What the model leaves out](../explanation/motors.md) says what the figures stand for.
+What [`stepper`](../howto/motors.md) takes as `motor`, `driver` and `load`, and `slewline calibrate` and `slewline
+tune` likewise: a name, text, or a table of figures. A figure is a number in the unit of the table, or text with a
+unit, such as `"68 g cm2"`. [What the model leaves out](../explanation/motors.md) says what the figures stand for.
 
 ## Motors
 
-Hybrid motors with 200 full steps a turn; windings, holding torque with two phases on, and inertia of the rotor are those of the
-source. The drag by iron loss is on none of the sheets; 2.66 ms times the holding torque is taken.
+Hybrid motors with 200 full steps a turn; windings, holding torque with two phases on, and inertia of the rotor are
+those of the source. The drag by iron loss is on none of the sheets; 2.66 ms times the holding torque is taken.
 """
-SOURCES_NOTE = "Some rows are estimates in part, as their sources say. Check a row against the sheet of the motor that you have."
+SOURCES_NOTE = "Some rows are estimates in part, as their sources say. Check a row against the sheet of your motor."
+DRIVER_TEXTS = """\
+`{supply:V}` stands for a number and its unit, `24 V`; `L/{times:R}` for `L/4R`. A text without a kind is `averaged`,
+and with a frequency or a decay `chopper`. The current is that of a phase with two phases on; without it the rated
+current of the motor holds.
+"""
+LOAD_TEXTS = """\
+A text has names and figures between commas, `inertia 68 g cm2, friction 10 mNm`; a table has the same. `mass` with
+`lead` is a linear axis: its inertia, its friction by `force`, its weight if it is `vertical`.
+"""
 
 
 def motors_page() -> str:
@@ -406,35 +415,34 @@ def motors_page() -> str:
         for row in motors.MOTORS.values()
     )  # fmt: skip
     listed = "\n".join(f"{n}. {source}" for n, source in enumerate(sources, 1))
-    forms = table(("text", "sets"), ((f"`{form}`", "; ".join(f"{k} = {v}" for k, v in sets.items()))
-                                     for form, sets in drivers.SAYINGS.items()))  # fmt: skip
-    kinds = table(
-        ("kind", "figures"), ((f"`{kind}`", ", ".join(f"`{name}`" for name in names)) for kind, names in drivers.TAKES.items())
+    sayings = (
+        (f"`{form}`", "; ".join(f"{name} = {value}" for name, value in sets.items()))
+        for form, sets in drivers.SAYINGS.items()
     )
-    bought = table(
-        ("driver", "switches at", "supply, V", "most, A", "source"),
+    kinds = ((f"`{kind}`", ", ".join(f"`{name}`" for name in names)) for kind, names in drivers.TAKES.items())
+    bought = (
         (
-            (f"`{name}`", f"{row.data.frequency / 1e3:g} kHz, {row.data.decay} decay", f"{row.supply[0]:g} to {row.supply[1]:g}",
-             f"{row.most:g}", row.data.source)
-            for name, row in drivers.DRIVERS.items()
-        ),
+            f"`{name}`", f"{row.data.frequency / 1e3:g} kHz, {row.data.decay} decay",
+            f"{row.supply[0]:g} to {row.supply[1]:g}", f"{row.most:g}", row.data.source,
+        )
+        for name, row in drivers.DRIVERS.items()
     )  # fmt: skip
-    examples = "\n".join(f"    {text}" for text in drivers.EXAMPLES)
-    return (
-        f"{NOTE}{MOTORS_PAGE}\n{table(columns, rows)}\n\n{listed}\n\n{SOURCES_NOTE}\n\n"
-        "### A motor of your own\n\n`like` takes all figures of a row; what else is given replaces one.\n\n"
-        f"{option_table(motors.FIGURES)}\n\n"
-        "## Drivers\n\nA text has parts between commas, in any order:\n\n"
-        f"{examples}\n\n{forms}\n\n`{{supply:V}}` stands for a number and its unit, `24 V`; `L/{{times:R}}` for `L/4R`. A text "
-        "without a kind is `averaged`, and with a frequency or a decay `chopper`. The current is that of a phase with two "
-        "phases on; without it the rated current of the motor holds.\n\n"
-        f"Drivers that can be bought stand in a text, or in a table as `like`:\n\n{bought}\n\n"
-        f"### A driver as a table\n\n{option_table(drivers.FIGURES)}\n\nBeside {', '.join(f'`{n}`' for n in drivers.ALWAYS)} "
-        f"a driver has the figures of its kind:\n\n{kinds}\n\n"
-        "## Loads\n\nA text has names and figures between commas, `inertia 68 g cm2, friction 10 mNm`; a table has the same. "
-        "`mass` with `lead` is a linear axis: its inertia, its friction by `force`, its weight if it is `vertical`.\n\n"
-        f"{option_table(loads.FIGURES)}\n"
-    )
+    always = ", ".join(f"`{name}`" for name in drivers.ALWAYS)
+    return "\n\n".join(
+        (
+            f"{NOTE}{MOTORS_PAGE}\n{table(columns, rows)}", listed, SOURCES_NOTE,
+            "### A motor of your own", "`like` takes all figures of a row; what else is given replaces one.",
+            option_table(motors.FIGURES),
+            "## Drivers", "A text has parts between commas, in any order:",
+            "\n".join(f"    {text}" for text in drivers.EXAMPLES),
+            table(("text", "sets"), sayings), DRIVER_TEXTS.strip(),
+            "Drivers that can be bought stand in a text, or in a table as `like`:",
+            table(("driver", "switches at", "supply, V", "most, A", "source"), bought),
+            "### A driver as a table", option_table(drivers.FIGURES),
+            f"Beside {always} a driver has the figures of its kind:", table(("kind", "figures"), kinds),
+            "## Loads", LOAD_TEXTS.strip(), f"{option_table(loads.FIGURES)}\n",
+        )
+    )  # fmt: skip
 
 
 # ---------------------------------------------------------------------------------------------------------- conformance

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-GIVEN = ("calibrate", "--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V", "--load", "inertia 68 g cm2, friction 1 mNm")
+GIVEN = (
+    "calibrate",
+    "--motor",
+    "QSH4218-51-10-049",
+    "--driver",
+    "L/4R 20 V",
+    "--load",
+    "inertia 68 g cm2, friction 1 mNm",
+)
 
 
 def test_constants_and_rows_are_printed(call):
@@ -13,7 +21,11 @@ def test_constants_and_rows_are_printed(call):
     assert friction.startswith("friction ") and friction.endswith(" mN m; so far 1")
     assert iron.startswith("iron loss ") and iron.endswith(" mN m s; so far 1.3")
     assert motor.startswith('motor = { like = "QSH4218-51-10-049", iron = 0.00')
-    assert load.startswith('load = "inertia 68 g cm2, friction ') and load.endswith(' mNm"') and load.count("friction") == 1
+    assert (
+        load.startswith('load = "inertia 68 g cm2, friction ')
+        and load.endswith(' mNm"')
+        and load.count("friction") == 1
+    )
 
 
 def test_the_same_as_data(call):

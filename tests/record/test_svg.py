@@ -52,3 +52,33 @@ def test_a_picture_is_the_same_to_a_hundredth(tmp_path):
     assert len(short) < 0.8 * len(path)
     for (x, y), (_, drawn_x, drawn_y) in zip(points(short), drawn, strict=True):
         assert abs(x - drawn_x) <= 0.005001 and abs(y - drawn_y) <= 0.005001
+
+
+def dot(x, y, style="fill: #123"):
+    return f'<use xlink:href="#m1" x="{x}" y="{y}" style="{style}"/>'
+
+
+def test_many_dots_have_their_style_once():
+    drawn = (
+        f'<g clip-path="url(#p)">\n {dot("1.004", "200.126")}\n {dot("2.5", "3")}\n {dot("0.25", "-4.000001")}\n</g>'
+    )
+    assert compact(drawn.encode()).decode() == (
+        '<g clip-path="url(#p)" style="fill: #123">\n <use xlink:href="#m1" x="1" y="200.13"/>\n'
+        ' <use xlink:href="#m1" x="2.5" y="3"/>\n <use xlink:href="#m1" x=".25" y="-4"/>\n</g>'
+    )
+    for other in (f"<g>{dot(1, 2)}{dot(3, 4)}</g>", f"<g>{dot(1, 2)}{dot(3, 4)}{dot(5, 6, 'fill: #456')}</g>"):
+        assert compact(other.encode()).decode() == other  # few, or not all alike
+
+
+def text(says, font="Sans", turned="-0 1.5 2"):
+    return f'<text style="font-size: 8px; font-family: {font}; fill: #123" transform="rotate({turned})">{says}</text>'
+
+
+def test_text_has_its_font_once_and_only_turned_text_is_turned():
+    drawn = f"<style>*{{a: b}}</style>{text(1)}{text(2, turned='-90 1 2')}"
+    assert compact(drawn.encode()).decode() == (
+        '<style>*{a: b}text{font-family: Sans}</style><text style="font-size: 8px; fill: #123">1</text>'
+        '<text style="font-size: 8px; fill: #123" transform="rotate(-90 1 2)">2</text>'
+    )
+    two = f"<style></style>{text(1, turned='9 1 2')}{text(2, 'Serif', turned='9 1 2')}"
+    assert compact(two.encode()).decode() == two

@@ -184,7 +184,9 @@ def ramp_command(**options: Any) -> int:
     return ramp(**options)
 
 
-@cli.command("calibrate", short_help="Friction and iron loss of a motor, from the rates at which it stalls.", epilog=EXIT)
+@cli.command(
+    "calibrate", short_help="Friction and iron loss of a motor, from the rates at which it stalls.", epilog=EXIT
+)
 @click.option("--motor", required=True, metavar="NAME", help="A motor of the list, such as QSH4218-51-10-049.")
 @click.option("--driver", required=True, metavar="TEXT", help="Its driver, such as 'L/4R 20 V' or '24 V, 1 A'.")
 @click.option("--load", default="", metavar="TEXT", help="What it drove, such as 'inertia 68 g cm2'.")

@@ -31,7 +31,9 @@ def limit(does, low, high):
 def measured(motor, load):
     """What would be measured on such a motor: the rate at which it starts, and at which it stalls."""
     law = Law(motor, DRIVER, load)
-    return limit(lambda rate: room._starts(law, rate), 800, 1600), limit(lambda rate: room._comes_to(law, rate), 1800, 3600)
+    return limit(lambda rate: room._starts(law, rate), 800, 1600), limit(
+        lambda rate: room._comes_to(law, rate), 1800, 3600
+    )
 
 
 def test_both_constants_come_out_of_what_is_measured():

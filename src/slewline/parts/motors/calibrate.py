@@ -4,8 +4,8 @@
     pull-out rate       where it stalls when it is sped up slowly, with some torque    -> iron loss
 
 The more friction, or iron loss, the lower the rate.  So each constant is the greatest with which the motor, as it is
-simulated, still does what was measured: the range is halved until it is known.  Where both are measured they are found in turn, until they
-agree, since each counts in the other's measurement.
+simulated, still does what was measured: the range is halved until it is known.  Where both are measured they are found
+in turn, until they agree, since each counts in the other's measurement.
 """
 
 from __future__ import annotations
@@ -132,9 +132,7 @@ def _friction(motor: MotorData, driver: DriverData, load: LoadData, rate: float,
     )
 
 
-def _iron(
-    motor: MotorData, driver: DriverData, load: LoadData, rate: float, torque: float, steps: str
-) -> float:
+def _iron(motor: MotorData, driver: DriverData, load: LoadData, rate: float, torque: float, steps: str) -> float:
     """The iron loss with which it just comes to a rate."""
     loaded = replace(load, torque=load.torque + torque)
 
@@ -153,7 +151,9 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
     It is looked for from above: with too little drag a motor may swing itself out of step at medium rates.
     """
     if does(most):
-        raise UsageError(f"{measured}: this motor does more even with a {what} of {bound}; check motor, driver and load")
+        raise UsageError(
+            f"{measured}: this motor does more even with a {what} of {bound}; check motor, driver and load"
+        )
     high = most
     for low in (*(most * COARSE**n for n in range(1, TRIES)), 0.0):
         if does(low):
@@ -161,8 +161,8 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
         high = low
     else:
         raise UsageError(
-            f"{measured}: this motor does not come to it even without {what}; check motor, driver, supply and load, and "
-            "that the rate is in full steps/s"
+            f"{measured}: this motor does not come to it even without {what}; check motor, driver, supply and load, "
+            "and that the rate is in full steps/s"
         )
     while high - low > EXACT * high and high > most * COARSE**TRIES:
         middle = (low + high) / 2

@@ -33,7 +33,7 @@ class Losses:
         self._done = run.stretches[0].first.t
         self._since: int | None = None  # it has been out of step from this instant on
         self._last: tuple[int, float, int] | None = None  # the last point: instant, lag, steps from place to place
-        self._away: tuple[int, float] | None = None  # since when, and at which speed, it has been more than half of them off
+        self._away: tuple[int, float] | None = None  # since when, and how fast then, it has been half of them off
         self._held = False  # at a hard stop
         self._settled: tuple[int, int] | None = None  # where it has been since when, while it is out of step
 

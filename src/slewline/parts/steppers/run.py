@@ -241,7 +241,7 @@ class Run:
 
 
 def with_jumps(law: Law, before: Point, columns: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return grid points after a point before them, twice where an input has an edge: with the old and the new command."""
+    """Return grid points after a point before them, twice at edges of the inputs: with the old and the new command."""
     import numpy as np
 
     times, states, commands, codes = columns

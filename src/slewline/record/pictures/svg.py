@@ -5,11 +5,31 @@ from __future__ import annotations
 import re
 
 PATH = re.compile(rb' d="([^"]*)"')
+DOT = rb'<use xlink:href="[^"]*" x="[^"]*" y="[^"]*"'
+DOTS = re.compile(rb'<g([^>]*)>(\s*)(%b) style="([^"]*)"/>((?:\s*%b style="\4"/>){2,})(\s*)</g>' % (DOT, DOT))
+FONT = re.compile(rb"font-family: [^;\"]*; ")
+UPRIGHT = re.compile(rb' transform="rotate\(-?0 [^)]*\)"')
+WHERE = re.compile(rb' ([xy])="(-?[0-9.]+)"')
 
 
 def compact(svg: bytes) -> bytes:
-    """Return the same drawing with short paths: points to a hundredth, each line by how far it goes."""
-    return PATH.sub(lambda found: b' d="%s"' % _shorter(found[1].decode()).encode(), svg)
+    """Return the same drawing with short paths: points to a hundredth, each line by how far it goes.
+
+    Many dots that look the same have their style once, and all text its font.
+    """
+    svg = UPRIGHT.sub(b"", PATH.sub(lambda found: b' d="%s"' % _shorter(found[1].decode()).encode(), svg))
+    fonts = set(FONT.findall(svg))
+    if len(fonts) == 1 and b"</style>" in svg:
+        svg = FONT.sub(b"", svg).replace(b"</style>", b"text{%b}</style>" % fonts.pop().rstrip(b"; "), 1)
+    return DOTS.sub(_once, svg)
+
+
+def _once(found: re.Match[bytes]) -> bytes:
+    """A group of dots with the style of all of them."""
+    group, space, first, style, others, end = found.groups()
+    dots = first + b"/>" + others.replace(b' style="%b"' % style, b"")
+    dots = WHERE.sub(lambda at: b' %b="%b"' % (at[1], _number(_hundredths(at[2].decode())).encode()), dots)
+    return b'<g%b style="%b">%b%b%b</g>' % (group, style, space, dots, end)
 
 
 def _shorter(path: str) -> str:
