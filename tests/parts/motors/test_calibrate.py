@@ -79,3 +79,15 @@ def test_what_cannot_be_is_said(given, says):
 def test_more_than_the_motor_could_with_any_constant_is_said():
     with pytest.raises(UsageError, match="it: this motor does more even with a drag of 3"):
         room._greatest(lambda constant: True, 3.0, "it", "drag", "3")
+
+
+def test_a_law_is_that_of_the_part():
+    import slewline
+
+    law = slewline.motor_law("17HS4401", "24 V, 1 A", "inertia 54 g cm2", steps="half")
+    part = slewline.Bench().part(
+        "stepper", "m", motor="17HS4401", driver="24 V, 1 A", load="inertia 54 g cm2", steps="half"
+    )
+    assert law == part._law
+    with pytest.raises(UsageError, match=r"load: 2 N m at rest"):
+        slewline.motor_law(load="torque 2")

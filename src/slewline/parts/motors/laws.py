@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
 from .drivers import read_driver
@@ -12,10 +11,10 @@ from .loads import check_holds, read_load
 from .motors import read_motor
 
 
-def law_of(
+def motor_law(
     motor: Any = "QSH4218-51-10-049",
     driver: Any = "24 V, 1 A",
-    load: str | Mapping[str, Any] = MappingProxyType({}),
+    load: str | Mapping[str, Any] = "",
     steps: str = "full",
     step_ps: int = 0,
 ) -> Law:
