@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from ...errors import UsageError
+from ...extras import needs
 from .integrator import Engine
 
 if TYPE_CHECKING:
@@ -191,7 +192,7 @@ class Integration:
         if self.named != "numba":
             return model.python
         if not numba_is_there():
-            raise UsageError("engine 'numba' needs Numba; pip install 'slewline[fast]', or leave the engine out")
+            raise UsageError(needs("engine 'numba' needs", "fast"))
         return model.numba
 
     def trace(

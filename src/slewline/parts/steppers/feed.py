@@ -86,8 +86,8 @@ class Feed:
 
     @property
     def now(self) -> Piece:
-        """What the pins show at present."""
-        return self.pieces[-1]
+        """What the pins show at present; nothing, as long as they are not wired."""
+        return self.pieces[-1] if self.pieces else Piece(0, ())
 
     def edges(self, start: int, stop: int, command: int, code: int) -> Edges:
         """Return the edges at start < t <= stop (ps), after what was in force at `start`."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -10,17 +9,20 @@ from typing import TYPE_CHECKING
 from ...core.motion.history import Polyline
 from ...core.wires.clocking import ClockEdges
 from ...errors import UsageError
+from ..shafts.counter import CountScale
 from ..shafts.shaft import Place, Shaft
-from .passing import Passings, RunCounter, Track
+from .passing import Passings
+from .tracks import Track
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     import numpy as np
     from numpy.typing import NDArray
 
     from ...core.time.kernel import Kernel
-    from ..shafts.counter import Counter, CountScale
+    from ..motors.law import Law
+    from ..shafts.counter import Counter, Shown
     from .run import Run
 
 FINEST = Fraction(1, 1 << 20)  # step, of places that are told as fractions
@@ -49,7 +51,9 @@ class TrackMotion:
 
     def place(self, ps: int) -> float:
         """Return the place at an instant (ps), in steps."""
-        return places_of(self.run, self.track).place(ps)
+        if self.track.simple:
+            return float(self.track.begun(self.run.state(ps)[0] / self.run.law.motor.step, 0.0)[-1])
+        return passings_of(self.run, self.track, CountScale(), 0.0).place(ps)
 
     def places(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the places at instants (int64 ps), in steps: (n,) float64."""
@@ -61,10 +65,16 @@ class TrackMotion:
         """Return the grid points at start < t <= stop: (n,) int64 ps, and the places there, (n,) float64 steps."""
         import numpy as np
 
-        found = [columns for _, columns in self.run.between(start, stop)]
-        times = np.concatenate([np.empty(0, np.int64), *(columns[0] for columns in found)])
-        angles = np.concatenate([np.empty(0), *(columns[1][:, 0] for columns in found)])
-        return times, places_of(self.run, self.track).along(times, angles)
+        times, places = [np.empty(0, np.int64)], [np.empty(0)]
+        for part in self.run.between(start, stop):
+            rotor = part.columns[1][:, 0] / part.law.motor.step
+            times.append(part.columns[0])
+            if self.track.simple:
+                places.append(self.track.begun(rotor, 0.0)[-1])
+            else:  # from its first point on it goes on as the rotor does
+                first = passings_of(self.run, self.track, CountScale(), 0.0).places(int(part.columns[0][0]))
+                places.append(self.track.gone(first, rotor[0], rotor)[-1])
+        return np.concatenate(times), np.concatenate(places)
 
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
         """Return what passes on a scale, `lag_ps` later."""
@@ -95,81 +105,55 @@ class TrackMotion:
         return replace(self, track=Track(play=float(play), offset=float(offset), under=self.track))
 
 
-class Places:
-    """The place of a track at any instant: with a play it depends on the way there."""
-
-    def __init__(self, run: Run, track: Track) -> None:
-        self.run, self.track = run, track
-        first = run.stretches[0]
-        self._step = first.law.motor.step
-        begun = track.begun(first.first.state[0] / self._step, 0.0)
-        self._known = [(first.first.t, begun)]
-        run.cuts.append(self._cut)
-
-    def _cut(self, ps: int) -> None:
-        while len(self._known) > 1 and self._known[-1][0] >= ps:
-            self._known.pop()
-
-    def forget(self, before: int) -> None:
-        """Drop what is known of the time before an instant (ps)."""
-        if not self.track.simple:
-            self.place(before)
-            n = max(bisect_right(self._known, before, key=lambda known: known[0]) - 1, 0)
-            del self._known[:n]
-
-    def place(self, ps: int) -> float:
-        """Return the place at an instant (ps), in steps."""
-        if self.track.simple:
-            return self.track.begun(self.run.state(ps)[0] / self._step, 0.0)[-1]
-        n = len(self._known) - 1
-        while n and self._known[n][0] > ps:
-            n -= 1
-        since, places = self._known[n]
-        for _, columns in self.run.between(since, ps):
-            for theta in columns[1][:, 0].tolist():
-                places = self.track.follow(places, theta / self._step, 0.0)
-        places = self.track.follow(places, self.run.state(ps)[0] / self._step, 0.0)
-        self._keep(ps, places)
-        return places[-1]
-
-    def along(self, times: NDArray[np.int64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the places, in steps, at grid points one after the other: (n,) ps, and the angles there, (n,) rad."""
-        import numpy as np
-
-        found = np.empty(len(times))
-        if not len(times):
-            return found
-        self.place(int(times[0]))
-        known = [places for ps, places in self._known if ps <= times[0]][-1]
-        for n, angle in enumerate((angles / self._step).tolist()):
-            known = self.track.begun(angle, 0.0) if self.track.simple else self.track.follow(known, angle, 0.0)
-            found[n] = known[-1]
-            if n % 1024 == 0:
-                self._keep(int(times[n]), known)
-        return found
-
-    def _keep(self, ps: int, places: tuple[float, ...]) -> None:
-        if ps > self._known[-1][0]:
-            self._known.append((ps, places))
-            if len(self._known) > 1024:
-                del self._known[1:512]
-
-
-def places_of(run: Run, track: Track) -> Places:
-    """Return the places of a track, one and the same for all that ask."""
-    found: Places | None = run.along.get(track)
-    if found is None:
-        found = run.along[track] = Places(run, track)
-    return found
-
-
 def passings_of(run: Run, track: Track, scale: CountScale, zero: float) -> Passings:
     """Return the changes of a count along a track, one and the same for all that ask."""
     key = track, scale, zero
-    found: Passings | None = run.along.get(key)
-    if found is None:
-        found = run.along[key] = Passings(run, track, scale, zero)
+    if key not in run.along:
+        run.along[key] = Passings(run, track, scale, zero)
+    found: Passings = run.along[key]
     return found
+
+
+class RunCounter:
+    """The counts of a track as a wire shows them, `lag_ps` later: a counter of `parts/shafts/counter.py`."""
+
+    def __init__(self, passings: Passings, scale: CountScale, lag_ps: int) -> None:
+        self.passings, self.scale, self.lag_ps = passings, scale, lag_ps
+
+    def at(self, ps: int) -> int:
+        """Return the count that is shown at an instant (ps)."""
+        return self.passings.at(ps - self.lag_ps)
+
+    def after(self, ps: int, changes: int = 1) -> int | None:
+        """Return when the count changes next (ps), or an instant at which to ask again; None: as things stand never."""
+        found = self.passings.after(ps - self.lag_ps, changes)
+        return None if found is None else found + self.lag_ps
+
+    def between(self, start: int, stop: int) -> Shown:
+        """Return the count at an instant (ps), and its changes up to another: instants, and counts from there on."""
+        before, times, counts = self.passings.between(start - self.lag_ps, stop - self.lag_ps)
+        return before, [time + self.lag_ps for time in times], counts
+
+    way = 0  # it may turn round
+
+    def onward(self, ps: int) -> RunCounter:
+        """Return the counter from an instant (ps) on: it is the same, since a run keeps its past."""
+        return self
+
+    def on(self, motion: object, now: int) -> RunCounter:
+        """Return the counter for what the shaft does from `now` (ps) on: it is the same."""
+        return self
+
+
+def pushed(law: Law, state: Mapping[str, float], by: float) -> dict[str, float]:
+    """Return the places of a shaft that is turned by hand (rad), with what hangs on it; no further than to a stop."""
+    places = {name: state[name] for name in ("theta", "theta2") if name in state}
+    held = list(places.values())[-1]
+    if by > 0.0 and law.load.high is not None:
+        by = min(by, max(law.load.high - held, 0.0))
+    elif by < 0.0 and law.load.low is not None:
+        by = max(by, min(law.load.low - held, 0.0))
+    return {name: place + by for name, place in places.items()}
 
 
 class MotorShaft(Shaft):
