@@ -264,7 +264,12 @@ class Run:
         """Return when it rests, after an instant (ps), if no input has an edge until then; or when to ask again."""
         following = self.feed.now.after(ps)
         until = ps + AT_ONCE_PS if following is None else max(min(ps + AT_ONCE_PS, following), ps + 1)
-        return max(self.stretches[-1].last.t, ps + 1) if self.rests(until) else until
+        return max(self.known_to_rest, ps + 1) if self.rests(until) else until
+
+    @property
+    def known_to_rest(self) -> int:
+        """The instant from which on no point follows the last one: only then its losses are counted (ps)."""
+        return self.stretches[-1].last.t + self.law.step_ps + 1
 
     def forget(self, before: int) -> None:
         """Drop what was over before an instant (ps); what has not been integrated is still to come."""
