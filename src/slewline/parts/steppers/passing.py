@@ -128,12 +128,16 @@ class Passings:
 
     def place(self, ps: int) -> float:
         """Return the place at an instant (ps)."""
+        return self.places(ps)[-1]
+
+    def places(self, ps: int) -> tuple[float, ...]:
+        """Return the places of all tracks at an instant (ps)."""
         self.look(ps)
         mark = self._marks[max(bisect_right(self._marks, ps, key=lambda mark: mark.ps) - 1, 0)]
         places, _ = self._go(mark, ps, [], [])
         before, law = self.run.at_or_before(ps), self.run.stretch_at(ps).law
         places = self._turned(law, before, ps - before.t, places)
-        return self.track.follow(places, self.run.state(ps)[0] / law.motor.step, before.command / law.micro)[-1]
+        return self.track.follow(places, self.run.state(ps)[0] / law.motor.step, before.command / law.micro)
 
     def _go(self, mark: Known, ps: int, times: list[int], counts: list[int]) -> tuple[tuple[float, ...], int]:
         """Go from a mark to an instant (ps), and add the changes; return places at the last grid point, and count."""

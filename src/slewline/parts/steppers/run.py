@@ -264,7 +264,12 @@ class Run:
         """Return when it rests, after an instant (ps), if no input has an edge until then; or when to ask again."""
         following = self.feed.now.after(ps)
         until = ps + AT_ONCE_PS if following is None else max(min(ps + AT_ONCE_PS, following), ps + 1)
-        return max(self.stretches[-1].last.t, ps + 1) if self.rests(until) else until
+        return max(self.known_to_rest, ps + 1) if self.rests(until) else until
+
+    @property
+    def known_to_rest(self) -> int:
+        """The instant from which on no point follows the last one: only then its losses are counted (ps)."""
+        return self.stretches[-1].last.t + self.law.step_ps + 1
 
     def forget(self, before: int) -> None:
         """Drop what was over before an instant (ps); what has not been integrated is still to come."""
@@ -274,6 +279,25 @@ class Run:
         n = bisect_right(self.stretches, before, key=lambda stretch: stretch.first.t) - 1
         del self.stretches[: max(n, 0)]
         self.feed.forget(min(before, self.stretches[0].first.t))
+
+
+def with_jumps(law: Law, before: Point, columns: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return grid points after a point before them, twice at edges of the inputs: with the old and the new command."""
+    import numpy as np
+
+    times, states, commands, codes = columns
+    earlier, asked = np.append(before.command, commands[:-1]), np.append(before.code, codes[:-1])
+    at = np.flatnonzero((commands != earlier) | (codes != asked))
+    whole = states[at]
+    if len(before.state) == states.shape[1]:
+        held = [law.names.index(name) for name in law.model.kept]
+        whole[:, held] = np.vstack([before.state, states[:-1]])[at][:, held]
+    return (
+        np.insert(times, at, times[at]),
+        np.insert(states, at, whole, axis=0),
+        np.insert(commands, at, earlier[at]),
+        np.insert(codes, at, asked[at]),
+    )
 
 
 def joined(columns: Any) -> Any:

@@ -13,7 +13,6 @@ from ...core.datasheet.units import quantity
 from ...core.motion.history import Polyline
 from ...core.time.inputs import from_outside
 from ...core.time.timebase import Time, picoseconds
-from ...core.wires.pin import Condition
 from ...errors import UsageError
 from ..base.follower import Follower, start_rule
 from ..base.part import AXIS, Part
@@ -27,7 +26,8 @@ from ..shafts.motor import EDGE, EDGES
 from ..shafts.shown import SwitchZone
 from .feed import Feed, Pins, phases_asked, steps_asked
 from .losses import Losses
-from .run import Run
+from .rest import RestCondition
+from .run import Run, with_jumps
 from .tracks import Track
 from .turning import MotorShaft, TrackMotion, pushed
 
@@ -218,7 +218,7 @@ class Stepper(Part):
         return dict(zip(self._run.stretch_at(seen).law.names, self._run.state(seen), strict=True))
 
     @property
-    def rests(self) -> Condition:
+    def rests(self) -> RestCondition:
         """The condition that it has come to rest, for `bench.run_until`."""
         return RestCondition(self)
 
@@ -252,9 +252,12 @@ class Stepper(Part):
         run = self._run
 
         def changes(start: int, stop: int) -> tuple[Any, Any]:
-            found = run.between(start, stop)
-            times = [part.columns[0] for part in found]
-            values = [of(part.law, part.columns) for part in found]
+            found, before = [], run.at_or_before(max(start, 0))
+            for part in run.between(start, stop):
+                found.append((part.law, with_jumps(part.law, before, part.columns)))
+                before = Point(*(column[-1] for column in part.columns))
+            times = [columns[0] for _, columns in found]
+            values = [of(law, columns) for law, columns in found]
             return np.concatenate([np.empty(0, np.int64), *times]), np.concatenate([np.empty(0), *values])
 
         def at(times: Any) -> Any:
@@ -387,22 +390,3 @@ class Stepper(Part):
         off = Fraction(self._law.period, 2)
         counter = TrackMotion(self._run, Track(behind=True)).counter(CountScale(bounds=(-off, off)), self._stalls_ps)
         return SwitchZone(counter, self.kernel.seen, False, STALLS, (0, 1))
-
-
-class RestCondition(Condition):
-    """A stepper has come to rest: nothing changes until an input does."""
-
-    def __init__(self, of: Stepper) -> None:
-        self.of, self.text = of, f"{of.name} at rest"
-
-    def belongs(self, kernel: Kernel) -> bool:
-        """Return whether it is one of its bench."""
-        return self.of.kernel is kernel
-
-    def met(self) -> bool:
-        """Return whether it rests now, and no input promises an edge."""
-        return self.of._run.rests(self.of.kernel.seen) and self.of._feed.now.after(self.of.kernel.seen) is None
-
-    def when(self) -> int | None:
-        """Return when it will rest, or an instant at which to ask again (ps)."""
-        return self.of._run.comes_to_rest(self.of.kernel.seen)

@@ -65,9 +65,16 @@ class TrackMotion:
         """Return the grid points at start < t <= stop: (n,) int64 ps, and the places there, (n,) float64 steps."""
         import numpy as np
 
-        times = [part.columns[0] for part in self.run.between(start, stop)]
-        whole = np.concatenate([np.empty(0, np.int64), *times])
-        return whole, self.places(whole)
+        times, places = [np.empty(0, np.int64)], [np.empty(0)]
+        for part in self.run.between(start, stop):
+            rotor = part.columns[1][:, 0] / part.law.motor.step
+            times.append(part.columns[0])
+            if self.track.simple:
+                places.append(self.track.begun(rotor, 0.0)[-1])
+            else:  # from its first point on it goes on as the rotor does
+                first = passings_of(self.run, self.track, CountScale(), 0.0).places(int(part.columns[0][0]))
+                places.append(self.track.gone(first, rotor[0], rotor)[-1])
+        return np.concatenate(times), np.concatenate(places)
 
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
         """Return what passes on a scale, `lag_ps` later."""
