@@ -143,7 +143,7 @@ def rows() -> Iterator[Row]:
     for name, act, goal, bound in (
         ("one motor, 20 us, Numba", alone("numba", 20, 6000), 100.0, "latency of four dependent evaluations"),
         ("one motor, 100 us, plain Python", alone("python", 100, 600), 8.0, "some 240 operations a step"),
-        ("1,000 motors side by side, NumPy, motor-seconds", side_by_side, 80.0, "some 270 calls of NumPy a step"),
+        ("1,000 motors side by side, NumPy, motor-seconds", side_by_side, 80.0, "some 260 calls of NumPy a step"),
         ("CY525, asked once, at rest", cy525(), None, "the integrator"),
         ("two switches watched", cy525("one.out", "two.out"), 25.0, "the integrator"),
         ("GS-C200S homes on its switches", homing, 30.0, "blocks that are cut: each switch stops or turns the module"),
