@@ -15,7 +15,7 @@ import slewline
 from slewline.parts.motors import integration
 from slewline.parts.motors.drivers import read_driver
 from slewline.parts.motors.integration import numba_is_there
-from slewline.parts.motors.law import Law
+from slewline.parts.motors.law import MotorLaw
 from slewline.parts.motors.loads import read_load
 from slewline.parts.motors.motors import read_motor
 from slewline.parts.steppers import run as runs
@@ -105,10 +105,10 @@ def asked(micro: int) -> tuple[list[int], list[int]]:
     return times, [min(n, 150 - n) * micro for n in range(1, len(times) + 1)]
 
 
-def law_of(driver: Any, motor: Any, load: Any, halves: int) -> Law:
+def law_of(driver: Any, motor: Any, load: Any, halves: int) -> MotorLaw:
     its = read_motor(motor)
     steps = ("full", "micro 8")[halves]
-    return Law(its, read_driver(driver, "driver", its), read_load(load, "load", its), steps, 20_000_000)
+    return MotorLaw(its, read_driver(driver, "driver", its), read_load(load, "load", its), steps, 20_000_000)
 
 
 @pytest.mark.parametrize("case", ONE_OF_EACH, ids=lambda case: str(case[0]))

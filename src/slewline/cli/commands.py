@@ -203,7 +203,7 @@ def calibrate_command(**options: Any) -> int:
     Rates are in full steps/s.  Printed are the constants, what was taken for them so far, and the rows for a bench
     file.
     """
-    from .calibrate import calibrate
+    from .motors.calibrate import calibrate
 
     return calibrate(**options)
 
@@ -246,7 +246,7 @@ def tune_command(**options: Any) -> int:
 
     A Dask cluster executes whatever is sent to it, and so does a client what it gets back: name only your own.
     """
-    from .tune import tune
+    from .motors.tune import tune
 
     return tune(**options)
 

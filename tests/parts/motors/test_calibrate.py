@@ -11,7 +11,7 @@ from slewline.parts.motors import calibrate as room
 from slewline.parts.motors.calibrate import calibrate
 from slewline.parts.motors.data import LoadData
 from slewline.parts.motors.drivers import read_driver
-from slewline.parts.motors.law import Law
+from slewline.parts.motors.law import MotorLaw
 from slewline.parts.motors.motors import MOTORS
 
 MOTOR = MOTORS["QSH4218-51-10-049"]
@@ -30,7 +30,7 @@ def limit(does, low, high):
 
 def measured(motor, load):
     """What would be measured on such a motor: the rate at which it starts, and at which it stalls."""
-    law = Law(motor, DRIVER, load)
+    law = MotorLaw(motor, DRIVER, load)
     return limit(lambda rate: room._starts(law, rate), 800, 1600), limit(
         lambda rate: room._comes_to(law, rate), 1800, 3600
     )
@@ -55,7 +55,7 @@ def test_one_measurement_gives_one_constant():
 
 def test_a_torque_at_the_stall_counts():
     loaded = replace(LOAD, torque=50e-3)
-    law = Law(REAL, DRIVER, loaded)
+    law = MotorLaw(REAL, DRIVER, loaded)
     stalls = limit(lambda rate: room._comes_to(law, rate), 1000, 3000)
     found = calibrate(MOTOR, DRIVER, LOAD, pull_out=stalls, torque=50e-3)
     assert found.iron == pytest.approx(1e-3, rel=0.03) and found.load == LOAD

@@ -8,7 +8,7 @@ from math import hypot, pi
 import pytest
 
 import slewline
-from slewline.parts.motors.law import Law
+from slewline.parts.motors.law import MotorLaw
 from slewline.parts.motors.pull_out import pull_out
 
 
@@ -30,7 +30,7 @@ def test_a_motor_behind_resistors_has_the_torque_of_the_formula():
 
 def test_a_load_takes_its_part_and_a_rate_too_high_leaves_none():
     law = slewline.motor_law(driver="L/4R 20 V", load="inertia 270 g cm2", step_ps=50_000_000)
-    loaded = Law(law.motor, law.driver, replace(law.load, torque=0.05), law.steps, law.step_ps)
+    loaded = MotorLaw(law.motor, law.driver, replace(law.load, torque=0.05), law.steps, law.step_ps)
     (without,), (beside,) = pull_out(law, [800]), pull_out(loaded, [800])
     assert without - beside == pytest.approx(0.05, abs=0.01)
     assert pull_out(law, [9000]).tolist() == [0.0]

@@ -42,7 +42,7 @@ class Value:
 
 
 @dataclass(eq=False, slots=True)
-class Line:
+class ArrayLine:
     """A line to be made: {} stands for each of `of`, {out} for what is made.
 
     Attributes:
@@ -136,7 +136,7 @@ class _Lanes:
 
     # ------------------------------------------------------------------------------------------------------------ runs
     def _run(self, nodes: list[Any], depth: int) -> None:
-        self.run: list[Line] = []
+        self.run: list[ArrayLine] = []
         self.held: dict[str, Value] = {}
         self.ready: set[str] = set()  # plain names that are arrays of NumPy already
         made = set()
@@ -165,7 +165,7 @@ class _Lanes:
                 self.lines.append("    " * depth + f"{', '.join(to)} = {', '.join(what)}")
 
     def _write(self, depth: int, ends: dict[str, Value]) -> None:
-        """Hand out arrays: those of the pool, and those of names that are made anew, without what was there."""
+        """Hand out arrays: those of the pool, and those of names that are made again, without what was there."""
         used = {value.array for line in self.run for value in (*line.of, *ends.values()) if isinstance(value, Value)}
         free = {
             logical: [name for name in ends if self.lanes[name] == logical and name not in used] + pool
@@ -199,7 +199,7 @@ class _Lanes:
         for value in of:
             if isinstance(value, Value):
                 value.uses += 1
-        self.run.append(Line(text, of, made, deeper))
+        self.run.append(ArrayLine(text, of, made, deeper))
 
     def _copy(self, value: Value | str, logical: bool) -> Value:
         made = Value(logical)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from ...errors import UsageError
 from .data import DriverData, LoadData, MotorData
-from .law import Law
+from .law import MotorLaw
 from .loads import held
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def _friction(motor: MotorData, driver: DriverData, load: LoadData, rate: float,
     """The friction with which it just starts at a rate."""
 
     def starts(friction: float) -> bool:
-        return _starts(Law(motor, driver, _rubbing(load, friction), steps), rate)
+        return _starts(MotorLaw(motor, driver, _rubbing(load, friction), steps), rate)
 
     most = held(motor, driver.current)
     return _greatest(
@@ -137,7 +137,7 @@ def _iron(motor: MotorData, driver: DriverData, load: LoadData, rate: float, tor
     loaded = replace(load, torque=load.torque + torque)
 
     def comes(iron: float) -> bool:
-        return _comes_to(Law(replace(motor, iron=iron), driver, loaded, steps), rate)
+        return _comes_to(MotorLaw(replace(motor, iron=iron), driver, loaded, steps), rate)
 
     most = held(motor, driver.current) / (rate * motor.step)
     return _greatest(
@@ -171,7 +171,7 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
 
 
 # ------------------------------------------------------------------------------------------------- what is simulated
-def _starts(law: Law, rate: float) -> bool:
+def _starts(law: MotorLaw, rate: float) -> bool:
     """Does it start at a rate, from rest, and stop again?"""
     import numpy as np
 
@@ -181,7 +181,7 @@ def _starts(law: Law, rate: float) -> bool:
     return trace.worst < STALLED and not trace.lost
 
 
-def _comes_to(law: Law, rate: float) -> bool:
+def _comes_to(law: MotorLaw, rate: float) -> bool:
     """Does it come to a rate if it is sped up slowly?
 
     It begins in step at a lower rate, with the lag that most motors have there: how it came there is not in question.

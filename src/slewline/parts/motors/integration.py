@@ -74,7 +74,7 @@ class Integrable(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class MotorTrace:
     """What a law makes of some commands, at the grid points.
 
     Attributes:
@@ -204,7 +204,7 @@ class Integration:
         stop: int,
         point: Point,
         limit: float = float("inf"),
-    ) -> Trace:
+    ) -> MotorTrace:
         """Return the grid points from one on to the last one up to an instant (ps), the first one included."""
         import numpy as np
 
@@ -217,7 +217,7 @@ class Integration:
             before = Point(t, tuple(found[3][-1].tolist()), command, code)
             edge = int(np.searchsorted(times, t, "right"))
         columns = parts[0] if len(parts) == 1 else [np.concatenate(column) for column in zip(*parts, strict=True)]
-        return Trace(self.law, columns[0], columns[3], columns[1], columns[2], rests)
+        return MotorTrace(self.law, columns[0], columns[3], columns[1], columns[2], rests)
 
     def _advance(
         self, point: Point, times: Any, commands: Any, codes: Any, stop: int, limit: float

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from ...errors import UsageError
 from . import equations as eq
 from .data import DriverData, LoadData, MotorData
-from .integration import Integration, Point, Trace
+from .integration import Integration, MotorTrace, Point
 from .integrator import Model
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ _STEPS = re.compile(r"full|wave|half|micro ?([1-9]\d{0,3})")
 
 
 @dataclass(frozen=True)
-class Law:
+class MotorLaw:
     """A motor with driver and load.
 
     Args:
@@ -297,7 +297,7 @@ class Law:
         code: int | None = None,
         limit: float = float("inf"),
         engine: str | None = None,
-    ) -> Trace:
+    ) -> MotorTrace:
         """Return what the motor does from `start` to `stop` (ps).
 
         Args:
@@ -327,7 +327,7 @@ class Law:
 @lru_cache(maxsize=64)
 def table(motor: MotorData, driver: DriverData, steps: str, phased: bool, origin: int) -> tuple[tuple[float, ...], ...]:
     """Return the table of such motors, which does not depend on their loads."""
-    return Law(motor, driver, steps=steps, phased=phased, origin=origin).asked()
+    return MotorLaw(motor, driver, steps=steps, phased=phased, origin=origin).asked()
 
 
 @lru_cache(maxsize=64)

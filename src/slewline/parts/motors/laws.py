@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from .drivers import read_driver
-from .law import Law
+from .law import MotorLaw
 from .loads import check_holds, read_load
 from .motors import read_motor
 
@@ -17,7 +17,7 @@ def motor_law(
     load: str | Mapping[str, Any] = "",
     steps: str = "full",
     step_ps: int = 0,
-) -> Law:
+) -> MotorLaw:
     """Return the law of a motor with driver and load, given as the part `stepper` takes them.
 
     Args:
@@ -30,4 +30,4 @@ def motor_law(
     its = read_motor(motor)
     drives, hangs = read_driver(driver, "driver", its), read_load(load, "load", its)
     check_holds(its, drives, hangs)
-    return Law(its, drives, hangs, steps, step_ps)
+    return MotorLaw(its, drives, hangs, steps, step_ps)

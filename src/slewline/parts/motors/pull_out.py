@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from .law import Law
+from .law import MotorLaw
 from .loads import held
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ STALLED = 3.9  # full steps of lag
 LAGS = 0.7  # full steps, at which it begins
 
 
-def pull_out(law: Law, rates: Sequence[float]) -> NDArray[np.float64]:
+def pull_out(law: MotorLaw, rates: Sequence[float]) -> NDArray[np.float64]:
     """Return the greatest torque at some rates (full steps/s), N m, beside the load; 0: it does not turn.
 
     A law with its own resonances shows as much: there a motor is lost with little load, or with none.
@@ -36,7 +36,7 @@ def pull_out(law: Law, rates: Sequence[float]) -> NDArray[np.float64]:
     return np.array([_at(law, rate) for rate in rates])
 
 
-def _at(law: Law, rate: float) -> float:
+def _at(law: MotorLaw, rate: float) -> float:
     """The torque at a rate."""
     import numpy as np
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ..motors.law import Law
+    from ..motors.law import MotorLaw
     from .run import Run
 
 NEXT = 0.1  # steps from the next place, where a step is lost
@@ -53,7 +53,7 @@ class Losses:
         elif self._settled is not None and ps - self._settled[0] >= BACK_PS:
             yield from self._back(self._settled[0] + BACK_PS)
 
-    def _stops(self, law: Law, times: Any, states: Any) -> Iterator[tuple[int, str, str]]:
+    def _stops(self, law: MotorLaw, times: Any, states: Any) -> Iterator[tuple[int, str, str]]:
         """Where it has come to a hard stop."""
         import numpy as np
 
@@ -66,7 +66,7 @@ class Losses:
             yield int(times[n]), "hard-stop", f"the shaft runs into a stop at {theta[n] / law.motor.step:g} steps"
         self._held = bool(held[-1])
 
-    def _along(self, law: Law, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:
+    def _along(self, law: MotorLaw, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:
         """Go along some grid points; before one that comes more than a step after the last, it has rested."""
         import numpy as np
 
@@ -78,7 +78,7 @@ class Losses:
                 yield from self._moving(law.period, times[begin:end], lag[begin:end], speed[begin:end])
                 self._last = int(times[end - 1]), float(lag[end - 1])
 
-    def _rested(self, law: Law) -> Iterator[tuple[int, str, str]]:
+    def _rested(self, law: MotorLaw) -> Iterator[tuple[int, str, str]]:
         """Take notice that it has come to rest at the last grid point."""
         if self._since is not None:
             ps, lag = self._last

@@ -4,7 +4,7 @@
     count          3      3      4      4      3         where it differs, the picosecond is looked for in between
                              ^             ^
 
-A `Track` says where something is that the rotor moves: its shaft, a shaft behind a gear, a carriage with play, or the
+A `Linkage` says where something is that the rotor moves: its shaft, a shaft behind a gear, a carriage with play, or the
 rotor as seen from its command.  `Passings` are the changes of a count along it, found once and kept; a `RunCounter`
 shows them on a wire (`parts/shafts/counter.py`).
 """
@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ..motors.integration import Point
-from ..motors.law import Law
-from .tracks import Track
+from ..motors.law import MotorLaw
+from .linkage import Linkage
 
 if TYPE_CHECKING:
     from ..shafts.counter import CountScale
@@ -32,10 +32,10 @@ AHEAD_PS = 400_000_000_000  # how far one question looks ahead at most
 
 
 @dataclass(slots=True)
-class Known:
+class Milestone:
     """What is known at an instant (ps): the count, and how many changes have been.
 
-    `places` are those of the tracks at the last grid point: what is in between leaves no trace.
+    `places` are those of the linkages at the last grid point: what is in between leaves no trace.
     """
 
     ps: int
@@ -49,7 +49,7 @@ class Going:
     """On the way along a run: the grid point and the law behind, how far the changes are found, and what is shown."""
 
     before: Point
-    law: Law
+    law: MotorLaw
     done: int
     places: tuple[float, ...]
     count: int
@@ -65,21 +65,21 @@ class Going:
 
 
 class Passings:
-    """The changes of a count along a track, up to where they have been asked for.
+    """The changes of a count along a linkage, up to where they have been asked for.
 
     Within a step of the grid they follow from its first point alone, as if it had its full length: so it makes no
-    difference where somebody looks, nor where an edge ends it.  Where the rotor turns round within a step, the way
+    difference where it is asked, nor where an edge ends it.  Where the rotor turns round within a step, the way
     there and the way back are gone along one after the other.
 
     Args:
         run: of the rotor.
-        track: what is counted along.
+        linkage: what is counted along.
         scale: counts a step, or bounds.
         zero: counts by which the scale is turned against the place.
     """
 
-    def __init__(self, run: Run, track: Track, scale: CountScale, zero: float = 0.0) -> None:
-        self.run, self.track = run, track
+    def __init__(self, run: Run, linkage: Linkage, scale: CountScale, zero: float = 0.0) -> None:
+        self.run, self.linkage = run, linkage
         self._per_step = float(scale.per_step)
         self._bounds = [float(bound) for bound in scale.bounds]
         self._zero = zero
@@ -87,9 +87,9 @@ class Passings:
         self.counts: list[int] = []
         point = run.stretches[0].first
         law = run.stretches[0].law
-        places = track.begun(point.state[0] / law.motor.step, point.command / law.micro)
+        places = linkage.begun(point.state[0] / law.motor.step, point.command / law.micro)
         self.first = self._count(places[-1])
-        self._marks = [Known(point.t - 1, places, self.first, 0)]
+        self._marks = [Milestone(point.t - 1, places, self.first, 0)]
         self._block = FIRST_PS
         run.cuts.append(self._cut)
 
@@ -122,7 +122,7 @@ class Passings:
         if ps <= mark.ps:
             return
         places, count = self._go(mark, ps, self.times, self.counts)
-        self._marks.append(Known(ps, places, count, len(self.times)))
+        self._marks.append(Milestone(ps, places, count, len(self.times)))
         if len(self._marks) > 2 * MARKS:
             del self._marks[1:MARKS]
 
@@ -131,23 +131,23 @@ class Passings:
         return self.places(ps)[-1]
 
     def places(self, ps: int) -> tuple[float, ...]:
-        """Return the places of all tracks at an instant (ps)."""
+        """Return the places of all linkages at an instant (ps)."""
         self.look(ps)
         mark = self._marks[max(bisect_right(self._marks, ps, key=lambda mark: mark.ps) - 1, 0)]
         places, _ = self._go(mark, ps, [], [])
         before, law = self.run.at_or_before(ps), self.run.stretch_at(ps).law
         places = self._turned(law, before, ps - before.t, places)
-        return self.track.follow(places, self.run.state(ps)[0] / law.motor.step, before.command / law.micro)
+        return self.linkage.follow(places, self.run.state(ps)[0] / law.motor.step, before.command / law.micro)
 
-    def _go(self, mark: Known, ps: int, times: list[int], counts: list[int]) -> tuple[tuple[float, ...], int]:
+    def _go(self, mark: Milestone, ps: int, times: list[int], counts: list[int]) -> tuple[tuple[float, ...], int]:
         """Go from a mark to an instant (ps), and add the changes; return places at the last grid point, and count."""
         run = self.run
         run.reach(ps)
         going = Going(
             run.at_or_before(mark.ps), run.stretch_at(mark.ps).law, mark.ps, mark.places, mark.count, times, counts
         )
-        for law, columns, anew in run.between(mark.ps, ps):
-            if anew:
+        for law, columns, changed in run.between(mark.ps, ps):
+            if changed:
                 self._altered(going, law, point_of(columns, 0))
                 columns = tuple(column[1:] for column in columns)
             if len(columns[0]):
@@ -156,13 +156,13 @@ class Passings:
             self._within(going, ps)
         return going.places, going.count
 
-    def _altered(self, going: Going, law: Law, point: Point) -> None:
+    def _altered(self, going: Going, law: MotorLaw, point: Point) -> None:
         """Go on from a point with another law, or in another place."""
         before = going.before
         if point.t > before.t:
             state = going.law.after(before.t, before.state, before.code, point.t - before.t)
             self._step(going, replace(point, state=state, command=before.command))
-        going.places = self.track.follow(going.places, point.state[0] / law.motor.step, point.command / law.micro)
+        going.places = self.linkage.follow(going.places, point.state[0] / law.motor.step, point.command / law.micro)
         going.before, going.law, going.done = point, law, point.t
         going.show(point.t, self._count(going.places[-1]))
 
@@ -171,20 +171,20 @@ class Passings:
         import numpy as np
 
         times, states, commands, _ = columns
-        law, before, track = going.law, going.before, self.track
-        if not track.simple:
+        law, before, linkage = going.law, going.before, self.linkage
+        if not linkage.simple:
             self._with_play(going, columns)
             return
         rotor, asked = states[:, 0] / law.motor.step, commands / law.micro
         then = np.append(before.command / law.micro, asked[:-1])
-        arrived = self._counts(track.begun(rotor, then)[-1])  # just before the edge
-        left = self._counts(track.begun(rotor, asked)[-1]) if track.behind else arrived
+        arrived = self._counts(linkage.begun(rotor, then)[-1])  # just before the edge
+        left = self._counts(linkage.begun(rotor, asked)[-1]) if linkage.behind else arrived
         came = np.append(self._count(going.places[-1]), left[:-1])
         speed = np.append(before.state[1], states[:, 1])
         turns = (speed[:-1] * speed[1:] <= 0.0) & (speed[:-1] != 0.0)
         if turns.any():
             farthest = rotor + 2e-12 * law.step_ps * speed[:-1] / law.motor.step
-            turns &= self._counts(track.begun(farthest, then)[-1]) != arrived
+            turns &= self._counts(linkage.begun(farthest, then)[-1]) != arrived
         for n in np.flatnonzero((arrived != came) | (left != arrived) | turns).tolist():
             if n:
                 going.before, going.done = point_of(columns, n - 1), int(times[n - 1])
@@ -194,7 +194,7 @@ class Passings:
         going.places = self._begun(law, going.before)
 
     def _with_play(self, going: Going, columns: Any) -> None:
-        """Go along some grid points, on a track whose place depends on the way: also on where the rotor turns round."""
+        """Go along some grid points, on a linkage whose place depends on the way, and on where the rotor turns round."""
         import numpy as np
 
         law, first = going.law, going.before.state
@@ -207,10 +207,10 @@ class Passings:
             at = sorted(peaks)
             way = np.insert(rotor, at, [peaks[n] for n in at])
             grid = np.arange(len(rotor)) + np.searchsorted(at, np.arange(len(rotor)), "right")
-            places = [each[grid] for each in self.track.gone(going.places, first[0] / step, way)]
+            places = [each[grid] for each in self.linkage.gone(going.places, first[0] / step, way)]
             befores = [np.append(now, each[:-1]) for now, each in zip(going.places, places, strict=True)]
-            there = self.track.followed(self.track.followed(befores, farthest), rotor)
-            moved = [one != two for one, two in zip(there, self.track.followed(befores, rotor), strict=True)]
+            there = self.linkage.followed(self.linkage.followed(befores, farthest), rotor)
+            moved = [one != two for one, two in zip(there, self.linkage.followed(befores, rotor), strict=True)]
             more = set(np.flatnonzero(turns & np.logical_or.reduce(moved)).tolist()) - peaks.keys()
             if not more:
                 break
@@ -229,9 +229,9 @@ class Passings:
         going.before, going.done = point_of(columns, len(rotor) - 1), int(columns[0][-1])
         going.places = tuple(float(each[-1]) for each in places)
 
-    def _begun(self, law: Law, point: Point) -> tuple[float, ...]:
-        """The places at a grid point, of tracks that follow from the rotor alone."""
-        return self.track.begun(point.state[0] / law.motor.step, point.command / law.micro)
+    def _begun(self, law: MotorLaw, point: Point) -> tuple[float, ...]:
+        """The places at a grid point, of linkages that follow from the rotor alone."""
+        return self.linkage.begun(point.state[0] / law.motor.step, point.command / law.micro)
 
     def _counts(self, along: Any) -> Any:
         """The counts at places: (n,) int64."""
@@ -248,16 +248,16 @@ class Passings:
         places = going.places
         if before.state[1] * point.state[1] <= 0.0:
             places = self._turned(law, before, point.t - before.t, places)
-        arrived = self.track.follow(places, rotor, asked)
+        arrived = self.linkage.follow(places, rotor, asked)
         if places is not going.places or self._count(arrived[-1]) != self._count(going.places[-1]):
             self._within(going, point.t)
         going.places, going.before, going.done = arrived, point, point.t
         going.show(point.t, self._count(arrived[-1]))
-        if self.track.behind and point.command != before.command:
-            going.places = self.track.follow(arrived, rotor, point.command / law.micro)
+        if self.linkage.behind and point.command != before.command:
+            going.places = self.linkage.follow(arrived, rotor, point.command / law.micro)
             going.show(point.t, self._count(going.places[-1]))
 
-    def _turns(self, law: Law, before: Point) -> int:
+    def _turns(self, law: MotorLaw, before: Point) -> int:
         """When the rotor turns round in the step after a grid point: ps; 0: it does not."""
         step, omega = law.step_ps, before.state[1]
         low, high = 0, step
@@ -271,13 +271,13 @@ class Passings:
                 high = middle
         return high
 
-    def _turned(self, law: Law, before: Point, span: int, places: tuple[float, ...]) -> tuple[float, ...]:
+    def _turned(self, law: MotorLaw, before: Point, span: int, places: tuple[float, ...]) -> tuple[float, ...]:
         """The places after the rotor has turned round in the step after a grid point; the same if it has not yet."""
         turn = self._turns(law, before)
         if not 0 < turn <= span:
             return places
         rotor = law.after(before.t, before.state, before.code, turn)[0] / law.motor.step
-        return self.track.follow(places, rotor, before.command / law.micro)
+        return self.linkage.follow(places, rotor, before.command / law.micro)
 
     def _within(self, going: Going, ps: int) -> None:
         """Show the changes of a step of the grid up to an instant (ps)."""
@@ -289,7 +289,7 @@ class Passings:
         places, low = going.places, 0
         for high in (turn, step) if turn else (step,):
             rotor = law.after(before.t, before.state, before.code, high)[0] / law.motor.step
-            after = self.track.follow(places, rotor, before.command / law.micro)
+            after = self.linkage.follow(places, rotor, before.command / law.micro)
             for at, count in self._crossings(law, before, low, high, self._count(places[-1]), self._count(after[-1])):
                 if going.done < at <= ps:
                     going.show(at, count)
@@ -298,7 +298,7 @@ class Passings:
             places, low = after, high
 
     def _crossings(
-        self, law: Law, before: Point, low: int, high: int, count: int, after: int
+        self, law: MotorLaw, before: Point, low: int, high: int, count: int, after: int
     ) -> Iterator[tuple[int, int]]:
         """Yield the instants at which the count changes one by one, as the rotor goes one way, and the counts."""
         rising, model, table = after > count, law.model, law.table
@@ -306,7 +306,7 @@ class Passings:
         if len(self.times) >= SOON and model.is_compiled:
             engine, table = model.numba, law.rows  # type: ignore[assignment]
         for n in range(count + 1, after + 1) if rising else range(count, after, -1):
-            factor, bound, up = self.track.bound(self._place(n), rising, before.command / law.micro)
+            factor, bound, up = self.linkage.bound(self._place(n), rising, before.command / law.micro)
             found = engine.crossing(
                 law.parameters, table, before.t, before.state, before.code, low, high, 0,
                 factor / law.motor.step, bound, up,
@@ -359,7 +359,7 @@ class Passings:
         mark = self._marks[n]
         if mark.ps < before:  # a mark beyond may be of a future that does not come
             places, count = self._go(mark, before, [], [])
-            mark = Known(before, places, count, bisect_right(self.times, before))
+            mark = Milestone(before, places, count, bisect_right(self.times, before))
         gone, self.first = mark.changes, mark.count
         del self.times[:gone], self.counts[:gone]
         self._marks[: n + 1] = [mark]

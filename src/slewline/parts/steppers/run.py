@@ -15,7 +15,7 @@ from bisect import bisect_right
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..motors.integration import Integration, Point
-from ..motors.law import Law
+from ..motors.law import MotorLaw
 from .feed import Edges, Feed, changes
 
 if TYPE_CHECKING:
@@ -34,12 +34,12 @@ class Stretch:
     """Grid points of one law, from `first` on.
 
     Attributes:
-        anew: `first` is no continuation of the stretch before: somebody has changed the law, or these states.
-        times, states, commands, codes: columns of the points, as in a `Trace`; None: they have been dropped.
+        changed: `first` does not continue the stretch before: the law, or these states, were changed from outside.
+        times, states, commands, codes: columns of the points, as in a `MotorTrace`; None: they have been dropped.
     """
 
-    def __init__(self, law: Law, first: Point, anew: Mapping[str, float] | None = None) -> None:
-        self.law, self.first, self.anew = law, first, anew
+    def __init__(self, law: MotorLaw, first: Point, changed: Mapping[str, float] | None = None) -> None:
+        self.law, self.first, self.changed = law, first, changed
         self.columns: tuple[Any, ...] | None = columns_of(first)
         self.last = first
         self._edges: Edges | None = None  # once it is complete
@@ -98,15 +98,15 @@ def columns_of(point: Point) -> tuple[Any, ...]:
     return ints[0], np.array([point.state], np.float64), ints[1], ints[2]
 
 
-class Part(NamedTuple):
+class RunPart(NamedTuple):
     """Some grid points of one law: columns times, states, commands, codes.
 
-    `anew`: the first of them is no continuation of what was before: somebody has changed the law, or the state.
+    `changed`: the first of them does not continue what was before: the law or the state was changed from outside.
     """
 
-    law: Law
+    law: MotorLaw
     columns: tuple[Any, ...]
-    anew: bool
+    changed: bool
 
 
 class Run:
@@ -122,14 +122,14 @@ class Run:
         engine: "python", "numba", or None, as of `Integration`.
     """
 
-    def __init__(self, law: Law, feed: Feed, first: Point, engine: str | None = None) -> None:
+    def __init__(self, law: MotorLaw, feed: Feed, first: Point, engine: str | None = None) -> None:
         self.feed = feed
         self.cuts: list[Callable[[int], object]] = []
         self.along: dict[Hashable, Any] = {}  # what is known along it: places and passings, by what they are of
         self._engine = engine
         self.begin(law, first)
 
-    def begin(self, law: Law, first: Point) -> None:
+    def begin(self, law: MotorLaw, first: Point) -> None:
         """Begin again, with another law, at a point in the same place: nothing has been shown yet."""
         self.stretches = [Stretch(law, first)]
         self.reached = first.t  # integrated up to here
@@ -139,7 +139,7 @@ class Run:
             cut(first.t)
 
     @property
-    def law(self) -> Law:
+    def law(self) -> MotorLaw:
         """The present law."""
         return self.stretches[-1].law
 
@@ -189,10 +189,10 @@ class Run:
         foreseen = [stretch.edges(seen) for stretch in self.stretches[n:]]
         differs = first_difference(now, Edges(*map(joined, zip(*foreseen, strict=True))))
         if differs is not None:
-            altered = [it for it in self.stretches[n:] if it.anew is not None and it.first.t == differs]
+            altered = [it for it in self.stretches[n:] if it.changed is not None and it.first.t == differs]
             self._cut(differs, differs)
             for stretch in altered:  # at this instant too: that counts, after what the inputs show
-                self.alter(differs, stretch.law, **(stretch.anew or {}))
+                self.alter(differs, stretch.law, **(stretch.changed or {}))
 
     def _cut(self, ps: int, since: int) -> None:
         """Drop what lies at an instant (ps) and after it; what was seen is otherwise from `since` on."""
@@ -203,7 +203,7 @@ class Run:
         for cut in self.cuts:
             cut(since)
 
-    def alter(self, ps: int, law: Law, **states: float) -> None:
+    def alter(self, ps: int, law: MotorLaw, **states: float) -> None:
         """Go on from an instant (ps) with another law, or other values of some states."""
         self.reach(ps)
         point, state = self.at_or_before(ps), self.state(ps)
@@ -232,7 +232,7 @@ class Run:
         point, law = self.at_or_before(ps), self.stretch_at(ps).law
         return law.after(point.t, point.state, point.code, ps - point.t) if ps > point.t else point.state
 
-    def between(self, start: int, stop: int) -> list[Part]:
+    def between(self, start: int, stop: int) -> list[RunPart]:
         """Return the grid points at start < t <= stop (ps)."""
         self.reach(stop)
         found = []
@@ -242,11 +242,11 @@ class Run:
                 break
             times = stretch.whole[0]
             part = slice(int(times.searchsorted(start, "right")), int(times.searchsorted(stop, "right")))
-            anew = part.start == 0 and stretch.anew is not None
-            if part.start == 0 and not anew:
+            changed = part.start == 0 and stretch.changed is not None
+            if part.start == 0 and not changed:
                 part = slice(1, part.stop)  # its first point is the last one of the stretch before
             if part.stop > part.start:
-                found.append(Part(stretch.law, tuple(column[part] for column in stretch.whole), anew))
+                found.append(RunPart(stretch.law, tuple(column[part] for column in stretch.whole), changed))
         return found
 
     def states_at(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -281,7 +281,7 @@ class Run:
         self.feed.forget(min(before, self.stretches[0].first.t))
 
 
-def with_jumps(law: Law, before: Point, columns: tuple[Any, ...]) -> tuple[Any, ...]:
+def with_jumps(law: MotorLaw, before: Point, columns: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return grid points after a point before them, twice at edges of the inputs: with the old and the new command."""
     import numpy as np
 

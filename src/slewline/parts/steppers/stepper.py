@@ -18,18 +18,18 @@ from ..base.follower import Follower, start_rule
 from ..base.part import AXIS, Part
 from ..motors.drivers import driver_complaint, read_driver
 from ..motors.integration import Point
-from ..motors.law import Law
+from ..motors.law import MotorLaw
 from ..motors.loads import check_holds, load_complaint, read_load
 from ..motors.motors import motor_complaint, read_motor
 from ..shafts.counter import CountScale
 from ..shafts.motor import EDGE, EDGES
 from ..shafts.shown import SwitchZone
 from .feed import Feed, Pins, phases_asked, steps_asked
+from .linkage import Linkage
 from .losses import Losses
 from .rest import RestCondition
 from .run import Run, with_jumps
-from .tracks import Track
-from .turning import MotorShaft, TrackMotion, pushed
+from .turning import LinkageMotion, MotorShaft, pushed
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Pin
@@ -125,7 +125,7 @@ class Stepper(Part):
         check_holds(its, drives, hangs, f"{name}: load")
         self._phased = inputs == "phases"
         try:
-            law = Law(
+            law = MotorLaw(
                 its, drives, hangs, "half" if self._phased else steps, 0 if step is None else picoseconds(step),
                 phased=self._phased,
             )  # fmt: skip
@@ -145,7 +145,7 @@ class Stepper(Part):
         self.rule = Follower(self, self._read, schedule=self._promise, react=self._react, cut=self.shaft.cut)
         self.shaft.source = self.rule
 
-    def _add_pins(self, law: Law) -> None:
+    def _add_pins(self, law: MotorLaw) -> None:
         if self._phased:
             names = PHASES[: law.period]
             for n, name in enumerate(names):
@@ -176,7 +176,7 @@ class Stepper(Part):
 
     # ------------------------------------------------------------------------------------------------ what a user asks
     @property
-    def _law(self) -> Law:
+    def _law(self) -> MotorLaw:
         """Motor, driver and load, as they are now."""
         return self._run.law
 
@@ -220,7 +220,7 @@ class Stepper(Part):
     @property
     def rests(self) -> RestCondition:
         """The condition that it has come to rest, for `bench.run_until`."""
-        return RestCondition(self)
+        return RestCondition(self.name, self.kernel, self._run)
 
     def shows(self) -> dict[str, Any]:
         """Return where its shaft is, in full steps, how many make a turn, and how far it is behind its command."""
@@ -354,7 +354,7 @@ class Stepper(Part):
             self._feed.asked = steps_asked(law, pins)
         level = self._level(pins)
         code = bits + width * level
-        pushes = [stretch.first.state[0] for stretch in self._run.stretches if stretch.anew is not None]
+        pushes = [stretch.first.state[0] for stretch in self._run.stretches if stretch.changed is not None]
         by = pushes[-1] if pushes else 0.0  # a hand has been on it already
         first = Point(self.kernel.now, law.at_rest(code=code), 0, code)
         self._run.begin(law, first)
@@ -388,5 +388,7 @@ class Stepper(Part):
 
     def _stall(self) -> SwitchZone:
         off = Fraction(self._law.period, 2)
-        counter = TrackMotion(self._run, Track(behind=True)).counter(CountScale(bounds=(-off, off)), self._stalls_ps)
+        counter = LinkageMotion(self._run, Linkage(behind=True)).counter(
+            CountScale(bounds=(-off, off)), self._stalls_ps
+        )
         return SwitchZone(counter, self.kernel.seen, False, STALLS, (0, 1))

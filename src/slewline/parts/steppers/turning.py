@@ -11,8 +11,8 @@ from ...core.wires.clocking import ClockEdges
 from ...errors import UsageError
 from ..shafts.counter import CountScale
 from ..shafts.shaft import Place, Shaft
+from .linkage import Linkage
 from .passing import Passings
-from .tracks import Track
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -21,24 +21,24 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ...core.time.kernel import Kernel
-    from ..motors.law import Law
+    from ..motors.law import MotorLaw
     from ..shafts.counter import Counter, Shown
     from .run import Run
 
 FINEST = Fraction(1, 1 << 20)  # step, of places that are told as fractions
-ROTOR = Track()
+ROTOR = Linkage()
 HALF = 0.5  # count, by which an encoder is turned: at rest the rotor is not where it counts
 
 
 @dataclass(frozen=True)
-class TrackMotion:
+class LinkageMotion:
     """The motion of a shaft that a rotor turns: for the rest of a run, whatever comes.
 
     It has the interface of a `ShaftMotion` (`parts/shafts/shaft_motion.py`).
     """
 
     run: Run
-    track: Track = ROTOR
+    linkage: Linkage = ROTOR
 
     @property
     def since(self) -> int:
@@ -51,9 +51,9 @@ class TrackMotion:
 
     def place(self, ps: int) -> float:
         """Return the place at an instant (ps), in steps."""
-        if self.track.simple:
-            return float(self.track.begun(self.run.state(ps)[0] / self.run.law.motor.step, 0.0)[-1])
-        return passings_of(self.run, self.track, CountScale(), 0.0).place(ps)
+        if self.linkage.simple:
+            return float(self.linkage.begun(self.run.state(ps)[0] / self.run.law.motor.step, 0.0)[-1])
+        return passings_of(self.run, self.linkage, CountScale(), 0.0).place(ps)
 
     def places(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the places at instants (int64 ps), in steps: (n,) float64."""
@@ -69,16 +69,16 @@ class TrackMotion:
         for part in self.run.between(start, stop):
             rotor = part.columns[1][:, 0] / part.law.motor.step
             times.append(part.columns[0])
-            if self.track.simple:
-                places.append(self.track.begun(rotor, 0.0)[-1])
+            if self.linkage.simple:
+                places.append(self.linkage.begun(rotor, 0.0)[-1])
             else:  # from its first point on it goes on as the rotor does
-                first = passings_of(self.run, self.track, CountScale(), 0.0).places(int(part.columns[0][0]))
-                places.append(self.track.gone(first, rotor[0], rotor)[-1])
+                first = passings_of(self.run, self.linkage, CountScale(), 0.0).places(int(part.columns[0][0]))
+                places.append(self.linkage.gone(first, rotor[0], rotor)[-1])
         return np.concatenate(times), np.concatenate(places)
 
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
         """Return what passes on a scale, `lag_ps` later."""
-        return RunCounter(passings_of(self.run, self.track, scale, HALF if scale.per_step else 0.0), scale, lag_ps)
+        return RunCounter(passings_of(self.run, self.linkage, scale, HALF if scale.per_step else 0.0), scale, lag_ps)
 
     def lost(self, ps: int) -> int:
         """Return 0: what a rotor loses, its part finds."""
@@ -92,30 +92,30 @@ class TrackMotion:
         """Return 0: it has no edges."""
         return 0
 
-    def onward(self, ps: int) -> TrackMotion:
+    def onward(self, ps: int) -> LinkageMotion:
         """Return the motion from an instant (ps) on: it is the same, since a run keeps its past."""
         return self
 
-    def geared(self, ratio: Fraction) -> TrackMotion:
+    def geared(self, ratio: Fraction) -> LinkageMotion:
         """Return the motion of a shaft that a gear drives: it turns `ratio` times as far, negative: the other way."""
-        return replace(self, track=Track(factor=float(ratio), under=self.track))
+        return replace(self, linkage=Linkage(factor=float(ratio), under=self.linkage))
 
-    def played(self, here: TrackMotion, play: Fraction, offset: Fraction) -> TrackMotion:
+    def played(self, here: LinkageMotion, play: Fraction, offset: Fraction) -> LinkageMotion:
         """Return the motion of what is moved with a play, and began `offset` above this one."""
-        return replace(self, track=Track(play=float(play), offset=float(offset), under=self.track))
+        return replace(self, linkage=Linkage(play=float(play), offset=float(offset), under=self.linkage))
 
 
-def passings_of(run: Run, track: Track, scale: CountScale, zero: float) -> Passings:
-    """Return the changes of a count along a track, one and the same for all that ask."""
-    key = track, scale, zero
+def passings_of(run: Run, linkage: Linkage, scale: CountScale, zero: float) -> Passings:
+    """Return the changes of a count along a linkage, one and the same for all that ask."""
+    key = linkage, scale, zero
     if key not in run.along:
-        run.along[key] = Passings(run, track, scale, zero)
+        run.along[key] = Passings(run, linkage, scale, zero)
     found: Passings = run.along[key]
     return found
 
 
 class RunCounter:
-    """The counts of a track as a wire shows them, `lag_ps` later: a counter of `parts/shafts/counter.py`."""
+    """The counts of a linkage as a wire shows them, `lag_ps` later: a counter of `parts/shafts/counter.py`."""
 
     def __init__(self, passings: Passings, scale: CountScale, lag_ps: int) -> None:
         self.passings, self.scale, self.lag_ps = passings, scale, lag_ps
@@ -145,7 +145,7 @@ class RunCounter:
         return self
 
 
-def pushed(law: Law, state: Mapping[str, float], by: float) -> dict[str, float]:
+def pushed(law: MotorLaw, state: Mapping[str, float], by: float) -> dict[str, float]:
     """Return the places of a shaft that is turned by hand (rad), with what hangs on it; no further than to a stop."""
     places = {name: state[name] for name in ("theta", "theta2") if name in state}
     held = list(places.values())[-1]
@@ -168,7 +168,7 @@ class MotorShaft(Shaft):
     def __init__(self, kernel: Kernel, run: Run, alter: Callable[..., None]) -> None:
         super().__init__(kernel, run.law.motor.full_steps)
         self.run, self._alter = run, alter
-        self.rotor = TrackMotion(run)
+        self.rotor = LinkageMotion(run)
         self.motion = self.rotor  # type: ignore[assignment]
 
     def cut(self, ps: int) -> None:

@@ -6,14 +6,14 @@ import re
 
 import click
 
-from ..core.datasheet.units import quantity
-from ..errors import UsageError
-from ..parts.motors.calibrate import Calibration
-from ..parts.motors.calibrate import calibrate as calibrated
-from ..parts.motors.drivers import read_driver
-from ..parts.motors.loads import read_load
-from ..parts.motors.motors import read_motor
-from .programs import print_json
+from ...core.datasheet.units import quantity
+from ...errors import UsageError
+from ...parts.motors.calibrate import Calibration
+from ...parts.motors.calibrate import calibrate as calibrated
+from ...parts.motors.drivers import read_driver
+from ...parts.motors.loads import read_load
+from ...parts.motors.motors import read_motor
+from ..programs import print_json
 
 RATE = re.compile(r"([0-9]+(?:\.[0-9]*)?)\s*(steps/s)?")
 REPLACED = ("friction", "stiction", "force")  # of a load, by the friction that was found

@@ -9,7 +9,7 @@ from typing import Any
 
 
 @dataclass(frozen=True)
-class Track:
+class Linkage:
     """Where something is that a rotor moves, in steps of its own.
 
     `factor` steps to a full step of the motor; with `play` it stops where the rotor turns round, until so many steps
@@ -19,7 +19,7 @@ class Track:
     factor: float = 1.0
     play: float = 0.0
     offset: float = 0.0
-    under: Track | None = None
+    under: Linkage | None = None
     behind: bool = False
 
     @property
@@ -28,15 +28,15 @@ class Track:
         return self.factor * (self.under.moves if self.under else 1.0)
 
     def begun(self, place: Any, command: Any) -> tuple[Any, ...]:
-        """Return the places of all tracks, this one last, as a run begins with the rotor at a place (full steps).
+        """Return the places of all linkages, this one last, as a run begins with the rotor at a place (full steps).
 
-        Both may be arrays where no track has a play.
+        Both may be arrays where no linkage has a play.
         """
         below = self.under.begun(place, command) if self.under else ()
         return *below, self._of(below[-1] if below else place, command, None)
 
     def follow(self, before: tuple[float, ...], place: float, command: float) -> tuple[float, ...]:
-        """Return the places of all tracks once the rotor is at a place, having gone there straight."""
+        """Return the places of all linkages once the rotor is at a place, having gone there straight."""
         below = self.under.follow(before[:-1], place, command) if self.under else ()
         return *below, self._of(below[-1] if below else place, command, before[-1])
 
@@ -64,7 +64,7 @@ class Track:
         return self.under.bound(pushed / self.factor, up, command)
 
     def gone(self, before: tuple[float, ...], rotor_before: float, rotor: Any) -> list[Any]:
-        """Return the places of all tracks, (n,) float64 each, as the rotor goes from one place to the next."""
+        """Return the places of all linkages, (n,) float64 each, as the rotor goes from one place to the next."""
         import numpy as np
 
         below = self.under.gone(before[:-1], rotor_before, rotor) if self.under else []
