@@ -194,7 +194,7 @@ class Passings:
         going.places = self._begun(law, going.before)
 
     def _with_play(self, going: Going, columns: Any) -> None:
-        """Go along some grid points, on a linkage whose place depends on the way, and on where the rotor turns round."""
+        """Go along some grid points, on a linkage that depends on the way, and on where the rotor turns round."""
         import numpy as np
 
         law, first = going.law, going.before.state
