@@ -91,6 +91,12 @@ class Model:
         return [f"{name}0 = {name}" for name in self.states]
 
     @property
+    def _held(self) -> tuple[str, ...]:
+        """What is kept and stays as it is while the motor rests; what `begin` assigns follows what is asked for."""
+        given = [line.split(" = ")[0] for line in self._of("begin")]
+        return tuple(name for name in self.kept if name not in given)
+
+    @property
     def _rest(self) -> str:
         """Those of the load come first: they are seldom true."""
         conditions = [condition for piece in reversed(self.pieces) for condition in piece.rest]
@@ -135,9 +141,9 @@ class Model:
                 " room):",
                 *indented(1, self._given, begin, ["count = edge = 0", "edges = len(times)", "rests = False"]),
                 *indented(1, ["while count < most:"]),
-                *indented(2, [f"{name}_ = {name}" for name in self.kept], self._before, self._decided),
+                *indented(2, [f"{name}_ = {name}" for name in self._held], self._before, self._decided),
                 *indented(2, [f"if {self._rest}:"]),
-                *indented(3, [f"{name} = {name}_" for name in self.kept]),
+                *indented(3, [f"{name} = {name}_" for name in self._held]),
                 *indented(3, ["if edge == edges or times[edge] > stop:"]),
                 *indented(4, ["rests = True", "break"]),
                 *indented(3, ["t = times[edge]", "hit = True"]),
@@ -160,11 +166,13 @@ class Model:
     @property
     def after(self) -> str:
         """The function that gives the state some time after a grid point, no later than the next one."""
-        same = f"({', '.join(f'{name}0' if name in self.states else name for name in self.whole)},)"
+        held = [f"{name}_ = {name}" for name in self._held]
+        marks = dict.fromkeys(self.states, "0") | dict.fromkeys(self._held, "_")
+        same = f"({', '.join(name + marks.get(name, '') for name in self.whole)},)"
         return "\n".join(
             [
                 "def after(parameters, table, t, state, code, span):",
-                *indented(1, self._given, self._before, self._decided, [f"if {self._rest}:"]),
+                *indented(1, self._given, held, self._before, self._decided, [f"if {self._rest}:"]),
                 *indented(2, [f"return {same}"]),
                 *indented(1, [f"dt = span * {PS}"], self._step, [f"return ({', '.join(self.whole)},)"]),
             ]
@@ -177,13 +185,13 @@ class Model:
         Every name stands for an array then, one number a motor.  One that rests is held until the next edge.
         """
         whole = ", ".join(self.whole)
-        back = [f"{name} = {name}_" for name in self.kept]
+        back = [f"{name} = {name}_" for name in self._held]
         return "\n".join(
             [
                 "def many(parameters, table, t, state, code, command, times, codes, commands, stop):",
                 *indented(1, self._given, ["edge = 0", "edges = len(times)"]),
                 *indented(1, ["worst = absolute(0.0 * theta)", "rests = False", "while True:"]),
-                *indented(2, [f"{name}_ = {name}" for name in self.kept], self._decided),
+                *indented(2, [f"{name}_ = {name}" for name in self._held], self._decided),
                 *indented(2, [f"rests = where({self._rest}, True, rests)"]),
                 *indented(2, ["resting = count_nonzero(rests)", "all_rest = resting == motors"]),
                 *indented(2, ["following = t + STEP_PS", "hit = edge < edges and times[edge] <= following"]),
@@ -196,7 +204,7 @@ class Model:
                 *indented(2, ["else:"]),
                 *indented(3, [f"dt = (following - t) * {PS}"], self._before, self._step, ["if resting:"]),
                 *indented(4, [f"{name} = where(rests, {name}0, {name})" for name in self.states]),
-                *indented(4, [f"{name} = where(rests, {name}_, {name})" for name in self.kept]),
+                *indented(4, [f"{name} = where(rests, {name}_, {name})" for name in self._held]),
                 *indented(2, ["t = following", "if hit:"]),
                 *indented(3, self._edge, ["command = commands[edge]", "edge += 1", "rests = False"]),
                 *indented(2, ["worst = maximum(worst, absolute(command * STEPS_COMMAND - theta * STEPS_RAD))"]),
