@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-from . import accuracy, bench, currents, damping, friction, oscillations, others, pullout
+from . import accuracy, bench, currents, damping, friction, oscillations, others, pullout, tuner
 from .table import CHECKS
 
-MODULES = (accuracy, bench, currents, damping, friction, oscillations, others, pullout)
+MODULES = (accuracy, bench, currents, damping, friction, oscillations, others, pullout, tuner)
 ROWS = sorted(CHECKS, key=lambda one: (one.number, one.what))

@@ -19,6 +19,7 @@ from slewline.tuning.executors import INLINE, dask
 from slewline.tuning.judging import Trial, Verdict
 from slewline.tuning.task import Tuned
 from slewline.tuning.tune import perform
+from slewline.version import __version__
 
 from .stand_in import hits, task
 
@@ -86,6 +87,25 @@ def test_the_result_of_a_cluster_is_the_same(cluster: Cluster, full_map: bool) -
         assert workers.window == 4
         together = found(workers)
     assert replace(together, runs_here=0) == replace(found(INLINE), runs_here=0)
+
+
+def test_workers_with_another_version_are_refused(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slewline.tuning.executors.__version__", "9.9")
+    with pytest.raises(UsageError) as caught, dask(cluster.address):
+        pass
+    says = str(caught.value)
+    assert says.startswith(f"Dask cluster {cluster.address!r}: the worker tcp://127.0.0.1:"), says
+    assert f" has slewline {__version__}, this computer 9.9; install 9.9 for its workers, and start them again" in says
+
+
+def test_workers_without_slewline_are_refused(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    def version_here() -> str:
+        raise ImportError("No module named 'slewline'")
+
+    monkeypatch.setattr("slewline.tuning.executors.version_here", version_here)
+    with pytest.raises(UsageError, match=r"has no slewline \(No module named 'slewline'\), this computer"), \
+            dask(cluster.address):
+        pass
 
 
 def test_a_cluster_that_dies_costs_nothing_of_the_log(tmp_path: Path) -> None:
