@@ -53,20 +53,20 @@ GRIDS = {
         "F=4,8 R=8..40/5 S=1..250/4", "F=4,6,8 R=4..44/11 S=1..250/9",
     ),
     "GS-C200S": Grid(
-        "gs-c200s", "QSH4218-47-28-040", "24 V, 2.8 A averaged", "inertia 6.8e-6, friction 5 mNm", 200,
-        "S=20,60 T=100..500/5 R=5..400/4", "S=10,30,60 T=60..600/10 R=5..800/9",
+        "gs-c200s", "QSH4218-51-10-049", "24 V, 1 A averaged", "inertia 6.8e-6, friction 5 mNm", 200,
+        "S=40,60 T=100..300/5 R=10..80/4", "S=10,30,60 T=60..400/10 R=5..300/9",
     ),
     "MC1451A, trapezoid": Grid(
         "mc1451a", "QSH4218-47-28-040", "24 V, 2.8 A averaged", LOAD, 200,
-        "SET_VEL=500 steps/s..5000 steps/s/6 SET_ACC=3e3 steps/s2..3e5 steps/s2/6",
-        "SET_VEL=300 steps/s..6000 steps/s/14 SET_ACC=2e3 steps/s2..1e6 steps/s2/16",
+        "SET_VEL=500 steps/s..5000 steps/s/5 SET_ACC=3e3 steps/s2..3e5 steps/s2/6 SET_START_VEL=0",
+        "SET_VEL=300 steps/s..6000 steps/s/12 SET_ACC=2e3 steps/s2..1e6 steps/s2/12 SET_START_VEL=0,300 steps/s",
     ),
     "MC1451A, S-curve": Grid(
         "mc1451a", "QSH4218-51-10-049", "24 V, 1 A averaged", LOAD, 200,
         "profile=s-curve SET_VEL=500 steps/s..4000 steps/s/4 SET_MAX_ACC=3e3 steps/s2..3e5 steps/s2/4 "
         "SET_JERK=3e5 steps/s3..3e7 steps/s3/3",
-        "profile=s-curve SET_VEL=300 steps/s..6000 steps/s/9 SET_MAX_ACC=2e3 steps/s2..6e5 steps/s2/9 "
-        "SET_JERK=1e5 steps/s3..1e8 steps/s3/6",
+        "profile=s-curve SET_VEL=300 steps/s..6000 steps/s/8 SET_MAX_ACC=2e3 steps/s2..6e5 steps/s2/7 "
+        "SET_JERK=1e5 steps/s3..1e8 steps/s3/5",
     ),
 }  # fmt: skip
 
