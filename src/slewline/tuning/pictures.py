@@ -55,38 +55,6 @@ def save_tuning(
     save(draw(picture, width, dark), path, picture.title, picture.description, dark)
 
 
-def save_strip(
-    path: str | Path, tuned: Tuned, tried: Sequence[int], answer: int, width: str | float = "page", dark: bool = False
-) -> None:
-    """Draw which values of one parameter hold, and a search that took one for another, into a file.
-
-    Args:
-        tuned: with the full map of a grid in which one rate or acceleration has several values.
-        tried, answer: places of the map.
-
-    Raises:
-        UsageError: another grid, another suffix, a path that cannot be written, or no matplotlib.
-    """
-    from ..record.pictures.pictures import SUFFIXES, save
-    from ..record.pictures.strip import StripPicture
-    from ..record.pictures.strip import draw as draw_strip
-    from ..record.whole_file import check_suffix
-
-    check_suffix(path, SUFFIXES)
-    task = tuned.task
-    if len(task.grid.free) != 1 or len(tuned.map) != task.grid.size:
-        raise UsageError(f"{task.part}: a strip of {task.grid}; allowed the full map of one parameter")
-    (name,) = task.grid.free
-    calculator = ramps_of(task.part, task.options)
-    quantity = calculator.quantity(name)
-    values = [shown_value(quantity, place.values[name], task.crystal_hz) for place in tuned.map]
-    picture = StripPicture(
-        f"{task.part}, {task.motor.name}, {task.steps} steps", name, values,
-        [place.says == "holds" for place in tuned.map], tried, answer,
-    )  # fmt: skip
-    save(draw_strip(picture, width, dark), path, picture.title, picture.description, dark)
-
-
 def picture_of(tuned: Tuned, calculator: Calculator) -> TuningPicture:
     """Return the picture of the chosen move: recommended, or else the fastest.
 
