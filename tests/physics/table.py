@@ -110,9 +110,7 @@ def as_parameters(rows: Iterable[Check], modules: Iterable[ModuleType]) -> list[
     names = {module.__name__ for module in modules}
     slow = [pytest.mark.long, pytest.mark.timeout(900)]
     return [
-        pytest.param(row, id=row.name, marks=slow if row.long else [])
-        for row in rows
-        if row.read.__module__ in names
+        pytest.param(row, id=row.name, marks=slow if row.long else []) for row in rows if row.read.__module__ in names
     ]
 
 

@@ -173,7 +173,9 @@ def resumed() -> Iterator[Reading]:
         rows = log.read_bytes().splitlines()[1:]
     keys = {row.split(b'"lost"')[0].partition(b'"run"')[::2] for row in rows}
     yield at_least("runs before it was killed", kept, 20)
-    yield same("the result is that of one that was not", float(replace(again, runs_here=0) == replace(fresh, runs_here=0)), 1)
+    yield same(
+        "the result is that of one that was not", float(replace(again, runs_here=0) == replace(fresh, runs_here=0)), 1
+    )
     yield same("runs before and after", kept + len(judged), fresh.runs)
     yield same("runs twice", len(rows) - len(keys) + len(judged) - len({*judged}), 0)
 
@@ -181,7 +183,9 @@ def resumed() -> Iterator[Reading]:
 def killed(log: Path, runs: int) -> int:
     """Sweep in a process of its own, and kill that after so many runs; return how many it has written down."""
     paths = os.pathsep.join([str(ROOT), *sys.path])
-    process = subprocess.Popen([sys.executable, "-c", SWEEP, str(log)], env=os.environ | {"PYTHONPATH": paths}, cwd=ROOT)
+    process = subprocess.Popen(
+        [sys.executable, "-c", SWEEP, str(log)], env=os.environ | {"PYTHONPATH": paths}, cwd=ROOT
+    )
     until = monotonic() + 60
     while not (log.exists() and log.read_bytes().count(b"\n") > runs) and monotonic() < until:
         sleep(0.001)

@@ -29,7 +29,7 @@ def test_a_search_that_ends_at_what_holds() -> None:
     picture = StripPicture("Chip", "Acceleration", VALUES, HOLDS, (2, 3), 2)
     assert texts(picture) == ["1. holds: faster", "2. fails: slower", "the answer: 2000 holds"]
     axes = draw(picture).axes[0]
-    assert [tick.get_text() for tick in axes.get_xticklabels()][0] == "500"
+    assert axes.get_xticklabels()[0].get_text() == "500"
     low, high = axes.get_xlim()
     assert low == pytest.approx(500 / 2**0.5) and high == pytest.approx(8000 * 2**0.5)
 

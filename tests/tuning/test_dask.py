@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic, sleep
@@ -21,53 +17,12 @@ from slewline.tuning.task import Tuned
 from slewline.tuning.tune import perform
 from slewline.version import __version__
 
+from .cluster import Cluster
 from .stand_in import hits, task
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # those of Dask are not ours
-ROOT = Path(__file__).parents[2]
 NOBODY = "tcp://127.0.0.1:9"
-CLUSTER = """
-import sys
-from distributed import LocalCluster
-if __name__ == "__main__":
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
-        print(cluster.scheduler_address, flush=True)
-        sys.stdin.read()
-"""
-
-
-class Cluster:
-    """A scheduler with two workers, in processes of their own."""
-
-    def __init__(self, folder: Path) -> None:
-        script = folder / "cluster.py"
-        script.write_text(CLUSTER)
-        paths = os.pathsep.join([str(ROOT), *sys.path])
-        self.process = subprocess.Popen(
-            [sys.executable, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            text=True, env=os.environ | {"PYTHONPATH": paths},
-        )  # fmt: skip
-        assert self.process.stdout is not None
-        self.address = self.process.stdout.readline().strip()
-
-    def kill(self) -> None:
-        """Kill the scheduler; its workers end when they miss it."""
-        self.process.kill()
-
-    def close(self) -> None:
-        """End all of it."""
-        assert self.process.stdin is not None and self.process.stdout is not None
-        self.process.stdin.close()
-        self.process.stdout.close()
-        self.process.wait(20)
-
-
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    made = Cluster(tmp_path_factory.mktemp("dask"))
-    yield made
-    made.close()
 
 
 def slowly(run: Trial) -> Verdict:
@@ -103,8 +58,10 @@ def test_workers_without_slewline_are_refused(cluster: Cluster, monkeypatch: pyt
         raise ImportError("No module named 'slewline'")
 
     monkeypatch.setattr("slewline.tuning.executors.version_here", version_here)
-    with pytest.raises(UsageError, match=r"has no slewline \(No module named 'slewline'\), this computer"), \
-            dask(cluster.address):
+    with (
+        pytest.raises(UsageError, match=r"has no slewline \(No module named 'slewline'\), this computer"),
+        dask(cluster.address),
+    ):
         pass
 
 

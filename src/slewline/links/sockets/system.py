@@ -1,7 +1,7 @@
 """What the system has, and what takes the place of what it lacks.
 
-Linux, macOS and Windows differ here and nowhere else, but for the lock of a file (`locks.py`).  A module, a call or a signal is looked for, and only when it is
-needed.
+Linux, macOS and Windows differ here and nowhere else, but for the lock of a file (`locks.py`).  A module, a call or a
+signal is looked for, and only when it is needed.
 
                         Linux                   macOS                   Windows
     sleep               select over epoll       kqueue                  select, the timer set to 1 ms

@@ -1,10 +1,10 @@
 """The picture of one parameter: which values hold, which fail, and the way of a search among them.
 
-    holds   | | | |         | |    | | | | | | | |
-    fails          | | | | |   | |                 value
-                       1
-                2                                  the search
-    search     3
+holds   | | | |         | |    | | | | | | | |
+fails          | | | | |   | |                 value
+                   1
+            2                                  the search
+search     3
 """
 
 from __future__ import annotations
