@@ -20,7 +20,7 @@ import slewline
 from slewline.parts.motors.data import LoadData
 from slewline.parts.motors.drivers import read_driver
 from slewline.parts.motors.integration import integrate_many
-from slewline.parts.motors.law import Law
+from slewline.parts.motors.law import MotorLaw
 from slewline.parts.motors.motors import motor_named
 
 ROUNDS = 5
@@ -31,9 +31,9 @@ STEPS = {"motor": MOTOR, "driver": DRIVER, "load": LOAD}
 MANY = 1000
 
 
-def law(step_us: int = 20) -> Law:
+def law(step_us: int = 20) -> MotorLaw:
     """The motor of these figures, with a grid of its own."""
-    return Law(DATA, read_driver(DRIVER, "driver", DATA), LoadData(**LOAD), step_ps=step_us * 10**6)
+    return MotorLaw(DATA, read_driver(DRIVER, "driver", DATA), LoadData(**LOAD), step_ps=step_us * 10**6)
 
 
 def ramp(count: int) -> tuple[Any, Any, int]:
@@ -59,7 +59,9 @@ def side_by_side() -> float:
     times, commands, stop = ramp(100)
     first = law()
     laws = [
-        Law(DATA, first.driver, LoadData(inertia=6.8e-6 * (0.8 + 0.4 * n / MANY), friction=5e-3), step_ps=first.step_ps)
+        MotorLaw(
+            DATA, first.driver, LoadData(inertia=6.8e-6 * (0.8 + 0.4 * n / MANY), friction=5e-3), step_ps=first.step_ps
+        )
         for n in range(MANY)
     ]
     integrate_many(laws, times, commands, stop)
@@ -143,7 +145,7 @@ def rows() -> Iterator[Row]:
     for name, act, goal, bound in (
         ("one motor, 20 us, Numba", alone("numba", 20, 6000), 100.0, "latency of four dependent evaluations"),
         ("one motor, 100 us, plain Python", alone("python", 100, 600), 8.0, "some 240 operations a step"),
-        ("1,000 motors side by side, NumPy, motor-seconds", side_by_side, 80.0, "some 300 calls of NumPy a step"),
+        ("1,000 motors side by side, NumPy, motor-seconds", side_by_side, 80.0, "some 260 calls of NumPy a step"),
         ("CY525, asked once, at rest", cy525(), None, "the integrator"),
         ("two switches watched", cy525("one.out", "two.out"), 25.0, "the integrator"),
         ("GS-C200S homes on its switches", homing, 30.0, "blocks that are cut: each switch stops or turns the module"),

@@ -11,6 +11,7 @@ docs/reference/mc1451a.md       the data sheet of the six chipsets, and the quir
 docs/reference/cli.md           commands and options
 docs/reference/control.md       the requests of the control port
 docs/reference/parts.md         the parts around a chip
+docs/reference/motors.md        motors, drivers and loads, and the texts that are understood
 docs/reference/conformance_*.md facts and their tests
 
 And one file that goes with the package: src/slewline/links/control/control.schema.json, the requests once more.
@@ -49,6 +50,7 @@ from slewline.links.control.requests import COMMON, NAMES, REQUESTS, schema
 from slewline.links.control.rows_of_events import EVENTS
 from slewline.parts import KINDS, options_of, part_class
 from slewline.parts.base.part import Part
+from slewline.parts.motors import drivers, loads, motors
 
 EXAMPLES: dict[str, dict[str, Any]] = {"prom": {"image": ""}, "switch": {"low": 0}}  # parts that need an option
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -376,6 +378,73 @@ def attaches(kind: str, part: Part, chip: Chip) -> bool:
         return False
 
 
+# --------------------------------------------------------------------------------------------------------------- motors
+MOTORS_PAGE = """\
+# Motors, drivers and loads
+
+What [`stepper`](../howto/motors.md) takes as `motor`, `driver` and `load`, and `slewline calibrate` and `slewline
+tune` likewise: a name, text, or a table of figures. A figure is a number in the unit of the table, or text with a
+unit, such as `"68 g cm2"`. [What the model leaves out](../explanation/motors.md) says what the figures stand for.
+
+## Motors
+
+Hybrid motors with 200 full steps a turn; windings, holding torque with two phases on, and inertia of the rotor are
+those of the source. The drag by iron loss is on none of the sheets; 2.66 ms times the holding torque is taken.
+"""
+SOURCES_NOTE = "Some rows are estimates in part, as their sources say. Check a row against the sheet of your motor."
+DRIVER_TEXTS = """\
+`{supply:V}` stands for a number and its unit, `24 V`; `L/{times:R}` for `L/4R`. A text without a kind is `averaged`,
+and with a frequency or a decay `chopper`. The current is that of a phase with two phases on; without it the rated
+current of the motor holds.
+"""
+LOAD_TEXTS = """\
+A text has names and figures between commas, `inertia 68 g cm2, friction 10 mNm`; a table has the same. `mass` with
+`lead` is a linear axis: its inertia, its friction by `force`, its weight if it is `vertical`.
+"""
+
+
+def motors_page() -> str:
+    """The rows of motors and drivers with their sources, and what texts and tables may have."""
+    sources = list(dict.fromkeys(row.source for row in motors.MOTORS.values()))
+    columns = ("motor", "A", "ohm", "mH", "N m", "detent mN m", "g cm²", "source")
+    rows = (
+        (
+            f"`{row.name}`", f"{row.current:g}", f"{row.resistance:g}", f"{row.inductance * 1e3:g}", f"{row.torque:g}",
+            f"{row.detent * 1e3:g}" if row.detent else "", f"{row.inertia * 1e7:g}", str(sources.index(row.source) + 1),
+        )
+        for row in motors.MOTORS.values()
+    )  # fmt: skip
+    listed = "\n".join(f"{n}. {source}" for n, source in enumerate(sources, 1))
+    sayings = (
+        (f"`{form}`", "; ".join(f"{name} = {value}" for name, value in sets.items()))
+        for form, sets in drivers.SAYINGS.items()
+    )
+    kinds = ((f"`{kind}`", ", ".join(f"`{name}`" for name in names)) for kind, names in drivers.TAKES.items())
+    bought = (
+        (
+            f"`{name}`", f"{row.data.frequency / 1e3:g} kHz, {row.data.decay} decay",
+            f"{row.supply[0]:g} to {row.supply[1]:g}", f"{row.most:g}", row.data.source,
+        )
+        for name, row in drivers.DRIVERS.items()
+    )  # fmt: skip
+    always = ", ".join(f"`{name}`" for name in drivers.ALWAYS)
+    return "\n\n".join(
+        (
+            f"{NOTE}{MOTORS_PAGE}\n{table(columns, rows)}", listed, SOURCES_NOTE,
+            "### A motor of your own", "`like` takes all figures of a row; what else is given replaces one.",
+            option_table(motors.FIGURES),
+            "## Drivers", "A text has parts between commas, in any order:",
+            "\n".join(f"    {text}" for text in drivers.EXAMPLES),
+            table(("text", "sets"), sayings), DRIVER_TEXTS.strip(),
+            "Drivers that can be bought stand in a text, or in a table as `like`:",
+            table(("driver", "switches at", "supply, V", "most, A", "source"), bought),
+            "### A driver as a table", option_table(drivers.FIGURES),
+            f"Beside {always} a driver has the figures of its kind:", table(("kind", "figures"), kinds),
+            "## Loads", LOAD_TEXTS.strip(), f"{option_table(loads.FIGURES)}\n",
+        )
+    )  # fmt: skip
+
+
 # ---------------------------------------------------------------------------------------------------------- conformance
 def conformance_page(folder: str) -> str:
     """Facts and choices of a data sheet, with the tests that carry them."""
@@ -405,6 +474,7 @@ FILES = {
     "reference/control.md": control_page,
     "../src/slewline/links/control/control.schema.json": control_schema,
     "reference/parts.md": parts_page,
+    "reference/motors.md": motors_page,
     **{f"reference/conformance_{folder}.md": partial(conformance_page, folder) for folder in conformance.tables()},
 }
 

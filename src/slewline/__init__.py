@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .core.component import Finding
     from .core.motion.axis import Steps
     from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WaveformError, WiringError
+    from .parts.motors.laws import motor_law
     from .record.measuring.compare import compare_edges
     from .record.waveforms.read_vcd import read_vcd
     from .tuning.tune import tune
@@ -44,6 +45,7 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
         "WaveformError",
         "WiringError",
     ),
+    "parts.motors.laws": ("motor_law",),
     "record.measuring.compare": ("compare_edges",),
     "record.waveforms.read_vcd": ("read_vcd",),
     "tuning.tune": ("tune",),
@@ -63,6 +65,7 @@ __all__ = [
     "compare_edges",
     "find_ramps",
     "load",
+    "motor_law",
     "ramp",
     "read_image",
     "read_vcd",

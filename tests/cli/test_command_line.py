@@ -18,7 +18,7 @@ from slewline.core.time import kernel
 from slewline.extras import EXTRAS
 
 ROOT = Path(__file__).parents[2]
-COMMANDS = ("chips", "run", "asm", "dis", "lint", "describe", "ramp", "serve", "demo", "examples")
+COMMANDS = ("chips", "run", "asm", "dis", "lint", "describe", "ramp", "calibrate", "serve", "demo", "examples")
 PYTHON = [sys.executable, "-W", "error", "-c"]
 
 

@@ -12,6 +12,7 @@ from random import Random
 import numpy as np
 import pytest
 
+from slewline import Bench
 from slewline.chips.mc1451a.axis.pin_edges import PinEdges
 from slewline.core.time.kernel import Kernel
 from slewline.core.wires.clocking import ClockEdges
@@ -159,3 +160,15 @@ def test_it_shows_the_same_watched_or_asked_in_between_and_in_any_order_of_an_in
     random = Random(seed)
     asked = random.sample(range(1, END), 30)
     assert run(Random(seed), watched=seed % 2 == 0, asked=asked)[3] == run()[3]
+
+
+def test_steps_are_lost_as_soon_as_it_is_at_rest():
+    bench = Bench()
+    x = bench.add("cy525", name="x")
+    motor = bench.part(
+        "stepper", "motor", to=x, driver="L/4R 20 V", load="inertia 6.8e-6, friction 5 mNm, torque 30 mNm"
+    )
+    bench.host(x).send("A 0\rF 6\rR 20\rS 200\rZ 1\rN 400\rG\r")
+    bench.run_until_idle()
+    bench.run_until(motor.rests)
+    assert motor.lost == round(motor.command - motor.place) and motor.lost % 4 == 0 and motor.lost > 300

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
-from slewline.parts.motors.integration import Trace, integrate_many, numba_is_there
-from slewline.parts.motors.law import Law
+from slewline.parts.motors.integration import MotorTrace, integrate_many, numba_is_there
+from slewline.parts.motors.law import MotorLaw
 
 from .currents import RELUCTANCE
 from .runs import L_4R, STEP, A, Floats, Ints, J, K, fast, ps, ramp, up_to, with_state
@@ -20,7 +20,7 @@ from .table import Reading, at_most, check, near, same, within
 
 
 # ------------------------------------------------------------------------------------------------------------- energy
-def missing(trace: Trace) -> float:
+def missing(trace: MotorTrace) -> float:
     """Return what is missing of the energy from the supply, as a part of it: trapezoids between grid points."""
     law = trace.law
     motor = law.motor
@@ -53,7 +53,7 @@ def energy() -> Iterator[Reading]:
     times = ramp(300.0, 1000.0, 4000.0)
     found = []
     for us in (5, 10, 20):
-        law = Law(motor, L_4R, LoadData(inertia=J, torque=0.1), step_ps=us * 1_000_000)
+        law = MotorLaw(motor, L_4R, LoadData(inertia=J, torque=0.1), step_ps=us * 1_000_000)
         trace = law.integrate(times, np.arange(1, len(times) + 1), int(times[-1]), engine="python")
         found.append(missing(trace))
         if us == 5:
@@ -64,7 +64,7 @@ def energy() -> Iterator[Reading]:
 
 
 # ----------------------------------------------------------------------------------------------------------- accuracy
-def solved(law: Law, edges: Ints, state: list[float], stops: list[float]) -> list[float]:
+def solved(law: MotorLaw, edges: Ints, state: list[float], stops: list[float]) -> list[float]:
     """Return the place (rad) at some instants, by another way: extrapolated midpoints from edge to edge, NumPy's sine.
 
     The equations are those of the text, written out once more; between edges nothing jumps.
@@ -123,17 +123,17 @@ STOPS = [0.01, 0.02, 0.05, 0.08, 0.1]
 PRINTED = [3.2564126, 9.0433661, 38.6921113, 86.4077425, 128.2108508]  # full steps, from command 0 on
 
 
-def check_35(step_ps: int) -> tuple[Law, Ints, list[float]]:
+def check_35(step_ps: int) -> tuple[MotorLaw, Ints, list[float]]:
     """Return law, edges and first state of check 35."""
     motor = replace(A, detent=28e-3, iron=1.3e-3)
     driver = DriverData(kind="voltage", supply=24.0, series=15.0)
-    law = Law(motor, driver, LoadData(inertia=13.6e-6 - J, torque=0.02), step_ps=step_ps)
+    law = MotorLaw(motor, driver, LoadData(inertia=13.6e-6 - J, torque=0.02), step_ps=step_ps)
     n = np.arange(1, 201)
     edges = np.rint((np.sqrt(9e4 + 4e4 * n) - 300) / 2e4 * 1e12).astype(np.int64)
     return law, edges, with_state(law, i1=1.2, i2=1.2)
 
 
-def places(law: Law, edges: Ints, state: list[float], engine: str = "python") -> Floats:
+def places(law: MotorLaw, edges: Ints, state: list[float], engine: str = "python") -> Floats:
     """Return where the rotor is at the instants of check 35, in full steps."""
     trace = law.integrate(edges, np.arange(1, len(edges) + 1), ps(0.1), state=state, engine=engine)
     found = []
@@ -158,7 +158,7 @@ def solver() -> Iterator[Reading]:
         yield at_most(f"{us} us, furthest from the solver here, steps", errors[us], tolerance)
 
 
-def falls(laws: list[Law], edges: Ints, state: list[float], stop: float) -> list[float]:
+def falls(laws: list[MotorLaw], edges: Ints, state: list[float], stop: float) -> list[float]:
     """Return by what the error falls from one law to the next; the last one is the exact one."""
     ends = []
     for law in laws:
@@ -182,7 +182,7 @@ def fourth_power() -> Iterator[Reading]:
     ):
         motor = replace(A, detent=28e-3, iron=1.3e-3)
         spans = (100, 50, 25, 1)
-        laws = [Law(motor, driver, LoadData(inertia=J, torque=0.02), step_ps=us * 1_000_000) for us in spans]
+        laws = [MotorLaw(motor, driver, LoadData(inertia=J, torque=0.02), step_ps=us * 1_000_000) for us in spans]
         ratios = falls(laws, edges, with_state(laws[0]), 0.043)
         yield near(f"{name}, 100 us over 50 us", ratios[0], 16.0, 0.25)
         yield near(f"{name}, 50 us over 25 us", ratios[1], 16.0, 0.15)
@@ -194,7 +194,9 @@ def averaged_source() -> Iterator[Reading]:
     edges = np.arange(1, 21, dtype=np.int64) * 2_000_000_000
     driver = DriverData(kind="averaged", supply=24.0, current=1.0)
     motor = replace(A, detent=28e-3, iron=1.3e-3)
-    laws = [Law(motor, driver, LoadData(inertia=J, torque=0.02), step_ps=us * 1_000_000) for us in (40, 20, 10, 5, 1)]
+    laws = [
+        MotorLaw(motor, driver, LoadData(inertia=J, torque=0.02), step_ps=us * 1_000_000) for us in (40, 20, 10, 5, 1)
+    ]
     ratios = falls(laws, edges, with_state(laws[0]), 0.043)
     for n, (one, two) in enumerate(((40, 20), (20, 10))):
         yield Reading(f"{one} us over {two} us, 2 to 4", ratios[n], 2.5, 1.0, 2.0)
@@ -226,7 +228,7 @@ KINDS: tuple[tuple[str, MotorData, dict[str, Any], LoadData, str], ...] = (
 )  # fmt: skip
 
 
-def different(law: Law, edges: Ints) -> tuple[int, int]:
+def different(law: MotorLaw, edges: Ints) -> tuple[int, int]:
     """Return the number of grid points, and of those whose bits are not the same from both engines."""
     stop = int(edges[-1])
     given = (edges, np.arange(1, len(edges) + 1), stop)
@@ -241,7 +243,7 @@ def different(law: Law, edges: Ints) -> tuple[int, int]:
 def side_by_side() -> Iterator[Reading]:
     for name, motor, driver, load, steps in KINDS:
         loads = [replace(load, torque=torque, inertia=load.inertia + more) for torque, more in ((0.0, 0), (0.05, 1e-6))]
-        laws = [Law(motor, DriverData(**driver), one, steps=steps) for one in loads]
+        laws = [MotorLaw(motor, DriverData(**driver), one, steps=steps) for one in loads]
         seconds = 3_000 * laws[0].step_ps * 1e-12
         edges = ramp(100.0 * laws[0].micro, 2000.0 * laws[0].micro, 1900 * laws[0].micro / seconds)
         commands, stop = np.arange(1, len(edges) + 1), int(edges[-1]) + 500_000_000
@@ -257,11 +259,11 @@ def side_by_side() -> Iterator[Reading]:
 def engines() -> Iterator[Reading]:
     if not numba_is_there():
         return
-    law = Law(WITH_DETENT, DriverData(kind="voltage", supply=48.0, series=43.0), LoadData(friction=2e-3))
+    law = MotorLaw(WITH_DETENT, DriverData(kind="voltage", supply=48.0, series=43.0), LoadData(friction=2e-3))
     count, off = different(law, up_to(4000.0, 0.08, acceleration=30_000.0))
     yield same(f"ramp to 4,000 steps/s, of {count} points, different", off, 0)
     for name, motor, driver, load, steps in KINDS:
-        law = Law(motor, DriverData(**driver), load, steps=steps)
+        law = MotorLaw(motor, DriverData(**driver), load, steps=steps)
         seconds = (14_000 if law.step_ps == 1_000_000 else 10_500) * law.step_ps * 1e-12
         # A ramp that ends when the points are made: with 20 us it comes to 2,000 steps/s
         fastest = 2000.0 if law.step_ps > 1_000_000 else 3000.0

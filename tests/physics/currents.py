@@ -9,8 +9,8 @@ from math import cos, exp, log, pi, sqrt
 import numpy as np
 
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
-from slewline.parts.motors.integration import Trace
-from slewline.parts.motors.law import Law
+from slewline.parts.motors.integration import MotorTrace
+from slewline.parts.motors.law import MotorLaw
 
 from .runs import F0, NONE, STEP, A, J, K, frequency, passes, ps, restless, seconds, with_state
 from .table import Reading, at_most, check, near, same, within
@@ -29,7 +29,7 @@ def reaches(
     driver: DriverData, bound: float, stop: float, *, command: int = 0, step_ps: int = 0, **state: float
 ) -> float:
     """Return when the current of winding 1 of a blocked rotor comes to a bound (A), in ms."""
-    law = restless(Law(A, driver, step_ps=step_ps, blocked=True))
+    law = restless(MotorLaw(A, driver, step_ps=step_ps, blocked=True))
     trace = law.integrate(
         NONE, NONE, ps(stop), state=with_state(law, i1=0.0, i2=0.0) if not state else with_state(law, **state),
         command=command, code=law.code(command), engine="python",
@@ -55,7 +55,7 @@ def current_rise() -> Iterator[Reading]:
 def emf() -> Iterator[Reading]:
     omega = 600 / 60 * 2 * pi
     meter = replace(SHORTED, series=10e3 - A.resistance)
-    law = Law(A, meter, HEAVY, step_ps=500_000)
+    law = MotorLaw(A, meter, HEAVY, step_ps=500_000)
     trace = law.integrate(NONE, NONE, ps(0.011), state=with_state(law, omega=omega, i1=0.0, i2=0.0), engine="python")
     late = seconds(trace) >= 0.001
     volts = trace["i1"][late] * 10e3
@@ -68,7 +68,7 @@ def emf() -> Iterator[Reading]:
 @check(27, "braking torque of shorted windings")
 def shorted() -> Iterator[Reading]:
     for omega in (5.0, A.resistance / A.inductance / A.teeth, 50.0):
-        law = Law(A, SHORTED, HEAVY)
+        law = MotorLaw(A, SHORTED, HEAVY)
         turn = 2 * pi / (A.teeth * omega)  # electrical
         since, until = 0.03, 0.03 + max(1, round(0.05 / turn)) * turn
         trace = law.integrate(
@@ -83,14 +83,14 @@ def shorted() -> Iterator[Reading]:
         yield near(f"{omega} rad/s, Nm", torque, expected, 0.002)
 
 
-def chopped(decay: str, *, step_ps: int = 200_000, **driver: float) -> Trace:
+def chopped(decay: str, *, step_ps: int = 200_000, **driver: float) -> MotorTrace:
     """Return the steady currents of a blocked motor behind a chopper of 24 V, 1 A, 20 kHz."""
     given = DriverData(kind="chopper", supply=24.0, current=1.0, decay=decay, **driver)  # type: ignore[arg-type]
-    law = restless(Law(A, given, step_ps=step_ps, blocked=True))
+    law = restless(MotorLaw(A, given, step_ps=step_ps, blocked=True))
     return law.integrate(NONE, NONE, ps(4e-3), engine="python")
 
 
-def ripple(trace: Trace, since: float = 3e-3) -> tuple[float, float]:
+def ripple(trace: MotorTrace, since: float = 3e-3) -> tuple[float, float]:
     """Return the peak to peak value and the mean of the current, over whole periods from an instant (s) on."""
     late = trace["i1"][seconds(trace) >= since][:-1]
     return float(late.max() - late.min()), float(late.mean())
@@ -136,7 +136,7 @@ def chopper_fast_and_mixed() -> Iterator[Reading]:
     high, _ = ripple(chopped("slow", diode=1.0))
     yield near("slow, diode of 1 V, ripple, mA", high * 1e3, cycle("slow", 0.0, 1.0)[0] * 1e3, 0.03)
     law = restless(
-        Law(A, DriverData(kind="chopper", supply=24.0, current=1.0, decay="fast"), step_ps=100_000, blocked=True)
+        MotorLaw(A, DriverData(kind="chopper", supply=24.0, current=1.0, decay="fast"), step_ps=100_000, blocked=True)
     )
     trace = law.integrate(NONE, NONE, ps(0.7e-3), state=with_state(law, i1=-1.0, i2=1.0), command=0, engine="python")
     # Until the first tick the current falls against the supply: to 0 in 50 us it comes not, i = -4.8 + 5.8 exp(-t/tau).
@@ -148,7 +148,7 @@ def chopper_fast_and_mixed() -> Iterator[Reading]:
 @check(102, "chopper: blanking sets a least current")
 def least_current() -> Iterator[Reading]:
     driver = DriverData(kind="chopper", supply=24.0, current=0.005, least_on=2e-6)
-    law = restless(Law(A, driver, step_ps=200_000, blocked=True))
+    law = restless(MotorLaw(A, driver, step_ps=200_000, blocked=True))
     state = with_state(law, i1=0.0, i2=0.0)
     _, mean = ripple(law.integrate(NONE, NONE, ps(6e-3), state=state, engine="python"), 5e-3)
     least = 24 * 2e-6 * 20e3 / A.resistance
@@ -159,7 +159,7 @@ def least_current() -> Iterator[Reading]:
 def let_go() -> Iterator[Reading]:
     # Wave drive: command 0 -> 1 lets winding 1 go; its current falls against the supply, and stays at 0.
     for kind, supply, resistance in (("chopper", 24.0, 5.0), ("bilevel", 24.0, 5.0), ("voltage", 5.0, 5.0)):
-        law = Law(A, DriverData(kind=kind, supply=supply, current=1.0), steps="wave", step_ps=FINE, blocked=True)  # type: ignore[arg-type]
+        law = MotorLaw(A, DriverData(kind=kind, supply=supply, current=1.0), steps="wave", step_ps=FINE, blocked=True)  # type: ignore[arg-type]
         state = with_state(law, i1=1.0, i2=0.0)
         trace = restless(law).integrate(NONE, NONE, ps(3e-3), state=state, command=1, engine="python")
         ends = seconds(trace)[trace["i1"] <= 0][0]
@@ -172,7 +172,7 @@ def let_go() -> Iterator[Reading]:
 @check(104, "bi-level: rise to 1 A, end of the high volts")
 def bilevel() -> Iterator[Reading]:
     driver = DriverData(kind="bilevel", supply=5.0, high=40.0, high_time=0.2e-3)
-    law = Law(A, driver, blocked=True)
+    law = MotorLaw(A, driver, blocked=True)
     trace = law.integrate([1], [2], ps(4e-3), engine="python")  # both windings are reversed at once
     t, i1 = seconds(trace), trace["i1"]
     rise = TAU * log((8 + 1) / 8)  # from -1 A: to 0 only
@@ -183,12 +183,12 @@ def bilevel() -> Iterator[Reading]:
     at = int(np.searchsorted(t, 2.2e-3))
     yield near("2 ms later, on the low volts, A", i1[at], -1 + (peak + 1) * exp(-2e-3 / TAU), 0.002)
     # Edges of the other winding do not shorten them.
-    law = Law(A, replace(driver, high_time=0.4e-3), steps="half", blocked=True)
+    law = MotorLaw(A, replace(driver, high_time=0.4e-3), steps="half", blocked=True)
     trace = law.integrate([1, ps(0.11e-3), ps(0.27e-3)], [3, 4, 3], ps(2e-3), engine="python")
     volts = np.diff(trace["i1"]) / np.diff(seconds(trace)) * A.inductance + A.resistance * trace["i1"][:-1]
     high = seconds(trace)[:-1][volts < -20]
     yield within("half steps meanwhile, they end after, ms", high[-1] * 1e3 + 0.02, 0.4, 0.0201)
-    long = Law(A, replace(driver, high_time=0.1), blocked=True)
+    long = MotorLaw(A, replace(driver, high_time=0.1), blocked=True)
     trace = long.integrate([1], [2], ps(0.2), engine="python")
     yield near("high volts of 100 ms end at last, A", trace["i1"][-1], -1.0, 0.001)
 
@@ -197,7 +197,7 @@ def bilevel() -> Iterator[Reading]:
 def half_winding() -> Iterator[Reading]:
     motor = replace(A, windings="unipolar")
     for name, clamp in (("diode", 0.7), ("Zener diode", 24.0)):
-        law = Law(motor, DriverData(kind="voltage", supply=5.0, clamp=clamp), step_ps=FINE // 2, blocked=True)
+        law = MotorLaw(motor, DriverData(kind="voltage", supply=5.0, clamp=clamp), step_ps=FINE // 2, blocked=True)
         trace = law.integrate(NONE, NONE, ps(5e-3), code=law.code(0, "off"), engine="python")
         ends = seconds(trace)[trace["i1"] <= 0][0]
         yield near(f"{name}, {clamp:g} V", ends * 1e3, TAU * log(1 + 5 / clamp) * 1e3, 0.005)
@@ -205,7 +205,7 @@ def half_winding() -> Iterator[Reading]:
 
 @check(106, "unipolar: the same torque as bipolar with half a winding")
 def unipolar() -> Iterator[Reading]:
-    law = Law(
+    law = MotorLaw(
         replace(A, windings="unipolar"), DriverData(kind="voltage", supply=500.0, series=495.0), step_ps=2_000_000
     )
     trace = law.integrate(NONE, NONE, ps(0.02), state=with_state(law, theta=0.01 * STEP), engine="python")
@@ -218,7 +218,7 @@ def reluctance() -> Iterator[Reading]:
     motor, volts = RELUCTANCE, DriverData(kind="voltage", supply=5.0)
     peak = motor.teeth * motor.swing / 2  # at 1 A
     # A quarter of an electrical turn off, the torque of one phase is at its peak.
-    law = Law(motor, volts, LoadData(inertia=1.0), steps="wave", step_ps=FINE)
+    law = MotorLaw(motor, volts, LoadData(inertia=1.0), steps="wave", step_ps=FINE)
     quarter = pi / 2 / motor.teeth
     trace = restless(law).integrate(NONE, NONE, ps(1e-3), state=with_state(law, theta=quarter), engine="python")
     torque = (trace["omega"][-1] - trace["omega"][0]) / 1e-3 * (1.0 + motor.inertia)
@@ -226,24 +226,24 @@ def reluctance() -> Iterator[Reading]:
     # At rest, a quarter of the peak torque pulls it asin(1/4) / teeth behind.
     held = replace(motor, viscous=2 * sqrt(motor.teeth * peak * motor.inertia))
     for steps, angle in (("wave", 0.25), ("full", 0.25 / sqrt(2))):
-        law = Law(held, volts, LoadData(torque=peak / 4), steps=steps)
+        law = MotorLaw(held, volts, LoadData(torque=peak / 4), steps=steps)
         lag = float(law.integrate(NONE, NONE, ps(0.1), engine="python").lag[-1]) * motor.step
         yield near(
             f"lag with {steps} steps, degrees", lag * 180 / pi, np.degrees(np.arcsin(angle)) / motor.teeth, 0.005
         )
-    law = Law(held, volts, steps="wave")
+    law = MotorLaw(held, volts, steps="wave")
     times = [ps(0.04 * (n + 1)) for n in range(8)]
     trace = law.integrate(times, list(range(1, 9)), ps(0.4), engine="python")
     yield within("8 steps forward, steps", trace["theta"][-1] / motor.step, 8.0, 0.001)
     # The current of a blocked phase goes with the inductance that is there.
-    law = Law(motor, volts, steps="wave", blocked=True, step_ps=FINE)
+    law = MotorLaw(motor, volts, steps="wave", blocked=True, step_ps=FINE)
     for name, turned in (("aligned", 0.0), ("opposite", pi)):
         state = with_state(law, theta=turned / motor.teeth, i1=0.0)
         trace = law.integrate(NONE, NONE, ps(8e-3), state=state, engine="python")
         rise = passes(seconds(trace), trace["i1"], 1 - exp(-1))[0] * 1e3
         yield near(f"{name}, ms to 63.2 %", rise, (motor.inductance + motor.swing * cos(turned)) / 5 * 1e3, 0.005)
     three = replace(motor, phases=3)
-    law = Law(replace(three, viscous=held.viscous), volts, steps="wave")
+    law = MotorLaw(replace(three, viscous=held.viscous), volts, steps="wave")
     trace = law.integrate(times, list(range(1, 9)), ps(0.4), engine="python")
     yield within("three phases, 8 steps forward, steps", trace["theta"][-1] / three.step, 8.0, 0.001)
 
@@ -251,7 +251,7 @@ def reluctance() -> Iterator[Reading]:
 @check(108, "reluctance motor: energy from the supply")
 def reluctance_energy() -> Iterator[Reading]:
     motor = replace(RELUCTANCE, viscous=1e-4)
-    law = Law(motor, DriverData(kind="voltage", supply=20.0, series=15.0), steps="wave", step_ps=FINE)
+    law = MotorLaw(motor, DriverData(kind="voltage", supply=20.0, series=15.0), steps="wave", step_ps=FINE)
     times = [ps(0.005 * (n + 1)) for n in range(8)]
     trace = law.integrate(times, list(range(1, 9)), ps(0.05), engine="python")
     t = np.diff(seconds(trace))

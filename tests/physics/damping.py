@@ -9,7 +9,7 @@ from math import pi, sqrt
 import numpy as np
 
 from slewline.parts.motors.data import DriverData, LoadData
-from slewline.parts.motors.law import Law
+from slewline.parts.motors.law import MotorLaw
 
 from .runs import F0, HELD, NONE, OMEGA0, STIFFNESS, A, J, K, fast, loaded, ps, restless, seconds, with_state
 from .table import Reading, check, near
@@ -18,7 +18,7 @@ DRAG = 7.452e-3
 PIECES = 40  # of a period, in each of which the torque is constant
 
 
-def amplitude(law: Law, frequency: float, torque: float) -> float:
+def amplitude(law: MotorLaw, frequency: float, torque: float) -> float:
     """Return how far a small torque of a frequency moves the rotor, to where it would hold it if it were steady."""
     middle = (np.arange(PIECES) + 0.5) / PIECES
     laws = [loaded(law, torque * np.sin(2 * pi * part)) for part in middle]
@@ -42,7 +42,7 @@ def amplitude(law: Law, frequency: float, torque: float) -> float:
 
 @check(32, "Lanchester damper, Jd = J, amplitude over static")
 def lanchester() -> Iterator[Reading]:
-    law = Law(A, HELD, LoadData(damper_inertia=J, damper_drag=DRAG))
+    law = MotorLaw(A, HELD, LoadData(damper_inertia=J, damper_drag=DRAG))
     yield near("its best drag, from Den Hartog, mNms", 2 * J * OMEGA0 / sqrt(2 * 2 * 3) * 1e3, DRAG * 1e3, 0.001)
     for frequency, text in ((200.0, 2.320), (sqrt(2 / 3) * F0, 3.000), (300.0, 2.046)):
         w = 2 * pi * frequency
@@ -55,7 +55,7 @@ def lanchester() -> Iterator[Reading]:
 
 @check(116, "damper: the momentum is shared")
 def momentum() -> Iterator[Reading]:
-    law = Law(A, DriverData(kind="current", current=1e-9), LoadData(damper_inertia=3 * J, damper_drag=DRAG))
+    law = MotorLaw(A, DriverData(kind="current", current=1e-9), LoadData(damper_inertia=3 * J, damper_drag=DRAG))
     trace = law.integrate(NONE, NONE, ps(0.01), state=with_state(law, omega=8.0), engine="python")
     yield near("speed of rotor and ring, rad/s", trace["omega"][-1], 2.0, 1e-4)
     yield near("and of the ring", trace["omega3"][-1], 2.0, 1e-4)
@@ -86,7 +86,7 @@ def instability() -> Iterator[Reading]:
         [vd / inductance, -(n * inductance * current + K) / inductance, -field, -resistance / inductance],
     ])  # fmt: skip
     root = max(np.linalg.eigvals(matrix), key=lambda value: value.real)
-    law = Law(
+    law = MotorLaw(
         replace(A, iron=drag), DriverData(kind="voltage", supply=volts), LoadData(inertia=inertia - J),
         steps=f"micro {micro}",
     )  # fmt: skip
@@ -114,7 +114,7 @@ def chopper_damps() -> Iterator[Reading]:
     # The text gives 61 ms, 72 % and 129 ms, from another program; slow decay, 20 kHz.
     for kind, settles in (("chopper", 61.0), ("averaged", 129.0)):
         driver = DriverData(kind=kind, supply=24.0, current=1.0)  # type: ignore[arg-type]
-        law = restless(Law(replace(A, iron=3e-4), driver))
+        law = restless(MotorLaw(replace(A, iron=3e-4), driver))
         trace = law.integrate([1], [1], ps(0.2), engine=fast())
         last = np.flatnonzero(np.abs(trace.lag) > 0.05)[-1]
         yield near(f"{kind}, to 5 % of a step, ms", seconds(trace)[last] * 1e3, settles, 0.02)

@@ -9,7 +9,7 @@ from math import asin, degrees, pi, sqrt
 import numpy as np
 
 from slewline.parts.motors.data import LoadData
-from slewline.parts.motors.law import Law
+from slewline.parts.motors.law import MotorLaw
 
 from .runs import (
     F0,
@@ -53,7 +53,7 @@ def turning_points(start: float, friction: float) -> list[float]:
 
 @check(30, "friction of 5 mNm, released 0.2 step off")
 def coulomb() -> Iterator[Reading]:
-    law = Law(A, HELD, LoadData(friction=RUBS))
+    law = MotorLaw(A, HELD, LoadData(friction=RUBS))
     trace = law.integrate(NONE, NONE, ps(0.1), state=with_state(law, theta=0.2 * STEP), engine="python")
     _, places = turnings(trace)
     heights = np.abs(np.append(0.2, places))
@@ -70,7 +70,7 @@ def coulomb() -> Iterator[Reading]:
 @check(31, "dead zone of 50 mNm friction")
 def dead_zone() -> Iterator[Reading]:
     expected = degrees(asin(0.05 / TORQUE) / A.teeth)
-    law = Law(A, HELD, LoadData(friction=0.05))
+    law = MotorLaw(A, HELD, LoadData(friction=0.05))
     moved = []
     for turned in np.arange(0.110, 0.125, 0.0001):
         place = np.radians(turned)
@@ -83,7 +83,7 @@ def dead_zone() -> Iterator[Reading]:
 
 @check(111, "stiction: a shaft that stands needs more than one that moves")
 def stiction() -> Iterator[Reading]:
-    law = Law(A, HELD, LoadData(friction=0.02, stiction=0.08))
+    law = MotorLaw(A, HELD, LoadData(friction=0.02, stiction=0.08))
     for part, moves in ((0.99, 0), (1.01, 1)):
         place = asin(part * 0.08 / TORQUE) / A.teeth
         trace = law.integrate(NONE, NONE, ps(5e-3), state=with_state(law, theta=place), engine="python")
@@ -99,7 +99,7 @@ def stiction() -> Iterator[Reading]:
 
 @check(112, "friction does not change the frequency")
 def friction_and_frequency() -> Iterator[Reading]:
-    law = restless(Law(A, HELD, LoadData(friction=1e-9)))
+    law = restless(MotorLaw(A, HELD, LoadData(friction=1e-9)))
     trace = law.integrate(NONE, NONE, ps(0.03), state=with_state(law, theta=0.01 * STEP), engine="python")
     yield near("1 nNm, Hz", frequency(seconds(trace), trace["theta"]), F0, 0.0005)
 
@@ -107,7 +107,7 @@ def friction_and_frequency() -> Iterator[Reading]:
 @check(113, "hard stop")
 def hard_stop() -> Iterator[Reading]:
     wall = 2.3 * STEP
-    law = Law(replace(A, iron=2e-3), HELD, LoadData(high=wall))
+    law = MotorLaw(replace(A, iron=2e-3), HELD, LoadData(high=wall))
     times = steady(200.0, 6)
     trace = law.integrate(times, np.arange(1, 7), ps(0.1), engine="python")
     yield same("never beyond, rad", float(trace["theta"].max()), wall)
@@ -118,7 +118,7 @@ def hard_stop() -> Iterator[Reading]:
     yield same("and is at rest", trace.rests, 1)
     trace = law.integrate([*times[:3], ps(0.05), ps(0.06)], [1, 2, 3, 2, 1], ps(0.2), engine="python")
     yield within("leaves it again, to step 1", trace["theta"][-1] / STEP, 1.0, 1e-3)
-    law = Law(A, HELD, LoadData(low=-0.1 * STEP))
+    law = MotorLaw(A, HELD, LoadData(low=-0.1 * STEP))
     trace = law.integrate(NONE, NONE, ps(0.02), state=with_state(law, theta=0.2 * STEP), engine="python")
     t = seconds(trace)
     # Without loss it falls on the wall with the energy of 0.2 less that of 0.1 step, stays there for no time, and its
@@ -132,7 +132,7 @@ def hard_stop() -> Iterator[Reading]:
 
 @check(114, "coupling with friction beyond it")
 def coupling_with_friction() -> Iterator[Reading]:
-    law = Law(A, HELD, LoadData(inertia=4 * J, stiffness=10.0, friction=0.05))
+    law = MotorLaw(A, HELD, LoadData(inertia=4 * J, stiffness=10.0, friction=0.05))
     # Held by friction, the load is a wall: the rotor swings alone, against motor and coupling.
     small = 0.004  # N m, that the coupling pulls with
     state = with_state(law, theta=small / 10)
@@ -141,7 +141,9 @@ def coupling_with_friction() -> Iterator[Reading]:
     yield near("rotor against a load that stands, Hz", frequency(seconds(trace), trace["theta"]), expected, 0.001)
     yield same("load stands", float(np.abs(trace["theta2"]).max()), 0.0)
     # One step on, the load stops where motor and coupling in series pull no more than friction.
-    law = Law(replace(A, iron=5e-3), HELD, LoadData(inertia=4 * J, stiffness=10.0, friction=0.05, coupling_drag=1e-3))
+    law = MotorLaw(
+        replace(A, iron=5e-3), HELD, LoadData(inertia=4 * J, stiffness=10.0, friction=0.05, coupling_drag=1e-3)
+    )
     trace = law.integrate([1], [1], ps(0.3), engine="python")
     yield same("comes to rest", trace.rests, 1)
     pulls = 10 * (trace["theta"][-1] - trace["theta2"][-1])
@@ -153,7 +155,7 @@ def coupling_with_friction() -> Iterator[Reading]:
 
 @check(115, "coupling: a load that hangs on it")
 def coupling_with_torque() -> Iterator[Reading]:
-    law = Law(replace(A, iron=5e-3), HELD, LoadData(inertia=J, stiffness=5.0, torque=0.1, coupling_drag=1e-3))
+    law = MotorLaw(replace(A, iron=5e-3), HELD, LoadData(inertia=J, stiffness=5.0, torque=0.1, coupling_drag=1e-3))
     trace = law.integrate(NONE, NONE, ps(0.5), engine="python")
     rotor = -asin(0.1 / TORQUE) / A.teeth
     yield near("rotor, degrees", degrees(trace["theta"][-1]), degrees(rotor), 0.001)

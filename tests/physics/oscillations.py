@@ -9,7 +9,7 @@ from math import asin, degrees, exp, pi, sqrt
 import numpy as np
 
 from slewline.parts.motors.data import DriverData, LoadData
-from slewline.parts.motors.law import Law
+from slewline.parts.motors.law import MotorLaw
 
 from .runs import (
     F0,
@@ -40,7 +40,7 @@ from .table import Reading, at_least, at_most, check, near, same, within
 HALF_TURN = elliptic_k(sqrt(0.5)) / pi / F0  # s, from one end of a swing of one full step to the other
 
 
-def released(law: Law, steps: float, stop: float) -> tuple[Floats, Floats]:
+def released(law: MotorLaw, steps: float, stop: float) -> tuple[Floats, Floats]:
     """Return instants and places (rad) of a rotor that is released so many full steps off."""
     trace = law.integrate(NONE, NONE, ps(stop), state=with_state(law, theta=steps * STEP), engine="python")
     return seconds(trace), trace["theta"]
@@ -49,7 +49,7 @@ def released(law: Law, steps: float, stop: float) -> tuple[Floats, Floats]:
 @check(1, "natural frequency, current held")
 def natural_frequency() -> Iterator[Reading]:
     for steps, torque in (("full", TORQUE), ("wave", TORQUE / sqrt(2))):
-        found = frequency(*released(Law(A, HELD, steps=steps), 0.01, 0.04))
+        found = frequency(*released(MotorLaw(A, HELD, steps=steps), 0.01, 0.04))
         yield near(f"{steps} steps, Hz", found, sqrt(A.teeth * torque / J) / (2 * pi), 0.003)
 
 
@@ -58,19 +58,19 @@ def natural_frequency_with_detent() -> Iterator[Reading]:
     motor = replace(A, detent=0.028)
     for steps, torque, sign in (("full", TORQUE, -1), ("wave", TORQUE / sqrt(2), 1)):
         stiffness = A.teeth * torque + sign * 4 * A.teeth * motor.detent
-        found = frequency(*released(Law(motor, HELD, steps=steps), 0.01, 0.04))
+        found = frequency(*released(MotorLaw(motor, HELD, steps=steps), 0.01, 0.04))
         yield near(f"{steps} steps, Hz", found, sqrt(stiffness / J) / (2 * pi), 0.005)
 
 
 @check(3, "one full step without loss")
 def full_step() -> Iterator[Reading]:
-    law = Law(A, HELD)
+    law = MotorLaw(A, HELD)
     times, places = turnings(law.integrate(NONE, NONE, ps(3e-3), state=law.at_rest(0), command=1, engine="python"))
     yield near("peak, steps", places[0], 2.0, 0.002)
     yield near("peak, ms", times[0] * 1e3, HALF_TURN * 1e3, 0.002)
 
 
-def ring(law: Law, since: float, stop: float) -> tuple[float, float]:
+def ring(law: MotorLaw, since: float, stop: float) -> tuple[float, float]:
     """Return the frequency (Hz) of the ring after one step, and the time (s) in which it falls to 1/e."""
     trace = law.integrate(NONE, NONE, ps(stop), state=law.at_rest(0), command=1, engine="python")
     times, places = turnings(trace)
@@ -93,7 +93,7 @@ def ring_on_voltage() -> Iterator[Reading]:
         ("L/4R", L_4R, 0.012),
     ):
         root = ringing(A.resistance + driver.series)
-        found, falls = ring(Law(A, driver), since, since + 0.025)
+        found, falls = ring(MotorLaw(A, driver), since, since + 0.025)
         yield near(f"{name}, Hz", found, root.imag / (2 * pi), 0.01)
         yield near(f"{name}, envelope, ms", falls * 1e3, -1e3 / root.real, 0.05)
 
@@ -107,7 +107,7 @@ def bang_bang() -> Iterator[Reading]:
     yield near("t1 w0, as the text has it", half, 1.26654, 1e-5)
     for part in (1.0, 0.8, 1.2):
         t1 = part * half / OMEGA0
-        law = Law(A, HELD)
+        law = MotorLaw(A, HELD)
         trace = law.integrate(
             [ps(t1), ps(2 * t1)], [0, 1], ps(2 * t1 + 0.02), state=law.at_rest(0), command=1, engine="python"
         )
@@ -121,7 +121,7 @@ def bang_bang() -> Iterator[Reading]:
 @check(11, "second step at the peak of the first")
 def delayed_last_step() -> Iterator[Reading]:
     for part in (1.0, 0.9):
-        law = Law(A, HELD)
+        law = MotorLaw(A, HELD)
         second = part * HALF_TURN
         trace = law.integrate([ps(second)], [2], ps(second + 0.02), state=law.at_rest(0), command=1, engine="python")
         if part == 1:
@@ -139,7 +139,7 @@ def delayed_last_step() -> Iterator[Reading]:
 def resonance() -> Iterator[Reading]:
     for zeta, kept in ((0.02, 0), (0.10, 1)):
         for part in (0.5, 0.8, 0.9, 1.0, 1.1):
-            law = Law(replace(A, iron=damped(zeta)), HELD)
+            law = MotorLaw(replace(A, iron=damped(zeta)), HELD)
             times = steady(part * F0, 200)
             trace = law.integrate(times, np.arange(1, 201), int(times[-1]) + ps(0.02), limit=3.9, engine="python")
             yield same(f"damping {zeta}, {part} f0", float(trace.worst <= 3.9), kept)
@@ -148,7 +148,7 @@ def resonance() -> Iterator[Reading]:
 @check(16, "two masses, motor held")
 def two_masses() -> Iterator[Reading]:
     coupling, load = 10.0, 27.2e-6
-    law = Law(A, HELD, LoadData(inertia=load, stiffness=coupling))
+    law = MotorLaw(A, HELD, LoadData(inertia=load, stiffness=coupling))
     matrix = np.array([[(STIFFNESS + coupling) / J, -coupling / J], [-coupling / load, coupling / load]])
     expected = np.sqrt(np.sort(np.linalg.eigvals(matrix))) / (2 * pi)
     state = with_state(law, theta=1e-3 * STEP, theta2=1e-3 * STEP)
@@ -166,7 +166,7 @@ def two_masses() -> Iterator[Reading]:
 @check(33, "separatrix: the rotor passes its place")
 def separatrix() -> Iterator[Reading]:
     yield near("8 f0, steps/s, from 4 sqrt(TORQUE / teeth / J)", 2 * sqrt(TORQUE / A.teeth / J) / STEP, 8 * F0, 1e-9)
-    law = Law(A, HELD)
+    law = MotorLaw(A, HELD)
     for part in (0.995, 1.005):
         state = with_state(law, omega=part * 8 * F0 * STEP)
         trace = law.integrate(NONE, NONE, ps(0.05), state=state, engine="python")
@@ -181,7 +181,7 @@ def load_angle() -> Iterator[Reading]:
     # With much drag, so that the rotor creeps to its place and does not swing beyond it.
     motor = replace(A, viscous=2 * sqrt(STIFFNESS * J))
     for torque in (0.245, 0.485, 0.495):
-        law = Law(motor, HELD, LoadData(torque=torque))
+        law = MotorLaw(motor, HELD, LoadData(torque=torque))
         trace = law.integrate(NONE, NONE, ps(0.3), engine="python")
         if torque < TORQUE:
             expected = degrees(asin(torque / TORQUE) / A.teeth)
@@ -193,7 +193,7 @@ def load_angle() -> Iterator[Reading]:
 @check(15, "microsteps with a detent of 28 mNm")
 def microsteps() -> Iterator[Reading]:
     motor = replace(A, detent=0.028, viscous=2 * sqrt(STIFFNESS * J))
-    law = Law(motor, HELD, steps="micro 64")
+    law = MotorLaw(motor, HELD, steps="micro 64")
     times = steady(1 / 15e-3, 64)
     trace = law.integrate(times, np.arange(1, 65), int(times[-1]) + ps(15e-3), engine="python")
     settled = np.append(np.searchsorted(trace.times, times)[1:] - 1, len(trace.times) - 1)
@@ -205,7 +205,7 @@ def microsteps() -> Iterator[Reading]:
 @check(105, "a free rotor loses its ring as its drag says")
 def held_with_drag() -> Iterator[Reading]:
     zeta = 0.05
-    law = restless(Law(replace(A, iron=damped(zeta)), HELD))
+    law = restless(MotorLaw(replace(A, iron=damped(zeta)), HELD))
     state = with_state(law, theta=0.01 * STEP)
     _, places = turnings(law.integrate(NONE, NONE, ps(0.02), state=state, engine="python"))
     ratio = float(np.abs(places[1:9] / places[:8]).mean())

@@ -12,7 +12,7 @@ from math import exp, pi, sqrt
 import numpy as np
 
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
-from slewline.parts.motors.law import Law
+from slewline.parts.motors.law import MotorLaw
 
 from .runs import (
     F0,
@@ -50,7 +50,7 @@ def formula_8(rate: float, volts: float, resistance: float, drag: float) -> floa
 
 @check(8, "pull-out on L/4R", long=True)
 def pull_out_on_voltage() -> Iterator[Reading]:
-    law = Law(replace(A, iron=DRAG), L_4R, LoadData(inertia=33.8e-6 - J))
+    law = MotorLaw(replace(A, iron=DRAG), L_4R, LoadData(inertia=33.8e-6 - J))
     for rate in (400.0, 800.0, 1200.0, 1600.0):
         expected = formula_8(rate, 20 * 4 / pi, 20.0, DRAG)
         found = pull_out(law, rate, slope=0.05, greatest=0.5)
@@ -63,7 +63,7 @@ def pull_out_l_r() -> Iterator[Reading]:
     # rotor alone.  So the load rises at 0.1 Nm/s, at once, before the swing has grown.
     found = []
     for name, driver in (("L/R", L_R), ("L/4R", L_4R)):
-        law = Law(replace(A, iron=DRAG), driver)
+        law = MotorLaw(replace(A, iron=DRAG), driver)
         expected = formula_8(600.0, driver.supply * 4 / pi, law.resistance, DRAG)
         found.append(pull_out(law, 600.0, slope=0.1, greatest=0.5, warm=0.0))
         yield near(f"{name}, Nm", found[-1], expected, 0.04)
@@ -72,7 +72,7 @@ def pull_out_l_r() -> Iterator[Reading]:
 
 @check(28, "pull-out behind sines of 20 V", long=True)
 def pull_out_on_sines() -> Iterator[Reading]:
-    law = Law(replace(A, iron=DRAG), L_4R, LoadData(inertia=33.8e-6 - J), steps=SINES)
+    law = MotorLaw(replace(A, iron=DRAG), L_4R, LoadData(inertia=33.8e-6 - J), steps=SINES)
     for rate in (400.0, 800.0, 1200.0, 1600.0):
         found = pull_out(law, rate, slope=0.01, greatest=0.5)
         yield near(f"{rate:g} steps/s, Nm", found, formula_8(rate, 20.0, 20.0, DRAG), 0.01, 0.02)
@@ -81,7 +81,7 @@ def pull_out_on_sines() -> Iterator[Reading]:
 @check(29, "steady angle of the voltage ahead of the rotor", long=True)
 def voltage_angle() -> Iterator[Reading]:
     micro = 256
-    law = Law(replace(A, iron=DRAG), L_4R, LoadData(inertia=33.8e-6 - J, torque=0.1), steps=f"micro {micro}")
+    law = MotorLaw(replace(A, iron=DRAG), L_4R, LoadData(inertia=33.8e-6 - J, torque=0.1), steps=f"micro {micro}")
     for rate in (400.0, 800.0, 1200.0):
         field = 2 * pi * rate / 4
         omega = field / A.teeth
@@ -110,7 +110,7 @@ def start_stop() -> Iterator[Reading]:
     for ratio in (0, 1, 3, 8):
         inertia = J * (1 + ratio)
         own = F0 / sqrt(1 + ratio)
-        law = Law(replace(A, iron=damped(0.039, inertia)), HELD, LoadData(inertia=inertia - J))
+        law = MotorLaw(replace(A, iron=damped(0.039, inertia)), HELD, LoadData(inertia=inertia - J))
         found = highest(
             np.arange(8.2, 6.0, -0.005) * own, lambda rate, law=law, own=own: starts(law, rate, settle=40 / own)
         )
@@ -119,7 +119,7 @@ def start_stop() -> Iterator[Reading]:
         yield near(f"{ratio} times its inertia, of that without", found / first, 1 / sqrt(1 + ratio), 0.02)
 
 
-def stall_rate(rate: float, law: Law, over: float) -> float:
+def stall_rate(rate: float, law: MotorLaw, over: float) -> float:
     """Return how many steps (lag at rest) a motor is behind after it was overloaded at a rate, then freed."""
     edges = up_to(rate, 0.25, acceleration=4000.0)
     going = Going(law, edges, engine=fast())
@@ -133,7 +133,7 @@ def stall_rate(rate: float, law: Law, over: float) -> float:
 
 @check(22, "a stall ends a multiple of four steps off", long=True)
 def stall() -> Iterator[Reading]:
-    law = Law(replace(A, iron=1e-3), L_4R, LoadData(inertia=J))
+    law = MotorLaw(replace(A, iron=1e-3), L_4R, LoadData(inertia=J))
     lag = stall_rate(500.0, law, 0.45)
     yield at_least("steps lost", abs(lag), 3.9)
     yield within("to the nearest multiple of four", lag - 4 * round(lag / 4), 0.0, 0.05)
@@ -144,7 +144,7 @@ def stalls() -> Iterator[Reading]:
     count = off = 0
     worst = 0.0
     for driver in (L_4R, DriverData(kind="averaged", supply=24.0, current=1.0)):
-        law = Law(replace(A, iron=1e-3), driver, LoadData(inertia=J))
+        law = MotorLaw(replace(A, iron=1e-3), driver, LoadData(inertia=J))
         for rate in np.linspace(300, 900, 13):
             for over in (0.42, 0.6, 1.0):
                 lag = stall_rate(float(rate), law, over)
@@ -169,7 +169,7 @@ def predictor(motor: MotorData, rpm: float) -> float:
 def half_steps(motor: MotorData, expected: tuple[float, float, float], tolerance: float) -> Iterator[Reading]:
     """Yield the pull-out torque at 300, 600 and 900 rpm, half steps with an even torque, 24 V; the peak is rated."""
     driver = DriverData(kind="chopper", supply=24.0, current=motor.current / sqrt(2), boost=True, frequency=36e3)
-    law = Law(motor, driver, LoadData(inertia=motor.inertia), steps="half")
+    law = MotorLaw(motor, driver, LoadData(inertia=motor.inertia), steps="half")
     for rpm, torque in zip((300, 600, 900), expected, strict=True):
         rate = rpm / 60 * motor.full_steps
         found = pull_out(law, rate, slope=0.1, greatest=1.0, acceleration=6000.0, warm=0.2)
@@ -210,7 +210,7 @@ def omc_24() -> Iterator[Reading]:
 @check(24, "17HS4401 class, 24 V chopper, no load: start-stop rate", long=True)
 def self_start() -> Iterator[Reading]:
     motor = MotorData(name="17HS4401", current=1.7, resistance=1.5, inductance=2.8e-3, torque=0.42, inertia=5.4e-6)
-    law = Law(motor, DriverData(kind="chopper", supply=24.0, current=1.7))
+    law = MotorLaw(motor, DriverData(kind="chopper", supply=24.0, current=1.7))
     found = highest(np.arange(2600.0, 1000.0, -20.0), lambda rate: starts(law, rate))
     yield at_least("steps/s", found, 1500.0)
     yield at_most("steps/s", found, 2400.0)
@@ -223,7 +223,7 @@ def pull_in() -> Iterator[Reading]:
         name="pull-in", current=amperes, resistance=1.0, inductance=1e-3, torque=0.214 * amperes * sqrt(2),
         detent=11e-3, inertia=7 * 37e-7, iron=1e-4,
     )  # fmt: skip
-    law = Law(motor, DriverData(kind="current", current=amperes, lag=0.295e-3), steps="micro 24")
+    law = MotorLaw(motor, DriverData(kind="current", current=amperes, lag=0.295e-3), steps="micro 24")
     expected = {200: (242, 240), 300: (224, 228), 425: (198, 196), 575: (148, 158), 775: (88, 92), 1500: (0, 0)}
     # From phase A on, which is half a step before command 0; the first microstep comes after its time.
     first = -12
@@ -246,7 +246,7 @@ def pull_in() -> Iterator[Reading]:
 @check(109, "pull-out, current held, full steps", long=True)
 def pull_out_held() -> Iterator[Reading]:
     # With much inertia the rotor turns evenly, and the mean of the torque counts: 2 sqrt 2 / pi of what holds.
-    law = Law(replace(A, iron=1e-4), HELD, LoadData(inertia=100 * J, viscous=2e-3))
+    law = MotorLaw(replace(A, iron=1e-4), HELD, LoadData(inertia=100 * J, viscous=2e-3))
     rate = 400.0
     found = pull_out(law, rate, slope=0.05, greatest=0.6, acceleration=400.0)
     yield near("400 steps/s, Nm", found, 2 * sqrt(2) / pi * TORQUE - 2.1e-3 * rate * STEP, 0.02)
@@ -263,7 +263,7 @@ def averaged_over_chopper() -> Iterator[Reading]:
     for rate, more in ((1000.0, 0.01), (2000.0, 0.02), (4000.0, 0.07)):
         switched, averaged = (
             pull_out(
-                Law(motor, driver, load, steps="half", step_ps=step_ps), rate, slope=0.1, greatest=0.6,
+                MotorLaw(motor, driver, load, steps="half", step_ps=step_ps), rate, slope=0.1, greatest=0.6,
                 acceleration=8000.0, warm=0.2,
             )
             for driver, step_ps in ((chopper, 500_000), (replace(chopper, kind="averaged"), 0))

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slewline.parts.motors.data import DriverData, MotorData
-from slewline.parts.motors.integration import Trace, numba_is_there
-from slewline.parts.motors.law import Law
+from slewline.parts.motors.integration import MotorTrace, numba_is_there
+from slewline.parts.motors.law import MotorLaw
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -76,14 +76,14 @@ def up_to(rate: float, seconds: float, *, low: float = 100.0, acceleration: floa
 
 
 # ------------------------------------------------------------------------------------------------- loads that change
-def loaded(law: Law, torque: float) -> Law:
+def loaded(law: MotorLaw, torque: float) -> MotorLaw:
     """Return the same motor with another torque of the load."""
     other = replace(law, load=replace(law.load, torque=float(torque)))
     other.__dict__["table"] = law.table
     return other
 
 
-def restless(law: Law) -> Law:
+def restless(law: MotorLaw) -> MotorLaw:
     """Return the same motor that never comes to rest, so that its chopper goes on."""
     other = replace(law)
     names = law.model.parameters
@@ -97,13 +97,13 @@ def restless(law: Law) -> Law:
 class Going:
     """A motor on its way through a train, in pieces between which its load changes."""
 
-    law: Law
+    law: MotorLaw
     times: Ints
-    trace: Trace | None = None
+    trace: MotorTrace | None = None
     limit: float = float("inf")
     engine: str | None = None
 
-    def go(self, stop: float, torque: float | None = None) -> Trace:
+    def go(self, stop: float, torque: float | None = None) -> MotorTrace:
         """Go on to an instant (s), with another load if one is given."""
         if torque is not None:
             self.law = loaded(self.law, torque)
@@ -129,7 +129,7 @@ class Going:
 
 
 def pull_out(
-    law: Law,
+    law: MotorLaw,
     rate: float,
     *,
     slope: float,
@@ -152,7 +152,7 @@ def pull_out(
 
 
 # ---------------------------------------------------------------------------------------------------------- readings
-def seconds(trace: Trace) -> Floats:
+def seconds(trace: MotorTrace) -> Floats:
     """Return the instants of a trace in seconds."""
     found: Floats = trace.times * 1e-12
     return found
@@ -172,7 +172,7 @@ def frequency(t: Floats, values: Floats, middle: float = 0.0) -> float:
     return float((len(found) - 1) / (found[-1] - found[0]))
 
 
-def turnings(trace: Trace) -> tuple[Floats, Floats]:
+def turnings(trace: MotorTrace) -> tuple[Floats, Floats]:
     """Return when the rotor turns, and where (full steps); its speed is a straight line between two points."""
     t, omega, theta = seconds(trace), trace["omega"], trace["theta"]
     found = np.flatnonzero(omega[:-1] * omega[1:] < 0)
@@ -180,13 +180,13 @@ def turnings(trace: Trace) -> tuple[Floats, Floats]:
     return t[found] + part, (theta[found] + omega[found] * part / 2) / trace.law.motor.step
 
 
-def swing(trace: Trace) -> float:
+def swing(trace: MotorTrace) -> float:
     """Return how far the rotor swings, from the one end to the other, in full steps, at the end of a trace."""
     _, places = turnings(trace)
     return float(places[-20:].max() - places[-20:].min()) if len(places) > 1 else 0.0
 
 
-def with_state(law: Law, **values: float) -> list[float]:
+def with_state(law: MotorLaw, **values: float) -> list[float]:
     """Return the law's state at rest, with other values for some names."""
     given = dict(zip(law.names, law.at_rest(), strict=True)) | values
     return [float(value) for value in given.values()]
@@ -197,7 +197,7 @@ def highest(rates: Sequence[float] | Floats, passed: Callable[[float], bool]) ->
     return next((float(rate) for rate in rates if passed(float(rate))), 0.0)
 
 
-def starts(law: Law, rate: float, count: int = 60, settle: float = 0.06) -> bool:
+def starts(law: MotorLaw, rate: float, count: int = 60, settle: float = 0.06) -> bool:
     """Return whether a motor follows so many steps that start at once at a rate and end so."""
     times = at_once(rate * law.micro, count * law.micro)
     stop = int(times[-1]) + ps(settle)

@@ -11,7 +11,7 @@ import pytest
 
 import slewline
 from slewline.cli.main import invoke
-from slewline.cli.tune import workers_of
+from slewline.cli.motors.tune import workers_of
 
 MOTOR = ("--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V", "--load", "inertia 6.8e-6, friction 5 mNm")
 QUICK = (*MOTOR, "--steps", "24", "--grid", "F=4,30 R=8,14,40 S=200", "--perturb", "inertia 20%, current -20%")
@@ -73,7 +73,7 @@ def test_as_data(call: Any) -> None:
 
 def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.MonkeyPatch) -> None:
     taken: list[int] = []
-    monkeypatch.setattr("slewline.cli.tune.processes", taken.append)
+    monkeypatch.setattr("slewline.cli.motors.tune.processes", taken.append)
     monkeypatch.setattr("os.cpu_count", lambda: 5)
     for jobs, full_map in ((None, False), (None, True), (3, True), (3, False)):
         workers_of(jobs, None, full_map)

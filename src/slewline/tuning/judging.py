@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ..parts.motors.law import Law
+    from ..parts.motors.law import MotorLaw
 
 AT_REST = 0.6  # full steps beside the command at rest: lost
 ON_THE_WAY = 3.9  # full steps of lag during the move: lost
@@ -67,11 +67,11 @@ def judge(run: Trial) -> Verdict:
 
 
 @lru_cache(maxsize=64)
-def law_of(scenario: Scenario) -> Law:
+def law_of(scenario: Scenario) -> MotorLaw:
     """Return the law of a scenario."""
-    from ..parts.motors.law import Law
+    from ..parts.motors.law import MotorLaw
 
-    return Law(scenario.motor, scenario.driver, scenario.load, scenario.stepping, scenario.step_ps)
+    return MotorLaw(scenario.motor, scenario.driver, scenario.load, scenario.stepping, scenario.step_ps)
 
 
 def engine() -> str:

@@ -87,7 +87,7 @@ class NothingHolds(UsageError):
     """Every candidate loses steps."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Tuned:
     """What was found.
 
@@ -106,6 +106,13 @@ class Tuned:
     exhaustive: int
     killers: Mapping[str, int]
     map: tuple[MapPlace, ...] = ()
+
+    def __repr__(self) -> str:
+        task = self.task
+        return (
+            f"<Tuned {task.part}, {task.motor.name}: {task.steps} steps; best {self.best}; "
+            f"recommended {self.recommended}; {self.runs} of {self.exhaustive} runs>"
+        )
 
     @property
     def chosen(self) -> Chosen:

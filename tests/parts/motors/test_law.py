@@ -11,7 +11,7 @@ import pytest
 from slewline.errors import UsageError
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
 from slewline.parts.motors.integration import integrate_many
-from slewline.parts.motors.law import CHOPPED_PS, STEP_PS, Law
+from slewline.parts.motors.law import CHOPPED_PS, STEP_PS, MotorLaw
 
 A = MotorData(name="A", current=1.0, resistance=5.0, inductance=8e-3, torque=0.49, inertia=6.8e-6, iron=2e-3)
 UNIPOLAR = replace(A, name="U", windings="unipolar")
@@ -46,20 +46,20 @@ def test_full_steps_a_turn(motor: MotorData, steps: int) -> None:
     [("full", 1, 4), ("wave", 1, 4), ("half", 2, 8), ("micro 8", 8, 32), ("micro16", 16, 64)],
 )
 def test_commands_a_full_step_and_an_electrical_turn(steps: str, micro: int, cycle: int) -> None:
-    law = Law(A, HELD, steps=steps)
+    law = MotorLaw(A, HELD, steps=steps)
     assert (law.micro, law.cycle, len(law.table)) == (micro, cycle, 4 * cycle)
 
 
 @pytest.mark.parametrize("steps", ["", "quarter", "micro", "micro 0", "micro 08", "micro 10000", "Full", "full "])
 def test_other_steps_are_refused(steps: str) -> None:
     with pytest.raises(UsageError, match=r"allowed full, wave, half, and micro with a number"):
-        Law(A, HELD, steps=steps)
+        MotorLaw(A, HELD, steps=steps)
 
 
 def test_grid_is_finer_behind_a_chopper_unless_it_is_given() -> None:
-    assert Law(A, HELD).step_ps == STEP_PS
-    assert Law(A, CHOPPER).step_ps == CHOPPED_PS
-    assert Law(A, CHOPPER, step_ps=5_000_000).step_ps == 5_000_000
+    assert MotorLaw(A, HELD).step_ps == STEP_PS
+    assert MotorLaw(A, CHOPPER).step_ps == CHOPPED_PS
+    assert MotorLaw(A, CHOPPER, step_ps=5_000_000).step_ps == 5_000_000
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_what_does_not_go_together_is_refused(
     motor: MotorData, driver: DriverData, load: LoadData, steps: str, message: str
 ) -> None:
     with pytest.raises(UsageError, match=message):
-        Law(motor, driver, load, steps=steps)
+        MotorLaw(motor, driver, load, steps=steps)
 
 
 # --------------------------------------------------------------------------------------------------------------- table
@@ -104,14 +104,16 @@ R = sqrt(2)
     ],
 )
 def test_rows_of_two_windings(driver: DriverData, steps: str, rows: list[tuple[float, float]]) -> None:
-    law = Law(A, driver, steps=steps)
+    law = MotorLaw(A, driver, steps=steps)
     assert np.array(law.table[: law.cycle]) == pytest.approx(np.array(rows, float), abs=1e-12)
 
 
 def test_a_microstep_that_asks_for_no_current_asks_for_none_at_all() -> None:
-    rows = Law(A, HELD, steps="micro 64").table
+    rows = MotorLaw(A, HELD, steps="micro 64").table
     assert [n for n, row in enumerate(rows[:256]) if 0.0 in row] == [32, 96, 160, 224]
-    assert 0.0 not in [part for row in Law(A, VOLTS, steps="micro 64").table[:256] for part in row]  # 0 V, not open
+    assert 0.0 not in [
+        part for row in MotorLaw(A, VOLTS, steps="micro 64").table[:256] for part in row
+    ]  # 0 V, not open
 
 
 @pytest.mark.parametrize(
@@ -123,7 +125,7 @@ def test_a_microstep_that_asks_for_no_current_asks_for_none_at_all() -> None:
     ],
 )
 def test_rows_of_half_windings(steps: str, rows: list[str]) -> None:
-    law = Law(UNIPOLAR, VOLTS, steps=steps)
+    law = MotorLaw(UNIPOLAR, VOLTS, steps=steps)
     assert ["".join(str(int(part)) for part in row) for row in law.table[: law.cycle]] == rows
 
 
@@ -139,12 +141,12 @@ def test_rows_of_half_windings(steps: str, rows: list[str]) -> None:
     ],
 )
 def test_rows_of_a_reluctance_motor(phases: int, steps: str, rows: list[str]) -> None:
-    law = Law(replace(RELUCTANCE, phases=phases), VOLTS, steps=steps)
+    law = MotorLaw(replace(RELUCTANCE, phases=phases), VOLTS, steps=steps)
     assert ["".join(str(int(part)) for part in row) for row in law.table[: law.cycle]] == rows
 
 
 def test_levels_of_current_are_rows_after_each_other() -> None:
-    law = Law(A, replace(HELD, rest=0.25, ramp=1.5))
+    law = MotorLaw(A, replace(HELD, rest=0.25, ramp=1.5))
     levels = [law.table[law.code(5, level)] for level in ("slew", "ramp", "rest", "off")]
     assert levels == [(-1.0, 1.0), (-1.5, 1.5), (-0.25, 0.25), (0.0, 0.0)]
     assert law.code(-1) == 3
@@ -152,15 +154,15 @@ def test_levels_of_current_are_rows_after_each_other() -> None:
 
 @pytest.mark.parametrize("motor", [UNIPOLAR, RELUCTANCE])
 def test_transistors_are_on_at_each_level_but_off(motor: MotorData) -> None:
-    law = Law(motor, replace(VOLTS, rest=0.1))
+    law = MotorLaw(motor, replace(VOLTS, rest=0.1))
     on = [sum(law.table[law.code(0, level)]) for level in ("slew", "ramp", "rest", "off")]
     assert on == [2, 2, 2, 0]
 
 
 # --------------------------------------------------------------------------------------------------------------- phases
 def test_fields_of_phases_that_are_on() -> None:
-    law = Law(A, HELD, steps="half", phased=True)
-    commands = Law(UNIPOLAR, VOLTS, steps="half").table[:8]
+    law = MotorLaw(A, HELD, steps="half", phased=True)
+    commands = MotorLaw(UNIPOLAR, VOLTS, steps="half").table[:8]
     bits = [sum(1 << n for n, on in enumerate(row) if on) for row in commands]
     assert [law.fields[each] for each in bits] == list(range(8))
     assert law.fields[0] is law.fields[3] is law.fields[15] is None
@@ -172,19 +174,19 @@ def test_fields_of_phases_that_are_on() -> None:
 @pytest.mark.parametrize(
     ("law", "names"),
     [
-        (Law(A, HELD), "theta omega i1 i2"),
-        (Law(A, VOLTS), "theta omega i1 i2"),
-        (Law(UNIPOLAR, VOLTS), "theta omega i1 i2 i3 i4"),
-        (Law(replace(RELUCTANCE, phases=3), VOLTS), "theta omega i1 i2 i3"),
-        (Law(A, CHOPPER), "theta omega i1 i2 clock asked on1 on2"),
-        (Law(A, replace(CHOPPER, decay="mixed", least_on=1e-6)),
+        (MotorLaw(A, HELD), "theta omega i1 i2"),
+        (MotorLaw(A, VOLTS), "theta omega i1 i2"),
+        (MotorLaw(UNIPOLAR, VOLTS), "theta omega i1 i2 i3 i4"),
+        (MotorLaw(replace(RELUCTANCE, phases=3), VOLTS), "theta omega i1 i2 i3"),
+        (MotorLaw(A, CHOPPER), "theta omega i1 i2 clock asked on1 on2"),
+        (MotorLaw(A, replace(CHOPPER, decay="mixed", least_on=1e-6)),
          "theta omega i1 i2 clock asked on1 on2 blank1 blank2 fast1 fast2"),
-        (Law(A, replace(VOLTS, kind="bilevel")), "theta omega i1 i2 until1 until2"),
-        (Law(A, VOLTS, LoadData(inertia=1e-5, stiffness=9.0)), "theta omega i1 i2 theta2 omega2"),
-        (Law(A, VOLTS, LoadData(damper_inertia=1e-5, damper_drag=1e-3)), "theta omega i1 i2 omega3"),
+        (MotorLaw(A, replace(VOLTS, kind="bilevel")), "theta omega i1 i2 until1 until2"),
+        (MotorLaw(A, VOLTS, LoadData(inertia=1e-5, stiffness=9.0)), "theta omega i1 i2 theta2 omega2"),
+        (MotorLaw(A, VOLTS, LoadData(damper_inertia=1e-5, damper_drag=1e-3)), "theta omega i1 i2 omega3"),
     ],
 )  # fmt: skip
-def test_names_of_the_state(law: Law, names: str) -> None:
+def test_names_of_the_state(law: MotorLaw, names: str) -> None:
     assert sorted(law.names) == sorted(names.split())
     assert law.names[:2] == ("theta", "omega")
     assert len(law.at_rest()) == len(law.names)
@@ -193,16 +195,16 @@ def test_names_of_the_state(law: Law, names: str) -> None:
 @pytest.mark.parametrize(
     ("law", "command", "currents"),
     [
-        (Law(A, HELD), 1, (-1.0, 1.0)),
-        (Law(A, VOLTS), 2, (-1.0, -1.0)),
-        (Law(A, replace(VOLTS, kind="bilevel", supply=5.0, series=0.0)), 1, (-1.0, 1.0)),
-        (Law(UNIPOLAR, VOLTS), 0, (1.0, 0.0, 1.0, 0.0)),
-        (Law(RELUCTANCE, VOLTS, steps="wave"), 2, (0.0, 0.0, 1.0, 0.0)),
-        (Law(A, CHOPPER, steps="half"), 1, (0.0, 1.0)),
-        (Law(A, replace(CHOPPER, supply=2.5)), 0, (0.5, 0.5)),  # more the supply does not give
+        (MotorLaw(A, HELD), 1, (-1.0, 1.0)),
+        (MotorLaw(A, VOLTS), 2, (-1.0, -1.0)),
+        (MotorLaw(A, replace(VOLTS, kind="bilevel", supply=5.0, series=0.0)), 1, (-1.0, 1.0)),
+        (MotorLaw(UNIPOLAR, VOLTS), 0, (1.0, 0.0, 1.0, 0.0)),
+        (MotorLaw(RELUCTANCE, VOLTS, steps="wave"), 2, (0.0, 0.0, 1.0, 0.0)),
+        (MotorLaw(A, CHOPPER, steps="half"), 1, (0.0, 1.0)),
+        (MotorLaw(A, replace(CHOPPER, supply=2.5)), 0, (0.5, 0.5)),  # more the supply does not give
     ],
 )
-def test_at_rest_the_currents_are_settled(law: Law, command: int, currents: tuple[float, ...]) -> None:
+def test_at_rest_the_currents_are_settled(law: MotorLaw, command: int, currents: tuple[float, ...]) -> None:
     state = dict(zip(law.names, law.at_rest(command), strict=True))
     assert state["theta"] == pytest.approx(command / law.micro * law.motor.step)
     assert state["omega"] == 0.0
@@ -212,7 +214,7 @@ def test_at_rest_the_currents_are_settled(law: Law, command: int, currents: tupl
 @pytest.mark.parametrize("kind", ["current", "averaged", "chopper", "voltage", "bilevel"])
 def test_at_rest_it_stays(kind: str) -> None:
     driver = DriverData(kind=kind, supply=24.0 if kind != "bilevel" else 5.0, current=1.0)  # type: ignore[arg-type]
-    law = Law(A, driver)
+    law = MotorLaw(A, driver)
     for command in range(-2, 3):
         trace = law.integrate([], [], 100_000_000, command=command, engine="python")
         assert trace.rests or kind == "chopper"
@@ -222,7 +224,7 @@ def test_at_rest_it_stays(kind: str) -> None:
 @pytest.mark.parametrize("decay", ["slow", "mixed"])
 def test_behind_a_chopper_it_rests_only_where_the_currents_have_followed(decay: str) -> None:
     motor = replace(A, current=2.8, resistance=0.5, inductance=0.6e-3, torque=0.4, iron=1e-3)
-    law = Law(motor, replace(CHOPPER, current=2.8, decay=decay, rest=0.5), steps="micro 16")  # type: ignore[arg-type]
+    law = MotorLaw(motor, replace(CHOPPER, current=2.8, decay=decay, rest=0.5), steps="micro 16")  # type: ignore[arg-type]
     trace = law.integrate([1], [1], 400_000_000_000, engine="python")
     assert trace.rests
     assert abs(trace.lag[-1]) < 0.03  # a microstep is 0.0625
@@ -235,7 +237,7 @@ def test_behind_a_chopper_it_rests_only_where_the_currents_have_followed(decay: 
 
 # --------------------------------------------------------------------------------------------------------------- traces
 def test_trace_of_a_step() -> None:
-    law = Law(A, HELD)
+    law = MotorLaw(A, HELD)
     trace = law.integrate([30_000_000], [1], 200_000_000_000, engine="python")
 
     assert trace.times[:4].tolist() == [0, 30_000_000, 50_000_000, 70_000_000]  # it rested until the edge
@@ -250,12 +252,12 @@ def test_trace_of_a_step() -> None:
 
 
 def test_edges_begin_the_grid_anew_and_cut_a_step() -> None:
-    trace = Law(A, HELD).integrate([5_000_000, 12_000_000], [1, 2], 60_000_000, engine="python")
+    trace = MotorLaw(A, HELD).integrate([5_000_000, 12_000_000], [1, 2], 60_000_000, engine="python")
     assert trace.times.tolist() == [0, 5_000_000, 12_000_000, 32_000_000, 52_000_000]
 
 
 def test_state_between_grid_points_is_one_step_of_that_length() -> None:
-    law = Law(A, VOLTS)
+    law = MotorLaw(A, VOLTS)
     trace = law.integrate([1], [1], 1_000_000_000, engine="python")
     n = len(trace.times) // 2
     point = int(trace.times[n]), trace.states[n].tolist(), int(trace.codes[n])
@@ -264,7 +266,7 @@ def test_state_between_grid_points_is_one_step_of_that_length() -> None:
 
 
 def test_pieces_give_the_same_bits_as_the_whole() -> None:
-    law = Law(A, replace(VOLTS, kind="bilevel", supply=5.0, series=0.0, high=40.0, high_time=3e-4), steps="half")
+    law = MotorLaw(A, replace(VOLTS, kind="bilevel", supply=5.0, series=0.0, high=40.0, high_time=3e-4), steps="half")
     edges = np.arange(1, 21, dtype=np.int64) * 700_000_001
     commands = np.arange(1, 21)
     whole = law.integrate(edges, commands, 15_000_000_000, engine="python")
@@ -279,7 +281,7 @@ def test_pieces_give_the_same_bits_as_the_whole() -> None:
 
 def test_limit_ends_a_run_early() -> None:
     edges = np.arange(1, 101, dtype=np.int64) * 100_000_000  # 10,000 steps/s at once
-    trace = Law(A, HELD).integrate(edges, np.arange(1, 101), 10**12, limit=3.9, engine="python")
+    trace = MotorLaw(A, HELD).integrate(edges, np.arange(1, 101), 10**12, limit=3.9, engine="python")
     assert 3.9 < trace.worst < 5.0
     assert trace.times[-1] < edges[10]
     assert not trace.rests
@@ -287,7 +289,7 @@ def test_limit_ends_a_run_early() -> None:
 
 def test_lost_steps_are_a_multiple_of_four() -> None:
     edges = np.arange(1, 102, dtype=np.int64) * 100_000_000
-    trace = Law(A, HELD).integrate(edges, np.arange(1, 102), 10**12, engine="python")
+    trace = MotorLaw(A, HELD).integrate(edges, np.arange(1, 102), 10**12, engine="python")
     assert trace.rests
     assert trace.lost == pytest.approx(float(trace.lag[-1]), abs=1e-3)
     assert trace.lost % 4 == 0
@@ -296,23 +298,23 @@ def test_lost_steps_are_a_multiple_of_four() -> None:
 
 def test_another_engine_is_refused() -> None:
     with pytest.raises(UsageError, match=r"engine 'fortran'; allowed python, numba, None"):
-        Law(A, HELD).integrate([], [], 1, engine="fortran")
+        MotorLaw(A, HELD).integrate([], [], 1, engine="fortran")
 
 
 def test_integers_for_figures_give_the_same() -> None:
-    one, two = Law(A, VOLTS, LoadData(torque=0)), Law(A, VOLTS, LoadData(torque=0.0))
+    one, two = MotorLaw(A, VOLTS, LoadData(torque=0)), MotorLaw(A, VOLTS, LoadData(torque=0.0))
     assert [type(value) for value in one.parameters] == [type(value) for value in two.parameters]
 
 
 def test_blocked_rotor_stays_and_its_currents_do_not() -> None:
-    trace = Law(A, VOLTS, blocked=True).integrate([1], [2], 5_000_000_000, engine="python")
+    trace = MotorLaw(A, VOLTS, blocked=True).integrate([1], [2], 5_000_000_000, engine="python")
     assert set(trace["theta"].tolist()) == {0.0}
     assert trace["i1"][-1] == pytest.approx(-1.0, abs=1e-4)
 
 
 # --------------------------------------------------------------------------------------------------------- side by side
 def test_many_give_the_same_bits_as_one_by_one() -> None:
-    laws = [Law(A, VOLTS, LoadData(friction=5e-3, torque=torque)) for torque in (0.0, 0.1, 0.3)]
+    laws = [MotorLaw(A, VOLTS, LoadData(friction=5e-3, torque=torque)) for torque in (0.0, 0.1, 0.3)]
     edges = np.arange(1, 21, dtype=np.int64) * 1_700_000_001
     ends = integrate_many(laws, edges, np.arange(1, 21), 60_000_000_000)
     for n, law in enumerate(laws):
@@ -324,11 +326,11 @@ def test_many_give_the_same_bits_as_one_by_one() -> None:
 
 def test_many_must_have_the_same_equations() -> None:
     with pytest.raises(UsageError, match="different equations, steps or grids"):
-        integrate_many([Law(A, VOLTS), Law(A, VOLTS, LoadData(friction=1e-3))], [], [], 1)
+        integrate_many([MotorLaw(A, VOLTS), MotorLaw(A, VOLTS, LoadData(friction=1e-3))], [], [], 1)
 
 
 def test_many_choppers_rest_one_by_one() -> None:
-    laws = [Law(A, replace(CHOPPER, decay="fast"), LoadData(torque=torque)) for torque in (0.0, 0.05)]
+    laws = [MotorLaw(A, replace(CHOPPER, decay="fast"), LoadData(torque=torque)) for torque in (0.0, 0.05)]
     ends = integrate_many(laws, [300_000_000], [1], 400_000_000)  # the first rests until the edge, across ticks
     for n, law in enumerate(laws):
         trace = law.integrate([300_000_000], [1], 400_000_000, engine="python")

@@ -34,6 +34,7 @@ class Equations:
         begin: what holds from a grid point on, before anything else is asked.
         torque: the torque that follows from place and currents.
         decide: what is decided at a grid point; s, c and torque are those of the grid point.
+        fixed: what follows from the decisions, and holds for the whole step.
         rates: the rates of change.
         settle: what holds after each step; the state before it bears a 0: `omega0`.
         edge: what an edge of the inputs does; r1 is what is asked for from here on, o1 what was until here.
@@ -45,6 +46,7 @@ class Equations:
     begin: str = ""
     torque: str = ""
     decide: str = ""
+    fixed: str = ""
     rates: str = ""
     settle: str = ""
     edge: str = ""
@@ -65,19 +67,21 @@ def still(*states: str) -> tuple[str, ...]:
 TWO_PHASES = Equations(
     states=("i1", "i2"),
     decide="e1 = -K * omega * s\ne2 = K * omega * c",
-    rates="emf = K_L * omega\nd_i1 = v1 * INV_L - R_L * i1 + emf * s\nd_i2 = v2 * INV_L - R_L * i2 - emf * c",
+    fixed=each("push# = v# * INV_L", 1, 2),
+    rates="emf = K_L * omega\nd_i1 = push1 - R_L * i1 + emf * s\nd_i2 = push2 - R_L * i2 - emf * c",
     torque="torque = K * (i2 * c - i1 * s)",
     rest=still("i1", "i2"),
 )
 HALF_WINDINGS = Equations(  # of each winding two halves, 1 and 2, 3 and 4, the second of which works the other way
     states=("i1", "i2", "i3", "i4"),
     decide="e1 = -K * omega * s\ne2 = -e1\ne3 = K * omega * c\ne4 = -e3",
+    fixed=each("push# = v# * INV_L", 1, 2, 3, 4),
     rates="emf = K_L * omega * s\n"
-    "d_i1 = v1 * INV_L - R_L * i1 + emf\n"
-    "d_i2 = v2 * INV_L - R_L * i2 - emf\n"
+    "d_i1 = push1 - R_L * i1 + emf\n"
+    "d_i2 = push2 - R_L * i2 - emf\n"
     "emf = K_L * omega * c\n"
-    "d_i3 = v3 * INV_L - R_L * i3 - emf\n"
-    "d_i4 = v4 * INV_L - R_L * i4 + emf",
+    "d_i3 = push3 - R_L * i3 - emf\n"
+    "d_i4 = push4 - R_L * i4 + emf",
     torque="torque = K * ((i3 - i4) * c - (i1 - i2) * s)",
     rest=still("i1", "i2", "i3", "i4"),
 )
@@ -125,7 +129,7 @@ def reluctance(phases: int) -> Equations:
     )
 
 
-DETENT = Equations(torque="torque = torque - DETENT4 * s * c * (c * c - s * s)")
+DETENT = Equations(torque="torque = torque - DETENT8 * s * c * (0.5 - s * s)")
 
 # ----------------------------------------------------------------------------------------------------------- drivers
 # A winding that is let go drives its current into the supply, and has none from then on.

@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from ...errors import UsageError
+from ...extras import needs
 from .integrator import Engine
 
 if TYPE_CHECKING:
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
 
     from .integrator import Model
 
-CHUNK = 1 << 12  # grid points that are made at a time
+CHUNK = 1 << 12  # grid points that plain Python makes at a time
+ROOM = 1 << 17  # and Numba, if there are so many
 SOON = 20_000  # steps in plain Python that cost less than what Numba needs to compile
 
 
@@ -72,7 +74,7 @@ class Integrable(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class MotorTrace:
     """What a law makes of some commands, at the grid points.
 
     Attributes:
@@ -191,7 +193,7 @@ class Integration:
         if self.named != "numba":
             return model.python
         if not numba_is_there():
-            raise UsageError("engine 'numba' needs Numba; pip install 'slewline[fast]', or leave the engine out")
+            raise UsageError(needs("engine 'numba' needs", "fast"))
         return model.numba
 
     def trace(
@@ -202,31 +204,32 @@ class Integration:
         stop: int,
         point: Point,
         limit: float = float("inf"),
-    ) -> Trace:
+    ) -> MotorTrace:
         """Return the grid points from one on to the last one up to an instant (ps), the first one included."""
         import numpy as np
 
-        parts = [_row(point, self.law)]
-        rests, before, edge = False, point, 0
-        while True:
-            count, rests, found = self._advance(before, times[edge:], commands[edge:], codes[edge:], stop, limit)
-            if count:
-                parts.append(found)
-                t, states = int(found[0][-1]), found[3][-1]
-                before = Point(t, tuple(states.tolist()), int(found[1][-1]), int(found[2][-1]))
-                edge = int(np.searchsorted(times, t, "right"))
-            if count < CHUNK or rests:
-                break
-        columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
-        return Trace(self.law, columns[0], columns[3], columns[1], columns[2], rests)
+        parts: list[tuple[Any, ...]] = []
+        rests, full, before, edge = False, True, point, 0
+        while full and not rests:
+            full, rests, found = self._advance(before, times[edge:], commands[edge:], codes[edge:], stop, limit)
+            parts.append(found if not parts else tuple(column[1:] for column in found))
+            t, command, code = (int(column[-1]) for column in found[:3])
+            before = Point(t, tuple(found[3][-1].tolist()), command, code)
+            edge = int(np.searchsorted(times, t, "right"))
+        columns = parts[0] if len(parts) == 1 else [np.concatenate(column) for column in zip(*parts, strict=True)]
+        return MotorTrace(self.law, columns[0], columns[3], columns[1], columns[2], rests)
 
     def _advance(
         self, point: Point, times: Any, commands: Any, codes: Any, stop: int, limit: float
-    ) -> tuple[int, bool, tuple[Any, ...]]:
-        """Up to `CHUNK` grid points more: how many, whether the motor rests, and their columns."""
+    ) -> tuple[bool, bool, tuple[Any, ...]]:
+        """A grid point and some more: may there be others, does the motor rest, and instants, commands, codes, states.
+
+        Columns that have been filled are returned as they are: to copy them would take half as long as to integrate.
+        """
         import numpy as np
 
         law, engine = self.law, self.engine
+        first = point.t, point.command, point.code
         if engine is law.model.python:
             given = [column[:CHUNK].tolist() for column in (times, codes, commands)]
             points, rests = engine.advance(
@@ -234,29 +237,24 @@ class Integration:
                 None,
             )  # fmt: skip
             self.made += len(points)
-            if not points:
-                return 0, rests, ()
-            whole = np.array([row[3:] for row in points], np.float64)
+            points.insert(0, (*first, *point.state))
             ints = (np.array([row[n] for row in points], np.int64) for n in range(3))
-            return len(points), rests, (*ints, whole)
+            return len(points) > CHUNK, rests, (*ints, np.array([row[3:] for row in points], np.float64))
+        edges = int(np.searchsorted(times, stop, "right"))
+        most = max(1, min(ROOM, (stop - point.t) // law.step_ps + edges + 1))
+        size = most + 1
         room = (
-            np.empty(CHUNK, np.int64), np.empty(CHUNK, np.int64), np.empty(CHUNK, np.int64),
-            np.empty((CHUNK, len(law.names))),
+            np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size, np.int64),
+            np.empty((size, len(law.names))),
         )  # fmt: skip
+        room[0][0], room[1][0], room[2][0], room[3][0] = *first, point.state
         count, rests = engine.advance(
             law.parameters, law.rows, point.t, point.state, point.code, point.command, times, codes, commands,
-            stop, CHUNK, limit, room,
+            stop, most, limit, tuple(column[1:] for column in room),
         )  # fmt: skip
         self.made += count
-        return count, rests, tuple(column[:count] for column in room)
-
-
-def _row(point: Point, law: Integrable) -> tuple[Any, ...]:
-    """A grid point as columns of one."""
-    import numpy as np
-
-    ints = (np.array([value], np.int64) for value in (point.t, point.command, point.code))
-    return (*ints, np.array([point.state], np.float64))
+        found = tuple(column[: count + 1] for column in room)
+        return count == most == ROOM, rests, found if 2 * count > most else tuple(column.copy() for column in found)
 
 
 @lru_cache(maxsize=1)

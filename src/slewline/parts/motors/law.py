@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from ...errors import UsageError
 from . import equations as eq
 from .data import DriverData, LoadData, MotorData
-from .integration import Integration, Point, Trace
+from .integration import Integration, MotorTrace, Point
 from .integrator import Model
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ _STEPS = re.compile(r"full|wave|half|micro ?([1-9]\d{0,3})")
 
 
 @dataclass(frozen=True)
-class Law:
+class MotorLaw:
     """A motor with driver and load.
 
     Args:
@@ -149,7 +149,7 @@ class Law:
             "K": motor.constant, "R": self.resistance, "INV_L": 1 / motor.inductance, "L": motor.inductance,
             "K_L": motor.constant / motor.inductance, "R_L": self.resistance / motor.inductance,
             "SWING": motor.swing, "TEETH": float(motor.teeth), "COS3": -0.5, "SIN3": sqrt(0.75),
-            "DETENT4": 4 * motor.detent, "INV_LAG": 1 / driver.lag if driver.lag else 0.0,
+            "DETENT8": 8 * motor.detent, "INV_LAG": 1 / driver.lag if driver.lag else 0.0,
             "VS": driver.supply, "HIGH": driver.high, "HIGH_TIME": driver.high_time, "CLAMP": driver.clamp,
             "DIODE": driver.diode, "LEAST_ON": driver.least_on, "LH": motor.inductance / (2 * h),
             "FAST_TIME": driver.fast_part / driver.frequency if driver.frequency else 0.0,
@@ -182,6 +182,10 @@ class Law:
     @cached_property
     def table(self) -> tuple[tuple[float, ...], ...]:
         """What the driver is asked for, by command modulo `cycle`, at each of `LEVELS`: amperes, volts, or 1 for on."""
+        return table(self.motor, self.driver, self.steps, self.phased, self.origin)
+
+    def asked(self) -> tuple[tuple[float, ...], ...]:
+        """Make the table."""
         if self.phased:
             factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)
             return tuple(self._phases(bits, factor) for factor in factors for bits in range(1 << self.period))
@@ -293,7 +297,7 @@ class Law:
         code: int | None = None,
         limit: float = float("inf"),
         engine: str | None = None,
-    ) -> Trace:
+    ) -> MotorTrace:
         """Return what the motor does from `start` to `stop` (ps).
 
         Args:
@@ -321,6 +325,12 @@ class Law:
 
 
 @lru_cache(maxsize=64)
+def table(motor: MotorData, driver: DriverData, steps: str, phased: bool, origin: int) -> tuple[tuple[float, ...], ...]:
+    """Return the table of such motors, which does not depend on their loads."""
+    return MotorLaw(motor, driver, steps=steps, phased=phased, origin=origin).asked()
+
+
+@lru_cache(maxsize=64)
 def model(
     windings: str, phases: int, kind: str, decay: str, blanked: bool, lags: bool, detent: bool, rubs: bool,
     coupled: bool, damped: bool, stops: bool, blocked: bool,
@@ -339,6 +349,8 @@ def model(
     pieces = [electric[0], *[eq.DETENT] * detent, *[eq.DAMPED] * damped, *electric[1:]]
     pieces.append(eq.COUPLED if coupled else eq.RUBBING if rubs else eq.RIGID)
     pieces += [eq.stopped("2" if coupled else "")] * stops + [eq.BLOCKED] * blocked
-    text = "\n".join("\n".join((p.begin, p.torque, p.decide, p.rates, p.settle, p.edge, *p.rest)) for p in pieces)
+    text = "\n".join(
+        "\n".join((p.begin, p.torque, p.decide, p.fixed, p.rates, p.settle, p.edge, *p.rest)) for p in pieces
+    )
     always = {"TURNS", "ZERO", "STEP_PS", "STEPS_COMMAND", "STEPS_RAD"}
     return Model(tuple(pieces), tuple(sorted(always | set(re.findall(r"\b[A-Z][A-Z0-9_]*\b", text)))), count)

@@ -180,9 +180,10 @@ class Shaft:
         found, before = [], None
         for motion, until in self._motions(start, stop):
             times, places = motion.changes(max(start, motion.since), until)
-            place = Fraction(motion.place, motion.unit)
-            if motion.since > start and before is not None and before.steps_at(motion.since) != place:  # it was pushed
-                times, places = np.append(motion.since, times), np.append(float(place), places)
+            if motion.since > start and before is not None:
+                place = Fraction(motion.place, motion.unit)
+                if before.steps_at(motion.since) != place:  # it was pushed
+                    times, places = np.append(motion.since, times), np.append(float(place), places)
             found.append((times, places))
             before = motion
         return np.concatenate([times for times, _ in found]), np.concatenate([places for _, places in found])

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ..motors.law import Law
+    from ..motors.law import MotorLaw
 
 
 class Edges(NamedTuple):
@@ -86,8 +86,8 @@ class Feed:
 
     @property
     def now(self) -> Piece:
-        """What the pins show at present."""
-        return self.pieces[-1]
+        """What the pins show at present; nothing, as long as they are not wired."""
+        return self.pieces[-1] if self.pieces else Piece(0, ())
 
     def edges(self, start: int, stop: int, command: int, code: int) -> Edges:
         """Return the edges at start < t <= stop (ps), after what was in force at `start`."""
@@ -201,7 +201,7 @@ class Pins:
         return np.where(enabled, np.where(ramping, 1, np.where(moving, 0, 2)), 3).astype(np.int64)
 
 
-def steps_asked(law: Law, pins: Pins) -> Asked:
+def steps_asked(law: MotorLaw, pins: Pins) -> Asked:
     """Return what PULSE and DIRECTION ask for: each step is a command more, or less."""
 
     def asked(reading: Reading, command: int) -> tuple[Any, Any]:
@@ -215,7 +215,7 @@ def steps_asked(law: Law, pins: Pins) -> Asked:
     return asked
 
 
-def phases_asked(law: Law, pins: Pins, names: Sequence[str], fields: Sequence[int | None]) -> Asked:
+def phases_asked(law: MotorLaw, pins: Pins, names: Sequence[str], fields: Sequence[int | None]) -> Asked:
     """Return what phases ask for: the command nearest to the last one that has the field; without one it stays.
 
     Args:

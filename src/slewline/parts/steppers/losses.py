@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ..motors.law import Law
+    from ..motors.law import MotorLaw
     from .run import Run
 
 NEXT = 0.1  # steps from the next place, where a step is lost
@@ -30,45 +30,65 @@ class Losses:
     def __init__(self, run: Run) -> None:
         self.run = run
         self.lost = 0
-        self._done = run.stretches[0].first.t
+        self._done = run.stretches[0].first.t - 1  # a hand may be on it in its first instant
         self._since: int | None = None  # it has been out of step from this instant on
+        self._far: tuple[int, float] | None = None  # since when it is half way to the next place, and its speed then
         self._held = False  # at a hard stop
         self._settled: tuple[int, int] | None = None  # where it has been since when, while it is out of step
+        self._last = self._done + 1, 0.0  # grid point, and the lag there
 
     def look(self, ps: int) -> Iterator[tuple[int, str, str]]:
         """Yield what has happened up to an instant (ps), the last committed one at most: when, code and text."""
         if ps <= self._done:
             return
-        for law, columns in self.run.between(self._done, ps):
-            period = law.period
+        for law, columns, _ in self.run.between(self._done, ps):
             times, states, commands, _ = columns
             lag = commands / law.micro - states[:, 0] / law.motor.step
-            speed = states[:, 1] / law.motor.step
-            yield from self._along(period, times, lag, speed)
-            yield from self._stops(law, times, states[:, 0])
+            yield from self._along(law, times, lag, states[:, 1] / law.motor.step)
+            yield from self._stops(law, times, states)
         self._done = ps
-        if self._since is not None and self.run.rests(ps):
-            point, law = self.run.at_or_before(ps), self.run.stretch_at(ps).law
-            lag = point.command / law.micro - point.state[0] / law.motor.step
-            self._settled = point.t, round(lag / law.period) * law.period
-            yield from self._back(point.t)
+        law = self.run.stretch_at(ps).law
+        if ps - self._last[0] > law.step_ps:
+            yield from self._rested(law)
         elif self._settled is not None and ps - self._settled[0] >= BACK_PS:
             yield from self._back(self._settled[0] + BACK_PS)
 
-    def _stops(self, law: Law, times: Any, theta: Any) -> Iterator[tuple[int, str, str]]:
+    def _stops(self, law: MotorLaw, times: Any, states: Any) -> Iterator[tuple[int, str, str]]:
         """Where it has come to a hard stop."""
         import numpy as np
 
-        low, high = law.load.low, law.load.high
+        theta = states[:, law.names.index("theta2" if "theta2" in law.names else "theta")]
         held = np.zeros(len(theta), bool)
-        for stop in (low, high):
+        for stop in (law.load.low, law.load.high):
             if stop is not None:
                 held |= theta == stop
         for n in np.flatnonzero(held & ~np.append(self._held, held[:-1])).tolist():
             yield int(times[n]), "hard-stop", f"the shaft runs into a stop at {theta[n] / law.motor.step:g} steps"
         self._held = bool(held[-1])
 
-    def _along(self, period: int, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:
+    def _along(self, law: MotorLaw, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:
+        """Go along some grid points; before one that comes more than a step after the last, it has rested."""
+        import numpy as np
+
+        rests = np.flatnonzero(np.diff(times, prepend=self._last[0]) > law.step_ps).tolist()
+        for begin, end in zip([0, *rests], [*rests, len(times)], strict=True):
+            if begin in rests:
+                yield from self._rested(law)
+            if end > begin:
+                yield from self._moving(law.period, times[begin:end], lag[begin:end], speed[begin:end])
+                self._last = int(times[end - 1]), float(lag[end - 1])
+
+    def _rested(self, law: MotorLaw) -> Iterator[tuple[int, str, str]]:
+        """Take notice that it has come to rest at the last grid point."""
+        if self._since is not None:
+            ps, lag = self._last
+            if self._settled is not None and ps - self._settled[0] >= BACK_PS:
+                ps = self._settled[0] + BACK_PS
+            else:
+                self._settled = ps, round(lag / law.period) * law.period
+            yield from self._back(ps)
+
+    def _moving(self, period: int, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:
         import numpy as np
 
         n = 0
@@ -76,16 +96,21 @@ class Losses:
             if self._since is None:
                 off = np.abs(lag[n:] - self.lost)
                 gone = np.flatnonzero(off >= period - NEXT)
-                if not len(gone):
+                before = off[: int(gone[0])] if len(gone) else off
+                near = np.flatnonzero(before < period / 2)
+                fell = n + int(near[-1]) + 1 if len(near) else n
+                if len(near):
+                    self._far = None
+                if self._far is None and fell < len(times):
+                    self._far = int(times[fell]), float(speed[fell])
+                if not len(gone) or self._far is None:
                     return
-                first = n + int(gone[0])
-                near = np.flatnonzero(off[: int(gone[0])] < period / 2)
-                fell = n + (int(near[-1]) + 1 if len(near) else 0)
-                self._since = int(times[fell])
-                way = "behind" if lag[first] > self.lost else "ahead of"
-                text = f"at {abs(speed[fell]):.0f} steps/s the rotor is {period // 2} steps {way} its command"
+                n += int(gone[0])
+                self._since, rate = self._far
+                self._far = None
+                way = "behind" if lag[n] > self.lost else "ahead of"
+                text = f"at {abs(rate):.0f} steps/s the rotor is {period // 2} steps {way} its command"
                 yield self._since, "out-of-step", f"{text}: it loses steps"
-                n = first
             places = np.round(lag[n:] / period).astype(np.int64) * period
             inside = np.abs(lag[n:] - places) < period / 4
             while n < len(times):

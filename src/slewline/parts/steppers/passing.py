@@ -4,7 +4,7 @@
     count          3      3      4      4      3         where it differs, the picosecond is looked for in between
                              ^             ^
 
-A `Track` says where something is that the rotor moves: its shaft, a shaft behind a gear, a carriage with play, or the
+A `Linkage` says where something is that the rotor moves: its shaft, a shaft behind a gear, a carriage with play, or the
 rotor as seen from its command.  `Passings` are the changes of a count along it, found once and kept; a `RunCounter`
 shows them on a wire (`parts/shafts/counter.py`).
 """
@@ -12,79 +12,31 @@ shows them on a wire (`parts/shafts/counter.py`).
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ..motors.integration import Point
-from ..motors.law import Law
+from ..motors.law import MotorLaw
+from .linkage import Linkage
 
 if TYPE_CHECKING:
-    from ..shafts.counter import CountScale, Shown
+    from ..shafts.counter import CountScale
     from .run import Run
 
 MARKS = 512  # places that are known again after the future has been cut
 FIRST_PS = 1_000_000_000  # how far ahead is looked at first; then twice as far
 MOST_PS = 100_000_000_000
+SOON = 30_000  # changes that are found in plain Python in less time than it takes to compile
 AHEAD_PS = 400_000_000_000  # how far one question looks ahead at most
 
 
-@dataclass(frozen=True)
-class Track:
-    """Where something is that a rotor moves, in steps of its own.
-
-    `factor` steps to a full step of the motor; with `play` it stops where the rotor turns round, until so many steps
-    are taken up, and it began `offset` above the rotor.  `behind`: its place as seen from the command.
-    """
-
-    factor: float = 1.0
-    play: float = 0.0
-    offset: float = 0.0
-    under: Track | None = None
-    behind: bool = False
-
-    @property
-    def moves(self) -> float:
-        """Its steps a full step of the motor, while it moves."""
-        return self.factor * (self.under.moves if self.under else 1.0)
-
-    def begun(self, place: float, command: float) -> tuple[float, ...]:
-        """Return the places of all tracks, this one last, as the run begins with the rotor at a place (full steps)."""
-        below = self.under.begun(place, command) if self.under else ()
-        return *below, self._of(below[-1] if below else place, command, None)
-
-    def follow(self, before: tuple[float, ...], place: float, command: float) -> tuple[float, ...]:
-        """Return the places of all tracks once the rotor is at a place, having gone there straight."""
-        below = self.under.follow(before[:-1], place, command) if self.under else ()
-        return *below, self._of(below[-1] if below else place, command, before[-1])
-
-    def _of(self, place: float, command: float, before: float | None) -> float:
-        pushed = place * self.factor + self.offset
-        if self.behind:
-            pushed -= command
-        if not self.play or before is None:
-            return pushed
-        return min(max(before, pushed), pushed + self.play)
-
-    @property
-    def simple(self) -> bool:
-        """Does its place follow from that of the rotor alone?"""
-        return not self.play and (self.under is None or self.under.simple)
-
-    def bound(self, place: float, rising: bool, command: float) -> tuple[float, float, bool]:
-        """Return factor, bound and direction such that it passes a place where factor times the rotor passes that."""
-        pushed = place - self.offset + (command if self.behind else 0.0)
-        if self.play and not rising:
-            pushed -= self.play
-        if self.under is None:
-            return self.factor, pushed, rising
-        up = rising if self.factor > 0 else not rising
-        return self.under.bound(pushed / self.factor, up, command)
-
-
 @dataclass(slots=True)
-class Known:
-    """What is known at an instant (ps): the places of the tracks, the count, and how many changes have been."""
+class Milestone:
+    """What is known at an instant (ps): the count, and how many changes have been.
+
+    `places` are those of the linkages at the last grid point: what is in between leaves no trace.
+    """
 
     ps: int
     places: tuple[float, ...]
@@ -92,18 +44,42 @@ class Known:
     changes: int
 
 
+@dataclass(slots=True)
+class Going:
+    """On the way along a run: the grid point and the law behind, how far the changes are found, and what is shown."""
+
+    before: Point
+    law: MotorLaw
+    done: int
+    places: tuple[float, ...]
+    count: int
+    times: list[int]
+    counts: list[int]
+
+    def show(self, ps: int, count: int) -> None:
+        """Show a count from an instant (ps) on."""
+        if count != self.count:
+            self.times.append(ps)
+            self.counts.append(count)
+            self.count = count
+
+
 class Passings:
-    """The changes of a count along a track, up to where they have been asked for.
+    """The changes of a count along a linkage, up to where they have been asked for.
+
+    Within a step of the grid they follow from its first point alone, as if it had its full length: so it makes no
+    difference where it is asked, nor where an edge ends it.  Where the rotor turns round within a step, the way
+    there and the way back are gone along one after the other.
 
     Args:
         run: of the rotor.
-        track: what is counted along.
+        linkage: what is counted along.
         scale: counts a step, or bounds.
         zero: counts by which the scale is turned against the place.
     """
 
-    def __init__(self, run: Run, track: Track, scale: CountScale, zero: float = 0.0) -> None:
-        self.run, self.track = run, track
+    def __init__(self, run: Run, linkage: Linkage, scale: CountScale, zero: float = 0.0) -> None:
+        self.run, self.linkage = run, linkage
         self._per_step = float(scale.per_step)
         self._bounds = [float(bound) for bound in scale.bounds]
         self._zero = zero
@@ -111,9 +87,9 @@ class Passings:
         self.counts: list[int] = []
         point = run.stretches[0].first
         law = run.stretches[0].law
-        places = track.begun(point.state[0] / law.motor.step, point.command / law.micro)
+        places = linkage.begun(point.state[0] / law.motor.step, point.command / law.micro)
         self.first = self._count(places[-1])
-        self._marks = [Known(point.t, places, self.first, 0)]
+        self._marks = [Milestone(point.t - 1, places, self.first, 0)]
         self._block = FIRST_PS
         run.cuts.append(self._cut)
 
@@ -145,54 +121,117 @@ class Passings:
         mark = self._marks[-1]
         if ps <= mark.ps:
             return
-        run = self.run
-        run.reach(ps)
-        before, law = run.at_or_before(mark.ps), run.stretch_at(mark.ps).law
-        begin, places, count = mark.ps, mark.places, mark.count
-        for law_then, columns in run.between(mark.ps, ps):
-            begin, before, places, count = self._along(law_then, law, columns, begin, before, places, count)
-            law = law_then
-        if ps > begin:
-            place = run.state(ps)[0] / law.motor.step
-            places, count = self._stretch(law, before, begin, ps, place, places, count)
-        self._marks.append(Known(ps, places, count, len(self.times)))
+        places, count = self._go(mark, ps, self.times, self.counts)
+        self._marks.append(Milestone(ps, places, count, len(self.times)))
         if len(self._marks) > 2 * MARKS:
             del self._marks[1:MARKS]
 
-    def _along(
-        self, law: Law, law_before: Law, columns: Any, begin: int, before: Any, places: Any, count: int
-    ) -> tuple[int, Any, tuple[float, ...], int]:
-        """Go along some grid points; return the last one's instant, itself, and the places and the count there."""
+    def place(self, ps: int) -> float:
+        """Return the place at an instant (ps)."""
+        return self.places(ps)[-1]
+
+    def places(self, ps: int) -> tuple[float, ...]:
+        """Return the places of all linkages at an instant (ps)."""
+        self.look(ps)
+        mark = self._marks[max(bisect_right(self._marks, ps, key=lambda mark: mark.ps) - 1, 0)]
+        places, _ = self._go(mark, ps, [], [])
+        before, law = self.run.at_or_before(ps), self.run.stretch_at(ps).law
+        places = self._turned(law, before, ps - before.t, places)
+        return self.linkage.follow(places, self.run.state(ps)[0] / law.motor.step, before.command / law.micro)
+
+    def _go(self, mark: Milestone, ps: int, times: list[int], counts: list[int]) -> tuple[tuple[float, ...], int]:
+        """Go from a mark to an instant (ps), and add the changes; return places at the last grid point, and count."""
+        run = self.run
+        run.reach(ps)
+        going = Going(
+            run.at_or_before(mark.ps), run.stretch_at(mark.ps).law, mark.ps, mark.places, mark.count, times, counts
+        )
+        for law, columns, changed in run.between(mark.ps, ps):
+            if changed:
+                self._altered(going, law, point_of(columns, 0))
+                columns = tuple(column[1:] for column in columns)
+            if len(columns[0]):
+                self._along(going, columns)
+        if ps > going.done:
+            self._within(going, ps)
+        return going.places, going.count
+
+    def _altered(self, going: Going, law: MotorLaw, point: Point) -> None:
+        """Go on from a point with another law, or in another place."""
+        before = going.before
+        if point.t > before.t:
+            state = going.law.after(before.t, before.state, before.code, point.t - before.t)
+            self._step(going, replace(point, state=state, command=before.command))
+        going.places = self.linkage.follow(going.places, point.state[0] / law.motor.step, point.command / law.micro)
+        going.before, going.law, going.done = point, law, point.t
+        going.show(point.t, self._count(going.places[-1]))
+
+    def _along(self, going: Going, columns: Any) -> None:
+        """Go along some grid points."""
         import numpy as np
 
         times, states, commands, _ = columns
-        if not self.track.simple or law is not law_before:
-            for n, ps in enumerate(times.tolist()):
-                place = float(states[n, 0]) / law.motor.step
-                if ps > begin:
-                    places, count = self._stretch(law_before, before, begin, ps, place, places, count)
-                before, begin, law_before = point_of(columns, n), ps, law
-                if self.track.behind:  # the command may have jumped at this instant
-                    places = self.track.begun(place, before.command / law.micro)
-                    count = self._jump(ps, count, self._count(places[-1]))
-            return begin, before, places, count
-        along = states[:, 0] / law.motor.step * self.track.moves + self._shift
-        if self.track.behind:
-            asked = commands / law.micro
-            arrived = self._counts(along - np.append(before.command / law.micro, asked[:-1]))  # just before the edge
-            left = self._counts(along - asked)
-        else:
-            arrived = left = self._counts(along)
-        came = np.empty_like(left)
-        came[0], came[1:] = count, left[:-1]
-        for n in np.flatnonzero((arrived != came) | (left != arrived)).tolist():
+        law, before, linkage = going.law, going.before, self.linkage
+        if not linkage.simple:
+            self._with_play(going, columns)
+            return
+        rotor, asked = states[:, 0] / law.motor.step, commands / law.micro
+        then = np.append(before.command / law.micro, asked[:-1])
+        arrived = self._counts(linkage.begun(rotor, then)[-1])  # just before the edge
+        left = self._counts(linkage.begun(rotor, asked)[-1]) if linkage.behind else arrived
+        came = np.append(self._count(going.places[-1]), left[:-1])
+        speed = np.append(before.state[1], states[:, 1])
+        turns = (speed[:-1] * speed[1:] <= 0.0) & (speed[:-1] != 0.0)
+        if turns.any():
+            farthest = rotor + 2e-12 * law.step_ps * speed[:-1] / law.motor.step
+            turns &= self._counts(linkage.begun(farthest, then)[-1]) != arrived
+        for n in np.flatnonzero((arrived != came) | (left != arrived) | turns).tolist():
             if n:
-                before, begin = point_of(columns, n - 1), int(times[n - 1])
-            self._changes(law, before, begin, int(times[n]), int(came[n]), int(arrived[n]))
-            self._jump(int(times[n]), int(arrived[n]), int(left[n]))
-        last = point_of(columns, len(times) - 1)
-        places = self.track.begun(float(states[-1, 0]) / law.motor.step, last.command / law.micro)
-        return last.t, last, places, int(left[-1])
+                going.before, going.done = point_of(columns, n - 1), int(times[n - 1])
+                going.places = self._begun(law, going.before)
+            self._step(going, point_of(columns, n))
+        going.before, going.done = point_of(columns, len(times) - 1), int(times[-1])
+        going.places = self._begun(law, going.before)
+
+    def _with_play(self, going: Going, columns: Any) -> None:
+        """Go along some grid points, on a linkage whose place depends on the way, and on where the rotor turns round."""
+        import numpy as np
+
+        law, first = going.law, going.before.state
+        step, rotor = law.motor.step, columns[1][:, 0] / law.motor.step
+        speed = np.append(first[1], columns[1][:, 1])
+        farthest = rotor + 2e-12 * law.step_ps * speed[:-1] / step
+        turns = (speed[:-1] * speed[1:] <= 0.0) & (speed[:-1] != 0.0)
+        peaks: dict[int, float] = {}  # by the step, where the rotor turns round and that makes a difference
+        while True:
+            at = sorted(peaks)
+            way = np.insert(rotor, at, [peaks[n] for n in at])
+            grid = np.arange(len(rotor)) + np.searchsorted(at, np.arange(len(rotor)), "right")
+            places = [each[grid] for each in self.linkage.gone(going.places, first[0] / step, way)]
+            befores = [np.append(now, each[:-1]) for now, each in zip(going.places, places, strict=True)]
+            there = self.linkage.followed(self.linkage.followed(befores, farthest), rotor)
+            moved = [one != two for one, two in zip(there, self.linkage.followed(befores, rotor), strict=True)]
+            more = set(np.flatnonzero(turns & np.logical_or.reduce(moved)).tolist()) - peaks.keys()
+            if not more:
+                break
+            for n in more:
+                before = point_of(columns, n - 1) if n else going.before
+                turn = self._turns(law, before)
+                turned = 0 < turn <= int(columns[0][n]) - before.t
+                peaks[n] = law.after(before.t, before.state, before.code, turn)[0] / step if turned else float(rotor[n])
+        counts = self._counts(places[-1])
+        came = np.append(self._count(going.places[-1]), counts[:-1])
+        for n in sorted({*np.flatnonzero(counts != came).tolist(), *peaks}):
+            if n:
+                going.before, going.done = point_of(columns, n - 1), int(columns[0][n - 1])
+                going.places = tuple(float(each[n - 1]) for each in places)
+            self._step(going, point_of(columns, n))
+        going.before, going.done = point_of(columns, len(rotor) - 1), int(columns[0][-1])
+        going.places = tuple(float(each[-1]) for each in places)
+
+    def _begun(self, law: MotorLaw, point: Point) -> tuple[float, ...]:
+        """The places at a grid point, of linkages that follow from the rotor alone."""
+        return self.linkage.begun(point.state[0] / law.motor.step, point.command / law.micro)
 
     def _counts(self, along: Any) -> Any:
         """The counts at places: (n,) int64."""
@@ -202,39 +241,77 @@ class Passings:
             return np.floor(along * self._per_step + self._zero).astype(np.int64)
         return np.searchsorted(np.array(self._bounds), along, "right")
 
-    @cached_property
-    def _shift(self) -> float:
-        return self.track.begun(0.0, 0.0)[-1]
+    def _step(self, going: Going, point: Point) -> None:
+        """Go to the next grid point, and take up what is asked for from there on."""
+        law, before = going.law, going.before
+        asked, rotor = before.command / law.micro, point.state[0] / law.motor.step
+        places = going.places
+        if before.state[1] * point.state[1] <= 0.0:
+            places = self._turned(law, before, point.t - before.t, places)
+        arrived = self.linkage.follow(places, rotor, asked)
+        if places is not going.places or self._count(arrived[-1]) != self._count(going.places[-1]):
+            self._within(going, point.t)
+        going.places, going.before, going.done = arrived, point, point.t
+        going.show(point.t, self._count(arrived[-1]))
+        if self.linkage.behind and point.command != before.command:
+            going.places = self.linkage.follow(arrived, rotor, point.command / law.micro)
+            going.show(point.t, self._count(going.places[-1]))
 
-    def _stretch(
-        self, law: Law, before: Any, begin: int, end: int, place: float, places: tuple[float, ...], count: int
-    ) -> tuple[tuple[float, ...], int]:
-        """Go from one instant to another within a step of the grid; return the places and the count there."""
-        places = self.track.follow(places, place, before.command / law.micro)
-        after = self._count(places[-1])
-        if after != count:
-            self._changes(law, before, begin, end, count, after)
-        return places, after
+    def _turns(self, law: MotorLaw, before: Point) -> int:
+        """When the rotor turns round in the step after a grid point: ps; 0: it does not."""
+        step, omega = law.step_ps, before.state[1]
+        low, high = 0, step
+        if omega == 0.0 or law.after(before.t, before.state, before.code, step)[1] * omega > 0.0:
+            return 0
+        while high - low > 1:
+            middle = (low + high) // 2
+            if law.after(before.t, before.state, before.code, middle)[1] * omega > 0.0:
+                low = middle
+            else:
+                high = middle
+        return high
 
-    def _changes(self, law: Law, before: Any, begin: int, end: int, count: int, after: int) -> None:
-        """Find the instants at which the count changes one by one, between two instants of a step of the grid."""
-        engine, rising = law.model.python, after > count
-        span = end - before.t
+    def _turned(self, law: MotorLaw, before: Point, span: int, places: tuple[float, ...]) -> tuple[float, ...]:
+        """The places after the rotor has turned round in the step after a grid point; the same if it has not yet."""
+        turn = self._turns(law, before)
+        if not 0 < turn <= span:
+            return places
+        rotor = law.after(before.t, before.state, before.code, turn)[0] / law.motor.step
+        return self.linkage.follow(places, rotor, before.command / law.micro)
+
+    def _within(self, going: Going, ps: int) -> None:
+        """Show the changes of a step of the grid up to an instant (ps)."""
+        law, before = going.law, going.before
+        step = law.step_ps
+        if ps - before.t > step or before.t + step <= going.done:  # it rests
+            return
+        turn = self._turns(law, before)
+        places, low = going.places, 0
+        for high in (turn, step) if turn else (step,):
+            rotor = law.after(before.t, before.state, before.code, high)[0] / law.motor.step
+            after = self.linkage.follow(places, rotor, before.command / law.micro)
+            for at, count in self._crossings(law, before, low, high, self._count(places[-1]), self._count(after[-1])):
+                if going.done < at <= ps:
+                    going.show(at, count)
+                if at > ps:
+                    return
+            places, low = after, high
+
+    def _crossings(
+        self, law: MotorLaw, before: Point, low: int, high: int, count: int, after: int
+    ) -> Iterator[tuple[int, int]]:
+        """Yield the instants at which the count changes one by one, as the rotor goes one way, and the counts."""
+        rising, model, table = after > count, law.model, law.table
+        engine = model.python
+        if len(self.times) >= SOON and model.is_compiled:
+            engine, table = model.numba, law.rows  # type: ignore[assignment]
         for n in range(count + 1, after + 1) if rising else range(count, after, -1):
-            factor, bound, up = self.track.bound(self._place(n), rising, before.command / law.micro)
+            factor, bound, up = self.linkage.bound(self._place(n), rising, before.command / law.micro)
             found = engine.crossing(
-                law.parameters, law.table, before.t, before.state, before.code, begin - before.t, span, 0,
+                law.parameters, table, before.t, before.state, before.code, low, high, 0,
                 factor / law.motor.step, bound, up,
             )  # fmt: skip
-            begin = before.t + found
-            self.times.append(begin)
-            self.counts.append(n if rising else n - 1)
-
-    def _jump(self, ps: int, count: int, after: int) -> int:
-        if after != count:
-            self.times.append(ps)
-            self.counts.append(after)
-        return after
+            yield before.t + found, n if rising else n - 1
 
     # -------------------------------------------------------------------------------------------------------- questions
     def at(self, ps: int) -> int:
@@ -274,50 +351,23 @@ class Passings:
         return (self.counts[a - 1] if a else self.first), self.times[a:b], self.counts[a:b]
 
     def forget(self, before: int) -> None:
-        """Drop the changes before an instant (ps)."""
+        """Drop the changes before an instant (ps) that has been reached."""
         self.look(before)
-        marks = [mark for mark in self._marks if mark.ps >= before]
-        gone = bisect_right(self.times, before)
-        if gone:
-            self.first = self.counts[gone - 1]
+        n = bisect_right(self._marks, before, key=lambda mark: mark.ps) - 1
+        if n < 0:
+            return
+        mark = self._marks[n]
+        if mark.ps < before:  # a mark beyond may be of a future that does not come
+            places, count = self._go(mark, before, [], [])
+            mark = Milestone(before, places, count, bisect_right(self.times, before))
+        gone, self.first = mark.changes, mark.count
         del self.times[:gone], self.counts[:gone]
-        for mark in marks:
+        self._marks[: n + 1] = [mark]
+        for mark in self._marks:
             mark.changes -= gone
-        self._marks = marks
 
 
 def point_of(columns: Any, n: int) -> Point:
     """Return one of some grid points."""
     times, states, commands, codes = columns
     return Point(int(times[n]), tuple(states[n].tolist()), int(commands[n]), int(codes[n]))
-
-
-class RunCounter:
-    """The counts of a track as a wire shows them, `lag_ps` later: a counter of `parts/shafts/counter.py`."""
-
-    def __init__(self, passings: Passings, scale: CountScale, lag_ps: int) -> None:
-        self.passings, self.scale, self.lag_ps = passings, scale, lag_ps
-
-    def at(self, ps: int) -> int:
-        """Return the count that is shown at an instant (ps)."""
-        return self.passings.at(ps - self.lag_ps)
-
-    def after(self, ps: int, changes: int = 1) -> int | None:
-        """Return when the count changes next (ps), or an instant at which to ask again; None: as things stand never."""
-        found = self.passings.after(ps - self.lag_ps, changes)
-        return None if found is None else found + self.lag_ps
-
-    def between(self, start: int, stop: int) -> Shown:
-        """Return the count at an instant (ps), and its changes up to another: instants, and counts from there on."""
-        before, times, counts = self.passings.between(start - self.lag_ps, stop - self.lag_ps)
-        return before, [time + self.lag_ps for time in times], counts
-
-    way = 0  # it may turn round
-
-    def onward(self, ps: int) -> RunCounter:
-        """Return the counter from an instant (ps) on: it is the same, since a run keeps its past."""
-        return self
-
-    def on(self, motion: object, now: int) -> RunCounter:
-        """Return the counter for what the shaft does from `now` (ps) on: it is the same."""
-        return self

@@ -12,20 +12,21 @@ stretch: they can be made again, and have the same bits.
 from __future__ import annotations
 
 from bisect import bisect_right
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..motors.integration import Integration, Point
-from ..motors.law import Law
+from ..motors.law import MotorLaw
 from .feed import Edges, Feed, changes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Hashable, Mapping
 
     import numpy as np
     from numpy.typing import NDArray
 
 STRETCH = 4096  # grid points
 WHOLE = 64  # stretches whose points are kept
+NEVER_PS = 1 << 62
 AT_ONCE_PS = 20_000_000_000  # how far one question for rest looks ahead
 
 
@@ -33,12 +34,12 @@ class Stretch:
     """Grid points of one law, from `first` on.
 
     Attributes:
-        altered: `first` does not continue the stretch before: the law or the state has been changed from outside.
-        times, states, commands, codes: columns of the points, as in a `Trace`; None: they have been dropped.
+        changed: `first` does not continue the stretch before: the law, or these states, were changed from outside.
+        times, states, commands, codes: columns of the points, as in a `MotorTrace`; None: they have been dropped.
     """
 
-    def __init__(self, law: Law, first: Point, *, altered: bool = False) -> None:
-        self.law, self.first, self.altered = law, first, altered
+    def __init__(self, law: MotorLaw, first: Point, changed: Mapping[str, float] | None = None) -> None:
+        self.law, self.first, self.changed = law, first, changed
         self.columns: tuple[Any, ...] | None = columns_of(first)
         self.last = first
         self._edges: Edges | None = None  # once it is complete
@@ -97,39 +98,70 @@ def columns_of(point: Point) -> tuple[Any, ...]:
     return ints[0], np.array([point.state], np.float64), ints[1], ints[2]
 
 
+class RunPart(NamedTuple):
+    """Some grid points of one law: columns times, states, commands, codes.
+
+    `changed`: the first of them does not continue what was before: the law or the state was changed from outside.
+    """
+
+    law: MotorLaw
+    columns: tuple[Any, ...]
+    changed: bool
+
+
 class Run:
     """The motion of a rotor.
 
     `cuts` are called with an instant (ps) when what was foreseen from there on does not come.
+    `along` is what is known along it, by what it is of.
 
     Args:
         law: of motor, driver and load; `alter` may put another in its place.
         feed: what the inputs ask for.
         first: where it begins.
+        engine: "python", "numba", or None, as of `Integration`.
     """
 
-    def __init__(self, law: Law, feed: Feed, first: Point) -> None:
+    def __init__(self, law: MotorLaw, feed: Feed, first: Point, engine: str | None = None) -> None:
         self.feed = feed
+        self.cuts: list[Callable[[int], object]] = []
+        self.along: dict[Hashable, Any] = {}  # what is known along it: places and passings, by what they are of
+        self._engine = engine
+        self.begin(law, first)
+
+    def begin(self, law: MotorLaw, first: Point) -> None:
+        """Begin again, with another law, at a point in the same place: nothing has been shown yet."""
         self.stretches = [Stretch(law, first)]
         self.reached = first.t  # integrated up to here
-        self.cuts: list[Callable[[int], object]] = []
-        self.along: dict[Any, Any] = {}  # what is known along it: places and passings, by what they are of
-        self._integration = Integration(law)
+        self._integration = Integration(law, self._engine)
         self._rests = False  # at the last point: nothing changes until the next edge
+        for cut in self.cuts:
+            cut(first.t)
 
     @property
-    def law(self) -> Law:
+    def law(self) -> MotorLaw:
         """The present law."""
         return self.stretches[-1].law
 
     # ------------------------------------------------------------------------------------------------------- the points
     def reach(self, ps: int) -> None:
         """Integrate up to an instant (ps)."""
-        if ps <= self.reached:
-            return
+        while self.reached < ps:
+            self._go_on(min(ps, self._stays() if self._rests else self.reached + STRETCH * self.law.step_ps))
+
+    def _stays(self) -> int:
+        """Up to when it may rest, and no edge has come: an instant (ps) up to which few edges can have come."""
+        now = self.feed.now
+        if self.reached < now.since:
+            return self.reached + AT_ONCE_PS
+        following = now.after(self.reached)
+        return NEVER_PS if following is None else following
+
+    def _go_on(self, ps: int) -> None:
+        """Integrate up to an instant (ps), in one piece."""
         stretch = self.stretches[-1]
         last = stretch.last
-        edges = self.feed.edges(last.t, ps, last.command, last.code)
+        edges = self.feed.edges(max(last.t, self.reached), ps, last.command, last.code)
         if not (self._rests and not len(edges.times)):
             if stretch.count >= STRETCH:
                 stretch = Stretch(stretch.law, last)
@@ -157,27 +189,30 @@ class Run:
         foreseen = [stretch.edges(seen) for stretch in self.stretches[n:]]
         differs = first_difference(now, Edges(*map(joined, zip(*foreseen, strict=True))))
         if differs is not None:
-            self._cut(differs)
+            altered = [it for it in self.stretches[n:] if it.changed is not None and it.first.t == differs]
+            self._cut(differs, differs)
+            for stretch in altered:  # at this instant too: that counts, after what the inputs show
+                self.alter(differs, stretch.law, **(stretch.changed or {}))
 
-    def _cut(self, ps: int) -> None:
-        """Drop what lies at an instant (ps) and after it."""
+    def _cut(self, ps: int, since: int) -> None:
+        """Drop what lies at an instant (ps) and after it; what was seen is otherwise from `since` on."""
         while len(self.stretches) > 1 and self.stretches[-1].first.t >= ps:
             self.stretches.pop()
         self.stretches[-1].cut(ps)
         self.reached, self._rests = ps - 1, False
         for cut in self.cuts:
-            cut(ps)
+            cut(since)
 
-    def alter(self, ps: int, law: Law, **states: float) -> None:
+    def alter(self, ps: int, law: MotorLaw, **states: float) -> None:
         """Go on from an instant (ps) with another law, or other values of some states."""
         self.reach(ps)
         point, state = self.at_or_before(ps), self.state(ps)
-        self._cut(ps + 1)
+        self._cut(ps + 1, ps)
         given = dict(zip(self.stretches[-1].law.names, state, strict=True)) | states
         first = Point(ps, tuple(given.get(name, 0.0) for name in law.names), point.command, point.code)
         if law is not self.law:
-            self._integration = Integration(law)
-        self.stretches.append(Stretch(law, first, altered=True))
+            self._integration = Integration(law, self._engine)
+        self.stretches.append(Stretch(law, first, states))
         self.reached = ps
 
     # -------------------------------------------------------------------------------------------------------- questions
@@ -197,8 +232,8 @@ class Run:
         point, law = self.at_or_before(ps), self.stretch_at(ps).law
         return law.after(point.t, point.state, point.code, ps - point.t) if ps > point.t else point.state
 
-    def between(self, start: int, stop: int) -> list[tuple[Law, tuple[Any, ...]]]:
-        """Return the grid points at start < t <= stop (ps), with their laws: columns times, states, commands, codes."""
+    def between(self, start: int, stop: int) -> list[RunPart]:
+        """Return the grid points at start < t <= stop (ps)."""
         self.reach(stop)
         found = []
         n = max(bisect_right(self.stretches, start, key=lambda stretch: stretch.first.t) - 1, 0)
@@ -207,10 +242,11 @@ class Run:
                 break
             times = stretch.whole[0]
             part = slice(int(times.searchsorted(start, "right")), int(times.searchsorted(stop, "right")))
-            if part.start == 0 and not stretch.altered:
+            changed = part.start == 0 and stretch.changed is not None
+            if part.start == 0 and not changed:
                 part = slice(1, part.stop)  # its first point is the last one of the stretch before
             if part.stop > part.start:
-                found.append((stretch.law, tuple(column[part] for column in stretch.whole)))
+                found.append(RunPart(stretch.law, tuple(column[part] for column in stretch.whole), changed))
         return found
 
     def states_at(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -228,7 +264,12 @@ class Run:
         """Return when it rests, after an instant (ps), if no input has an edge until then; or when to ask again."""
         following = self.feed.now.after(ps)
         until = ps + AT_ONCE_PS if following is None else max(min(ps + AT_ONCE_PS, following), ps + 1)
-        return max(self.stretches[-1].last.t, ps + 1) if self.rests(until) else until
+        return max(self.known_to_rest, ps + 1) if self.rests(until) else until
+
+    @property
+    def known_to_rest(self) -> int:
+        """The instant from which on no point follows the last one: only then its losses are counted (ps)."""
+        return self.stretches[-1].last.t + self.law.step_ps + 1
 
     def forget(self, before: int) -> None:
         """Drop what was over before an instant (ps); what has not been integrated is still to come."""
@@ -238,6 +279,25 @@ class Run:
         n = bisect_right(self.stretches, before, key=lambda stretch: stretch.first.t) - 1
         del self.stretches[: max(n, 0)]
         self.feed.forget(min(before, self.stretches[0].first.t))
+
+
+def with_jumps(law: MotorLaw, before: Point, columns: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return grid points after a point before them, twice at edges of the inputs: with the old and the new command."""
+    import numpy as np
+
+    times, states, commands, codes = columns
+    earlier, asked = np.append(before.command, commands[:-1]), np.append(before.code, codes[:-1])
+    at = np.flatnonzero((commands != earlier) | (codes != asked))
+    whole = states[at]
+    if len(before.state) == states.shape[1]:
+        held = [law.names.index(name) for name in law.model.kept]
+        whole[:, held] = np.vstack([before.state, states[:-1]])[at][:, held]
+    return (
+        np.insert(times, at, times[at]),
+        np.insert(states, at, whole, axis=0),
+        np.insert(commands, at, earlier[at]),
+        np.insert(codes, at, asked[at]),
+    )
 
 
 def joined(columns: Any) -> Any:

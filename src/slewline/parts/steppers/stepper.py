@@ -13,24 +13,23 @@ from ...core.datasheet.units import quantity
 from ...core.motion.history import Polyline
 from ...core.time.inputs import from_outside
 from ...core.time.timebase import Time, picoseconds
-from ...core.wires.pin import Condition
 from ...errors import UsageError
 from ..base.follower import Follower, start_rule
 from ..base.part import AXIS, Part
 from ..motors.drivers import driver_complaint, read_driver
 from ..motors.integration import Point
-from ..motors.law import Law
+from ..motors.law import MotorLaw
 from ..motors.loads import check_holds, load_complaint, read_load
 from ..motors.motors import motor_complaint, read_motor
 from ..shafts.counter import CountScale
 from ..shafts.motor import EDGE, EDGES
-from ..shafts.shaft import forget_shaft
 from ..shafts.shown import SwitchZone
 from .feed import Feed, Pins, phases_asked, steps_asked
+from .linkage import Linkage
 from .losses import Losses
-from .passing import Track
-from .run import Run, Stretch
-from .turning import MotorShaft, TrackMotion
+from .rest import RestCondition
+from .run import Run, with_jumps
+from .turning import LinkageMotion, MotorShaft, pushed
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Pin
@@ -60,6 +59,8 @@ class Stepper(Part):
         active: the level of a phase that is on; None: what the neighbour's pin says, else 1.
         step: of the integrator; None: 20 us, and 1 us with a chopper.
         lag: from the rotor to the edge of `stall`.
+        engine: what integrates: "python"; "numba", which compiles before time passes; None: Python, and Numba, if it is
+            installed, once that is worth while.  The bits are the same.
     """
 
     _for_users = (
@@ -88,6 +89,14 @@ class Stepper(Part):
         Option("active", "choice", None, "level of a phase that is on", choices=(0, 1), none=True),
         Option("step", "time", None, "of the integrator; None: 20 us, with a chopper 1 us", low=1, none=True),
         Option("lag", "time", "1 us", "from the rotor to the edge of stall", low=1),
+        Option(
+            "engine",
+            "choice",
+            None,
+            "python; numba, compiled at once; None: python, and numba for long runs",
+            choices=("python", "numba"),
+            none=True,
+        ),
     )
     rewired = start_rule
 
@@ -106,6 +115,7 @@ class Stepper(Part):
         active: int | None = None,
         step: Time | None = None,
         lag: Time = "1 us",
+        engine: str | None = None,
     ) -> None:
         super().__init__(kernel, name)
         self.axis = axis
@@ -115,7 +125,7 @@ class Stepper(Part):
         check_holds(its, drives, hangs, f"{name}: load")
         self._phased = inputs == "phases"
         try:
-            law = Law(
+            law = MotorLaw(
                 its, drives, hangs, "half" if self._phased else steps, 0 if step is None else picoseconds(step),
                 phased=self._phased,
             )  # fmt: skip
@@ -126,14 +136,16 @@ class Stepper(Part):
         self._add_pins(law)
         self._stalls_ps = picoseconds(lag)
         self._feed = Feed(steps_asked(law, Pins({})))
-        self._run = Run(law, self._feed, Point(kernel.now, law.at_rest(), 0, 0))
+        self._run = Run(law, self._feed, Point(kernel.now, law.at_rest(), 0, 0), engine)
+        if engine == "numba":
+            law.integrate((), (), 0, engine=engine)
         self.shaft = MotorShaft(kernel, self._run, self._alter)
         self._losses = Losses(self._run)
-        self._begun = False
+        self._begun_ps: int | None = None
         self.rule = Follower(self, self._read, schedule=self._promise, react=self._react, cut=self.shaft.cut)
         self.shaft.source = self.rule
 
-    def _add_pins(self, law: Law) -> None:
+    def _add_pins(self, law: MotorLaw) -> None:
         if self._phased:
             names = PHASES[: law.period]
             for n, name in enumerate(names):
@@ -164,7 +176,7 @@ class Stepper(Part):
 
     # ------------------------------------------------------------------------------------------------ what a user asks
     @property
-    def _law(self) -> Law:
+    def _law(self) -> MotorLaw:
         """Motor, driver and load, as they are now."""
         return self._run.law
 
@@ -206,9 +218,9 @@ class Stepper(Part):
         return dict(zip(self._run.stretch_at(seen).law.names, self._run.state(seen), strict=True))
 
     @property
-    def rests(self) -> Condition:
+    def rests(self) -> RestCondition:
         """The condition that it has come to rest, for `bench.run_until`."""
-        return RestCondition(self)
+        return RestCondition(self.name, self.kernel, self._run)
 
     def shows(self) -> dict[str, Any]:
         """Return where its shaft is, in full steps, how many make a turn, and how far it is behind its command."""
@@ -240,7 +252,10 @@ class Stepper(Part):
         run = self._run
 
         def changes(start: int, stop: int) -> tuple[Any, Any]:
-            found = run.between(start, stop)
+            found, before = [], run.at_or_before(max(start, 0))
+            for part in run.between(start, stop):
+                found.append((part.law, with_jumps(part.law, before, part.columns)))
+                before = Point(*(column[-1] for column in part.columns))
             times = [columns[0] for _, columns in found]
             values = [of(law, columns) for law, columns in found]
             return np.concatenate([np.empty(0, np.int64), *times]), np.concatenate([np.empty(0), *values])
@@ -255,7 +270,11 @@ class Stepper(Part):
 
         return Polyline(self.kernel, name, unit, at, changes)
 
-    forget = forget_shaft
+    def forget(self, before: int) -> None:
+        """Drop what was over before an instant (ps); the steps lost until then are found first."""
+        if self._run.reached >= before:
+            self.be_caught_up()
+        self.shaft.forget(before)
 
     # --------------------------------------------------------------------------------------------------- a user's hands
     @from_outside
@@ -304,12 +323,12 @@ class Stepper(Part):
         if stops is not None:
             low, high = (None if stop is None else float(stop) * law.motor.step for stop in stops)
             law = replace(law, load=replace(law.load, low=low, high=high))
-        states = {"theta": self._state["theta"] + push * law.motor.step} if push else {}
+        states = pushed(law, self._state, push * law.motor.step) if push else {}
         if law.blocked:
             states["omega"] = 0.0
         self._run.alter(seen, law, **states)
         self.shaft.turned()
-        if self._begun:
+        if self._begun_ps is not None:
             self._show_stall()
 
     # ------------------------------------------------------------------------------------------------------- its inputs
@@ -335,13 +354,14 @@ class Stepper(Part):
             self._feed.asked = steps_asked(law, pins)
         level = self._level(pins)
         code = bits + width * level
-        state = self._run.stretches[0].first.state
-        rests = law.at_rest(code=code)
-        first = Point(self.kernel.now, (*state[:1], *rests[1:]) if len(state) == len(rests) else rests, 0, code)
-        self._run.stretches = [Stretch(law, first)]
-        self._run.reached = self.kernel.now
+        pushes = [stretch.first.state[0] for stretch in self._run.stretches if stretch.changed is not None]
+        by = pushes[-1] if pushes else 0.0  # a hand has been on it already
+        first = Point(self.kernel.now, law.at_rest(code=code), 0, code)
+        self._run.begin(law, first)
+        if by:
+            self._run.alter(first.t, law, **pushed(law, dict(zip(law.names, first.state, strict=True)), by))
         self._losses = Losses(self._run)
-        self._begun = True
+        self._begun_ps = self.kernel.now
 
     def _level(self, pins: Pins) -> int:
         high = {name: self.high(name) for name in ("enable", "mov", "ramp") if name in self._read}
@@ -351,10 +371,10 @@ class Stepper(Part):
 
     def _promise(self) -> None:
         """Follow the inputs from now on."""
-        if not self._begun:
+        if self._begun_ps in (None, self.kernel.now):  # in its first instant the inputs may still change
             self._begin()
         self._feed.show(self.kernel.now, [self.rule.shown(name) for name in self._read])
-        self._run.follow(self.kernel.seen)
+        self._run.follow(self.kernel.now - 1)
         self.shaft.turned()
         self._show_stall()
 
@@ -368,24 +388,7 @@ class Stepper(Part):
 
     def _stall(self) -> SwitchZone:
         off = Fraction(self._law.period, 2)
-        counter = TrackMotion(self._run, Track(behind=True)).counter(CountScale(bounds=(-off, off)), self._stalls_ps)
+        counter = LinkageMotion(self._run, Linkage(behind=True)).counter(
+            CountScale(bounds=(-off, off)), self._stalls_ps
+        )
         return SwitchZone(counter, self.kernel.seen, False, STALLS, (0, 1))
-
-
-class RestCondition(Condition):
-    """A stepper has come to rest: nothing changes until an input does."""
-
-    def __init__(self, of: Stepper) -> None:
-        self.of, self.text = of, f"{of.name} at rest"
-
-    def belongs(self, kernel: Kernel) -> bool:
-        """Return whether it is one of its bench."""
-        return self.of.kernel is kernel
-
-    def met(self) -> bool:
-        """Return whether it rests now, and no input promises an edge."""
-        return self.of._run.rests(self.of.kernel.seen) and self.of._feed.now.after(self.of.kernel.seen) is None
-
-    def when(self) -> int | None:
-        """Return when it will rest, or an instant at which to ask again (ps)."""
-        return self.of._run.comes_to_rest(self.of.kernel.seen)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -10,33 +9,36 @@ from typing import TYPE_CHECKING
 from ...core.motion.history import Polyline
 from ...core.wires.clocking import ClockEdges
 from ...errors import UsageError
+from ..shafts.counter import CountScale
 from ..shafts.shaft import Place, Shaft
-from .passing import Passings, RunCounter, Track
+from .linkage import Linkage
+from .passing import Passings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     import numpy as np
     from numpy.typing import NDArray
 
     from ...core.time.kernel import Kernel
-    from ..shafts.counter import Counter, CountScale
+    from ..motors.law import MotorLaw
+    from ..shafts.counter import Counter, Shown
     from .run import Run
 
 FINEST = Fraction(1, 1 << 20)  # step, of places that are told as fractions
-ROTOR = Track()
+ROTOR = Linkage()
 HALF = 0.5  # count, by which an encoder is turned: at rest the rotor is not where it counts
 
 
 @dataclass(frozen=True)
-class TrackMotion:
+class LinkageMotion:
     """The motion of a shaft that a rotor turns: for the rest of a run, whatever comes.
 
     It has the interface of a `ShaftMotion` (`parts/shafts/shaft_motion.py`).
     """
 
     run: Run
-    track: Track = ROTOR
+    linkage: Linkage = ROTOR
 
     @property
     def since(self) -> int:
@@ -49,7 +51,9 @@ class TrackMotion:
 
     def place(self, ps: int) -> float:
         """Return the place at an instant (ps), in steps."""
-        return places_of(self.run, self.track).place(ps)
+        if self.linkage.simple:
+            return float(self.linkage.begun(self.run.state(ps)[0] / self.run.law.motor.step, 0.0)[-1])
+        return passings_of(self.run, self.linkage, CountScale(), 0.0).place(ps)
 
     def places(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the places at instants (int64 ps), in steps: (n,) float64."""
@@ -61,13 +65,20 @@ class TrackMotion:
         """Return the grid points at start < t <= stop: (n,) int64 ps, and the places there, (n,) float64 steps."""
         import numpy as np
 
-        times = [columns[0] for _, columns in self.run.between(start, stop)]
-        whole = np.concatenate([np.empty(0, np.int64), *times])
-        return whole, self.places(whole)
+        times, places = [np.empty(0, np.int64)], [np.empty(0)]
+        for part in self.run.between(start, stop):
+            rotor = part.columns[1][:, 0] / part.law.motor.step
+            times.append(part.columns[0])
+            if self.linkage.simple:
+                places.append(self.linkage.begun(rotor, 0.0)[-1])
+            else:  # from its first point on it goes on as the rotor does
+                first = passings_of(self.run, self.linkage, CountScale(), 0.0).places(int(part.columns[0][0]))
+                places.append(self.linkage.gone(first, rotor[0], rotor)[-1])
+        return np.concatenate(times), np.concatenate(places)
 
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
         """Return what passes on a scale, `lag_ps` later."""
-        return RunCounter(passings_of(self.run, self.track, scale, HALF if scale.per_step else 0.0), scale, lag_ps)
+        return RunCounter(passings_of(self.run, self.linkage, scale, HALF if scale.per_step else 0.0), scale, lag_ps)
 
     def lost(self, ps: int) -> int:
         """Return 0: what a rotor loses, its part finds."""
@@ -81,75 +92,68 @@ class TrackMotion:
         """Return 0: it has no edges."""
         return 0
 
-    def onward(self, ps: int) -> TrackMotion:
+    def onward(self, ps: int) -> LinkageMotion:
         """Return the motion from an instant (ps) on: it is the same, since a run keeps its past."""
         return self
 
-    def geared(self, ratio: Fraction) -> TrackMotion:
+    def geared(self, ratio: Fraction) -> LinkageMotion:
         """Return the motion of a shaft that a gear drives: it turns `ratio` times as far, negative: the other way."""
-        return replace(self, track=Track(factor=float(ratio), under=self.track))
+        return replace(self, linkage=Linkage(factor=float(ratio), under=self.linkage))
 
-    def played(self, here: TrackMotion, play: Fraction, offset: Fraction) -> TrackMotion:
+    def played(self, here: LinkageMotion, play: Fraction, offset: Fraction) -> LinkageMotion:
         """Return the motion of what is moved with a play, and began `offset` above this one."""
-        return replace(self, track=Track(play=float(play), offset=float(offset), under=self.track))
+        return replace(self, linkage=Linkage(play=float(play), offset=float(offset), under=self.linkage))
 
 
-class Places:
-    """The place of a track at any instant: with a play it depends on the way there."""
-
-    def __init__(self, run: Run, track: Track) -> None:
-        self.run, self.track = run, track
-        first = run.stretches[0]
-        self._step = first.law.motor.step
-        begun = track.begun(first.first.state[0] / self._step, 0.0)
-        self._known = [(first.first.t, begun)]
-        run.cuts.append(self._cut)
-
-    def _cut(self, ps: int) -> None:
-        while len(self._known) > 1 and self._known[-1][0] >= ps:
-            self._known.pop()
-
-    def forget(self, before: int) -> None:
-        """Drop what is known of the time before an instant (ps)."""
-        if not self.track.simple:
-            self.place(before)
-            n = max(bisect_right(self._known, before, key=lambda known: known[0]) - 1, 0)
-            del self._known[:n]
-
-    def place(self, ps: int) -> float:
-        """Return the place at an instant (ps), in steps."""
-        if self.track.simple:
-            return self.track.begun(self.run.state(ps)[0] / self._step, 0.0)[-1]
-        n = len(self._known) - 1
-        while n and self._known[n][0] > ps:
-            n -= 1
-        since, places = self._known[n]
-        for _, columns in self.run.between(since, ps):
-            for theta in columns[1][:, 0].tolist():
-                places = self.track.follow(places, theta / self._step, 0.0)
-        places = self.track.follow(places, self.run.state(ps)[0] / self._step, 0.0)
-        if ps > self._known[-1][0]:
-            self._known.append((ps, places))
-            if len(self._known) > 1024:
-                del self._known[1:512]
-        return places[-1]
-
-
-def places_of(run: Run, track: Track) -> Places:
-    """Return the places of a track, one and the same for all that ask."""
-    found: Places | None = run.along.get(track)
-    if found is None:
-        found = run.along[track] = Places(run, track)
+def passings_of(run: Run, linkage: Linkage, scale: CountScale, zero: float) -> Passings:
+    """Return the changes of a count along a linkage, one and the same for all that ask."""
+    key = linkage, scale, zero
+    if key not in run.along:
+        run.along[key] = Passings(run, linkage, scale, zero)
+    found: Passings = run.along[key]
     return found
 
 
-def passings_of(run: Run, track: Track, scale: CountScale, zero: float) -> Passings:
-    """Return the changes of a count along a track, one and the same for all that ask."""
-    key = track, scale, zero
-    found: Passings | None = run.along.get(key)
-    if found is None:
-        found = run.along[key] = Passings(run, track, scale, zero)
-    return found
+class RunCounter:
+    """The counts of a linkage as a wire shows them, `lag_ps` later: a counter of `parts/shafts/counter.py`."""
+
+    def __init__(self, passings: Passings, scale: CountScale, lag_ps: int) -> None:
+        self.passings, self.scale, self.lag_ps = passings, scale, lag_ps
+
+    def at(self, ps: int) -> int:
+        """Return the count that is shown at an instant (ps)."""
+        return self.passings.at(ps - self.lag_ps)
+
+    def after(self, ps: int, changes: int = 1) -> int | None:
+        """Return when the count changes next (ps), or an instant at which to ask again; None: as things stand never."""
+        found = self.passings.after(ps - self.lag_ps, changes)
+        return None if found is None else found + self.lag_ps
+
+    def between(self, start: int, stop: int) -> Shown:
+        """Return the count at an instant (ps), and its changes up to another: instants, and counts from there on."""
+        before, times, counts = self.passings.between(start - self.lag_ps, stop - self.lag_ps)
+        return before, [time + self.lag_ps for time in times], counts
+
+    way = 0  # it may turn round
+
+    def onward(self, ps: int) -> RunCounter:
+        """Return the counter from an instant (ps) on: it is the same, since a run keeps its past."""
+        return self
+
+    def on(self, motion: object, now: int) -> RunCounter:
+        """Return the counter for what the shaft does from `now` (ps) on: it is the same."""
+        return self
+
+
+def pushed(law: MotorLaw, state: Mapping[str, float], by: float) -> dict[str, float]:
+    """Return the places of a shaft that is turned by hand (rad), with what hangs on it; no further than to a stop."""
+    places = {name: state[name] for name in ("theta", "theta2") if name in state}
+    held = list(places.values())[-1]
+    if by > 0.0 and law.load.high is not None:
+        by = min(by, max(law.load.high - held, 0.0))
+    elif by < 0.0 and law.load.low is not None:
+        by = max(by, min(law.load.low - held, 0.0))
+    return {name: place + by for name, place in places.items()}
 
 
 class MotorShaft(Shaft):
@@ -164,7 +168,7 @@ class MotorShaft(Shaft):
     def __init__(self, kernel: Kernel, run: Run, alter: Callable[..., None]) -> None:
         super().__init__(kernel, run.law.motor.full_steps)
         self.run, self._alter = run, alter
-        self.rotor = TrackMotion(run)
+        self.rotor = LinkageMotion(run)
         self.motion = self.rotor  # type: ignore[assignment]
 
     def cut(self, ps: int) -> None:

@@ -1,15 +1,35 @@
-"""A drawing in fewer bytes: staircases take most of a picture, and each of their lines needs one number, not two."""
+"""A drawing in fewer bytes: staircases take most of a picture, and each of their lines needs one short number."""
 
 from __future__ import annotations
 
 import re
 
 PATH = re.compile(rb' d="([^"]*)"')
+DOT = rb'<use xlink:href="[^"]*" x="[^"]*" y="[^"]*"'
+DOTS = re.compile(rb'<g([^>]*)>(\s*)(%b) style="([^"]*)"/>((?:\s*%b style="\4"/>){2,})(\s*)</g>' % (DOT, DOT))
+FONT = re.compile(rb"font-family: [^;\"]*; ")
+UPRIGHT = re.compile(rb' transform="rotate\(-?0 [^)]*\)"')
+WHERE = re.compile(rb' ([xy])="(-?[0-9.]+)"')
 
 
 def compact(svg: bytes) -> bytes:
-    """Return the same drawing with short paths: level and upright lines as such, points to a hundredth."""
-    return PATH.sub(lambda found: b' d="%s"' % _shorter(found[1].decode()).encode(), svg)
+    """Return the same drawing with short paths: points to a hundredth, each line by how far it goes.
+
+    Many dots that look the same have their style once, and all text its font.
+    """
+    svg = UPRIGHT.sub(b"", PATH.sub(lambda found: b' d="%s"' % _shorter(found[1].decode()).encode(), svg))
+    fonts = set(FONT.findall(svg))
+    if len(fonts) == 1 and b"</style>" in svg:
+        svg = FONT.sub(b"", svg).replace(b"</style>", b"text{%b}</style>" % fonts.pop().rstrip(b"; "), 1)
+    return DOTS.sub(_once, svg)
+
+
+def _once(found: re.Match[bytes]) -> bytes:
+    """A group of dots with the style of all of them."""
+    group, space, first, style, others, end = found.groups()
+    dots = first + b"/>" + others.replace(b' style="%b"' % style, b"")
+    dots = WHERE.sub(lambda at: b' %b="%b"' % (at[1], _number(_hundredths(at[2].decode())).encode()), dots)
+    return b'<g%b style="%b">%b%b%b</g>' % (group, style, space, dots, end)
 
 
 def _shorter(path: str) -> str:
@@ -17,24 +37,38 @@ def _shorter(path: str) -> str:
     words = path.split()
     if not {word for word in words if word.isalpha()} <= {"M", "L", "z"}:
         return path
-    short, at, x, y = [], 0, "", ""
+    short, at, x, y = [], 0, 0, 0
     while at < len(words):
         if words[at] == "z":
             short.append("z")
             at += 1
             continue
         before = x, y
-        line, (x, y) = words[at] == "L", map(_rounded, words[at + 1 : at + 3])
+        line, (x, y) = words[at] == "L", map(_hundredths, words[at + 1 : at + 3])
         at += 3
-        if line and y == before[1]:
-            short.append(f"H{x}")
-        elif line and x == before[0]:
-            short.append(f"V{y}")
+        right, down = x - before[0], y - before[1]
+        if not line:
+            short.append(f"M{_number(x)}{_next(y)}")
+        elif not down:
+            short.append(f"h{_number(right)}")
+        elif not right:
+            short.append(f"v{_number(down)}")
         else:
-            short.append(f"{'L' if line else 'M'}{x} {y}")
+            short.append(f"l{_number(right)}{_next(down)}")
     return "".join(short)
 
 
-def _rounded(number: str) -> str:
-    text = f"{float(number):.2f}"
-    return text.rstrip("0").rstrip(".")
+def _hundredths(number: str) -> int:
+    return int(f"{float(number):.2f}".replace(".", ""))
+
+
+def _number(hundredths: int) -> str:
+    """A number as short as it can be: 7.13, .5, -.02."""
+    sign, (whole, parts) = "-" * (hundredths < 0), divmod(abs(hundredths), 100)
+    return f"{sign}{whole or ''}.{parts:02}".rstrip("0") if parts else f"{sign}{whole}"
+
+
+def _next(hundredths: int) -> str:
+    """A number behind another one: a minus parts them already."""
+    text = _number(hundredths)
+    return text if text.startswith("-") else f" {text}"

@@ -11,19 +11,19 @@ from typing import Any
 
 import click
 
-from ..core.messages.whole import counted
-from ..core.time.timebase import readable
-from ..errors import UsageError
-from ..language.ramps import Calculator, Value
-from ..record.pictures.pictures import SUFFIXES
-from ..record.style import aligned
-from ..tuning.executors import MOST_JOBS, Workers, dask, processes
-from ..tuning.grid import Grid
-from ..tuning.search import OnProgress, Progress
-from ..tuning.task import Chosen, MapPlace, Tuned
-from ..tuning.tune import perform, task_of
-from .files import Outputs, read_options
-from .programs import print_json
+from ...core.messages.whole import counted
+from ...core.time.timebase import readable
+from ...errors import UsageError
+from ...language.ramps import Calculator, Value
+from ...record.pictures.pictures import SUFFIXES
+from ...record.style import aligned
+from ...tuning.executors import MOST_JOBS, Workers, dask, processes
+from ...tuning.grid import Grid
+from ...tuning.search import OnProgress, Progress
+from ...tuning.task import Chosen, MapPlace, Tuned
+from ...tuning.tune import perform, task_of
+from ..files import Outputs, read_options
+from ..programs import print_json
 
 MOST_ROWS = 60  # of a map, as text
 
@@ -61,7 +61,7 @@ def tune(
     if found.best is not None:
         outputs.save(plot, lambda path: draw(path, found, calculator))
         if bench is not None:
-            from ..tuning.replaying import bench_file
+            from ...tuning.replaying import bench_file
 
             outputs.write(bench, bench_file(found, calculator))
     if as_json:
@@ -91,7 +91,7 @@ def workers_of(jobs: int | None, cluster: str | None, full_map: bool) -> Abstrac
 
 def draw(path: str, found: Tuned, calculator: Calculator) -> None:
     """Draw map, curve and lag."""
-    from ..tuning.pictures import save_tuning
+    from ...tuning.pictures import save_tuning
 
     save_tuning(path, found, calculator)
 

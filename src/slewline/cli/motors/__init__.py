@@ -1,0 +1,1 @@
+"""Commands about motors: which ramp holds, and what no data sheet says."""

@@ -1,0 +1,90 @@
+"""Where something is that a rotor moves: a shaft, a shaft behind a gear, a carriage with play."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Linkage:
+    """Where something is that a rotor moves, in steps of its own.
+
+    `factor` steps to a full step of the motor; with `play` it stops where the rotor turns round, until so many steps
+    are taken up, and it began `offset` above the rotor.  `behind`: its place as seen from the command.
+    """
+
+    factor: float = 1.0
+    play: float = 0.0
+    offset: float = 0.0
+    under: Linkage | None = None
+    behind: bool = False
+
+    @property
+    def moves(self) -> float:
+        """Its steps a full step of the motor, while it moves."""
+        return self.factor * (self.under.moves if self.under else 1.0)
+
+    def begun(self, place: Any, command: Any) -> tuple[Any, ...]:
+        """Return the places of all linkages, this one last, as a run begins with the rotor at a place (full steps).
+
+        Both may be arrays where no linkage has a play.
+        """
+        below = self.under.begun(place, command) if self.under else ()
+        return *below, self._of(below[-1] if below else place, command, None)
+
+    def follow(self, before: tuple[float, ...], place: float, command: float) -> tuple[float, ...]:
+        """Return the places of all linkages once the rotor is at a place, having gone there straight."""
+        below = self.under.follow(before[:-1], place, command) if self.under else ()
+        return *below, self._of(below[-1] if below else place, command, before[-1])
+
+    def _of(self, place: Any, command: Any, before: float | None) -> Any:
+        pushed = place * self.factor + self.offset
+        if self.behind:
+            pushed -= command
+        if not self.play or before is None:
+            return pushed
+        return min(max(before, pushed), pushed + self.play)
+
+    @property
+    def simple(self) -> bool:
+        """Does its place follow from that of the rotor alone?"""
+        return not self.play and (self.under is None or self.under.simple)
+
+    def bound(self, place: float, rising: bool, command: float) -> tuple[float, float, bool]:
+        """Return factor, bound and direction such that it passes a place where factor times the rotor passes that."""
+        pushed = place - self.offset + (command if self.behind else 0.0)
+        if self.play and not rising:
+            pushed -= self.play
+        if self.under is None:
+            return self.factor, pushed, rising
+        up = rising if self.factor > 0 else not rising
+        return self.under.bound(pushed / self.factor, up, command)
+
+    def gone(self, before: tuple[float, ...], rotor_before: float, rotor: Any) -> list[Any]:
+        """Return the places of all linkages, (n,) float64 each, as the rotor goes from one place to the next."""
+        import numpy as np
+
+        below = self.under.gone(before[:-1], rotor_before, rotor) if self.under else []
+        pushed = (below[-1] if below else rotor) * self.factor + self.offset
+        if not self.play:
+            return [*below, pushed]
+        begin = (before[-2] if below else rotor_before) * self.factor + self.offset
+        back = np.diff(pushed, prepend=begin) < 0.0
+        turns = (np.flatnonzero(back[1:] != back[:-1]) + 1).tolist()
+        places, here = np.empty_like(pushed), before[-1]
+        for since, until in pairwise((0, *turns, len(pushed))):
+            part = pushed[since:until]
+            places[since:until] = np.minimum(here, part + self.play) if back[since] else np.maximum(here, part)
+            here = places[until - 1]
+        return [*below, places]
+
+    def followed(self, before: Sequence[Any], rotor: Any) -> list[Any]:
+        """Return what `follow` does, of many places at a time: (n,) float64 each."""
+        import numpy as np
+
+        below = self.under.followed(before[:-1], rotor) if self.under else []
+        pushed = (below[-1] if below else rotor) * self.factor + self.offset
+        return [*below, np.minimum(np.maximum(before[-1], pushed), pushed + self.play) if self.play else pushed]

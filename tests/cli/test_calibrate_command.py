@@ -1,0 +1,49 @@
+"""`slewline calibrate` prints constants, and the rows that have them."""
+
+from __future__ import annotations
+
+import pytest
+
+GIVEN = (
+    "calibrate",
+    "--motor",
+    "QSH4218-51-10-049",
+    "--driver",
+    "L/4R 20 V",
+    "--load",
+    "inertia 68 g cm2, friction 1 mNm",
+)
+
+
+def test_constants_and_rows_are_printed(call):
+    lines = call(*GIVEN, "--start-stop", "1190 steps/s", "--pull-out", "2450").out.splitlines()
+    friction, iron, _, motor, load = lines
+    assert friction.startswith("friction ") and friction.endswith(" mN m; so far 1")
+    assert iron.startswith("iron loss ") and iron.endswith(" mN m s; so far 1.3")
+    assert motor.startswith('motor = { like = "QSH4218-51-10-049", iron = 0.00')
+    assert (
+        load.startswith('load = "inertia 68 g cm2, friction ')
+        and load.endswith(' mNm"')
+        and load.count("friction") == 1
+    )
+
+
+def test_the_same_as_data(call):
+    found = call(*GIVEN, "--pull-out", "2450", "--torque", "5 mNm", "--json").json
+    assert found["friction_nm"] is None and 0 < found["iron_nms"] < 3e-3
+    assert found["before"]["friction_nm"] == 0.001
+    assert found["rows"][1] == 'load = "inertia 68 g cm2, friction 1 mNm"'
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ((), "nothing to calibrate with"),
+        (("--pull-out", "fast"), "--pull-out 'fast'; allowed full steps/s, such as '1800 steps/s'"),
+        (("--pull-out", "2450", "--torque", "5 kg"), "--torque '5 kg'; allowed a number (N m), or text with a unit"),
+        (("--start-stop", "9000"), "does not come to it even without friction"),
+    ],
+)
+def test_mistakes_are_said(call, given, says):
+    ran = call(*GIVEN, *given)
+    assert ran.status == 2 and says in ran.err
