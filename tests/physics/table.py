@@ -13,6 +13,8 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from math import inf
+from types import ModuleType
+from typing import Any
 
 CHECKS: list[Check] = []
 
@@ -99,6 +101,17 @@ def at_least(of: str, value: float, limit: float) -> Reading:
 def same(of: str, value: float, expected: float) -> Reading:
     """Return a reading that must be equal."""
     return Reading(of, float(value), expected, 0.0, 0.0)
+
+
+def as_parameters(rows: Iterable[Check], modules: Iterable[ModuleType]) -> list[Any]:
+    """Return the rows of some modules as parameters of a test."""
+    import pytest
+
+    names = {module.__name__ for module in modules}
+    slow = [pytest.mark.long, pytest.mark.timeout(900)]
+    return [
+        pytest.param(row, id=row.name, marks=slow if row.long else []) for row in rows if row.read.__module__ in names
+    ]
 
 
 def report(rows: Iterable[Check], numbers: set[int], quick: bool, write: Callable[[str], object] = print) -> int:

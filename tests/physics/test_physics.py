@@ -1,20 +1,14 @@
-"""The checks of the physics of motors: quick ones, and the others with the long tests."""
+"""The checks of the equations of motors: quick ones, and the others with the long tests."""
 
 from __future__ import annotations
 
 import pytest
 
-from .rows import ROWS
-from .table import Check, Reading
+from .rows import EQUATIONS, ROWS
+from .table import Check, Reading, as_parameters
 
 
-@pytest.mark.parametrize(
-    "row",
-    [
-        pytest.param(row, id=row.name, marks=[pytest.mark.long, pytest.mark.timeout(900)] if row.long else [])
-        for row in ROWS
-    ],
-)
+@pytest.mark.parametrize("row", as_parameters(ROWS, EQUATIONS))
 def test_value_is_within_its_tolerance(row: Check) -> None:
     readings: list[Reading] = list(row.read())
 

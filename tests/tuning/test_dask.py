@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic, sleep
@@ -19,54 +15,14 @@ from slewline.tuning.executors import INLINE, dask
 from slewline.tuning.judging import Trial, Verdict
 from slewline.tuning.task import Tuned
 from slewline.tuning.tune import perform
+from slewline.version import __version__
 
+from .cluster import Cluster
 from .stand_in import hits, task
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # those of Dask are not ours
-ROOT = Path(__file__).parents[2]
 NOBODY = "tcp://127.0.0.1:9"
-CLUSTER = """
-import sys
-from distributed import LocalCluster
-if __name__ == "__main__":
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
-        print(cluster.scheduler_address, flush=True)
-        sys.stdin.read()
-"""
-
-
-class Cluster:
-    """A scheduler with two workers, in processes of their own."""
-
-    def __init__(self, folder: Path) -> None:
-        script = folder / "cluster.py"
-        script.write_text(CLUSTER)
-        paths = os.pathsep.join([str(ROOT), *sys.path])
-        self.process = subprocess.Popen(
-            [sys.executable, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            text=True, env=os.environ | {"PYTHONPATH": paths},
-        )  # fmt: skip
-        assert self.process.stdout is not None
-        self.address = self.process.stdout.readline().strip()
-
-    def kill(self) -> None:
-        """Kill the scheduler; its workers end when they miss it."""
-        self.process.kill()
-
-    def close(self) -> None:
-        """End all of it."""
-        assert self.process.stdin is not None and self.process.stdout is not None
-        self.process.stdin.close()
-        self.process.stdout.close()
-        self.process.wait(20)
-
-
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    made = Cluster(tmp_path_factory.mktemp("dask"))
-    yield made
-    made.close()
 
 
 def slowly(run: Trial) -> Verdict:
@@ -86,6 +42,27 @@ def test_the_result_of_a_cluster_is_the_same(cluster: Cluster, full_map: bool) -
         assert workers.window == 4
         together = found(workers)
     assert replace(together, runs_here=0) == replace(found(INLINE), runs_here=0)
+
+
+def test_workers_with_another_version_are_refused(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slewline.tuning.executors.__version__", "9.9")
+    with pytest.raises(UsageError) as caught, dask(cluster.address):
+        pass
+    says = str(caught.value)
+    assert says.startswith(f"Dask cluster {cluster.address!r}: the worker tcp://127.0.0.1:"), says
+    assert f" has slewline {__version__}, this computer 9.9; install 9.9 for its workers, and start them again" in says
+
+
+def test_workers_without_slewline_are_refused(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    def version_here() -> str:
+        raise ImportError("No module named 'slewline'")
+
+    monkeypatch.setattr("slewline.tuning.executors.version_here", version_here)
+    with (
+        pytest.raises(UsageError, match=r"has no slewline \(No module named 'slewline'\), this computer"),
+        dask(cluster.address),
+    ):
+        pass
 
 
 def test_a_cluster_that_dies_costs_nothing_of_the_log(tmp_path: Path) -> None:

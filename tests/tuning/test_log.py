@@ -203,3 +203,41 @@ def test_threads_write_whole_lines(path: Path) -> None:
     with ThreadPoolExecutor(8) as pool:
         found = sweep(path, workers=Workers(pool, 32, ""))
     assert len(lines(path)) == 1 + found.runs_here
+
+
+HOLDS = """
+import sys
+from slewline.tuning.log import Log
+from tests.tuning.stand_in import task
+log = Log(sys.argv[1], task("cy500").as_json())
+print("begun", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_two_sweeps_at_once_are_refused(path: Path) -> None:
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])}
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLDS, str(path)],
+        env=environment, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdin is not None and process.stdout is not None
+    try:
+        assert process.stdout.readline() == "begun\n"
+        data = path.read_bytes()
+        for _ in range(2):  # what was refused lets go of the file
+            with pytest.raises(
+                UsageError, match=r"tune.jsonl: another sweep writes into it; wait until it is finished"
+            ):
+                sweep(path)
+        ended = subprocess.run(
+            [sys.executable, "-c", SWEEP, str(path)],
+            env=environment | {"STAND_IN_COUNTS": os.devnull}, cwd=ROOT, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert "another sweep writes into it" in ended.stderr and ended.returncode
+        assert path.read_bytes() == data
+    finally:
+        process.stdin.close()
+        process.stdout.close()
+        process.wait(20)
+    assert sweep(path).runs_here

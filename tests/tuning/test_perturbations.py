@@ -24,6 +24,8 @@ def test_each_row_changes_what_it_names() -> None:
     motor, driver, load = of("inertia", -20)
     assert (motor.inertia, driver, load.inertia) == (6.8e-6 * 0.8, DRIVER, 6.8e-6 * 0.8)
     assert of("supply", -10)[1] == replace(DRIVER, supply=24 * 0.9)
+    two = DriverData(kind="bilevel", supply=5.0, high=40.0, high_time=2e-3)
+    assert of("supply", -10, two)[1] == replace(two, supply=5 * 0.9, high=40 * 0.9)
     assert of("current", -20)[1] == replace(DRIVER, current=0.8)
     motor, _, load = of("friction", 25, load=replace(LOAD, stiction=8e-3))
     assert (motor.friction, load.friction, load.stiction) == (1.25e-3, 6.25e-3, 10e-3)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from ..core.messages.whole import whole
 from ..errors import UsageError
 from ..extras import needs
+from ..version import __version__
 
 PATIENCE = "10 s"  # for a scheduler that does not answer
 AHEAD = 2  # runs in flight for each that can be computed at once
@@ -66,7 +67,7 @@ def dask(address: str) -> Iterator[Workers]:
     A cluster runs whatever is sent to it, as pickles do: use your own ones only.
 
     Raises:
-        UsageError: no Dask, no cluster at this address, or one without workers.
+        UsageError: no Dask, no cluster at this address, one without workers, or with another version of slewline.
     """
     try:
         make: Any = import_module("distributed").Client  # typed in some of its versions only
@@ -85,11 +86,28 @@ def dask(address: str) -> Iterator[Workers]:
         threads = sum(client.nthreads().values())
         if not threads:
             raise UsageError(f"{where}: has no workers; start one with: dask worker {address}")
+        _check_versions(client, where)
         yield Workers(client.get_executor(pure=False), AHEAD * threads, f"{where} is gone; {remedy}, and a worker")
     finally:
         client.close(timeout=1)
         for logger, level in silent:
             logger.setLevel(level)
+
+
+def version_here() -> str:
+    """Return the version of slewline: what a worker is asked for."""
+    return __version__
+
+
+def _check_versions(client: Any, where: str) -> None:
+    """Refuse workers with another slewline, whose verdicts may be others."""
+    for worker, found in sorted(client.run(version_here, on_error="return").items()):
+        if found != __version__:
+            has = f"slewline {found}" if isinstance(found, str) else f"no slewline ({_first_line(found)})"
+            raise UsageError(
+                f"{where}: the worker {worker} has {has}, this computer {__version__}; "
+                f"install {__version__} for its workers, and start them again"
+            )
 
 
 def _first_line(error: BaseException) -> str:

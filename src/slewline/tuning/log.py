@@ -3,7 +3,8 @@
     {"tune": 1, "digest": "5c0f...", "slewline": "0.1.0", "task": {...}}
     {"move": "9a1e...", "values": {"F": 3, ...}, "run": "nominal, forward", "lost": false, "error": 0.02, "worst": 1.4}
 
-A line without its end was being written when the process was killed: it is cut off.
+A line without its end was being written when the process was killed: it is cut off.  One sweep at a time writes into
+a log, which it holds locked.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from ..errors import UsageError
+from ..locks import lock
 from ..version import __version__
 from .judging import Verdict
 
@@ -37,7 +39,8 @@ class Log:
         task: all that verdicts depend on, as data for JSON.
 
     Raises:
-        UsageError: no log, that of another task, or a file that cannot be read or written.
+        UsageError: no log, that of another task, one that another sweep writes into, or a file that cannot be read or
+            written.
     """
 
     def __init__(self, path: str | Path, task: Mapping[str, Any]) -> None:
@@ -47,9 +50,24 @@ class Log:
             raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}; make it, or name another file")
         if self.path.exists() and not self.path.is_file():
             raise UsageError(f"{path}: is no file; name one that may be written, such as tune.jsonl")
-        task = json.loads(json.dumps(task))
         try:
-            data = self.path.read_bytes() if self.path.exists() else b""
+            self._file: BinaryIO = open(path, "a+b", buffering=0)  # noqa: SIM115
+        except OSError as error:
+            raise self._refused(error) from None
+        try:
+            self._begin(json.loads(json.dumps(task)))
+        except BaseException:
+            self.close()
+            raise
+
+    def _begin(self, task: Mapping[str, Any]) -> None:
+        """Read what is there, and write the first line where there is none."""
+        path = self.path
+        if not lock(self._file.fileno()):
+            raise UsageError(f"{path}: another sweep writes into it; wait until it is finished, or name another file")
+        try:
+            self._file.seek(0)
+            data = self._file.read()
         except OSError as error:
             raise self._refused(error) from None
         whole = data.rfind(b"\n") + 1
@@ -60,7 +78,6 @@ class Log:
         elif not FIRST.startswith(data[: len(FIRST)]):
             raise UsageError(f"{path}: is no log of a sweep; name a new file")
         try:
-            self._file: BinaryIO = open(path, "ab", buffering=0)  # noqa: SIM115
             self._file.truncate(whole)
         except OSError as error:
             raise self._refused(error) from None

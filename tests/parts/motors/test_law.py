@@ -335,3 +335,28 @@ def test_many_choppers_rest_one_by_one() -> None:
     for n, law in enumerate(laws):
         trace = law.integrate([300_000_000], [1], 400_000_000, engine="python")
         assert ends.states[n].tolist() == trace.states[-1].tolist()
+
+
+# -------------------------------------------------------------------------------------------------------------- motion
+@pytest.mark.parametrize("command", range(8))
+def test_each_half_of_a_winding_holds_the_rotor_in_its_own_place(command: int) -> None:
+    law = MotorLaw(UNIPOLAR, VOLTS, steps="half")
+    state = law.at_rest(command)
+    near = (state[0] - 0.01 * law.step, *state[1:])
+    pulled = (law.after(0, each, law.code(command), law.step_ps)[1] for each in (state, near))
+    assert next(pulled) == pytest.approx(0, abs=1e-6) and next(pulled) > 0.01
+
+
+def test_an_averaged_source_keeps_its_current_against_the_emf() -> None:
+    heavy = LoadData(inertia=1.0)  # keeps its speed
+    law = MotorLaw(A, DriverData(kind="averaged", supply=48.0, current=1.0), heavy)
+    turning = (0.0, 20.0, *law.at_rest(0)[2:])
+    trace = law.integrate((), (), 5_000_000_000, state=turning, engine="python")
+    assert trace["i1"][50:] == pytest.approx(1.0, abs=0.01) and trace["i2"][50:] == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_rotor_that_nothing_brakes_turns_on() -> None:
+    law = MotorLaw(replace(A, iron=0.0), HELD)
+    off = law.code(0, "off")
+    trace = law.integrate((), (), 100_000_000_000, state=(0.0, 5.0, 0.0, 0.0), code=off, engine="python")
+    assert not trace.rests and trace["theta"][-1] == pytest.approx(0.5, abs=1e-3)

@@ -241,21 +241,22 @@ def state_directory(path: str | None) -> Iterator[Stores | None]:
     if path is None:
         yield None
         return
-    from ...links.sockets import system
+    from ...links.sockets.system import NO_LINK
+    from ...locks import lock
 
     directory = Path(path)
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        lock = os.open(directory / ".lock", os.O_RDWR | os.O_CREAT | system.NO_LINK, 0o666)
+        held = os.open(directory / ".lock", os.O_RDWR | os.O_CREAT | NO_LINK, 0o666)
     except OSError as error:
         raise UsageError(f"--state {path}: {error.strerror}; give a writable directory") from None
-    if not system.lock(lock):
-        os.close(lock)
+    if not lock(held):
+        os.close(held)
         raise UsageError(f"--state {path}: another server uses it; stop that one, or give another directory")
     try:
         yield lambda name: stored(directory / f"{name}.eeprom")
     finally:
-        os.close(lock)
+        os.close(held)
 
 
 def stored(path: Path) -> FileStore:

@@ -1,14 +1,13 @@
 """What the system has, and what takes the place of what it lacks.
 
-Linux, macOS and Windows differ here and nowhere else.  A module, a call or a signal is looked for, and only when it is
-needed.
+Linux, macOS and Windows differ here and nowhere else, but for the lock of a file (`locks.py`).  A module, a call or a
+signal is looked for, and only when it is needed.
 
                         Linux                   macOS                   Windows
     sleep               select over epoll       kqueue                  select, the timer set to 1 ms
     wake-up             a pair of sockets, into which signals write as well
     ports               sockets and descriptors                         sockets; a COM port by two threads
     pty                 with packet mode        without: 8N1 only       none
-    lock of a file      flock                   flock                   msvcrt.locking
     a link for a file   O_NOFOLLOW              O_NOFOLLOW              looked for before it is opened
     a name is safe      fsync of the directory  fsync of the directory  when NTFS gets to it
     a copy of a process fork                    fork                    none
@@ -151,22 +150,6 @@ def ignore(which: Iterable[int]) -> None:
 
 
 # -------------------------------------------------------------------------------------------------------------- files
-def lock(file: int) -> bool:
-    """Lock an open file until it is closed; return False if another process has locked it."""
-    try:
-        import fcntl
-    except ImportError:
-        windows = import_module("msvcrt")
-        call, how = windows.locking, [windows.LK_NBLCK, 1]
-    else:
-        call, how = fcntl.flock, [fcntl.LOCK_EX | fcntl.LOCK_NB]
-    try:
-        call(file, *how)
-    except OSError:  # BlockingIOError from flock, PermissionError from locking
-        return False
-    return True
-
-
 @contextmanager
 def directory(path: os.PathLike[str], system: Any = os) -> Iterator[Callable[[], object]]:
     """Yield what makes the names in a directory safe from a power cut: its fsync, where it can be opened.
