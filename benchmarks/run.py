@@ -25,6 +25,7 @@ import chipset
 import cy545
 import cycles
 import keeping
+import motors
 import numpy as np
 import panel
 import parts
@@ -339,6 +340,7 @@ WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
     },
     "CY545": {"cy545": cy545.rows},
     "Parts": {"parts": parts.rows},
+    "Motors": {"motors": motors.rows},
     "Panel": {"panel": panel.rows},
     "To start, and to go on": {
         "starting": starting,

@@ -8,7 +8,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from slewline.errors import UsageError
+from slewline.errors import UnknownName, UsageError
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
 from slewline.parts.motors.integration import integrate_many
 from slewline.parts.motors.law import CHOPPED_PS, STEP_PS, MotorLaw
@@ -360,3 +360,23 @@ def test_a_rotor_that_nothing_brakes_turns_on() -> None:
     off = law.code(0, "off")
     trace = law.integrate((), (), 100_000_000_000, state=(0.0, 5.0, 0.0, 0.0), code=off, engine="python")
     assert not trace.rests and trace["theta"][-1] == pytest.approx(0.5, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("times", "commands", "says"),
+    [
+        ([10, 10], [1, 2], "edge 1 at 10 ps; each comes after the one before, 10 ps"),
+        ([0], [1], "edge 0 at 0 ps; each comes after the start, 0 ps"),
+        ([10, 20], [1], "2 edges with 1 commands; give one command for each edge"),
+    ],
+)
+def test_edges_ascend_and_have_a_command_each(times: list[int], commands: list[int], says: str) -> None:
+    with pytest.raises(UsageError, match=says):
+        MotorLaw(A, HELD).integrate(times, commands, 1000)
+
+
+def test_a_state_that_there_is_not_is_told() -> None:
+    trace = MotorLaw(A, HELD).integrate([], [], 0)
+
+    with pytest.raises(UnknownName, match="no state 'omega1'; there are: theta, omega, i1, i2; did you mean omega"):
+        trace["omega1"]

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from ...errors import UsageError
+from ...core.messages.near import hint
+from ...errors import UnknownName, UsageError
 from ...extras import needs
 from .integrator import Engine
 
@@ -93,7 +94,13 @@ class MotorTrace:
     rests: bool
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
-        """Return a column of the states by its name."""
+        """Return a column of the states by its name.
+
+        Raises:
+            UnknownName: the law has no such state.
+        """
+        if name not in self.law.names:
+            raise UnknownName(f"no state {name!r}; there are: {', '.join(self.law.names)}{hint(name, self.law.names)}")
         column: NDArray[np.float64] = self.states[:, self.law.names.index(name)]
         return column
 

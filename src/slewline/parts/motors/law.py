@@ -308,15 +308,24 @@ class MotorLaw:
             engine: "python", "numba"; None: Numba after some time, if it is installed.
 
         Raises:
-            UsageError: another engine, or Numba where it is not installed.
+            UsageError: edges that do not ascend, or not as many as commands; another engine, or Numba where it is not
+                installed.
         """
         import numpy as np
 
+        edges, asked = np.asarray(times, np.int64), np.asarray(commands, np.int64)
+        if len(edges) != len(asked):
+            raise UsageError(f"{len(edges)} edges with {len(asked)} commands; give one command for each edge")
+        late = np.flatnonzero(np.diff(edges, prepend=start) <= 0)
+        if len(late):
+            n = int(late[0])
+            before = f"after the one before, {edges[n - 1]} ps" if n else f"after the start, {start} ps"
+            raise UsageError(f"edge {n} at {edges[n]} ps; each comes {before}")
         run = Integration(self, engine)
         return run.trace(
-            np.asarray(times, np.int64),
-            np.asarray(commands, np.int64),
-            np.asarray(np.asarray(commands, np.int64) % self.cycle if codes is None else codes, np.int64),
+            edges,
+            asked,
+            np.asarray(asked % self.cycle if codes is None else codes, np.int64),
             stop,
             Point(start, tuple(self.at_rest(command) if state is None else state), command,
                   self.code(command) if code is None else code),
