@@ -157,3 +157,16 @@ def test_it_comes_to_rest() -> None:
     assert not motor.rests.met()
     bench.run_until(motor.rests, timeout="1 s")
     assert motor.speed == 0 and motor.place == pytest.approx(1, abs=0.1)
+
+
+def test_a_push_at_the_instant_of_an_edge_leaves_the_edge() -> None:
+    bench = slewline.Bench()
+    motor = bench.part("stepper", name="m", driver="current 1 A", load="friction 20 mNm")
+    bench.pin("m.pulse").drive(1)
+    bench.run("1 ms")
+    bench.pin("m.pulse").drive(0)
+    motor.push(1)
+    bench.run("200 ms")
+
+    assert motor.command == 1
+    assert motor.place == pytest.approx(1, abs=0.05)
