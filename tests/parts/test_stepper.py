@@ -159,14 +159,18 @@ def test_it_comes_to_rest() -> None:
     assert motor.speed == 0 and motor.place == pytest.approx(1, abs=0.1)
 
 
-def test_a_push_at_the_instant_of_an_edge_leaves_the_edge() -> None:
+@pytest.mark.parametrize("first", ["push", "edge"])
+def test_a_push_and_an_edge_at_one_instant_both_count(first: str) -> None:
     bench = slewline.Bench()
     motor = bench.part("stepper", name="m", driver="current 1 A", load="friction 20 mNm")
     bench.pin("m.pulse").drive(1)
     bench.run("1 ms")
+    if first == "push":
+        motor.push(1)
     bench.pin("m.pulse").drive(0)
-    motor.push(1)
-    bench.run("200 ms")
+    if first == "edge":
+        motor.push(1)
+    bench.run("1 us")
 
     assert motor.command == 1
-    assert motor.place == pytest.approx(1, abs=0.05)
+    assert motor.place == pytest.approx(1, abs=0.01)
