@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-from . import accuracy, bench, currents, damping, friction, oscillations, others, pullout, tuner
+from . import accuracy, bench, currents, damping, exact, friction, oscillations, others, pullout, tuner
 from .table import CHECKS
 
 EQUATIONS = (accuracy, currents, damping, friction, oscillations, others, pullout)
-AT_WORK = (bench, tuner)
+AT_WORK = (bench, exact, tuner)
 ROWS = sorted(CHECKS, key=lambda one: (one.number, one.what))
