@@ -31,7 +31,15 @@ CALLS = {  # what a user tells a part of a kind, where pins alone do not set it 
     "gpib_controller": [("send", "A")],
 }
 LAZY = ("position", "place", "state", "held", "pulses", "lost")  # what a part works out when it is asked
-INSTANTS = {"arrives_ps", "pulsed_ps", "_braked_ps", "_wired_ps", "_read_ps", "_begun_ps", "_since"}  # as attributes have them
+INSTANTS = {
+    "arrives_ps",
+    "pulsed_ps",
+    "_braked_ps",
+    "_wired_ps",
+    "_read_ps",
+    "_begun_ps",
+    "_since",
+}  # as attributes have them
 
 
 def told(part, late: int) -> dict:

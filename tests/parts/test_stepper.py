@@ -174,3 +174,46 @@ def test_a_push_and_an_edge_at_one_instant_both_count(first: str) -> None:
 
     assert motor.command == 1
     assert motor.place == pytest.approx(1, abs=0.01)
+
+
+# ------------------------------------------------------------------------------------------------------ what is refused
+@pytest.mark.parametrize("steps", [float("nan"), float("inf"), 1e30, True, "3", None])
+def test_a_push_is_a_number_of_steps(steps: Any) -> None:
+    bench, motor = stepper()
+
+    with pytest.raises(slewline.UsageError, match=r"m: push by .* steps; allowed a number up to 1e\+06 either way"):
+        motor.push(steps)
+    assert bench.findings == []
+
+
+@pytest.mark.parametrize("step", ["1 ps", "10 ms"])
+def test_a_step_of_the_integrator_has_bounds(step: str) -> None:
+    with pytest.raises(slewline.UsageError, match=r"m: step '.*'; allowed 100 ns\.\.200 us"):
+        stepper(step=step)
+
+
+# ------------------------------------------------------------------------------------------------ what nobody looks at
+def test_a_move_that_nobody_looks_at_is_not_integrated() -> None:
+    bench = slewline.Bench()
+    x: Any = bench.add("cy525", "x")
+    motor: Any = bench.part("stepper", "m", x, **DRY)
+    bench.part("encoder", "e", on=motor)
+    bench.part("switch", "s", on=motor, low=100)
+    bench.host(x).send("A 0\rF 10\rR 60\rS 200\rZ 1\rN 2000\rG\r")
+    bench.run_until_idle()
+
+    assert motor._run.reached < 50_000_000_000 < bench.now_ps
+    bench.run_until(motor.rests)
+    assert abs(motor.place + motor.lost - 2000) < 0.1
+
+
+def test_without_current_steps_are_lost_once() -> None:
+    bench, motor = stepper(load="friction 20 mNm")
+    bench.pin("m.enable").drive(0)
+    for _ in range(40):
+        step(bench, motor, 1, 0, wait="500 us")
+    bench.pin("m.enable").drive(1)
+    bench.run("200 ms")
+
+    assert [found.code for found in bench.findings] == ["out-of-step", "steps-lost"]
+    assert (motor.command, motor.lost) == (40, 40)

@@ -31,6 +31,8 @@ def bench_file(tuned: Tuned, calculator: Calculator) -> str:
     }
     if task.stepping != "full":
         motor["steps"] = task.stepping
+    if not any(pin.role == "direction" for pin in sheet.pins):  # phases show the direction of such a part
+        motor["inputs"] = "phases"
     script = calculator.script(chosen.values, task.steps)
     how = "the recommended ramp" if tuned.recommended else "the fastest ramp that holds; no better one is recommended"
     head = f"# {how}: {task.steps} steps in {readable(chosen.time_ps)}, worst lag {chosen.worst:.2f} full steps"

@@ -93,10 +93,15 @@ class Driver:
             if net.waiters or net.observers or net.latched:
                 net.follow()
 
+    @property
+    def heard(self) -> bool:
+        """Does anything watch or sample the net, so that it must hear of a promise?"""
+        net = self.net
+        return bool(net.waiters or net.observers or net.latched or net.before_change or net.joined)
+
     def renew(self) -> None:
         """Report that `until` of the promise has moved, to all that watch or sample the net."""
-        net = self.net
-        if (net.waiters or net.observers or net.latched or net.before_change or net.joined) and not self.pending:
+        if self.heard and not self.pending:
             self.drive(self.promise)
 
     def take(self) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from ...core.time.timebase import readable
 from ...core.wires.pin import Condition, Terminal
 from ...errors import UsageError
+from ...parts.base.part import Part
 
 if TYPE_CHECKING:
     from ...bench import Bench
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from ...core.motion.one_axis import OneAxis
     from ...core.time.kernel import Kernel
 
+ASKED_PS = 1_000_000_000  # how often parts are asked that find only on demand
 LEVELS = {"rises": (1,), "falls": (0,), "any": (0, 1, None)}  # after the edge
 
 
@@ -66,14 +68,14 @@ class PinCondition(Condition):
 
     def begin(self) -> None:
         """Look for changes from now on."""
-        self.changes = self.pin.net.changes
+        self.changes, self.hit = self.pin.net.changes, False
 
     def met(self) -> bool:
-        """Return whether it has changed to such a level."""
-        if self.pin.net.changes == self.changes:
-            return False
-        self.changes = self.pin.net.changes
-        return self.pin.level in self.levels
+        """Return whether it has changed to such a level; it may be asked several times in an instant."""
+        if self.pin.net.changes != self.changes:
+            self.changes = self.pin.net.changes
+            self.hit = self.pin.level in self.levels
+        return self.hit
 
 
 class CommandCondition(Condition):
@@ -121,9 +123,21 @@ class FindingCondition(Condition):
             self.text = f"{finding.source}: {finding.code}"
             self.bench.on_finding.remove(self.found)
 
+    @property
+    def lazy(self) -> list[Part]:
+        """Parts that find only when they are asked."""
+        parts = (part for name, part in self.bench.parts.items() if self.source in ("", name))
+        return [part for part in parts if type(part).catch_up is not Part.catch_up]
+
     def met(self) -> bool:
         """Return whether one has been made."""
+        for part in self.lazy:
+            part.be_caught_up()
         return self.hit
+
+    def when(self) -> int | None:
+        """Return when to ask such parts again (ps); None: there is none."""
+        return self.bench.now_ps + ASKED_PS if self.lazy else None
 
 
 class RegisterCondition(Condition):

@@ -76,8 +76,8 @@ def calibrate(
     if start_stop is None and pull_out is None:
         raise UsageError("nothing to calibrate with; give a start-stop rate, a pull-out rate, or both")
     for name, rate in (("start-stop", start_stop), ("pull-out", pull_out)):
-        if rate is not None and not 1 <= rate <= 1e5:
-            raise UsageError(f"{name} rate {rate:g} steps/s; allowed 1 to 100000 full steps/s")
+        if rate is not None and not 20 <= rate <= 1e5:
+            raise UsageError(f"{name} rate {rate:g} steps/s; allowed 20 to 100000 full steps/s")
     before = load.friction, motor.drag - motor.viscous
     if start_stop is not None and pull_out is not None:
         motor, load = _both(motor, driver, load, start_stop, pull_out, torque, steps)

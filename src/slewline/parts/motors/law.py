@@ -279,6 +279,17 @@ class MotorLaw:
         """Return the row of the table for a command."""
         return command % self.cycle + self.cycle * LEVELS.index(level)
 
+    def compile(self) -> None:
+        """Compile what Numba runs now, and not when it is needed.
+
+        Raises:
+            UsageError: Numba is not installed.
+        """
+        self.integrate((), (), 0, engine="numba")
+        self.model.numba.crossing(
+            self.parameters, self.rows, 0, self.at_rest(), 0, 0, self.step_ps, 0, 1 / self.step, 0.0, True
+        )
+
     def after(self, t: int, state: Sequence[float], code: int, span: int) -> tuple[float, ...]:
         """Return the state so many ps after a grid point, no later than the next one."""
         found: tuple[float, ...] = self.model.python.after(self.parameters, self.table, t, tuple(state), code, span)

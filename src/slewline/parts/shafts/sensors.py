@@ -74,12 +74,17 @@ class Sensor(Follower):
 
     def _consume(self, ps: int) -> None:
         """Follow the motion of the shaft up to an instant (ps), up to which alone it holds."""
-        self.cut(ps)
-        self.counter = self.counter.onward(ps)
+        counter = self.counter.onward(ps)
+        if counter is not self.counter:  # else what has been shown so far remains known
+            self.cut(ps)
+            self.counter = counter
 
     def _turned(self) -> None:
-        self.counter = self.counter.on(self.shaft.motion, self.kernel.now)
-        self.schedule()
+        counter = self.counter.on(self.shaft.motion, self.kernel.now)
+        lasts = counter is self.counter  # what the outputs promise is still right, if nothing needs to hear of it
+        self.counter = counter
+        if not lasts or any(driver.heard or driver.promise is None for driver in self.part.drivers.values()):
+            self.schedule()
 
 
 def _later() -> None:

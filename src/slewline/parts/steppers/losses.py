@@ -12,6 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from ..motors.law import LEVELS
+
 if TYPE_CHECKING:
     from ..motors.law import MotorLaw
     from .run import Run
@@ -42,9 +44,10 @@ class Losses:
         if ps <= self._done:
             return
         for law, columns, _ in self.run.between(self._done, ps):
-            times, states, commands, _ = columns
+            times, states, commands, codes = columns
+            on = codes < len(law.table) // len(LEVELS) * LEVELS.index("off")  # without current it follows nothing
             lag = commands / law.micro - states[:, 0] / law.motor.step
-            yield from self._along(law, times, lag, states[:, 1] / law.motor.step)
+            yield from self._along(law, times[on], lag[on], states[on, 1] / law.motor.step)
             yield from self._stops(law, times, states)
         self._done = ps
         law = self.run.stretch_at(ps).law

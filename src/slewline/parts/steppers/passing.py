@@ -303,7 +303,7 @@ class Passings:
         """Yield the instants at which the count changes one by one, as the rotor goes one way, and the counts."""
         rising, model, table = after > count, law.model, law.table
         engine = model.python
-        if len(self.times) >= SOON and model.is_compiled:
+        if (len(self.times) >= SOON or self.run.compiled) and model.is_compiled:
             engine, table = model.numba, law.rows  # type: ignore[assignment]
         for n in range(count + 1, after + 1) if rising else range(count, after, -1):
             factor, bound, up = self.linkage.bound(self._place(n), rising, before.command / law.micro)

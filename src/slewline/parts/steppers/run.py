@@ -139,6 +139,11 @@ class Run:
             cut(first.t)
 
     @property
+    def compiled(self) -> bool:
+        """Has everything been compiled before time passed?"""
+        return self._engine == "numba"
+
+    @property
     def law(self) -> MotorLaw:
         """The present law."""
         return self.stretches[-1].law

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from ...core.time.kernel import Kernel
 
 PHASES = ("phase1", "phase2", "phase3", "phase4")
+MOST_PUSHED = 1e6  # steps
 STALLS = (True, False, True)  # by how many of the bounds at -2 and 2 steps from the command lie below
 
 
@@ -87,7 +88,15 @@ class Stepper(Part):
         Option("steps", "text", "full", "full, wave, half or micro 8: what a step is", like="half"),
         EDGE,
         Option("active", "choice", None, "level of a phase that is on", choices=(0, 1), none=True),
-        Option("step", "time", None, "of the integrator; None: 20 us, with a chopper 1 us", low=1, none=True),
+        Option(
+            "step",
+            "time",
+            None,
+            "of the integrator; None: 20 us, with a chopper 1 us",
+            low=10**5,
+            high=2 * 10**8,
+            none=True,
+        ),
         Option("lag", "time", "1 us", "from the rotor to the edge of stall", low=1),
         Option(
             "engine",
@@ -138,7 +147,7 @@ class Stepper(Part):
         self._feed = Feed(steps_asked(law, Pins({})))
         self._run = Run(law, self._feed, Point(kernel.now, law.at_rest(), 0, 0), engine)
         if engine == "numba":
-            law.integrate((), (), 0, engine=engine)
+            law.compile()
         self.shaft = MotorShaft(kernel, self._run, self._alter)
         self._losses = Losses(self._run)
         self._begun_ps: int | None = None
@@ -300,8 +309,10 @@ class Stepper(Part):
         self.kernel.settle()
 
     @from_outside
-    def push(self, steps: int) -> None:
+    def push(self, steps: float) -> None:
         """Turn its shaft at once, so many full steps, less than 0: back."""
+        if isinstance(steps, bool) or not isinstance(steps, int | float) or not abs(steps) < MOST_PUSHED:
+            raise UsageError(f"{self.name}: push by {steps!r} steps; allowed a number up to {MOST_PUSHED:g} either way")
         self.input("push", steps)
         self._alter(push=float(steps))
         self.kernel.settle()
@@ -383,8 +394,10 @@ class Stepper(Part):
         self._promise()
 
     def _show_stall(self) -> None:
-        """Promise `stall`."""
-        self.drivers["stall"].play(self._stall())
+        """Promise `stall`; what it promises already is right as long as nothing needs to hear of it."""
+        driver = self.drivers["stall"]
+        if driver.heard or driver.promise is None:
+            driver.play(self._stall())
 
     def _stall(self) -> SwitchZone:
         off = Fraction(self._law.period, 2)
