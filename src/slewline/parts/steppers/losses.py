@@ -112,7 +112,7 @@ class Losses:
                 self._since, rate = self._far
                 self._far = None
                 way = "behind" if lag[n] > self.lost else "ahead of"
-                text = f"at {abs(rate):.0f} steps/s the rotor is {period // 2} steps {way} its command"
+                text = f"at {abs(rate):.0f} steps/s the rotor is {period / 2:g} steps {way} its command"
                 yield self._since, "out-of-step", f"{text}: it loses steps"
             places = np.round(lag[n:] / period).astype(np.int64) * period
             inside = np.abs(lag[n:] - places) < period / 4
