@@ -286,25 +286,6 @@ class Run:
         self.feed.forget(min(before, self.stretches[0].first.t))
 
 
-def with_jumps(law: MotorLaw, before: Point, columns: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return grid points after a point before them, twice at edges of the inputs: with the old and the new command."""
-    import numpy as np
-
-    times, states, commands, codes = columns
-    earlier, asked = np.append(before.command, commands[:-1]), np.append(before.code, codes[:-1])
-    at = np.flatnonzero((commands != earlier) | (codes != asked))
-    whole = states[at]
-    if len(before.state) == states.shape[1]:
-        held = [law.names.index(name) for name in law.model.kept]
-        whole[:, held] = np.vstack([before.state, states[:-1]])[at][:, held]
-    return (
-        np.insert(times, at, times[at]),
-        np.insert(states, at, whole, axis=0),
-        np.insert(commands, at, earlier[at]),
-        np.insert(codes, at, asked[at]),
-    )
-
-
 def joined(columns: Any) -> Any:
     """Return arrays as one."""
     import numpy as np

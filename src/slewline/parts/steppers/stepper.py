@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ...core.datasheet.option import Option
 from ...core.datasheet.units import quantity
-from ...core.motion.history import Polyline
 from ...core.time.inputs import from_outside
 from ...core.time.timebase import Time, picoseconds
 from ...errors import UsageError
@@ -24,11 +24,12 @@ from ..motors.motors import motor_complaint, read_motor
 from ..shafts.counter import CountScale
 from ..shafts.motor import EDGE, EDGES
 from ..shafts.shown import SwitchZone
+from .curves import current_of, curve
 from .feed import Feed, Pins, phases_asked, steps_asked
 from .linkage import Linkage
 from .losses import Losses
 from .rest import RestCondition
-from .run import Run, with_jumps
+from .run import Run
 from .turning import LinkageMotion, MotorShaft, pushed
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from ...core.motion.quantity import Quantity
     from ...core.time.kernel import Kernel
 
+WINDINGS = ("i1", "i2", "i3", "i4")
 PHASES = ("phase1", "phase2", "phase3", "phase4")
 MOST_PUSHED = 1e6  # steps
 STALLS = (True, False, True)  # by how many of the bounds at -2 and 2 steps from the command lie below
@@ -213,7 +215,7 @@ class Stepper(Part):
     def currents(self) -> tuple[float, ...]:
         """The currents of its windings, A."""
         state = self._state
-        return tuple(value for name, value in state.items() if name in ("i1", "i2", "i3", "i4"))
+        return tuple(value for name, value in state.items() if name in WINDINGS)
 
     @property
     def lost(self) -> int:
@@ -241,43 +243,15 @@ class Stepper(Part):
             self.finding(code, text, ps)
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return what it does over time: place, command, lag, speed, currents."""
-        law = self._law
-        windings = [name for name in law.names if name in ("i1", "i2", "i3", "i4")]
+        """Return what it does over time: place, lag, speed, currents."""
+        of = partial(curve, self.kernel, self._run)
+        windings = [name for name in self._law.names if name in WINDINGS]
         return (
             self.shaft.quantity("position"),
-            self._quantity("lag", "steps", lambda law, c: c[2] / law.micro - c[1][:, 0] / law.motor.step),
-            self._quantity("speed", "steps/s", lambda law, c: c[1][:, 1] / law.motor.step),
-            *(
-                self._quantity(f"current {n + 1}", "A", lambda law, c, name=name: c[1][:, law.names.index(name)])
-                for n, name in enumerate(windings)
-            ),
+            of("lag", "steps", lambda law, points: points[2] / law.micro - points[1][:, 0] / law.motor.step),
+            of("speed", "steps/s", lambda law, points: points[1][:, 1] / law.motor.step),
+            *(of(f"current {n}", "A", partial(current_of, name)) for n, name in enumerate(windings, 1)),
         )
-
-    def _quantity(self, name: str, unit: str, of: Any) -> Polyline:
-        """A quantity that follows from the columns of grid points, with their law."""
-        import numpy as np
-
-        run = self._run
-
-        def changes(start: int, stop: int) -> tuple[Any, Any]:
-            found, before = [], run.at_or_before(max(start, 0))
-            for part in run.between(start, stop):
-                found.append((part.law, with_jumps(part.law, before, part.columns)))
-                before = Point(*(column[-1] for column in part.columns))
-            times = [columns[0] for _, columns in found]
-            values = [of(law, columns) for law, columns in found]
-            return np.concatenate([np.empty(0, np.int64), *times]), np.concatenate([np.empty(0), *values])
-
-        def at(times: Any) -> Any:
-            values = []
-            for ps in times.tolist():
-                point, law = run.at_or_before(ps), run.stretch_at(ps).law
-                columns = np.array([ps]), np.array([run.state(ps)]), np.array([point.command]), np.array([point.code])
-                values.append(of(law, columns)[0])
-            return np.array(values)
-
-        return Polyline(self.kernel, name, unit, at, changes)
 
     def forget(self, before: int) -> None:
         """Drop what was over before an instant (ps); the steps lost until then are found first."""
