@@ -31,7 +31,7 @@ def slowly(run: Trial) -> Verdict:
     return hits(run)
 
 
-@pytest.mark.parametrize("full_map", [False, True])
+@pytest.mark.parametrize("full_map", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_the_result_of_a_cluster_is_the_same(cluster: Cluster, full_map: bool) -> None:
     made = task("cy525", "F=3,6 R=4..24/5 S=1..250/3", steps=200)
 
@@ -65,6 +65,7 @@ def test_workers_without_slewline_are_refused(cluster: Cluster, monkeypatch: pyt
         pass
 
 
+@pytest.mark.long
 def test_a_cluster_that_dies_costs_nothing_of_the_log(tmp_path: Path) -> None:
     made, path = task("gs-c200s"), tmp_path / "tune.jsonl"
     cluster = Cluster(tmp_path)
@@ -99,6 +100,7 @@ def test_where_there_is_no_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
         assert says.startswith(f"Dask cluster {address!r}: ") and "such as tcp://127.0.0.1:8786" in says, says
 
 
+@pytest.mark.long
 def test_the_command_says_it_too(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("slewline.tuning.executors.PATIENCE", "500 ms")
     motor = ["--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V"]
