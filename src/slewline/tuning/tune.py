@@ -147,7 +147,7 @@ def perform(
     on_progress: OnProgress = lambda _: None,
     judge: Judge = judge,
 ) -> Tuned:
-    """BestFirst the grid of a task; arguments as for `tune`, and raises as it does."""
+    """Search the grid of a task; arguments as for `tune`, and raises as it does."""
     log = None if store is None else Log(str(store), task.as_json())
     try:
         size = task.grid.size

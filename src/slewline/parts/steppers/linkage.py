@@ -22,11 +22,6 @@ class Linkage:
     under: Linkage | None = None
     behind: bool = False
 
-    @property
-    def moves(self) -> float:
-        """Its steps a full step of the motor, while it moves."""
-        return self.factor * (self.under.moves if self.under else 1.0)
-
     def begun(self, place: Any, command: Any) -> tuple[Any, ...]:
         """Return the places of all linkages, this one last, as a run begins with the rotor at a place (full steps).
 

@@ -21,9 +21,6 @@ from .feed import Edges, Feed, changes
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Mapping
 
-    import numpy as np
-    from numpy.typing import NDArray
-
 STRETCH = 4096  # grid points
 WHOLE = 64  # stretches whose points are kept
 NEVER_PS = 1 << 62
@@ -113,7 +110,7 @@ class Run:
     """The motion of a rotor.
 
     `cuts` are called with an instant (ps) when what was foreseen from there on does not come.
-    `along` is what is known along it, by what it is of.
+    `along` is what is known along it, passings for example, by what they are of.
 
     Args:
         law: of motor, driver and load; `alter` may put another in its place.
@@ -125,7 +122,7 @@ class Run:
     def __init__(self, law: MotorLaw, feed: Feed, first: Point, engine: str | None = None) -> None:
         self.feed = feed
         self.cuts: list[Callable[[int], object]] = []
-        self.along: dict[Hashable, Any] = {}  # what is known along it: places and passings, by what they are of
+        self.along: dict[Hashable, Any] = {}
         self._engine = engine
         self.begin(law, first)
 
@@ -253,12 +250,6 @@ class Run:
             if part.stop > part.start:
                 found.append(RunPart(stretch.law, tuple(column[part] for column in stretch.whole), changed))
         return found
-
-    def states_at(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the states at instants in any order: (n, k) float64, shape of the present law."""
-        import numpy as np
-
-        return np.array([self.state(int(ps)) for ps in times]).reshape(len(times), -1)
 
     def rests(self, ps: int) -> bool:
         """Return whether nothing changes at an instant (ps), nor after it until the next edge of an input."""

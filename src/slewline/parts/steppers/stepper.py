@@ -25,7 +25,7 @@ from ..shafts.counter import CountScale
 from ..shafts.motor import EDGE, EDGES
 from ..shafts.shown import SwitchZone
 from .curves import current_of, curve
-from .feed import Feed, Pins, phases_asked, steps_asked
+from .feed import Feed, Pins, Reading, phases_asked, steps_asked
 from .linkage import Linkage
 from .losses import Losses
 from .rest import RestCondition
@@ -319,6 +319,8 @@ class Stepper(Part):
     # ------------------------------------------------------------------------------------------------------- its inputs
     def _begin(self) -> None:
         """Begin at rest where the driver holds it now: the part is wired."""
+        import numpy as np
+
         columns = {}
         for n, name in enumerate(self._read):
             active = {"pulse": EDGES[self._edge or "fall"], "direction": self._clockwise}.get(name, 1)
@@ -326,19 +328,16 @@ class Stepper(Part):
                 active = 1 if self._active is None else self._active
             columns[name] = n, bool(active)
         pins, law = Pins(columns), self._law
+        here = Reading(np.array([self.kernel.now]), np.array([[self.high(name) for name in self._read]] * 2))
         if self._phased:
             names = [name for name in self._read if name in PHASES]
-            bits = sum((self.high(name) == columns[name][1]) << n for n, name in enumerate(names))
-            origin = law.fields[bits] or 0
-            law = replace(law, origin=origin)
-            fields = [None if field is None else (field - origin) % law.cycle for field in law.fields]
+            _, (code,) = phases_asked(law, pins, names, law.fields)(here, 0)
+            law = replace(law, origin=law.fields[code % len(law.fields)] or 0)
+            fields = [None if field is None else (field - law.origin) % law.cycle for field in law.fields]
             self._feed.asked = phases_asked(law, pins, names, fields)
-            width = len(fields)
         else:
-            bits, width = 0, law.cycle
             self._feed.asked = steps_asked(law, pins)
-        level = self._level(pins)
-        code = bits + width * level
+        code = int(self._feed.asked(here, 0)[1][0])
         pushes = [stretch.first.state[0] for stretch in self._run.stretches if stretch.changed is not None]
         by = pushes[-1] if pushes else 0.0  # a hand has been on it already
         first = Point(self.kernel.now, law.at_rest(code=code), 0, code)
@@ -347,12 +346,6 @@ class Stepper(Part):
             self._run.alter(first.t, law, **pushed(law, dict(zip(law.names, first.state, strict=True)), by))
         self._losses = Losses(self._run)
         self._begun_ps = self.kernel.now
-
-    def _level(self, pins: Pins) -> int:
-        high = {name: self.high(name) for name in ("enable", "mov", "ramp") if name in self._read}
-        if not high["enable"]:
-            return 3
-        return 1 if high.get("ramp", False) else 0 if high.get("mov", True) else 2
 
     def _promise(self) -> None:
         """Follow the inputs from now on."""
