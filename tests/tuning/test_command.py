@@ -85,7 +85,7 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
     (("--grid", "F="), "cy525: F '': no values; allowed a range such as 3..10"),
     (("--grid", "F=0..127 R=0..127 S=1..255"), "4177920 places; allowed 1000000; give fewer values, such as /12"),
     (("--perturb", "lod 20%"), "perturbation 'lod'; there are: load, inertia"),
-    (("--stepping", "quarter"), "stepping 'quarter'; allowed full, wave, half, or \"micro N\", N from 1 to 256"),
+    (("--stepping", "quarter"), "steps 'quarter'; allowed full, wave, half, and micro with a number, such as micro 8"),
     (("--steps", "0"), "cy525: a move of 0 steps; allowed 1 and more"),
     (("--steps", "70000"), "none of 6 places gives a move; the first: cy525: a move of 70000 steps; allowed 1..65535"),
     (("--jobs", "0"), "jobs 0; allowed 1..256 processes"),

@@ -18,12 +18,7 @@ BOOSTED = 0.974  # half steps with sqrt(2) times the current where one phase is 
 def hold(system: System) -> float:
     """Return the torque that holds the rotor with two phases on, N m."""
     motor, driver, _ = system
-    amperes = driver.current
-    if driver.kind in ("voltage", "bilevel"):
-        amperes = driver.supply / (motor.resistance + driver.series)
-    if motor.windings == "reluctance":
-        return motor.teeth * motor.swing * amperes**2 / sqrt(2)
-    return sqrt(2) * motor.constant * amperes
+    return motor.held(driver.phase_current(motor))
 
 
 def resonance(system: System) -> float:

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from ..parts.motors.law import MotorLaw
 
 AT_REST = 0.6  # full steps beside the command at rest: lost
-ON_THE_WAY = 3.9  # full steps of lag during the move: lost
 SETTLING, WATCHED, LONGEST = 60_000_000_000, 15_000_000_000, 600_000_000_000  # ps
 DIVERGED = 1e6  # full steps, of a state that is no number any more
 
@@ -52,12 +51,12 @@ def judge(run: Trial) -> Verdict:
     start, stop, state, worst, error = 0, end + SETTLING, law.at_rest(command), 0.0, 0.0
     while start < end + LONGEST:
         trace = law.integrate(
-            times, numbers, stop, start=start, state=state, command=command, limit=ON_THE_WAY, engine=engine()
+            times, numbers, stop, start=start, state=state, command=command, limit=law.lost_at, engine=engine()
         )
         lag = np.nan_to_num(trace.lag, nan=DIVERGED, posinf=DIVERGED, neginf=-DIVERGED)
         error = float(np.clip(lag[-1], -DIVERGED, DIVERGED))
         worst = max(worst, min(float(np.max(np.abs(lag))), DIVERGED))
-        if worst > ON_THE_WAY:
+        if worst > law.lost_at:
             break
         if trace.rests or np.max(np.abs(lag[trace.times >= stop - WATCHED])) < AT_REST:
             return Verdict(abs(error) >= AT_REST, error, worst)

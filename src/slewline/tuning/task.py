@@ -14,8 +14,6 @@ from ..parts.motors.law import CHOPPED_PS, STEP_PS
 from .grid import Grid
 from .perturbations import Perturbation, Scenario, System, scenarios
 
-STEPPINGS = 'full, wave, half, or "micro N"'
-
 
 @dataclass(frozen=True)
 class TuningTask:

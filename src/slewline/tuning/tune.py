@@ -17,7 +17,8 @@ from ..core.messages.whole import whole
 from ..errors import UsageError
 from ..language.ramps import Calculator
 from ..parts.motors.data import DriverData, LoadData, MotorData
-from ..parts.motors.law import CHOPPED_PS, STEP_PS
+from ..parts.motors.law import check_steps, usual_step
+from ..parts.motors.laws import read_system
 from .candidates import Candidates
 from .executors import AHEAD, INLINE, Workers
 from .grid import Given, read_grid
@@ -26,9 +27,7 @@ from .log import Log
 from .perturbations import Perturbation, read_perturbations
 from .runs import Judge, Outcome, Runs
 from .search import BestFirst, OnProgress, Progress
-from .task import STEPPINGS, Chosen, MapPlace, Tuned, TuningTask
-
-MICRO = 256  # microsteps of a full step, at most
+from .task import Chosen, MapPlace, Tuned, TuningTask
 
 
 def tune(
@@ -102,39 +101,13 @@ def task_of(
         raise UsageError(f"{name}: a move of {steps!r} steps; allowed 1 and more")
     places = read_grid(calculator, grid, hz)
     rows = read_perturbations(perturb)
-    used, driven, loaded = _system(motor, driver, load)
+    used, driven, loaded = read_system(motor, driver, load or "")
     told = {str(key): value for key, value in (options or {}).items()}
-    step_ps = CHOPPED_PS if driven.kind == "chopper" else STEP_PS
     said = {"motor": motor, "driver": driver, "load": load}
-    pulse = _stepping(stepping)
-    return TuningTask(name, hz, told, number, pulse, used, driven, loaded, places, rows, step_ps, said), calculator
-
-
-def _system(
-    motor: str | Mapping[str, Any] | MotorData,
-    driver: str | Mapping[str, Any] | DriverData,
-    load: str | Mapping[str, Any] | LoadData | None,
-) -> tuple[MotorData, DriverData, LoadData]:
-    """The data of motor, driver and load, read where they are not data yet."""
-    from ..parts.motors.drivers import read_driver
-    from ..parts.motors.loads import check_holds, read_load
-    from ..parts.motors.motors import read_motor
-
-    used = read_motor(motor, "motor")
-    driven = read_driver(driver, "driver", used)
-    loaded = LoadData() if load is None else read_load(load, "load", used)
-    check_holds(used, driven, loaded)
-    return used, driven, loaded
-
-
-def _stepping(text: str) -> str:
-    """What a pulse is, checked."""
-    words = str(text).lower().split()
-    if words in (["full"], ["half"], ["wave"]):
-        return words[0]
-    if len(words) == 2 and words[0] == "micro" and words[1].isdecimal() and 1 <= int(words[1]) <= MICRO:
-        return f"micro {int(words[1])}"
-    raise UsageError(f"stepping {text!r}; allowed {STEPPINGS}, N from 1 to {MICRO}")
+    pulse = check_steps(stepping)
+    return TuningTask(
+        name, hz, told, number, pulse, used, driven, loaded, places, rows, usual_step(driven), said
+    ), calculator
 
 
 def perform(

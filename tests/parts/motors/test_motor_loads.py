@@ -10,7 +10,7 @@ from slewline.core.datasheet.option import Option
 from slewline.errors import UsageError
 from slewline.parts.motors.data import DriverData, LoadData
 from slewline.parts.motors.drivers import read_driver
-from slewline.parts.motors.loads import FIGURES, check_holds, held, load_complaint, read_load
+from slewline.parts.motors.loads import FIGURES, check_holds, load_complaint, read_load
 from slewline.parts.motors.motors import MOTORS, read_motor
 
 A = MOTORS["QSH4218-51-10-049"]  # 0.49 N m at 1 A
@@ -152,7 +152,7 @@ def test_a_load_that_cannot_be_is_refused_with_what_is_allowed(value, says):
     ],
 )
 def test_the_held_torque_goes_by_the_current_of_two_phases(changed, current, torque):
-    assert held(read_motor({"like": A.name} | changed), current) == pytest.approx(torque, rel=1e-12)
+    assert read_motor({"like": A.name} | changed).held(current) == pytest.approx(torque, rel=1e-12)
 
 
 def test_the_held_torque_of_a_reluctance_motor_goes_by_the_square_of_the_current():
@@ -163,8 +163,8 @@ def test_the_held_torque_of_a_reluctance_motor_goes_by_the_square_of_the_current
         return -0.5 * 6 * 4e-3 * 2**2 * sin(angle)
 
     most = max(phase(k * 1e-3) + phase(k * 1e-3 - pi / 2) for k in range(6284))
-    assert held(motor, 2.0) == pytest.approx(most, rel=1e-6)
-    assert held(motor, 4.0) == pytest.approx(4 * most, rel=1e-6)
+    assert motor.held(2.0) == pytest.approx(most, rel=1e-6)
+    assert motor.held(4.0) == pytest.approx(4 * most, rel=1e-6)
 
 
 END = "use a greater current, a stronger motor or a smaller load"

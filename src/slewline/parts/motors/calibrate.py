@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 from ...errors import UsageError
 from .data import DriverData, LoadData, MotorData
 from .law import MotorLaw
-from .loads import held
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,7 +30,6 @@ COARSE, TRIES = 0.8, 24  # of the greatest constant down to 1/200 of it, by 0.8
 EXACT = 1e-3  # of a constant, to which it is found
 TURNS = 12  # of the two searches at most
 SAME = 0.01  # of the friction, by which it may differ between turns
-STALLED = 3.9  # full steps of lag
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +124,7 @@ def _friction(motor: MotorData, driver: DriverData, load: LoadData, rate: float,
     def starts(friction: float) -> bool:
         return _starts(MotorLaw(motor, driver, _rubbing(load, friction), steps), rate)
 
-    most = held(motor, driver.current)
+    most = motor.held(driver.phase_current(motor))
     return _greatest(
         starts, most, f"start-stop rate {rate:g} steps/s", "friction", f"{most:.3g} N m, which the motor just holds"
     )
@@ -139,7 +137,7 @@ def _iron(motor: MotorData, driver: DriverData, load: LoadData, rate: float, tor
     def comes(iron: float) -> bool:
         return _comes_to(MotorLaw(replace(motor, iron=iron), driver, loaded, steps), rate)
 
-    most = held(motor, driver.current) / (rate * motor.step)
+    most = motor.held(driver.phase_current(motor)) / (rate * motor.step)
     return _greatest(
         comes, most, f"pull-out rate {rate:g} steps/s", "iron loss", f"{most:.3g} N m s, which takes all of its torque"
     )
@@ -177,8 +175,8 @@ def _starts(law: MotorLaw, rate: float) -> bool:
 
     count = START_STEPS * law.micro
     times = np.round(np.arange(1, count + 1) * 1e12 / (rate * law.micro)).astype(np.int64)
-    trace = law.integrate(times, np.arange(1, count + 1), int(times[-1]) + 50_000_000_000, limit=STALLED)
-    return trace.worst < STALLED and not trace.lost
+    trace = law.integrate(times, np.arange(1, count + 1), int(times[-1]) + 50_000_000_000, limit=law.lost_at)
+    return trace.worst < law.lost_at and not trace.lost
 
 
 def _comes_to(law: MotorLaw, rate: float) -> bool:
@@ -190,14 +188,10 @@ def _comes_to(law: MotorLaw, rate: float) -> bool:
 
     first = SLOWEST * rate
     times = _sweep(first * law.micro, rate * law.micro)
-    state = dict(zip(law.names, law.at_rest(), strict=True))
-    state |= {"theta": -0.7 * law.motor.step} | {
-        name: first * law.motor.step for name in ("omega", "omega2", "omega3") if name in state
-    }
     trace = law.integrate(
-        times, np.arange(1, len(times) + 1), int(times[-1]), state=tuple(state.values()), limit=STALLED
+        times, np.arange(1, len(times) + 1), int(times[-1]), state=law.turning(first), limit=law.lost_at
     )
-    return trace.worst < STALLED
+    return trace.worst < law.lost_at
 
 
 def _sweep(first: float, last: float) -> NDArray[np.int64]:

@@ -61,6 +61,12 @@ class MotorData:
         """The full step, rad."""
         return 2 * pi / self.full_steps
 
+    def held(self, current: float) -> float:
+        """Return the greatest torque with two phases on, N m, each with a current, A."""
+        if self.windings == "reluctance":
+            return self.teeth * self.swing * current**2 / sqrt(2)
+        return sqrt(2) * self.constant * current
+
     @property
     def drag(self) -> float:
         """All drag that grows with the speed, N m s."""
@@ -102,6 +108,12 @@ class DriverData:
     slew: float = 1.0
     ramp: float = 1.0
     source: str = ""
+
+    def phase_current(self, motor: MotorData) -> float:
+        """Return the current of a phase of a motor at rest with two phases on, A: what is set, or the resistors let."""
+        if self.kind in ("voltage", "bilevel"):
+            return self.supply / (motor.resistance + self.series)
+        return self.current
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

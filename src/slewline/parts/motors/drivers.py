@@ -212,9 +212,8 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
         if level in given:
             given[level] = _factor(given[level], level, current, name)
     found = checked(name, rows, given, beside=", like")
-    if found["kind"] in ("voltage", "bilevel"):
-        current = found["supply"] / (found["series"] + motor.resistance)
     driver = DriverData(**{each: of for each, of in found.items() if of is not None} | {"current": current})
+    driver = replace(driver, current=driver.phase_current(motor))
     if driver.kind == "bilevel" and not driver.high > driver.supply:
         raise UsageError(f"{name}: high {driver.high:g} V; allowed more than the supply, {driver.supply:g} V")
     return driver if row is None else _within(driver, row, name)

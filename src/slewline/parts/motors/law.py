@@ -31,8 +31,26 @@ CHOPPED_PS = 1_000_000  # the grid of a chopper
 SLOW = 1e-5  # rad/s, below which a rotor may be at rest
 STILL = 1e-7  # A, by which a current at rest changes in a step
 SETTLED = 1e-7  # rad/s, by which the speed of a rotor at rest changes in a step
+NEAR = 0.1  # full steps
+LAGS = 0.7  # full steps, of a rotor that turns evenly
 LEFT = 0.02  # of the torque of a phase, that pulls at a rotor at rest behind a chopper
 _STEPS = re.compile(r"full|wave|half|micro ?([1-9]\d{0,3})")
+
+
+def check_steps(steps: str) -> str:
+    """Return what a step is, checked: "full", "wave", "half", "micro 8".
+
+    Raises:
+        UsageError: something else.
+    """
+    if not isinstance(steps, str) or not _STEPS.fullmatch(steps):
+        raise UsageError(f"steps {steps!r}; allowed full, wave, half, and micro with a number, such as micro 8")
+    return steps
+
+
+def usual_step(driver: DriverData) -> int:
+    """Return the step of the grid, ps, where nothing is said."""
+    return CHOPPED_PS if driver.kind == "chopper" else STEP_PS
 
 
 @dataclass(frozen=True)
@@ -59,12 +77,9 @@ class MotorLaw:
     origin: int = 0
 
     def __post_init__(self) -> None:
-        if not _STEPS.fullmatch(self.steps):
-            raise UsageError(
-                f"steps {self.steps!r}; allowed full, wave, half, and micro with a number, such as micro 8"
-            )
+        check_steps(self.steps)
         if not self.step_ps:
-            object.__setattr__(self, "step_ps", CHOPPED_PS if self.driver.kind == "chopper" else STEP_PS)
+            object.__setattr__(self, "step_ps", usual_step(self.driver))
         if self.motor.windings != "bipolar" and self.driver.kind != "voltage":
             raise UsageError(
                 f"{self.motor.name}: {self.motor.windings} windings with a driver of kind {self.driver.kind}; "
@@ -93,6 +108,11 @@ class MotorLaw:
     def period(self) -> int:
         """Full steps an electrical turn: a rotor that is lost settles so many off, or a multiple of it."""
         return self.motor.phases if self.motor.windings == "reluctance" else 4
+
+    @property
+    def lost_at(self) -> float:
+        """How far from its command a rotor has lost steps, in full steps: it has come to the next place, or nearly."""
+        return self.period - NEAR
 
     @property
     def cycle(self) -> int:
@@ -125,14 +145,6 @@ class MotorLaw:
     def resistance(self) -> float:
         """Of a phase with what is in series, ohms."""
         return self.motor.resistance + self.driver.series
-
-    @property
-    def hold(self) -> float:
-        """The torque that holds the rotor with two phases on, N m, as far as the supply allows."""
-        amperes = self.driver.current
-        if self._volts:
-            amperes = self.driver.supply / self.resistance
-        return self.motor.constant * amperes * sqrt(2)
 
     @cached_property
     def parameters(self) -> tuple[Any, ...]:
@@ -186,11 +198,10 @@ class MotorLaw:
 
     def asked(self) -> tuple[tuple[float, ...], ...]:
         """Make the table."""
+        factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)  # as LEVELS
         if self.phased:
-            factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)
             return tuple(self._phases(bits, factor) for factor in factors for bits in range(1 << self.period))
         angles = [2 * pi * (self._zero + n / self.cycle) for n in range(self.cycle)]
-        factors = (self.driver.slew, self.driver.ramp, self.driver.rest, 0.0)
         return tuple(self._row(angle, factor) for factor in factors for angle in angles)
 
     @cached_property
@@ -263,6 +274,13 @@ class MotorLaw:
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
         given = {"theta": place, "theta2": place, "asked": -1.0} | amperes
         return tuple(given.get(name, 0.0) for name in self.names)
+
+    def turning(self, rate: float) -> tuple[float, ...]:
+        """Return the state of a rotor that turns evenly at a rate, full steps/s, in step with command 0."""
+        named = dict(zip(self.names, self.at_rest(), strict=True))
+        named |= {name: -LAGS * self.step for name in ("theta", "theta2") if name in named}
+        named |= {name: rate * self.step for name in ("omega", "omega2", "omega3") if name in named}
+        return tuple(named.values())
 
     def _settled(self, row: Sequence[float]) -> Sequence[float]:
         if self.driver.kind == "voltage":

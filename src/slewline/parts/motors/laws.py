@@ -5,10 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from .data import DriverData, LoadData, MotorData
 from .drivers import read_driver
 from .law import MotorLaw
 from .loads import check_holds, read_load
 from .motors import read_motor
+
+
+def read_system(motor: Any, driver: Any, load: Any, name: str = "") -> tuple[MotorData, DriverData, LoadData]:
+    """Return the data of a motor, its driver and its load, each by name, as text, or as a table.
+
+    Args:
+        name: what stands before "motor", "driver" and "load" in messages.
+
+    Raises:
+        UnknownName, UsageError: what is not known or not allowed; a load that the motor cannot hold.
+    """
+    turns = read_motor(motor, f"{name}motor")
+    drives = read_driver(driver, f"{name}driver", turns)
+    hangs = read_load(load, f"{name}load", turns)
+    check_holds(turns, drives, hangs, f"{name}load")
+    return turns, drives, hangs
 
 
 def motor_law(
@@ -27,7 +44,4 @@ def motor_law(
     Raises:
         UnknownName, UsageError: as the part `stepper`.
     """
-    its = read_motor(motor)
-    drives, hangs = read_driver(driver, "driver", its), read_load(load, "load", its)
-    check_holds(its, drives, hangs)
-    return MotorLaw(its, drives, hangs, steps, step_ps)
+    return MotorLaw(*read_system(motor, driver, load), steps, step_ps)

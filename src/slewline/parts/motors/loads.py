@@ -8,7 +8,7 @@ load = { mass = "2 kg", lead = "5 mm", force = "10 N", efficiency = 0.8, vertica
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import pi, sqrt
+from math import pi
 from typing import Any
 
 from ...core.datasheet.option import Option, checked
@@ -104,13 +104,6 @@ def _of_text(text: str, name: str) -> dict[str, Any]:
     return read_texts(FIGURES, pairs.items())
 
 
-def held(motor: MotorData, current: float) -> float:
-    """Return the greatest torque with two phases on, each with this current, N m."""
-    if motor.windings == "reluctance":
-        return motor.teeth * motor.swing * current**2 / sqrt(2)
-    return sqrt(2) * motor.constant * current
-
-
 def check_holds(motor: MotorData, driver: DriverData, load: LoadData, name: str = "load") -> None:
     """Refuse a load that the motor cannot hold at rest, or cannot turn however slowly.
 
@@ -127,8 +120,8 @@ def check_holds(motor: MotorData, driver: DriverData, load: LoadData, name: str 
             f"{abs(load.torque):g} and {load.friction:g} of friction",
         ),
     ):
-        current = driver.current * factor
-        most = held(motor, current)
+        current = driver.phase_current(motor) * factor
+        most = motor.held(current)
         if wanted > most:
             raise UsageError(
                 f"{name}: {wanted:.4g} N m {when} ({how}); the {motor.name} holds {most:.4g} N m at {current:.4g} A: "

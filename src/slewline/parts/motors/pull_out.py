@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from .law import MotorLaw
-from .loads import held
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,8 +21,6 @@ if TYPE_CHECKING:
 RISE_S = 4.0  # in which the load would come to the holding torque
 PIECE_PS = 10_000_000_000  # in which it stays as it is
 SETTLES_PS = 100_000_000_000  # before it begins to grow
-STALLED = 3.9  # full steps of lag
-LAGS = 0.7  # full steps, at which it begins
 
 
 def pull_out(law: MotorLaw, rates: Sequence[float]) -> NDArray[np.float64]:
@@ -40,12 +37,8 @@ def _at(law: MotorLaw, rate: float) -> float:
     """The torque at a rate."""
     import numpy as np
 
-    most = held(law.motor, law.driver.current)
-    speed = rate * law.motor.step
-    named = dict(zip(law.names, law.at_rest(), strict=True))
-    named |= {name: -LAGS * law.motor.step for name in ("theta", "theta2") if name in named}
-    named |= {name: speed for name in ("omega", "omega2", "omega3") if name in named}
-    state, since, command, torque = tuple(named.values()), 0, 0, 0.0
+    most = law.motor.held(law.driver.phase_current(law.motor))
+    state, since, command, torque = law.turning(rate), 0, 0, 0.0
     interval = 1e12 / (rate * law.micro)
     while torque < most:
         until = since + (SETTLES_PS if not since else PIECE_PS)
@@ -53,9 +46,9 @@ def _at(law: MotorLaw, rate: float) -> float:
         now = replace(law, load=replace(law.load, torque=law.load.torque + torque))
         trace = now.integrate(
             np.round(counts * interval).astype(np.int64), counts, until,
-            start=since, state=state, command=command, code=law.code(command), limit=STALLED,
+            start=since, state=state, command=command, code=law.code(command), limit=law.lost_at,
         )  # fmt: skip
-        if trace.worst >= STALLED:
+        if trace.worst >= law.lost_at:
             break
         last = int(trace.times[-1])
         state = now.after(last, tuple(trace.states[-1].tolist()), int(trace.codes[-1]), until - last)

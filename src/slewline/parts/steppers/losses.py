@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from ..motors.law import MotorLaw
     from .run import Run
 
-NEXT = 0.1  # steps from the next place, where a step is lost
 BACK_PS = 20_000_000_000  # so long in one place, and the rotor is in step again
 
 
@@ -78,7 +77,7 @@ class Losses:
             if begin in rests:
                 yield from self._rested(law)
             if end > begin:
-                yield from self._moving(law.period, times[begin:end], lag[begin:end], speed[begin:end])
+                yield from self._moving(law, times[begin:end], lag[begin:end], speed[begin:end])
                 self._last = int(times[end - 1]), float(lag[end - 1])
 
     def _rested(self, law: MotorLaw) -> Iterator[tuple[int, str, str]]:
@@ -91,14 +90,14 @@ class Losses:
                 self._settled = ps, round(lag / law.period) * law.period
             yield from self._back(ps)
 
-    def _moving(self, period: int, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:
+    def _moving(self, law: MotorLaw, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:
         import numpy as np
 
-        n = 0
+        n, period = 0, law.period
         while n < len(times):
             if self._since is None:
                 off = np.abs(lag[n:] - self.lost)
-                gone = np.flatnonzero(off >= period - NEXT)
+                gone = np.flatnonzero(off >= law.lost_at)
                 before = off[: int(gone[0])] if len(gone) else off
                 near = np.flatnonzero(before < period / 2)
                 fell = n + int(near[-1]) + 1 if len(near) else n

@@ -16,11 +16,12 @@ from ...core.time.timebase import Time, picoseconds
 from ...errors import UsageError
 from ..base.follower import Follower, start_rule
 from ..base.part import AXIS, Part
-from ..motors.drivers import driver_complaint, read_driver
+from ..motors.drivers import driver_complaint
 from ..motors.integration import Point
 from ..motors.law import MotorLaw
-from ..motors.loads import check_holds, load_complaint, read_load
-from ..motors.motors import motor_complaint, read_motor
+from ..motors.laws import read_system
+from ..motors.loads import load_complaint
+from ..motors.motors import motor_complaint
 from ..shafts.counter import CountScale
 from ..shafts.motor import EDGE, EDGES
 from ..shafts.shown import SwitchZone
@@ -130,14 +131,11 @@ class Stepper(Part):
     ) -> None:
         super().__init__(kernel, name)
         self.axis = axis
-        its = read_motor(motor, f"{name}: motor")
-        drives = read_driver(driver, f"{name}: driver", its)
-        hangs = read_load(load, f"{name}: load", its)
-        check_holds(its, drives, hangs, f"{name}: load")
+        system = read_system(motor, driver, load, f"{name}: ")
         self._phased = inputs == "phases"
         try:
             law = MotorLaw(
-                its, drives, hangs, "half" if self._phased else steps, 0 if step is None else picoseconds(step),
+                *system, "half" if self._phased else steps, 0 if step is None else picoseconds(step),
                 phased=self._phased,
             )  # fmt: skip
         except UsageError as error:
