@@ -67,7 +67,7 @@ def test_a_rotor_that_rests_more_than_0_6_steps_beside_its_command_is_lost(off: 
     class Beside:
         """A law that begins beside its command."""
 
-    lost_at = 3.9
+        lost_at = law.lost_at
 
         def at_rest(self, command: int) -> tuple[float, ...]:
             return (there[0] - off * law.step, *there[1:])
