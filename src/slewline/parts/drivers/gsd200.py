@@ -35,6 +35,7 @@ from ..base.clocked import Clocked
 from ..base.counted import Counted
 from ..base.follower import start_rule
 from ..base.part import AXIS, Part, check_kept
+from ..motors.drivers import DRIVERS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -132,7 +133,9 @@ class Network(NamedTuple):
 
 
 # The sheet gives 1200 ohm to the GS-D200 and 750 to the GS-D200S; the numbers of its example follow from 1200.
-NETWORKS = MappingProxyType({"gs-d200": Network(1200.0, 2.0), "gs-d200s": Network(750.0, 2.5)})
+NETWORKS = MappingProxyType(
+    {"gs-d200": Network(1200.0, DRIVERS["GS-D200"].most), "gs-d200s": Network(750.0, DRIVERS["GS-D200S"].most)}
+)
 GROUND_OHM = NETWORKS["gs-d200"].ground
 
 
