@@ -1,7 +1,7 @@
 """The wire to a board: frames, COBS, CRC, and the messages as rows of fields.
 
-A frame is `number, kind, payload, CRC-16/MCRF4XX` (little-endian), made free of zeros by COBS, with a zero behind it.  So a
-receiver is in step again at the next zero, whatever was damaged.
+A frame is `number, kind, payload, CRC-16/MCRF4XX` (little-endian), made free of zeros by COBS, with a zero behind it.
+So a receiver is in step again at the next zero, whatever was damaged.
 """
 
 from __future__ import annotations
@@ -150,7 +150,11 @@ class BoardEvent(NamedTuple):
 
 
 class Ident(NamedTuple):
-    """What a board is: slots of its queue, entries of its tail, bytes of frames that may be unanswered, ticks a second."""
+    """What a board is.
+
+    `slots` of its queue, entries of its `tail`, bytes of frames that may be unanswered (`room`), the `shortest`
+    interval of steps, and its ticks a second (`hz`).
+    """
 
     wanted: int
     version: int
@@ -185,9 +189,10 @@ SIZES = {  # of the payloads that have one size
 class BoardConfig:
     """How a board is to act; times in its ticks.
 
-    `polarity`: 1, DIR high is up; 2, ENABLE is active low.  `active`: bit n, input n is active when high.  `report`: bit n,
-    each edge of input n is told.  `enable_off`: 1, at an emergency stop; 2, at every halt.  `reflex`: one for each input.
-    `pattern`: phases A to D in bits 0 to 3 by the index of half steps, all zero without phases; `phase`: the index now.
+    `polarity`: 1, DIR high is up; 2, ENABLE is active low.  `active`: bit n, input n is active when high.  `report`:
+    bit n, each edge of input n is told.  `enable_off`: 1, at an emergency stop; 2, at every halt.  `reflex`: one for
+    each input.  `pattern`: phases A to D in bits 0 to 3 by the index of half steps, all zero without phases; `phase`:
+    the index now.
     """
 
     start_stop: int
@@ -222,8 +227,8 @@ class BoardConfig:
     @classmethod
     def unpack(cls, payload: bytes) -> BoardConfig:
         """Return what a payload of CONFIG says; its fields may be out of range (`check`)."""
-        *numbers, reflex, pattern, phase = _CONFIG.unpack(payload)
-        return cls(*numbers, tuple(reflex), tuple(pattern), phase)
+        start_stop, watchdog, polarity, active, report, off, reflex, pattern, phase = _CONFIG.unpack(payload)
+        return cls(start_stop, watchdog, polarity, active, report, off, tuple(reflex), tuple(pattern), phase)
 
     def check(self) -> None:
         """Complain if a board would refuse it.
@@ -241,8 +246,8 @@ class BoardConfig:
             0 <= each <= 255 and each & 15 <= Reflex.ESTOP for each in self.reflex
         ):
             raise UsageError(
-                f"CONFIG: reflex {self.reflex}; expected {INPUTS} numbers, 0 to {Reflex.ESTOP} (+ 16: only upwards, + 32: "
-                "only downwards)"
+                f"CONFIG: reflex {self.reflex}; expected {INPUTS} numbers, 0 to {Reflex.ESTOP} "
+                "(+ 16: only upwards, + 32: only downwards)"
             )
         if len(self.pattern) != PHASES or not all(0 <= each <= 255 for each in self.pattern):
             raise UsageError(f"CONFIG: pattern {self.pattern}; expected {PHASES} numbers, 0 to 15")
