@@ -21,7 +21,7 @@ from math import gcd
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from ..core.time.timebase import PS_PER_S
-from .records import DOWN, HALF, OUT, PAUSE, REST, Record, fit
+from .records import DOWN, HALF, MOST_STEPS, OUT, PAUSE, REST, SHORTEST_PAUSE, Record, fit
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,8 +31,7 @@ if TYPE_CHECKING:
     from ..core.time.kernel import Kernel
 
 TOLERANCE_TICKS = 8  # of every step
-MOST_STEPS = 65_535  # of a record
-LEAST_PAUSE = 256 << 16
+LEAST_PAUSE = SHORTEST_PAUSE << 16
 REST_TICKS = 512  # from the last step to the instant from which on the motor may stand
 SLACK_TICKS = 32  # beyond the shortest interval, between a pause and a step that is not known yet
 FIRST_INTERVAL_TICKS = 4096  # before the first step, while the second one is not known
@@ -284,7 +283,7 @@ class Feeder:
         interval, add, made = self._interval16, self._add, 0
         if len(self._open):
             record = self._record
-            interval, add, made = record.interval << 16 | record.fraction, record.add, record.count
+            interval, add, made = record.first, record.add, record.count
         if not interval:
             return 0
         room = min(MOST_STEPS, LONGEST_PRODUCT // interval) - made
@@ -308,7 +307,9 @@ class Feeder:
         import numpy as np
 
         steps = np.concatenate((self._open, ticks16))
-        *whole, self._record = fit(steps.tolist(), self.base16, TOLERANCE_TICKS << 16, self._flags)
+        *whole, self._record = fit(
+            steps, self.base16, tolerance=TOLERANCE_TICKS << 16, flags=self._flags, shortest=self._shortest16 >> 16
+        )
         for record in whole:
             self._push(record)
         self._open = steps[len(steps) - self._record.count :]
@@ -365,11 +366,10 @@ class Feeder:
         self._interval16, self._rested = 0, False
 
     def _push(self, record: Record) -> None:
-        """Push a record of steps."""
+        """Push a record that is a fit to steps."""
         self._batch.append(record)
-        count, interval = record.count, record.interval << 16 | record.fraction
-        self.base16 += count * interval + count * (count - 1) // 2 * record.add
-        self._interval16, self._add = interval + count * record.add, record.add
+        self.base16 += record.length
+        self._interval16, self._add = record.last + record.add, record.add
 
     def _send(self) -> None:
         """Hand over what has been laid in this turn."""
