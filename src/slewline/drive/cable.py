@@ -41,6 +41,17 @@ class Cable:
         else:
             call()
 
+    def send_at(self, tick: int, call: Callable[[], object]) -> None:
+        """Make a call that was due at a tick, in its order: at once if nothing is under way."""
+        if not self.under_way:
+            call()
+            return
+        later = []
+        while self._calls and self._calls[-1][0] > tick:
+            later.append(self._calls.pop())
+        self._calls.append((tick, call))
+        self._calls.extend(reversed(later))
+
     def turn(self, tick: int) -> None:
         """Make the calls that are due by a tick of the board."""
         while self._calls and self._calls[0][0] <= tick:

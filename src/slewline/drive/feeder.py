@@ -129,7 +129,7 @@ class Feeder:
         self.taken_ps = kernel.now  # the steps before this instant are taken
         self.running = False  # something is laid that the board has not come to rest behind
         self.stopped = False  # steps are not laid: the board is in HALT, or nobody knows where the motor is
-        self.lost = 0  # net steps of the model since then
+        self.lost = 0  # net steps that the model has made since the count of the board was last taken over
         self.steps = self.records = 0  # that were laid
         self.first_interval16 = 0  # of the motion that was laid last: from its first step to the second one
         self._changes: list[tuple[int, int, int]] = []
@@ -146,6 +146,7 @@ class Feeder:
         self._rests: deque[int] = deque()
         self._batch: list[Record] = []
         self._start: int | None = None
+        self._started: int | None = None  # the tick of the last START
 
     # ------------------------------------------------------------------------------------------------ what is outside
     @property
@@ -177,6 +178,7 @@ class Feeder:
         self._rests.popleft()
         if self._rests or not self._rested:  # what has been laid behind it came too late to join
             self._send()
+            self._started = tick
             self.link.start(tick)
         else:
             self.running = False
@@ -195,6 +197,18 @@ class Feeder:
             else item._replace(tick16=item.tick16 + more)
             for item in self._items
         )
+
+    def restart(self, tick: int) -> None:
+        """Start at a tick what the board has queued, because it was told too late; all that is to come is later."""
+        if self._started is not None:
+            self.delay(tick - self._started)
+            self._started = tick
+            self.link.start(tick)
+
+    def counted(self) -> None:
+        """Count the steps that are lost from now on: the model stands where the motor does."""
+        self._take()
+        self.lost = 0
 
     def halt(self) -> None:
         """Forget what is laid, and lay no more steps: the board has halted."""
@@ -218,7 +232,7 @@ class Feeder:
         outputs = deque(LaidOutput(self.ticks.at(ps) + horizon16, mask, value) for ps, mask, value in changes)
         for stretch, train, a, b in self.axis.played(start, now - 1):
             if self.stopped:
-                self.lost += stretch.sign * (b - a)
+                self.lost += stretch.sign * (b - a)  # it goes on, and the motor does not
                 continue
             flags = half | (DOWN if stretch.sign < 0 else 0)
             ticks16 = self.ticks.many(train.begins(a, b)) + horizon16
@@ -380,6 +394,6 @@ class Feeder:
         if self._start is not None:
             self.link.push(batch[:FIRST_RECORDS])
             self.link.start(self._start)
-            self._start, batch = None, batch[FIRST_RECORDS:]
+            self._started, self._start, batch = self._start, None, batch[FIRST_RECORDS:]
         if batch:
             self.link.push(batch)
