@@ -86,7 +86,7 @@ class StopChip:
     def turn(self) -> None:
         """Take the count over if the chip is at rest by now."""
         drive = self.drive
-        if self._position is None or drive.axis.moving:
+        if self._position is None or drive.axis.moving or drive.axis.log.under_way:
             return
         position, self._position = self._position, None
         drive.take_over(position, self.how == "abort")
