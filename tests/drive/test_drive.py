@@ -9,6 +9,7 @@ import pytest
 
 import slewline
 from slewline.drive.boards import UNO
+from slewline.drive.troubles import signed
 from slewline.drive.wire import BoardState, Happening
 from slewline.errors import Timeout, UsageError
 
@@ -153,12 +154,16 @@ def test_a_host_that_is_stopped_for_500_ms_runs_the_board_dry_and_the_count_is_e
         assert (intervals[-30:] > intervals[-60]).all()  # a way down
         assert line.twin.position == len(made) == x.position
         host.send("G\r")
-        drive.run("100 ms")
+        drive.run("300 ms")
         assert len(line.twin.steps) == len(made)  # nothing moves
+        assert not x.motor.moving and x.motions()[-1].end.why == "stopped"
         drive.clear()
-        assert drive.state == "ok"
+        assert drive.state == "ok" and line.twin.state == BoardState.IDLE
+        assert x.position == len(made)
+        host.send("N 50\rG\r")
         drive.run_until_rest()
-        assert line.twin.position == x.travel
+        assert len(line.twin.steps) == len(made) + 50 == x.position
+        assert signed(x.travel) == line.twin.position
 
 
 def test_after_a_halt_the_chip_goes_on_from_where_the_motor_is():

@@ -241,7 +241,9 @@ class Drive:
                 f"the board has version {ident.version} of the firmware; this slewline needs {VERSION}: write its own to it"
             )
         if ident.hz != self.board.hz:
-            raise UsageError(f"the board has {ident.hz} ticks a second; expected {self.board.hz}, of a {self.board.name}")
+            raise UsageError(
+                f"the board has {ident.hz} ticks a second; expected {self.board.hz}, of a {self.board.name}"
+            )
         self.feeder.shortest = ident.shortest
 
     def _begin(self) -> None:
@@ -412,12 +414,16 @@ class Drive:
 
     def _check_open(self) -> None:
         if self.state == "closed":
-            raise UsageError("the drive is closed; write: with slewline.Drive(bench, x, port) as drive: drive.run('2 s')")
+            raise UsageError(
+                "the drive is closed; write: with slewline.Drive(bench, x, port) as drive: drive.run('2 s')"
+            )
 
     def _live(self, until: int, wait: Wait | None) -> bool:
         """Let the model keep up with the board up to an instant (ps); return whether a wait was met before."""
         if self.state == "ok" and not self.cable.under_way:
-            self._align()  # the program has done something else meanwhile
+            drift = (self.ticks.at(self.kernel.now) >> 16) - self.clock.ticks(self._wall())
+            if abs(drift) > self.horizon // 4:
+                self._align()  # the program has done something else meanwhile
         self.turn()
         while True:
             goal = min(max(self.ticks.ps(self.clock.ticks(self._wall())), self.kernel.now), until)
