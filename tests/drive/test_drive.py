@@ -43,8 +43,8 @@ def test_pauses_of_the_host_up_to_half_the_horizon(name, seed):
     bench, x, _, seconds = furnished(name)
     line = TwinLine(rnd, ppm=rnd.choice((-5000, -100, 0, 100, 5000)))
     drive = drive_of(bench, x, line)
-    plain = drive._sleep
-    drive._sleep = lambda s: plain(rnd.random() * 0.05 if rnd.random() < 0.05 and drive.state == "ok" else s)
+    plain = drive.talk.wait
+    drive.talk.wait = lambda s: plain(rnd.random() * 0.05 if rnd.random() < 0.05 and drive.state == "ok" else s)
     with drive:
         drive.run(f"{int(seconds * 1000) + 200} ms")
         steps, made = check_steps(drive, line)
@@ -90,7 +90,7 @@ def test_the_dry_run_gives_the_driver_no_current():
 
 # -------------------------------------------------------------------------------------------------------------- cable
 def test_what_goes_out_comes_out_a_horizon_later_while_something_is_under_way_and_at_once_at_rest():
-    bench, x, host, _ = furnished("cy525 five steps")
+    bench, x, _, _ = furnished("cy525 five steps")
     line = TwinLine()
     with drive_of(bench, x, line) as drive:
         heard = []
@@ -329,7 +329,10 @@ def test_a_port_without_a_board():
     bench, x, _, _ = furnished("cy525 top")
     line = TwinLine()
     line.supplied = False
-    with pytest.raises(UsageError, match="no board answers within 3 s; heard nothing; expected a Arduino Uno"):
+    with pytest.raises(
+        UsageError,
+        match="no board answers within 3 s; heard nothing; expected the firmware of slewline on an Arduino Uno",
+    ):
         drive_of(bench, x, line).open()
 
 

@@ -8,8 +8,9 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.drive.feeder import Feeder, LaidOutput, TickMap
+from slewline.drive.feeder import Feeder, LaidOutput
 from slewline.drive.records import OUT, PAUSE, REST, pack
+from slewline.drive.ticks import TickMap
 from slewline.drive.twin import BoardTwin
 from slewline.drive.wire import (
     BoardConfig,
@@ -105,7 +106,7 @@ class Bench:
         self.wire.carry()
 
     def check(self):
-        """Every step of the model that was due has been made, no other one, each at its instant and in its direction."""
+        """Every step of the model that was due has been made, at its instant and in its direction, and no other one."""
         steps = self.x.steps()
         wanted = (self.ticks.many(steps.times_ps) >> 16) + H
         made = np.array(self.twin.steps)

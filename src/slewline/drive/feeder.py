@@ -4,23 +4,21 @@
     board     | START ... base: all that is laid .....|..... H ....|
                                [open record, held]
 
-Each turn takes the steps that the model has made since, and fits records to them.  The last record is held as long as the
-board has three quarters of the horizon before it, so that steps of the next turns may join it.  Where the model makes no
-steps, pauses lead up to its present, so that a queue that runs dry always means trouble.  Behind the end of a motion stands
-a pause behind which the motor may stand (REST).
+Each turn takes the steps that the model has made since, and fits records to them.  The last record is held as long as
+the board has three quarters of the horizon before it, so that steps of the next turns may join it.  Where the model
+makes no steps, pauses lead up to its present, so that a queue that runs dry always means trouble.  Behind the end of
+a motion stands a pause behind which the motor may stand (REST).
 
-Ticks with the suffix 16 are 1/65536 tick.  `base16` is where the board's own arithmetic will be behind all that is laid, so
-errors of rounding do not add up.
+Ticks with the suffix 16 are 1/65536 tick.  `base16` is where the board's own arithmetic will be behind all that is
+laid, so errors of rounding do not add up.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from math import gcd
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from ..core.time.timebase import PS_PER_S
 from .records import DOWN, HALF, MOST_STEPS, OUT, PAUSE, REST, SHORTEST_PAUSE, Record, fit
 
 if TYPE_CHECKING:
@@ -29,6 +27,7 @@ if TYPE_CHECKING:
 
     from ..core.motion.axis import Axis
     from ..core.time.kernel import Kernel
+    from .ticks import TickMap
 
 TOLERANCE_TICKS = 8  # of every step
 LEAST_PAUSE = SHORTEST_PAUSE << 16
@@ -37,36 +36,6 @@ SLACK_TICKS = 32  # beyond the shortest interval, between a pause and a step tha
 FIRST_INTERVAL_TICKS = 4096  # before the first step, while the second one is not known
 FIRST_RECORDS = 5  # that go before START, the others after it: a full queue that stands would wait for ever
 LONGEST_PRODUCT = 1 << 62
-
-
-class TickMap:
-    """Instants of a model as ticks of a board, and back; exact, rounded down.
-
-    `origin16` is the tick of instant 0, in 1/65536 tick.
-    """
-
-    def __init__(self, hz: int) -> None:
-        common = gcd(hz << 16, PS_PER_S)
-        self._n, self._d = (hz << 16) // common, PS_PER_S // common
-        self.hz, self.origin16 = hz, 0
-
-    def align(self, ps: int, tick: int) -> None:
-        """Let an instant of the model (ps) be at a tick of the board from now on."""
-        self.origin16 = (tick << 16) - ps * self._n // self._d
-
-    def at(self, ps: int) -> int:
-        """Return the tick of an instant (ps), in 1/65536 tick."""
-        return self.origin16 + ps * self._n // self._d
-
-    def many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the ticks of many instants (int64 ps), in 1/65536 tick: int64, shape as `ps`."""
-        whole, part = ps // self._d, ps % self._d
-        ticks: NDArray[np.int64] = whole * self._n + part * self._n // self._d + self.origin16
-        return ticks
-
-    def ps(self, tick: int) -> int:
-        """Return the last instant of the model (ps) at a tick of the board, or before it."""
-        return (((tick << 16) - self.origin16 + 1) * self._d - 1) // self._n
 
 
 class RecordSink(Protocol):

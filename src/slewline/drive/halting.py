@@ -17,8 +17,8 @@ WAYS = ("abort", "reset", "power")  # in which a chip can be stopped
 class Stopping(Protocol):
     """What a drive does when its board stops by itself.
 
-    `stopped` comes first, once; `halted` when the board stands and its count is final; `turn` again and again meanwhile;
-    `clear` when the user goes on.
+    `stopped` comes first, once; `halted` when the board stands and its count is final; `turn` again and again
+    meanwhile; `clear` when the user goes on.
     """
 
     def stopped(self, event: BoardEvent) -> None:

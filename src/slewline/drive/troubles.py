@@ -1,4 +1,4 @@
-"""What a board tells of its motor, and what the drive makes of it: findings of the chip, and the states of the drive."""
+"""What a board tells of its motor, and what the drive makes of it: findings of the chip, states of the drive."""
 
 from __future__ import annotations
 
@@ -99,8 +99,8 @@ class Troubles:
         if event.kind in AT_ONCE and rate > (allowed := self._start_stop()):
             self.report(
                 "position-uncertain",
-                f"the motor stood at once at {rate:.0f} steps/s, and may do so up to {allowed:.0f}: it may have lost steps; "
-                "home it",
+                f"the motor stood at once at {rate:.0f} steps/s, and may do so up to {allowed:.0f}: it may have lost "
+                "steps; home it",
             )
         drive.feeder.halt()
         drive.on_stopped.stopped(event)
@@ -139,10 +139,30 @@ class Troubles:
             register = self._register(axis, missing)
             self.report(
                 "position-taken-over",
-                f"the motor stands at {register}: {abs(missing)} steps of the model were not made; the position register is "
-                f"set to {register}",
+                f"the motor stands at {register}: {abs(missing)} steps of the model were not made; the position "
+                f"register is set to {register}",
                 register,
             )
+
+    def port_lost(self, error: OSError) -> None:
+        """The port is gone: so is the supply of a board that has it from there."""
+        drive = self.drive
+        if drive.state in ("closed", "unknown"):
+            return
+        before, drive.state = drive.state, "unknown"
+        self.report(
+            "port-lost",
+            f"the port of the board is gone ({error.strerror or error}): nobody knows where the motor is; put the "
+            "cable back, open the drive again, and home",
+        )
+        drive.feeder.halt()
+        drive.cable.flush()
+        if before == "ok":
+            drive.on_stopped.stopped(self._unknown())
+
+    def _unknown(self) -> BoardEvent:
+        """The event of a board that has lost its count."""
+        return BoardEvent(0, Happening.BOOT, HOST, BoardState.BOOT, 0, signed(self.drive.axis.travel), 0)
 
     def booted(self) -> None:
         """The board was reset, or had no supply: its count is lost."""
@@ -152,16 +172,14 @@ class Troubles:
         before, drive.state = drive.state, "unknown"
         self.report(
             "board-reset",
-            "the board was reset, or lost its supply: its count is lost, and nobody knows where the motor is; clear the "
-            "drive, then home",
+            "the board was reset, or lost its supply: its count is lost, and nobody knows where the motor is; clear "
+            "the drive, then home",
         )
         drive.feeder.halt()
         drive.cable.flush()  # its ticks are those of the board's life before
         drive.link.open(drive.config)  # it does not move, and tells the time again
         if before == "ok":
-            drive.on_stopped.stopped(
-                BoardEvent(0, Happening.BOOT, HOST, BoardState.BOOT, 0, signed(drive.axis.travel), 0)
-            )
+            drive.on_stopped.stopped(self._unknown())
 
     def refused(self, answer: Answer) -> None:
         """The board has not taken a frame."""
