@@ -147,8 +147,9 @@ def test_payloads_of_the_host() -> None:
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("start_stop", 2**31), ("watchdog", -1), ("polarity", 256), ("enable_off", 4), ("phase", 8),
-        ("reflex", (6, 0, 0, 0, 0, 0)), ("reflex", (0,) * 5), ("pattern", (0,) * 7),
+        ("start_stop", 2**31), ("watchdog", -1), ("polarity", 4), ("active", 64), ("enable_off", 4), ("phase", 8),
+        ("reflex", (6, 0, 0, 0, 0, 0)), ("reflex", (0,) * 5), ("reflex", (49, 0, 0, 0, 0, 0)), ("pattern", (0,) * 7),
+        ("reflex", (19, 0, 0, 0, 0, 0)), ("pattern", (16,) * 8),
     ],
 )  # fmt: skip
 def test_a_configuration_that_a_board_would_refuse_is_refused(field: str, value: object) -> None:

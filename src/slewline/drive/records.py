@@ -74,7 +74,9 @@ class Record(NamedTuple):
     def good(self, shortest: int) -> bool:
         """Return whether a board takes it whose steps have at least so many ticks between them."""
         if self.flags & PAUSE:
-            return self.flags < 32 and SHORTEST_PAUSE <= self.interval <= LONGEST
+            masks = self.count >> 8, self.count & 255
+            sets = max(masks) < 32 if self.flags & OUT else self.count == 0
+            return sets and self.flags < 32 and SHORTEST_PAUSE <= self.interval <= LONGEST
         ends = self.first >> 16, self.last >> 16
         return not self.flags & ~(DOWN | HALF) and self.count > 0 and shortest <= min(ends) and max(ends) <= LONGEST
 

@@ -185,6 +185,17 @@ SIZES = {  # of the payloads that have one size
 }
 
 
+MOST = {  # of the numbers of CONFIG
+    "start_stop": 2**31 - 1,
+    "watchdog": 2**32 - 1,
+    "polarity": 3,
+    "active": 63,
+    "report": 63,
+    "enable_off": 3,
+    "phase": 7,
+}
+
+
 @dataclass(frozen=True, slots=True)
 class BoardConfig:
     """How a board is to act; times in its ticks.
@@ -236,21 +247,30 @@ class BoardConfig:
         Raises:
             UsageError: a field is out of its range.
         """
-        for name, most in {**dict.fromkeys(("start_stop", "watchdog"), 2**31 - 1), "enable_off": 3, "phase": 7}.items():
+        for name, most in MOST.items():
             if not 0 <= (value := getattr(self, name)) <= most:
                 raise UsageError(f"CONFIG: {name} {value}; expected 0 to {most}")
-        for name in ("polarity", "active", "report"):
-            if not 0 <= (value := getattr(self, name)) <= 255:
-                raise UsageError(f"CONFIG: {name} {value}; expected 0 to 255")
-        if len(self.reflex) != INPUTS or not all(
-            0 <= each <= 255 and each & 15 <= Reflex.ESTOP for each in self.reflex
-        ):
+        if len(self.reflex) != INPUTS or not all(map(_is_reflex, self.reflex)):
             raise UsageError(
                 f"CONFIG: reflex {self.reflex}; expected {INPUTS} numbers, 0 to {Reflex.ESTOP} "
-                "(+ 16: only upwards, + 32: only downwards)"
+                "(1 and 2 + 16: only upwards, + 32: only downwards)"
             )
-        if len(self.pattern) != PHASES or not all(0 <= each <= 255 for each in self.pattern):
+        if len(self.pattern) != PHASES or not all(0 <= each <= 15 for each in self.pattern):
             raise UsageError(f"CONFIG: pattern {self.pattern}; expected {PHASES} numbers, 0 to 15")
+
+    @property
+    def good(self) -> bool:
+        """Whether a board takes it."""
+        try:
+            self.check()
+        except UsageError:
+            return False
+        return True
+
+
+def _is_reflex(number: int) -> bool:
+    reflex, ways = number & 15, number & ~15
+    return not ways or (reflex in (Reflex.STOP, Reflex.BRAKE) and ways in (16, 32)) if reflex <= Reflex.ESTOP else False
 
 
 # -------------------------------------------------------------------------------------------------------------- frames
