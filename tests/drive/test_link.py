@@ -6,7 +6,7 @@ import pytest
 
 from slewline.drive import wire
 from slewline.drive.records import PAUSE, REST, Record, pack
-from slewline.drive.wire import Answer, BoardConfig, BoardEvent, BoardState, FrameKind, Happening, Outcome
+from slewline.drive.wire import Answer, BoardConfig, BoardEvent, BoardState, FrameKind, FrameResult, Happening
 from slewline.errors import UsageError
 
 from .pipe import MS, Pipe
@@ -98,8 +98,8 @@ def test_what_the_board_refuses_is_told_and_what_comes_behind_it_goes_on() -> No
     pipe.link.outputs(3, 2)
     pipe.run_until(lambda: pipe.link.idle)
     assert [(each.kind, each.result) for each in refused] == [
-        (FrameKind.START, Outcome.WRONG_STATE),
-        (FrameKind.START, Outcome.LATE),
+        (FrameKind.START, FrameResult.WRONG_STATE),
+        (FrameKind.START, FrameResult.LATE),
     ]
     assert [value for _, value in pipe.twin.outputs] == [1, 2]
     assert [*pipe.twin.queue] == train(7)
@@ -271,7 +271,7 @@ def test_content_that_is_bad_each_time_is_refused() -> None:
     pipe.link.push([Record(0, 1, 5)])
     pipe.link.push(train(1))
     pipe.run_until(lambda: pipe.link.idle)
-    assert [each.result for each in refused] == [Outcome.BAD_CONTENT] and pipe.link.resent == 2
+    assert [each.result for each in refused] == [FrameResult.BAD_CONTENT] and pipe.link.resent == 2
 
 
 def test_stop_knows_two_ways() -> None:
