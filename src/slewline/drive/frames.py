@@ -1,8 +1,8 @@
 """Frames: bytes on a line that loses or changes some of them, and what is found damaged.
 
-A frame is `number, kind, payload, CRC-16/MCRF4XX` (little-endian), made free of zeros by COBS, with a zero behind it.
-So a receiver is in step again at the next zero, whatever was damaged.  The CRC of a frame that ends in a zero is also
-right with one zero more, and with one less: whoever reads a payload checks its size.
+A frame is `number, kind, payload, CRC-16/X-25` (little-endian), made free of zeros by COBS, with a zero behind it.  So
+a receiver is in step again at the next zero, whatever was damaged.  That CRC is inverted at its end: otherwise a frame
+that ends in a zero would be right with one zero more, and with one less.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ _TABLE = _crc_table()
 
 
 def crc(data: bytes) -> int:
-    """Return the CRC-16/MCRF4XX of bytes."""
+    """Return the CRC-16/X-25 of bytes."""
     value = 0xFFFF
     for byte in data:
         value = value >> 8 ^ _TABLE[(value ^ byte) & 255]
-    return value
+    return value ^ 0xFFFF
 
 
 def stuff(data: bytes) -> bytes:

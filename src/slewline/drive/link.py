@@ -38,7 +38,6 @@ RESERVE = 11  # bytes of the room that only STOP, ASK and REPEAT may take
 SMALL = 7  # bytes that one of these has
 NOISY = 1000 * MS  # so long after damage each burst has an ASK behind it, whose answer shows what was lost
 ASKS_KEPT = 8
-REFUSALS = 3  # of the same content, which is bad then
 HOST_ROOM = 127
 
 
@@ -325,13 +324,10 @@ class Link(Outbox):
             self._refused(flight.command, answer)
 
     def _refused(self, command: BoardCommand, answer: Answer) -> None:
-        """The board did not take a command.  If it saw bad content, it saw damage that the CRC did not show."""
-        if not self._commands or self._commands[0] is not command:
-            return
-        self._sent = 0
-        command.refusals += 1
-        if answer.result != FrameResult.BAD_CONTENT or command.refusals == REFUSALS:
+        """The board did not take a command: it is dropped, and what is behind it has another number."""
+        if self._commands and self._commands[0] is command:
             self._commands.popleft()
+            self._sent = 0
             self.on_refused(answer)
 
     def _again(self, flight: SentFrame) -> None:

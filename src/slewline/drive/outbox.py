@@ -22,7 +22,6 @@ class BoardCommand:
     payload: bytes = b""
     records: list[Record] = field(default_factory=list)
     copies: int = 0  # sent so far
-    refusals: int = 0
 
 
 class Outbox:
