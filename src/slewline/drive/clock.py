@@ -57,7 +57,7 @@ class BoardClock:
         self._newest = self._first = self._last = 0
 
     def restart(self) -> None:
-        """The board began anew, and its ticks at 0; board time goes on from where it was."""
+        """The board began again, and its ticks at 0; board time goes on from where it was."""
         self._lives = self._told
         self._forget()
 
@@ -94,7 +94,7 @@ class BoardClock:
             last.late, last.below = received, tick
 
     def _drawn(self) -> bool:
-        """Draw the line anew; return whether there is one between all bounds."""
+        """Draw the line; return whether there is one between all bounds."""
         rows = np.array([(each.early, each.above, each.late, each.below) for each in self._bounds], dtype=np.int64)
         early, late = (rows[:, at].astype(np.float64) for at in (0, 2))
         early, late = early - self._origin, late - self._origin
@@ -134,7 +134,7 @@ class BoardClock:
     def nanoseconds(self, now_ns: int) -> int:
         """Return how long the board has run since it was first heard, in ns of its crystal; never less than it was.
 
-        It stands while a board that began anew has not been heard.
+        It does not go on while a board that began again has not answered.
         """
         if self.known:
             self._told = max(self._told, self._lives + (self.ticks(now_ns) - self._first) * 1_000_000_000 // self.hz)

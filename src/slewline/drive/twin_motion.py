@@ -72,7 +72,7 @@ class MovingTwin:
         return None
 
     def set_input(self, number: int, level: int, tick: int) -> None:
-        """See the level of an input at this tick; of several at one look each is told, in ascending order."""
+        """See the level of an input at this tick; of several at one look each is seen, in ascending order."""
         self.run(tick)
         if self.inputs >> number & 1 == bool(level):
             return
