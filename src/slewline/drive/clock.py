@@ -23,7 +23,7 @@ WRAP = 2**32
 
 
 @dataclass(slots=True)
-class Bounds:
+class TickBounds:
     """The tightest ones of a while that begins at `start`: at `early` it was not later than `above`, at `late` ..."""
 
     start: int
@@ -42,7 +42,7 @@ class BoardClock:
     def __init__(self, hz: int = 16_000_000) -> None:
         self.hz = hz
         self._nominal = self._rate = hz / 1e9  # ticks a nanosecond
-        self._bounds: deque[Bounds] = deque(maxlen=KEPT)
+        self._bounds: deque[TickBounds] = deque(maxlen=KEPT)
         self._trips: deque[int] = deque(maxlen=ROUND_TRIPS)
         self.worst_round_trip_ns = 0
         self._lives = 0  # ns of board time before this power-up
@@ -79,14 +79,14 @@ class BoardClock:
             for _ in range((len(self._bounds) + 1) // 2):
                 self._bounds.popleft()
         if self._doubt < 0:
-            self._bounds[0] = Bounds(received_ns, sent_ns, tick, received_ns, tick)
+            self._bounds[0] = TickBounds(received_ns, sent_ns, tick, received_ns, tick)
             self._drawn()
 
     def _keep(self, sent: int, received: int, tick: int) -> None:
         last = self._bounds[-1] if self._bounds else None
         each = EACH_AT_FIRST if last and last.start - self._bounds[0].start < SOON else EACH
         if last is None or received - last.start >= each:
-            self._bounds.append(Bounds(received, sent, tick, received, tick))
+            self._bounds.append(TickBounds(received, sent, tick, received, tick))
             return
         if tick - last.above < (sent - last.early) * self._rate:
             last.early, last.above = sent, tick
