@@ -145,41 +145,71 @@ def _length_at(path: str | PathLike[str], begin: int, stop: int) -> int:
         return file.tell()
 
 
-def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Callable[[Bench], object] | None) -> Bench:
-    """Let a bench repeat a journal, up to an instant."""
-    early: dict[int, list[tuple[int, dict[str, Any]]]] = {}  # what is done in the first round of an instant, in order
+class Player:
+    """Does the entries of a journal on a bench, each at its instant; what is to be done early waits in the kernel.
 
-    def do(number: int, entry: dict[str, Any]) -> None:
-        with _located(found, number, entry["do"]):
-            apply(bench, entry, known)
+    Args:
+        prepare: called with the bench, before time passes.
+        kept: makes a memory of a chip or part of what it is called and what it holds.
+    """
 
-    def begin(instant: int) -> None:
-        for number, entry in early.pop(instant):
-            do(number, entry)
+    def __init__(
+        self,
+        bench: Bench,
+        prepare: Callable[[Bench], object] | None = None,
+        kept: Callable[[str, ReplayedStore], Any] = lambda _name, memory: memory,
+    ) -> None:
+        self.bench, self.prepare, self.kept = bench, prepare, kept
+        self.early: dict[
+            int, list[tuple[Entries, Survey, int, dict[str, Any]]]
+        ] = {}  # in the first round of an instant
 
-    number = 0
-    for number, entry in found:
-        at = entry["t"]
-        if at > stop:
-            break
-        if prepare is not None and (entry["do"] == "run" or at > 0):
-            prepare(bench)
-            prepare = None
+    def take(self, found: Entries, known: Survey, number: int, entry: dict[str, Any]) -> None:
+        """Do the next entry; time passes up to it."""
+        bench, at = self.bench, entry["t"]
+        if self.prepare is not None and (entry["do"] == "run" or at > 0):
+            self.begin()
         if entry.get("round") == 1 and entry["do"] != "store":
-            if at not in early:
-                early[at] = []
-                bench.at(f"{at} ps", partial(begin, at))
-            early[at].append((number, entry))
+            if at not in self.early:
+                self.early[at] = []
+                bench.at(f"{at} ps", partial(self._early, at))
+            self.early[at].append((found, known, number, entry))
         else:
             if at > bench.now_ps:
                 with _located(found, number, "the run before it"):
                     bench.run_to(f"{at} ps")
-            do(number, entry)
-    if prepare is not None:
-        prepare(bench)
-    with _located(found, number, "the run after it"):
-        bench.run_to(f"{stop} ps")  # the last input takes effect
-        bench.catch_up()
+            self._do(found, known, number, entry)
+
+    def begin(self) -> None:
+        """Let what prepares the bench do so."""
+        if self.prepare is not None:
+            self.prepare(self.bench)
+            self.prepare = None
+
+    def end(self, found: Entries, number: int, stop: int) -> None:
+        """Let time pass up to an instant (ps): the last input takes effect."""
+        with _located(found, number, "the run after it"):
+            self.bench.run_to(f"{stop} ps")
+
+    def _early(self, instant: int) -> None:
+        for each in self.early.pop(instant):
+            self._do(*each)
+
+    def _do(self, found: Entries, known: Survey, number: int, entry: dict[str, Any]) -> None:
+        with _located(found, number, entry["do"]):
+            apply(self.bench, entry, known, self.kept)
+
+
+def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Callable[[Bench], object] | None) -> Bench:
+    """Let a bench repeat a journal, up to an instant."""
+    player, number = Player(bench, prepare), 0
+    for number, entry in found:
+        if entry["t"] > stop:
+            break
+        player.take(found, known, number, entry)
+    player.begin()
+    player.end(found, number, stop)
+    bench.catch_up()
     return bench
 
 
@@ -208,15 +238,20 @@ def _check_laws(path: str | PathLike[str], known: Survey, allowed: bool) -> None
     warnings.warn(f"{made}; the run may differ", OtherLaws, stacklevel=3)
 
 
-def apply(bench: Bench, entry: dict[str, Any], known: Survey) -> None:
-    """Repeat an entry."""
+def apply(
+    bench: Bench,
+    entry: dict[str, Any],
+    known: Survey,
+    kept: Callable[[str, ReplayedStore], Any] = lambda _name, memory: memory,
+) -> None:
+    """Repeat an entry; `kept` makes a memory of a chip or part of what it is called and what it holds."""
     do = entry["do"]
     named: Callable[[str], Any] = bench.__getitem__
     if do in ("add", "part"):
         name, options = entry["name"], dict(entry["options"])
         memory = options.get("store")
         if memory is not None:
-            options["store"] = memory = ReplayedStore(bytes(memory), known.faults.get(name, {}))
+            options["store"] = memory = kept(name, ReplayedStore(bytes(memory), known.faults.get(name, {})))
         if do == "add":
             cls = known.chips[entry["part"]]
             bench.add(cls, name, entry["crystal_hz"], entry["straps"], entry["bare"], **options)

@@ -117,6 +117,16 @@ class JournaledStore:
         """Keep the content in the model from now on, with the faults of a replay (see `ReplayedStore`)."""
         self.store = ReplayedStore(self._known.data, faults, self._calls)
 
+    def attach(self, store: Store) -> None:
+        """Keep the content in another store from now on; one that holds something else gets it, others are not written.
+
+        Raises:
+            OSError: it has refused; the content stays where it is.
+        """
+        if store.read() != self._known.data:
+            store.write(self._known.data)
+        self.store = store
+
     def _told(self, call: Callable[[], T]) -> T:
         if self._calls is not None:
             self._calls += 1
