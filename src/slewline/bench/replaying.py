@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from functools import partial
 from os import PathLike
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from ..chips import chip_class
 from ..core.component import input_of
@@ -145,11 +145,22 @@ def _length_at(path: str | PathLike[str], begin: int, stop: int) -> int:
         return file.tell()
 
 
+@runtime_checkable
+class Companion(Protocol):
+    """What follows a bench that plays a journal, and does there what no entry says."""
+
+    def done(self, entry: Mapping[str, Any], result: Any) -> None:
+        """Take notice of an entry that has been done, and of what an input has returned."""
+
+    def due(self, to_ps: int) -> tuple[int, Callable[[], object]] | None:
+        """Return what is to be done next, and when, if that is before the next entry and up to an instant (ps)."""
+
+
 class Player:
     """Does the entries of a journal on a bench, each at its instant; what is to be done early waits in the kernel.
 
     Args:
-        prepare: called with the bench, before time passes.
+        prepare: called with the bench, before time passes; what it returns accompanies what is done (`Companion`).
         kept: makes a memory of a chip or part of what it is called and what it holds.
     """
 
@@ -160,6 +171,7 @@ class Player:
         kept: Callable[[str, ReplayedStore], Any] = lambda _name, memory: memory,
     ) -> None:
         self.bench, self.prepare, self.kept = bench, prepare, kept
+        self.companion: Companion | None = None
         self.early: dict[
             int, list[tuple[Entries, Survey, int, dict[str, Any]]]
         ] = {}  # in the first round of an instant
@@ -175,21 +187,34 @@ class Player:
                 bench.at(f"{at} ps", partial(self._early, at))
             self.early[at].append((found, known, number, entry))
         else:
-            if at > bench.now_ps:
+            if at > bench.now_ps or self.companion is not None:
                 with _located(found, number, "the run before it"):
-                    bench.run_to(f"{at} ps")
+                    self._pass(at)
             self._do(found, known, number, entry)
 
     def begin(self) -> None:
         """Let what prepares the bench do so."""
         if self.prepare is not None:
-            self.prepare(self.bench)
+            found = self.prepare(self.bench)
             self.prepare = None
+            if isinstance(found, Companion):
+                self.companion = found
 
     def end(self, found: Entries, number: int, stop: int) -> None:
         """Let time pass up to an instant (ps): the last input takes effect."""
         with _located(found, number, "the run after it"):
+            self._pass(stop)
             self.bench.run_to(f"{stop} ps")
+
+    def _pass(self, to_ps: int) -> None:
+        """Let time pass, with what is done on the way besides entries."""
+        while self.companion is not None and (due := self.companion.due(to_ps)) is not None:
+            at, act = due
+            if at > self.bench.now_ps:
+                self.bench.run_to(f"{at} ps")
+            act()
+        if to_ps > self.bench.now_ps:
+            self.bench.run_to(f"{to_ps} ps")
 
     def _early(self, instant: int) -> None:
         for each in self.early.pop(instant):
@@ -197,7 +222,9 @@ class Player:
 
     def _do(self, found: Entries, known: Survey, number: int, entry: dict[str, Any]) -> None:
         with _located(found, number, entry["do"]):
-            apply(self.bench, entry, known, self.kept)
+            result = apply(self.bench, entry, known, self.kept)
+            if self.companion is not None:
+                self.companion.done(entry, result)
 
 
 def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Callable[[Bench], object] | None) -> Bench:
@@ -243,8 +270,11 @@ def apply(
     entry: dict[str, Any],
     known: Survey,
     kept: Callable[[str, ReplayedStore], Any] = lambda _name, memory: memory,
-) -> None:
-    """Repeat an entry; `kept` makes a memory of a chip or part of what it is called and what it holds."""
+) -> Any:
+    """Repeat an entry, and return what an input returns.
+
+    `kept` makes a memory of a chip or part of what it is called and what it holds.
+    """
     do = entry["do"]
     named: Callable[[str], Any] = bench.__getitem__
     if do in ("add", "part"):
@@ -271,7 +301,7 @@ def apply(
     elif do == "connect":
         bench.connect(named(entry["part"]), [*map(named, entry["chips"])])
     elif do == "input":
-        input_of(named(entry["part"]), entry["verb"])(*entry["args"])
+        return input_of(named(entry["part"]), entry["verb"])(*entry["args"])
     elif do == "wire":
         bench.wire(entry["a"], entry["b"], entry["invert"])
     elif do == "drive":
@@ -286,6 +316,7 @@ def apply(
         bench.conclude()
     elif "host" in entry:
         tell(bench, entry["host"], do, entry["args"])
+    return None
 
 
 def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
