@@ -279,6 +279,6 @@ def test_a_bench_that_does_not_fit_is_refused_and_nothing_changes(tmp_path: Path
     with pytest.raises(UsageError, match="lacks x, x_line"):
         rig.server.exchange(other)
     assert rig.server.bench is bench
-    rig.run(GSC[6:], 900)
+    rig.run(GSC[6:], 1100)
     assert rig.heard.count(b"\r") == 26
     rig.close()
