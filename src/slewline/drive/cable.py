@@ -57,6 +57,11 @@ class Cable:
         while self._calls and self._calls[0][0] <= tick:
             self._calls.popleft()[1]()
 
+    def flush(self) -> None:
+        """Make all calls now."""
+        while self._calls:
+            self._calls.popleft()[1]()
+
     def due(self) -> int | None:
         """Return the tick at which the next call is due; None: there is none."""
         return self._calls[0][0] if self._calls else None

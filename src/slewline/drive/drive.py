@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from os import PathLike
+from select import select
 from time import perf_counter_ns, sleep
 from typing import TYPE_CHECKING, Literal, Protocol, Self
 
@@ -19,7 +21,8 @@ from ..bench.runner import FunctionCondition, Wait
 from ..core.time.hook import Hook
 from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
 from ..core.wires.pin import Condition
-from ..errors import SlewlineError, Timeout, UsageError
+from ..errors import Timeout, UsageError
+from .blackbox import BlackBox, new_folder
 from .boards import UNO, BoardModel
 from .cable import Cable
 from .clock import BoardClock
@@ -37,8 +40,9 @@ if TYPE_CHECKING:
     from ..core.motion.axis import Axis
     from ..core.wires.net import Net
 
-TURN_S = 0.005
+TURN_S, POLL_S = 0.005, 0.001
 SET_UP_S, SETTLE_S = 3.0, 1.0
+STEADY_TURNS = 20
 SAMPLES = 8  # round trips before the clock of the board is believed
 SILENT_NS = 500_000_000
 WATCHDOG_PS = 50 * 10**9  # beyond the horizon, without a word from the host
@@ -46,6 +50,7 @@ START_STOP = 500  # steps/s, of the way down of a board that has no table
 LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
 ENABLE = 16  # its bit among the outputs
 VERSION = 1
+MOVING = (BoardState.RUN, BoardState.BRAKE, BoardState.HOLD)
 
 DriveState = Literal["closed", "ok", "halted", "unknown"]
 
@@ -95,7 +100,8 @@ class Drive:
         config: polarities, reflexes and phases of the board.
         outputs: pins of the chip by the number of the board's output, 0 to 3; by default those that programs set.
         board: which one.
-        clock, wait: nanoseconds of the wall clock, and what waits for seconds.
+        black_box: the folder for its sessions; True: where this system keeps what programs remember; False: none.
+        clock, wait: nanoseconds of the wall clock; what waits for seconds, or until bytes have come.
 
     Raises:
         UsageError: an argument that makes no sense; the port is not there, is busy, or has no board.
@@ -117,8 +123,9 @@ class Drive:
         config: BoardConfig | None = None,
         outputs: Mapping[int, str] | None = None,
         board: BoardModel = UNO,
+        black_box: str | PathLike[str] | bool = True,
         clock: Callable[[], int] = perf_counter_ns,
-        wait: Callable[[float], object] = sleep,
+        wait: Callable[[float], object] | None = None,
     ) -> None:
         self.bench, self.axis_number, self.board = bench, axis, board
         self.chip: Chip = bench[chip] if isinstance(chip, str) else chip  # type: ignore[assignment]
@@ -138,7 +145,7 @@ class Drive:
         self.outputs = self._pins_of_outputs() if outputs is None else dict(outputs)
         self.state: DriveState = "closed"
         self.on_event: Hook[[BoardEvent]] = Hook()  # everything that the board tells
-        self._wall, self._sleep = clock, wait
+        self._wall, self._sleep = clock, wait or self._idle
         self._heard_ns = 0
         self._silent = False
 
@@ -155,7 +162,11 @@ class Drive:
             from .port import SerialPort
 
             port = SerialPort(port, board.baud)
-        self.port = port
+        self.port: BoardPort = port
+        self.box: BlackBox | None = None
+        if black_box is not False and black_box is not None:
+            folder = new_folder(None if black_box is True else black_box)
+            self.port = self.box = BlackBox(port, folder, clock, self.clock.ticks)
 
     def _pins_of_outputs(self) -> dict[int, str]:
         """The pins of the chip that programs set, by the number of an output of the board."""
@@ -195,22 +206,33 @@ class Drive:
     def _set_up(self) -> None:
         """Configure the board; the count is the travel of the model."""
         self.link.open(self.config)
-        self._await(lambda: self.link.ident is not None, SET_UP_S, "no board answers")
-        ident = self.link.ident
-        assert ident is not None  # noqa: S101
+        self._await(lambda: self.link.is_open, SET_UP_S, "no board answers")
+        answer, ident = self.link.answer, self.link.ident
+        assert answer is not None and ident is not None  # noqa: S101
         self._check(ident)
+        if answer.state in MOVING:  # for a host that is gone
+            self.link.stop(1)
+            self._await(lambda: self._state() not in MOVING, SETTLE_S, "the board does not stop")
+            self.link.open(self.config)
         self.link.reset(signed(self.axis.travel))
         value = sum((net.level or 0) << number for net, number in self._nets())
         mask = sum(1 << number for _, number in self._nets())
         self.link.outputs(mask | ENABLE, value | (ENABLE if self.enable else 0))
-        self._await(self._ready, SETTLE_S, "the board does not take its configuration")
+        self._await(lambda: self.link.idle, SETTLE_S, "the board does not take its configuration")
+        if self._state() != BoardState.IDLE:
+            raise UsageError(
+                "the board does not leave its halt: the input of an emergency stop is active; close its contact, then clear"
+            )
         for _ in range(SAMPLES):
             self.link.ask()
             self._await(self._ready, SETTLE_S, "the board does not answer")
 
+    def _state(self) -> int:
+        """The state of the board in its last answer."""
+        return BoardState.BOOT if self.link.answer is None else self.link.answer.state
+
     def _ready(self) -> bool:
-        answer = self.link.answer
-        return answer is not None and answer.state == BoardState.IDLE and self.link.idle
+        return self.link.is_open and self.link.idle and self._state() == BoardState.IDLE
 
     def _check(self, ident: Ident) -> None:
         """Check that the board is one that this version knows."""
@@ -219,7 +241,10 @@ class Drive:
                 f"the board has version {ident.version} of the firmware; this slewline needs {VERSION}: write its own to it"
             )
         if ident.hz != self.board.hz:
-            raise UsageError(f"the board has {ident.hz} ticks a second; expected {self.board.hz}, of a {self.board.name}")
+            raise UsageError(
+                f"the board has {ident.hz} ticks a second; expected {self.board.hz}, of a {self.board.name}"
+            )
+        self.feeder.shortest = ident.shortest
 
     def _begin(self) -> None:
         """The model is at the present of the board from now on."""
@@ -276,6 +301,7 @@ class Drive:
     def _align(self) -> None:
         """Let the present of the model be that of the board."""
         self.ticks.align(self.kernel.now, self.clock.ticks(self._wall()))
+        self._drift = self._adrift = 0  # how far off the model was at the last turn; since how many turns it is so
 
     def turn(self) -> None:
         """Hear the board, lay what the model has done, let what is due leave, and speak.
@@ -286,8 +312,7 @@ class Drive:
         self._hear(now)
         if self.state == "ok":
             tick = self.clock.ticks(now)
-            if not self.cable.under_way and abs((self.ticks.at(self.kernel.now) >> 16) - tick) > self.horizon // 4:
-                self._align()
+            self._look_for_drift(tick)
             try:
                 self.feeder.turn(tick)
             except UsageError as error:  # faster than the board can
@@ -298,10 +323,26 @@ class Drive:
         self.cable.turn(self.clock.ticks(now))
         self._say(now)
 
+    def _look_for_drift(self, tick: int) -> None:
+        """Align the model if, at rest, it is steadily elsewhere: a server that was paused, a lag that was given up."""
+        drift = (self.ticks.at(self.kernel.now) >> 16) - tick
+        steady = abs(drift) > self.horizon // 4 and abs(drift - self._drift) < self.horizon // 50
+        self._drift, self._adrift = drift, self._adrift + 1 if steady and not self.cable.under_way else 0
+        if self._adrift >= STEADY_TURNS:
+            self._align()
+
     def due(self) -> float:
         """Return in how many seconds the next turn is due at the latest."""
         due = self.link.due_ns()
         return TURN_S if due is None else min(max(due - self._wall(), 0) / 10**9, TURN_S)
+
+    def _idle(self, seconds: float) -> None:
+        """Wait until bytes have come, for so long at most."""
+        number = self.port.fileno()
+        if number is None:
+            sleep(min(seconds, POLL_S))
+        else:
+            select([number], [], [], seconds)
 
     def _exchange(self, now: int) -> None:
         self._hear(now)
@@ -373,10 +414,16 @@ class Drive:
 
     def _check_open(self) -> None:
         if self.state == "closed":
-            raise UsageError("the drive is closed; write: with slewline.Drive(bench, x, port) as drive: drive.run('2 s')")
+            raise UsageError(
+                "the drive is closed; write: with slewline.Drive(bench, x, port) as drive: drive.run('2 s')"
+            )
 
     def _live(self, until: int, wait: Wait | None) -> bool:
         """Let the model keep up with the board up to an instant (ps); return whether a wait was met before."""
+        if self.state == "ok" and not self.cable.under_way:
+            drift = (self.ticks.at(self.kernel.now) >> 16) - self.clock.ticks(self._wall())
+            if abs(drift) > self.horizon // 4:
+                self._align()  # the program has done something else meanwhile
         self.turn()
         while True:
             goal = min(max(self.ticks.ps(self.clock.ticks(self._wall())), self.kernel.now), until)
@@ -430,7 +477,7 @@ class Drive:
         if self.axis.moving:
             raise UsageError(f"{self.chip.name} is in motion; wait until it is at rest, then clear the drive")
         self.on_stopped.turn()
-        if self.feeder.lost:
+        if self.feeder.lost and self.state == "halted":
             self.take_over(signed(self.axis.travel - self.feeder.lost))
         self._set_up()
         self._begin()

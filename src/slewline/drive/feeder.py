@@ -123,8 +123,7 @@ class Feeder:
 
         self.axis, self.kernel, self.link, self.ticks, self.horizon = axis, kernel, link, ticks, horizon
         self._put, self._half = put, half
-        self._shortest16 = shortest << 16
-        self._margin16 = max((shortest + SLACK_TICKS) << 16, LEAST_PAUSE)
+        self.shortest = shortest
         self._none: NDArray[np.int64] = np.empty(0, np.int64)
         self.taken_ps = kernel.now  # the steps before this instant are taken
         self.running = False  # something is laid that the board has not come to rest behind
@@ -156,6 +155,16 @@ class Feeder:
             return False
         now = self.kernel.now
         return self.running or bool(self._items) or (now >= self.taken_ps and self.axis.count(self.taken_ps, now) > 0)
+
+    @property
+    def shortest(self) -> int:
+        """The least interval between two steps, in ticks."""
+        return self._shortest16 >> 16
+
+    @shortest.setter
+    def shortest(self, ticks: int) -> None:
+        self._shortest16 = ticks << 16
+        self._margin16 = max((ticks + SLACK_TICKS) << 16, LEAST_PAUSE)
 
     def change(self, mask: int, value: int) -> None:
         """Outputs of the board change at this instant of the model; those of `mask`, to the bits of `value`."""
@@ -254,13 +263,11 @@ class Feeder:
     def _lay(self) -> None:
         items = self._items
         while items:
-            item = items[0]
+            item = items.popleft()
             if isinstance(item, LaidSteps):
-                items.popleft()
                 self._lay_steps(*item)
-            elif self._lay_output(item):
-                items.popleft()
-            else:
+            elif not self._lay_output(item):
+                items.appendleft(item)
                 break
 
     def _lay_steps(self, flags: int, ticks16: NDArray[np.int64]) -> None:
@@ -271,11 +278,10 @@ class Feeder:
         if self._rested or not self.running:
             self._begin(ticks16)
         self.steps += len(ticks16)
-        while len(ticks16):
-            ticks16 = ticks16[self._joined(ticks16) :]
-            if len(ticks16):
-                self._fit(ticks16[:MOST_STEPS])
-                ticks16 = ticks16[MOST_STEPS:]
+        for at in range(0, len(ticks16), MOST_STEPS):
+            part = ticks16[at : at + MOST_STEPS]
+            if not self._join(part):
+                self._fit(part)
 
     def _begin(self, ticks16: NDArray[np.int64]) -> None:
         """Start the board, or go on behind a rest, with an interval before the first step as after it."""
@@ -290,8 +296,11 @@ class Feeder:
             self._pause(begin)
         self._rested, self._interval16 = False, 0
 
-    def _joined(self, ticks16: NDArray[np.int64]) -> int:
-        """Let steps join the open record, or go on as the last one did; return how many do."""
+    def _join(self, ticks16: NDArray[np.int64]) -> bool:
+        """Let steps join the open record, or go on as the last one did, if all of them do; else return false.
+
+        So a long slew costs a few operations on arrays.  In a ramp a new fit makes longer records.
+        """
         import numpy as np
 
         interval, add, made = self._interval16, self._add, 0
@@ -299,22 +308,19 @@ class Feeder:
             record = self._record
             interval, add, made = record.first, record.add, record.count
         if not interval:
-            return 0
-        room = min(MOST_STEPS, LONGEST_PRODUCT // interval) - made
-        k = np.arange(made + 1, made + 1 + min(len(ticks16), max(room, 0)))
+            return False
+        count = made + len(ticks16)
+        if count > min(MOST_STEPS, LONGEST_PRODUCT // interval):
+            return False
+        if not self._shortest16 <= interval + (count - 1) * add < 1 << 47:
+            return False
+        k = np.arange(made + 1, count + 1)
         ends = self.base16 + k * interval + k * (k - 1) // 2 * add
-        good = np.abs(ends - ticks16[: len(k)]) <= TOLERANCE_TICKS << 16
-        if add:
-            good &= (interval + (k - 1) * add >= self._shortest16) & (interval + (k - 1) * add < 1 << 47)
-        count = len(k) if good.all() else int(good.argmin())
-        if count and (count == len(ticks16) or made + count > 15):  # a fit to all of them may find a better one
-            self._record = Record(self._flags, made + count, interval >> 16, interval & 0xFFFF, add)
-            self._open = np.concatenate((self._open, ticks16[:count]))
-            if count < len(ticks16):
-                self._close()
-                self._interval16 = 0
-            return count
-        return 0
+        if (np.abs(ends - ticks16) > TOLERANCE_TICKS << 16).any():
+            return False
+        self._record = Record(self._flags, count, interval >> 16, interval & 0xFFFF, add)
+        self._open = np.concatenate((self._open, ticks16))
+        return True
 
     def _fit(self, ticks16: NDArray[np.int64]) -> None:
         """Fit records to the open steps and these; the last one remains open."""
@@ -322,7 +328,7 @@ class Feeder:
 
         steps = np.concatenate((self._open, ticks16))
         *whole, self._record = fit(
-            steps, self.base16, tolerance=TOLERANCE_TICKS << 16, flags=self._flags, shortest=self._shortest16 >> 16
+            steps, self.base16, tolerance=TOLERANCE_TICKS << 16, flags=self._flags, shortest=self.shortest
         )
         for record in whole:
             self._push(record)

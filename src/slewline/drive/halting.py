@@ -58,11 +58,15 @@ class StopChip:
             raise UsageError(f"{drive.chip.name}: stop={how!r}; allowed {', '.join(map(repr, allowed))}")
         self.drive, self.how = drive, how or allowed[0]
         self._position: int | None = None  # that is to be taken over
-        self._acting = False
+        self._acting = self._stands = False  # the chip is stopped by us; it has come to rest since
 
     def stopped(self, event: BoardEvent) -> None:
         """Stop the chip now."""
-        chip, self._acting = self.drive.chip, True
+        self._acting, self._stands = True, False
+        self._act()
+
+    def _act(self) -> None:
+        chip = self.drive.chip
         if self.how == "abort":
             for pin in self._pins():
                 chip.pin(pin).drive(self._active(pin))
@@ -84,18 +88,33 @@ class StopChip:
         self._position = event.position
 
     def turn(self) -> None:
-        """Take the count over if the chip is at rest by now."""
+        """Take the count over if the chip is at rest by now; a motion that its host begins then is stopped as well.
+
+        An input that stops it is let go of at rest: some chips do not heed one that is active as a motion begins.
+        """
         drive = self.drive
-        if self._position is None or drive.axis.moving:
+        if drive.axis.moving or drive.axis.log.under_way:
+            if self._stands:
+                self._stands = False
+                self._act()
             return
-        position, self._position = self._position, None
-        drive.take_over(position, self.how == "abort")
+        if self._acting and not self._stands:
+            self._stands = True
+            if self.how == "abort":
+                self._let_go()
+        if self._position is not None:
+            position, self._position = self._position, None
+            drive.take_over(position, self.how == "abort")
 
     def clear(self) -> None:
         """Let go of the input, or switch the supply on."""
-        chip, acting, self._acting = self.drive.chip, self._acting, False
-        if not acting:
-            return
+        if self._acting:
+            self._acting = False
+            if not (self._stands and self.how == "abort"):
+                self._let_go()
+
+    def _let_go(self) -> None:
+        chip = self.drive.chip
         if self.how == "abort":
             for pin in self._pins():
                 chip.pin(pin).release()

@@ -156,6 +156,8 @@ class Troubles:
             "drive, then home",
         )
         drive.feeder.halt()
+        drive.cable.flush()  # its ticks are those of the board's life before
+        drive.link.open(drive.config)  # it does not move, and tells the time again
         if before == "ok":
             drive.on_stopped.stopped(
                 BoardEvent(0, Happening.BOOT, HOST, BoardState.BOOT, 0, signed(drive.axis.travel), 0)
