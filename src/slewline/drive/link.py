@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from ..core.time.hook import Hook
+from ..errors import UsageError
 from . import wire
 from .clock import BoardClock
 from .records import Record, pack
@@ -41,6 +42,7 @@ SMALL = 7  # bytes that one of these has
 NOISY = 1000 * MS  # so long after damage each burst has an ASK behind it, whose answer shows what was lost
 KEPT_EVENTS = 8  # that a board can tell again
 ASKS_KEPT = 8
+REFUSALS = 3  # of the same content, which is bad then
 HOST_ROOM = 127
 
 
@@ -52,6 +54,7 @@ class Command:
     payload: bytes = b""
     records: list[Record] = field(default_factory=list)
     copies: int = 0  # sent so far
+    refusals: int = 0
 
 
 @dataclass(slots=True)
@@ -148,7 +151,13 @@ class Link:
         self._put(FrameKind.START, wire.start_payload(tick))
 
     def stop(self, how: int) -> None:
-        """Stop: 0, at once; 1, by the tail.  It goes first; nothing numbered goes out until it is answered."""
+        """Stop: 0, at once; 1, by the tail.  It goes first; nothing numbered goes out until it is answered.
+
+        Raises:
+            UsageError: `how` is neither.
+        """
+        if how not in (0, 1):
+            raise UsageError(f"stop({how!r}); expected 0, at once, or 1, by the tail")
         if self._opening or self.is_open:
             self._stops.append(how)
 
@@ -196,7 +205,7 @@ class Link:
     @property
     def _patience(self) -> int:
         usual = self.clock.round_trip_ns[2] or UNKNOWN
-        least = max(PATIENCE, 3 * usual) << min(self._silences, 5)
+        least = max(PATIENCE, 3 * usual) << min(self._silences, 2)
         return min(least, LONGEST_PATIENCE)
 
     @property
@@ -393,16 +402,23 @@ class Link:
             self._again(each)
         if flight.kind == FrameKind.ASK and not any(each.kind == FrameKind.ASK for each in self._flight):
             self._doubtful = self._ask
-        if flight.kind == FrameKind.STOP and self._stops:
+        if flight.kind == FrameKind.STOP and self._stops and answer.result == Outcome.TAKEN:
             self._stops.popleft()
         if flight.event is not None:
             self._repeat_at[flight.event] = self._now + BEHIND
         if answer.result in (Outcome.WRONG_NUMBER, Outcome.NO_ROOM):
             self._again(flight)
-        elif answer.result != Outcome.TAKEN:
-            if flight.command and self._commands and self._commands[0] is flight.command:
-                self._commands.popleft()
-                self._sent = 0
+        elif answer.result != Outcome.TAKEN and flight.command:
+            self._refused(flight.command, answer)
+
+    def _refused(self, command: Command, answer: Answer) -> None:
+        """The board did not take a command.  If it saw bad content, it saw damage that the CRC did not show."""
+        if not self._commands or self._commands[0] is not command:
+            return
+        self._sent = 0
+        command.refusals += 1
+        if answer.result != Outcome.BAD_CONTENT or command.refusals == REFUSALS:
+            self._commands.popleft()
             self.on_refused(answer)
 
     def _again(self, flight: Flight) -> None:
