@@ -203,8 +203,8 @@ class Drive:
     def _nets(self) -> list[tuple[Net, int]]:
         return [(self.chip.pin(name).net, number) for number, name in self.outputs.items()]
 
-    def _set_up(self) -> None:
-        """Configure the board; the count is the travel of the model."""
+    def _set_up(self, position: int | None = None) -> None:
+        """Configure the board; the count is the travel of the model, or a position that is given."""
         self.link.open(self.config)
         self._await(lambda: self.link.is_open, SET_UP_S, "no board answers")
         answer, ident = self.link.answer, self.link.ident
@@ -214,7 +214,7 @@ class Drive:
             self.link.stop(1)
             self._await(lambda: self._state() not in MOVING, SETTLE_S, "the board does not stop")
             self.link.open(self.config)
-        self.link.reset(signed(self.axis.travel))
+        self.link.reset(signed(self.axis.travel) if position is None else position)
         value = sum((net.level or 0) << number for net, number in self._nets())
         mask = sum(1 << number for _, number in self._nets())
         self.link.outputs(mask | ENABLE, value | (ENABLE if self.enable else 0))

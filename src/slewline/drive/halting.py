@@ -21,6 +21,9 @@ class Stopping(Protocol):
     `clear` when the user goes on.
     """
 
+    def expects(self, event: BoardEvent) -> bool:
+        """Return whether the chip has stopped the motor, by its own law: that is no trouble."""
+
     def stopped(self, event: BoardEvent) -> None:
         """Take note that the board makes no more steps of the model; a way down may follow."""
 
@@ -59,6 +62,10 @@ class StopChip:
         self.drive, self.how = drive, how or allowed[0]
         self._position: int | None = None  # that is to be taken over
         self._acting = self._stands = False  # the chip is stopped by us; it has come to rest since
+
+    def expects(self, event: BoardEvent) -> bool:
+        """Return False: the chip knows nothing of it."""
+        return False
 
     def stopped(self, event: BoardEvent) -> None:
         """Stop the chip now."""

@@ -95,7 +95,9 @@ class Troubles:
         }
         rate = self._rate(tick)
         drive.state, self._final = "halted", False
-        self.report(code, f"{text.format_map(words)} (at {self._position(event.position)})")
+        expected = drive.on_stopped.expects(event)
+        if not expected:
+            self.report(code, f"{text.format_map(words)} (at {self._position(event.position)})")
         if event.kind in AT_ONCE and rate > (allowed := self._start_stop()):
             self.report(
                 "position-uncertain",
