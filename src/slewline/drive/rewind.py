@@ -6,9 +6,10 @@
 
 The motor stands meanwhile.  What the first run has said after m has not left the cable.  *The count wins over the
 stamp*: where the law of the chip looks at the pin between stamp and step, the model would make a step more or less than
-the board has; then the input is moved past the next look, until the counts agree.  If they cannot, or going back would
-cost more time than is allowed, or the stamp is older than the last rest, the chip is stopped at the present, and takes
-the count of the board over: the finding is `late-input`.
+the board has; then the input is moved past the next look, until the counts agree.  Where no instant gives that count,
+the nearest run is taken, and the position register is set to where the motor is.  If the chip does not stop, or going back
+would cost more time than is allowed, or the stamp is older than the last rest, the chip is stopped at the present, and
+takes the count of the board over: the finding is `late-input`.
 
 A command of the host that acts at once (`at_once` of its row) goes to the board past the horizon, and is moved likewise.
 An input that holds the motor makes all that is to come later, on the board and in the cable; the chip need not know.
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from .halting import Stopping
 
 STOPS = (Happening.STOPPED, Happening.BRAKED)
-TRIES = 4
+TRIES = 5
 REST_PS = 5 * 10**12  # in which a chip comes to rest that was told to
 SLICE_PS = 10**10
 LOOK_BACK_PS = 10**12  # in which the step is found at which the board has stopped
@@ -65,8 +66,11 @@ class Rewound(NamedTuple):
     """Another run, and what it has come to."""
 
     bench: Bench
+    instant: int  # at which the chip was told (ps)
+    since_ps: int  # when the first input came
     missing: int  # how many steps it has made too few, in the direction of the motion; below 0: too many
     rest_ps: int  # when the last one was
+    stands: bool  # the motion has come to its end
 
 
 class Serving(Protocol):
@@ -139,10 +143,10 @@ class Rewind:
     def _send_way_down(self) -> None:
         """Let the board have the way down of the motion that the chip makes, if that is another one."""
         drive = self.drive
-        now = drive.axis.past[-1]
-        if now.plan is None or now.plan is self.plan or drive.link.ident is None:
+        plan = drive.axis.past[-1].plan
+        if plan is None or plan is self.plan or not drive.axis.moving or drive.link.ident is None:
             return
-        self.plan = now.plan
+        self.plan = plan
         entries = way_down(drive.axis, drive.board.hz, drive.link.ident.tail)
         if entries and entries != self.tail:
             self.tail = entries
@@ -278,22 +282,21 @@ class Rewind:
         wanted = [at for at, there in zip(times, travel, strict=True) if there == stop.position]
         if wanted:  # the step behind which the board was told to stop
             at = min(wanted, key=lambda step: abs(step - instant))
-            following = times[times.index(at) + 1] if at != times[-1] else now
-            instant = min(max(instant, at), following - 1)
-        tried: set[int] = set()
-        for _ in range(TRIES):
-            if instant - cause.lead_ps <= self.past.since_ps:
-                return f"{readable(instant)} is before the last rest"
-            found = self._run(cause, instant, now, position, sign)
+            after = times[times.index(at) + 1] if at != times[-1] else now
+            instant = min(max(instant, at), after - 1)
+        tried: dict[int, Rewound] = {}  # by the step behind which the first input comes
+        step = sum(at <= instant for at in times) - 1
+        while len(tried) < TRIES and step not in tried:
+            at = instant if not tried else times[step] + 1
+            if at - cause.lead_ps <= self.past.since_ps:
+                return f"{readable(at)} is before the last rest"
+            found = tried[step] = self._run(cause, at, now, position, sign)
             if not found.missing:
-                return self._take(found, position, instant - cause.lead_ps)
-            tried.add(instant)
-            index = max(sum(at <= instant for at in times) - 1 + found.missing, 0)
-            if index >= len(times):
-                break
-            instant = times[index] + 1
-            if instant in tried:
-                break
+                return self._take(found, sign)
+            step = min(max(following(tried, step), 0), len(times) - 1)
+        best = min(tried.values(), key=lambda each: abs(each.missing))
+        if best.stands:
+            return self._take(self._run(cause, best.instant, now, position, sign), sign)
         return f"the law of the chip does not stop at the count of the board, {position}"
 
     def _run(self, cause: Cause, instant: int, now: int, position: int, sign: int) -> Rewound:
@@ -307,10 +310,11 @@ class Rewind:
             while axis.moving and bench.now_ps < end:
                 bench.run_to(f"{bench.now_ps + SLICE_PS} ps")
             missing, rest = self._missing(axis, instant, bench.now_ps, position, sign)
-            if not missing:
+            if not missing:  # which has gone too far
                 with_it = cause.at(instant)
                 bench = self.past.rewound(with_it, now, self.copy, without=cause.without, allowed_s=self.allowed_s)
-        return Rewound(bench, missing, rest)
+        stands = not axis.moving or rest < axis.kernel.now - SLICE_PS
+        return Rewound(bench, instant, instant - cause.lead_ps, missing, rest, stands)
 
     @staticmethod
     def _missing(axis: Axis, instant: int, now: int, position: int, sign: int) -> tuple[int, int]:
@@ -325,11 +329,11 @@ class Rewind:
             last, before = at, there
         return (position - before) * sign, last
 
-    def _take(self, found: Rewound, position: int, since_ps: int) -> str:
+    def _take(self, found: Rewound, sign: int) -> str:
         """Go on with another bench, where the motor stands."""
         drive = self.drive
         drive.chip.on_command.remove(self.commanded)
-        self.exchange(found.bench, since_ps)
+        self.exchange(found.bench, found.since_ps)
         moved(drive, found.bench)
         drive.chip.on_command.add(self.commanded)
         if found.bench.journal is not None:
@@ -337,7 +341,10 @@ class Rewind:
         self.rewinds += 1
         self.homing = drive.chip.homing
         drive.config = configured(self.config, self.inputs.values(), self.homing)
-        resume(drive, position, found.rest_ps)
+        if found.missing:
+            drive.watch.taken_over(-found.missing * sign, True)
+        times, travel, _ = travelled(drive.axis, found.rest_ps, drive.kernel.now)
+        resume(drive, travel[0] if times else drive.axis.travel, found.rest_ps)
         return ""
 
     # ------------------------------------------------------------------------------------------------------------ marks
@@ -364,6 +371,17 @@ class Rewind:
             "late-input", f"{each.pin} changed at {readable(instant)}, and is seen at the present: {why}"
         )
         drive.chip.pin(each.pin).drive(level)
+
+
+def following(tried: Mapping[int, Rewound], step: int) -> int:
+    """Return behind which step to try next: where the missing steps would be none, if each step counted as before."""
+    others = [each for each in tried if each != step]
+    missing = tried[step].missing
+    if others:
+        near = min(others, key=lambda each: abs(each - step))
+        if gained := tried[near].missing - missing:
+            return step + round(missing * (step - near) / gained)
+    return step + missing
 
 
 def named(drive: Drive, text: str) -> str:
