@@ -7,11 +7,11 @@
 The motor stands meanwhile.  What the first run has said after m has not left the cable.  *The count wins over the
 stamp*: where the law of the chip looks at the pin between stamp and step, the model would make a step more or less than
 the board has; then the input is moved past the next look, until the counts agree.  Where no instant gives that count,
-the nearest run is taken, and the position register is set to where the motor is.  If the chip does not stop, or going back
-would cost more time than is allowed, or the stamp is older than the last rest, the chip is stopped at the present, and
-takes the count of the board over: the finding is `late-input`.
+the nearest run is taken, and the position register is set to where the motor is.  If the chip does not stop, or going
+back would cost more time than is allowed, or the stamp is older than the last rest, the chip is stopped at the present,
+and takes the count of the board over: the finding is `late-input`.
 
-A command of the host that acts at once (`at_once` of its row) goes to the board past the horizon, and is moved likewise.
+A command of the host that acts at once (`at_once` of its row) goes to the board past the horizon, and is moved as well.
 An input that holds the motor makes all that is to come later, on the board and in the cable; the chip need not know.
 """
 
@@ -76,7 +76,8 @@ class Rewound(NamedTuple):
 class Serving(Protocol):
     """Puts another bench in the place of the present one, which up to an instant (ps) has done the same."""
 
-    def __call__(self, bench: Bench, since_ps: int, /) -> object: ...
+    def __call__(self, bench: Bench, since_ps: int, /) -> object:
+        """Put it there."""
 
 
 class Rewind:
@@ -203,7 +204,7 @@ class Rewind:
         if event.kind not in STOPS:
             return False
         each = self.inputs.get(event.which)
-        return each is not None and bool(each.pin) or (event.which == HOST and self.command is not None)
+        return (each is not None and bool(each.pin)) or (event.which == HOST and self.command is not None)
 
     def stopped(self, event: BoardEvent) -> None:
         """Take note that the board has stopped, or is on its way down."""
@@ -239,8 +240,8 @@ class Rewind:
         if why:
             self.drive.watch.report(
                 "late-input",
-                f"an input stopped the motor, and the chip hears of it at the present: {why}; it is stopped now, and takes "
-                "the count of the board over",
+                f"an input stopped the motor, and the chip hears of it at the present: {why}; it is stopped now, and "
+                "takes the count of the board over",
             )
             for each, level, _ in edges:
                 self.drive.chip.pin(each.pin).drive(level)
