@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.bench.rewinding import Past, take_over
+from slewline.bench.rewinding import ReachablePast, take_over
 from slewline.drive.drive import Drive
 from slewline.drive.reflexes import configured, inputs_of
 from slewline.drive.rewind import Rewind
@@ -48,7 +48,7 @@ class Driven:
         self.drive: Drive = drive_of(
             self.bench, x, self.line, start_stop=30000 if "stop" in self.wired[0].reflex else None
         )
-        self.past = Past(folder / "journal", shadows=3)
+        self.past = ReachablePast(folder / "journal", shadows=3)
         self.rewind = Rewind(self.drive, self.past, self.exchange, self.wired, folder / "copy")
         for number, each in enumerate(self.wired):
             self.line.twin.inputs |= (1 - each.acts ^ each.inverted) << number

@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.bench.rewinding import Past
+from slewline.bench.rewinding import ReachablePast
 from slewline.drive.reflexes import inputs_of
 from slewline.drive.rewind import Rewind
 from slewline.links.lines.pace import Paced
@@ -42,7 +42,7 @@ class Machine:
         self.drive = drive_of(self.bench, x, self.line, start_stop=4000)
         self.server = Server(self.bench, Paced(self.bench, clock=self.drive.nanoseconds))
         self.served = self.server.line(x)
-        self.past = Past(folder / "journal", self.server.exchanges.listen, 3)
+        self.past = ReachablePast(folder / "journal", self.server.exchanges.listen, 3)
         self.server.exchanges.begin()
         inputs = inputs_of(x, {"A0": "eot", "A1": "home"})
         self.rewind = Rewind(

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import pytest
 
 import slewline
-from slewline.bench.rewinding import Past, driven, take_over
+from slewline.bench.rewinding import ReachablePast, driven, take_over
 
 MS = 10**9
 PHASES = 20
@@ -102,7 +102,7 @@ def test_an_input_of_the_past_is_one_that_came_at_its_time(name: str, tmp_path: 
         straight.run_to(end)
 
         without = made(case, tmp_path / "a")
-        past = Past(tmp_path / "a", shadows=1)
+        past = ReachablePast(tmp_path / "a", shadows=1)
         without.run_to(first - chance.randrange(1, int(2 * case.first_ms)) * MS // 2)
         past.follow(without.now_ps - 1)
         without.run_to(present)

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 import slewline
-from slewline.bench.rewinding import Past, driven
+from slewline.bench.rewinding import ReachablePast, driven
 from slewline.errors import UsageError
 from slewline.links.lines.outlet import Outlet, Told
 from slewline.links.lines.pace import Paced
@@ -53,7 +53,7 @@ class Rig:
         self.told: list[str] = []
         self.server = server = Server(bench, Paced(bench, clock=lambda: self.clock), tell=self.told.append)
         self.line = server.line(x, **line)
-        self.past = Past(folder / "journal", server.exchanges.listen)
+        self.past = ReachablePast(folder / "journal", server.exchanges.listen)
         server.exchanges.begin()
         self.cable = Cable(length)
         self.line.gate = self.cable.send

@@ -5,8 +5,8 @@
     rewound                            R..........m..............now          the same bench, with the input at m
 
 A running bench cannot be copied.  So another one plays its journal, far enough behind it that no input comes before it
-any more (`Past.follow`); to go back is to let that one play on, with the new inputs among the old ones.  It costs
-what the run has cost since then, however long it was before.  Who needs several goes has several shadows.
+any more (`ReachablePast.follow`); to go back is to let that one play on, with the new inputs among the old ones.  It
+costs what the run has cost since then, however long it was before.  Who needs several goes has several shadows.
 
 The journal of the new bench begins as the old one does, has the new inputs among the entries that follow, and is then
 written on.  It is what the new bench has played: another replay gives the same run, to the bit.
@@ -37,7 +37,7 @@ from .files.journal import Journal, replaced
 from .replaying import Player, Survey, survey
 
 Entry = Mapping[str, Any]
-ENTRY_S = 0.0004  # of a usual machine, for an entry: a command of a CY525, with the motion that follows
+ENTRY_S = 0.001  # of a usual machine, for an entry: half a CY525 move, two commands of a module
 Listener = Callable[[Bench], object]
 
 
@@ -64,7 +64,7 @@ def given(part: str, verb: str, args: Sequence[Any], at_ps: int) -> dict[str, An
     return {"do": "input", "t": at_ps, "round": 1, "part": part, "verb": verb, "args": plain}
 
 
-class Shadow:
+class ShadowBench:
     """A bench that plays a journal while that is still being written."""
 
     def __init__(self, path: Path, prepare: Listener | None) -> None:
@@ -117,7 +117,7 @@ class Shadow:
         return JournaledStore(ReplayedStore(memory.data, faults), partial(bench._circuit._tell_journal, name))
 
 
-class Past:
+class ReachablePast:
     """The past of a bench that has a journal, from which others begin.
 
     Args:
@@ -128,7 +128,8 @@ class Past:
 
     def __init__(self, path: str | PathLike[str], prepare: Listener | None = None, shadows: int = 2) -> None:
         self.path, self.prepare, self.most = Path(path), prepare, shadows
-        self.shadows: list[Shadow] = []
+        self.shadows: list[ShadowBench] = []
+        self.entry_s = ENTRY_S  # what an entry costs; who has a clock knows better
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
         """Let the shadows play on up to an instant after which alone inputs may have to be put in, such as a rest.
@@ -142,7 +143,7 @@ class Past:
             False: the rest waits.
         """
         while len(self.shadows) < self.most:
-            self.shadows.append(Shadow(self.path, self.prepare))
+            self.shadows.append(ShadowBench(self.path, self.prepare))
         try:
             return all([each.follow(to_ps, enough) for each in self.shadows if each.now_ps < to_ps])
         except SlewlineError:
@@ -154,22 +155,27 @@ class Past:
         """The instant at which a shadow is ready, the latest one (ps); -1: there is none."""
         return max((each.now_ps for each in self.shadows), default=-1)
 
+    @property
+    def played(self) -> int:
+        """How many entries the shadows have played, all together."""
+        return sum(each.lines for each in self.shadows)
+
     def cost(self, at_ps: int) -> Cost:
         """Return what it would cost to go back to an instant (ps)."""
         return self._cost(self._chosen(at_ps, False))
 
-    def _cost(self, shadow: Shadow) -> Cost:
+    def _cost(self, shadow: ShadowBench) -> Cost:
         with open(self.path, "rb") as file:
             file.seek(shadow.offset)
             rest = file.read()
         entries = rest.count(b"\n")
-        return Cost(entries, len(rest), entries * ENTRY_S)
+        return Cost(entries, len(rest), entries * self.entry_s)
 
-    def _chosen(self, at_ps: int, take: bool) -> Shadow:
+    def _chosen(self, at_ps: int, take: bool) -> ShadowBench:
         """The shadow that stands next before an instant; a new one, if there is none."""
         fitting = [each for each in self.shadows if each.now_ps < at_ps]
         if not fitting:
-            return Shadow(self.path, self.prepare)
+            return ShadowBench(self.path, self.prepare)
         found = max(fitting, key=lambda each: each.now_ps)
         if take:
             self.shadows.remove(found)

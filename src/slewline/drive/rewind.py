@@ -21,9 +21,9 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..bench.rewinding import Past, driven, given
+from ..bench.rewinding import ReachablePast, driven, given
 from ..core.time.timebase import readable
 from ..errors import SlewlineError, UsageError
 from .reflexes import BoardInput, configured, way_down
@@ -41,6 +41,8 @@ STOPS = (Happening.STOPPED, Happening.BRAKED)
 TRIES = 5
 REST_PS = 5 * 10**12  # in which a chip comes to rest that was told to
 SLICE_PS = 10**10
+MOST_NS = 10_000_000  # of a turn, in which the past is followed
+MEASURED = 10  # entries that tell what one costs
 LOOK_BACK_PS = 10**12  # in which the step is found at which the board has stopped
 ALLOWED_S = 0.25  # of a usual machine, that going back may cost
 WRITES = ("write", "send")  # inputs by which bytes of a host come
@@ -73,19 +75,13 @@ class Rewound(NamedTuple):
     stands: bool  # the motion has come to its end
 
 
-class Serving(Protocol):
-    """Puts another bench in the place of the present one, which up to an instant (ps) has done the same."""
-
-    def __call__(self, bench: Bench, since_ps: int, /) -> object:
-        """Put it there."""
-
-
 class Rewind:
     """Lets a chip stop where the board has, at the instant at which it has: `drive.on_stopped` of a drive.
 
     Args:
         past: of the bench; it is followed from here.
-        exchange: puts another bench in the place of the present one; the drive follows by itself.
+        exchange: puts another bench in the place of the present one, which did the same up to an instant (ps); the
+            drive follows by itself.
         inputs: of the board.
         copy: a file for the journal of the other bench.
         forget: called with an instant (ps) before which nothing is gone back to any more.
@@ -95,8 +91,8 @@ class Rewind:
     def __init__(
         self,
         drive: Drive,
-        past: Past,
-        exchange: Serving,
+        past: ReachablePast,
+        exchange: Callable[[Bench, int], object],
         inputs: Sequence[BoardInput],
         copy: str | PathLike[str],
         *,
@@ -131,9 +127,11 @@ class Rewind:
         if not self.levels and drive.link.answer is not None:
             self._see(drive.link.answer.inputs)
         if not drive.cable.under_way and not drive.axis.moving and drive.kernel.now > self.past.since_ps + SLICE_PS:
-            before = drive.kernel.now - 1
-            if self.past.follow(before):
+            before, played, began = drive.kernel.now - 1, self.past.played, drive._wall()
+            if self.past.follow(before, lambda: drive._wall() > began + MOST_NS):
                 self.forget(before)
+            if (more := self.past.played - played) > MEASURED and (spent := drive._wall() - began) > 0:
+                self.past.entry_s = spent / more / 10**9
         self._send_way_down()
         homing = drive.chip.homing
         if homing != self.homing and drive.link.idle and not drive.feeder.running:
