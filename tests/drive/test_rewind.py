@@ -15,7 +15,7 @@ from slewline.drive.wire import BoardConfig, Reflex
 from slewline.errors import UsageError
 
 from .families import GSC
-from .rig import HZ, TwinLine, drive_of
+from .rig import HZ, TwinLine, check_steps, drive_of
 
 MS = 10**9
 SET_UP = "I3\rPo\rS50\rT300\rR90\r%sPx\rE\r"
@@ -25,6 +25,15 @@ CASES = {  # part, options, text, text at 200 ms, pin, level, ms
     "cy525 long ramp": ("cy525", {}, "A 0\rF 10\rR 120\rS 120\rZ 1\rN 6000\rG\r", "", "abort", 0, (150, 900)),
     "cy545 limit": ("cy545", {}, "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "", "cw_limit", 0, (150, 700)),
     "cy545 stop": ("cy545", {}, "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "", "inhibit_abort", 0, (150, 700)),
+    "mc1451a mark": (
+        "mc1451a",
+        {},
+        "SET_POS 9000\nSET_VEL 10000 steps/s\nSET_ACC 40000 steps/s2\nUPDATE%s",
+        "",
+        "home1",
+        0,
+        (300, 700),
+    ),
     "gs-c200s homing": ("gs-c200s", GSC, SET_UP % "", "H\r", "eot", 0, (300, 700)),
 }
 
@@ -80,7 +89,7 @@ def signature(bench, stop):
     return x.steps(0, stop).positions.tolist(), dict(x.registers)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [name for name in CASES if "mark" not in name])
 def test_the_chip_stops_where_the_board_has(name, tmp_path):
     rnd = Random(name)
     off, differing = [], 0
@@ -180,6 +189,31 @@ def test_an_input_that_holds_makes_all_later(tmp_path):
         assert not drive.troubles and not rig.exchanged and drive.state == "ok"
         assert len(rig.line.twin.steps) == rig.x.travel == 1200
         assert rig.line.twin.state == 0
+
+
+def test_a_mark_is_seen_where_the_motor_was_and_the_motor_goes_on(tmp_path, monkeypatch):
+    for number, more in enumerate(("", "\nSET_AUTO_UPDATE_ON\nSTOP\nSET_EXT_BRK")):
+        (folder := tmp_path / str(number)).mkdir()
+        part, options, text, *rest = CASES["mc1451a mark"]
+        monkeypatch.setitem(CASES, "marked", (part, options, text % more, *rest))
+        rig = Driven(folder, "marked", Random(6))
+        with rig.drive as drive:
+            drive.run("500 ms")
+            rig.edge(0)
+            at = drive.ticks.ps(rig.line.twin.now - drive.horizon)
+            drive.run("60 ms")
+            events = rig.x.registers["status"] if "status" in rig.x.registers else None
+            if not more:
+                assert rig.exchanged == 1 and not drive.troubles
+                (edge,) = [entry for _, entry in rig.past.entries() if entry["do"] == "drive" and entry["t"] > MS]
+                assert edge["pin"] == "x.home1" and abs(edge["t"] - at) < MS
+                drive.run("1 s")
+                check_steps(drive, rig.line)
+                assert len(rig.line.twin.steps) == rig.x.travel == 9000
+            else:  # the chip would have stopped, and the board did not know that
+                assert not rig.exchanged and drive.troubles[0].startswith("late-input: home1 changed at"), events
+                drive.run("1 s")
+                assert len(rig.line.twin.steps) == rig.x.travel < 9000
 
 
 def test_inputs_that_are_wired_wrongly_are_refused():

@@ -356,7 +356,7 @@ class Rewind:
             try:
                 bench = self.past.rewound([driven(name, level, instant)], now, self.copy, allowed_s=self.allowed_s)
                 axis = bench.chips[drive.chip.name].axis(drive.axis_number).motor
-                if travelled(axis, 0, now) == travelled(drive.axis, 0, now):
+                if travelled(axis, instant, now) == travelled(drive.axis, instant, now):
                     self.exchange(bench, instant)
                     moved(drive, bench)
                     if bench.journal is not None:
