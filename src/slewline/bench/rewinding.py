@@ -123,7 +123,7 @@ class ReachablePast:
     Args:
         path: the journal, which is still written.
         prepare: called with each shadow, before time passes in it: to listen to it.
-        shadows: how many times one can go back before a shadow has to begin anew.
+        shadows: how many times one can go back before a shadow has to begin again.
     """
 
     def __init__(self, path: str | PathLike[str], prepare: Listener | None = None, shadows: int = 2) -> None:
@@ -208,8 +208,8 @@ class ReachablePast:
             BenchFileError: an entry cannot be done, an old one perhaps because of the new ones; or `copy` is a file
                 that is not a journal, or cannot be written.
         """
-        anew = sorted(inputs, key=lambda entry: int(entry["t"]))
-        marks = [int(entry["t"]) for entry in anew] + [self._instant(offset) for offset in without]
+        more = sorted(inputs, key=lambda entry: int(entry["t"]))
+        marks = [int(entry["t"]) for entry in more] + [self._instant(offset) for offset in without]
         if not marks:
             raise UsageError("going back: no input; give at least one")
         for at in marks:
@@ -225,7 +225,7 @@ class ReachablePast:
         replaced(copy)
         shadow = self._chosen(min(marks), True)
         try:
-            self._write(Path(copy), shadow.offset, anew, without)
+            self._write(Path(copy), shadow.offset, more, without)
             shadow.path = Path(copy)
             shadow.follow(to_ps)
         except BaseException:
@@ -254,9 +254,9 @@ class ReachablePast:
                 yield at, json.loads(line)
                 at += len(line)
 
-    def _write(self, copy: Path, shared: int, anew: Sequence[Entry], without: Collection[int]) -> None:
+    def _write(self, copy: Path, shared: int, more: Sequence[Entry], without: Collection[int]) -> None:
         """Write a journal: what is shared as it is, then the entries of both, by time."""
-        waiting = [*anew]
+        waiting = [*more]
         with open(self.path, "rb") as source, open(copy, "wb") as target:
             target.write(source.read(shared))
             at = shared

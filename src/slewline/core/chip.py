@@ -88,7 +88,6 @@ class Chip(Component, OneAxis):
     sheet: Sheet
     axes: tuple[Axis, ...]
     clock: Clock
-    homing: int = 0  # the direction of the way out of a homing that is in progress; 0: there is none
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)

@@ -30,7 +30,6 @@ class ChipContext(Protocol):
     # ------------------------------------------------------------------------------------------------ virtual time
     kernel: Kernel
     clock: Clock
-    homing: int  # the direction of the way out of a homing that is in progress; 0: there is none
     tick: int  # the chip's own count of clocks: every sleep adds to it, so nothing drifts
 
     def sync(self) -> None:

@@ -133,7 +133,7 @@ class Rewind:
             if (more := self.past.played - played) > MEASURED and (spent := drive._wall() - began) > 0:
                 self.past.entry_s = spent / more / 10**9
         self._send_way_down()
-        homing = drive.chip.homing
+        homing = drive.axis.homing
         if homing != self.homing and drive.link.idle and not drive.feeder.running:
             self.homing = homing
             drive.config = configured(self.config, self.inputs.values(), homing)
@@ -338,7 +338,7 @@ class Rewind:
         if found.bench.journal is not None:
             self.past.moved(found.bench.journal.path)
         self.rewinds += 1
-        self.homing = drive.chip.homing
+        self.homing = drive.axis.homing
         drive.config = configured(self.config, self.inputs.values(), self.homing)
         if found.missing:
             drive.watch.taken_over(-found.missing * sign, True)

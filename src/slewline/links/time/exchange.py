@@ -5,7 +5,7 @@
     server.exchange(bench)               at the present, which is the same in both
 
 Hosts stay connected and notice nothing: bytes on their way in are inputs of the journal that the new bench has played;
-what it has said meanwhile was heard (`Ear`), and what a host lacks of that goes out (`lines/outlet.py`).  Pace, log,
+what it has said meanwhile is known (`Ear`), and what a host lacks of that goes out (`lines/outlet.py`).  Pace, log,
 views, breakpoints, waits of clients and the way back go on with chips and parts of the same names.
 """
 
@@ -39,7 +39,7 @@ KEEP = "1 h"  # of pins that are recorded
 
 
 class Exchanging(Protocol):
-    """A server whose bench may be another one."""
+    """A server whose bench may change."""
 
     bench: Bench
     pace: Pace

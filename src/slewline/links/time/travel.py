@@ -73,14 +73,11 @@ class TimeTravel:
     def move(self, bench: Bench, since_ps: int) -> None:
         """Go back in the past of another bench from now on, which before an instant (ps) was the same."""
         self.bench = bench
-        if self.folder is None:
-            return
-        for mark in [mark for mark in self.checkpoints if mark.time_ps >= since_ps]:
-            self.checkpoints.remove(mark)
-            self._end(mark)
-        if bench.journal is not None:
+        while self.checkpoints and self.checkpoints[-1].time_ps >= since_ps:
+            self._end(self.checkpoints.pop())
+        if self.folder is not None and bench.journal is not None:
             self.known[0].journal = bench.journal.path
-        self.keep()
+            self.keep()
 
     def look(self) -> None:
         """Make a checkpoint if it is due: called once in every turn of the server."""
