@@ -64,8 +64,9 @@ class DriveCommand(ServeCommand):
             server = self.server(bench, drive)
             stack.enter_context(signals(server))
             self.open_ports(server, ports, None)
+            drive.go_back_by(server.exchange, server.forget)
             stack.enter_context(drive)
-            self._join(server, drive, folder)
+            self._join(server, drive)
             if self.status:
                 server.loop.ask(lambda: show_again(server))
             server.run()
@@ -132,28 +133,20 @@ class DriveCommand(ServeCommand):
         pace: Pace = Paced(bench, "1", *([drive.nanoseconds] if drive is not None else []))
         return Server(bench, pace, self.log, self.allow_remote, lambda text: say(f"slewline: {text}"))
 
-    def _join(self, server: Server, drive: Drive, folder: Path) -> None:
+    def _join(self, server: Server, drive: Drive) -> None:
         """Let the drive have its turns, and hold back what hosts hear until the motor is there."""
-        from ...bench.rewinding import Past
         from ...drive.promptness import be_prompt
-        from ...drive.rewind import Rewind
 
         for line in server.lines.values():
             line.gate = drive.gate
-        past = Past(str(self.journal))
-        rewind = Rewind(drive, past, server.exchange, drive.board_inputs, folder / "rewound.jsonl", forget=server.forget)
-
-        def turn() -> None:
-            rewind.before_turn()
-            drive.turn()
 
         def again() -> None:
-            turn()
+            drive.turn()
             server.loop.after(drive.due(), again)
 
         number = drive.port.fileno()
         if number is not None:
-            server.loop.watch(number, turn)
+            server.loop.watch(number, drive.turn)
         server.loop.ask(again)
         server.notes.append(drive.as_line)
         say(f"slewline: {drive.introduction}; {be_prompt()}")
