@@ -18,7 +18,7 @@ from pathlib import Path
 from time import perf_counter_ns
 from typing import TYPE_CHECKING, Self
 
-from ..bench.rewinding import Past, take_over
+from ..bench.rewinding import ReachablePast, take_over
 from ..bench.runner import FunctionCondition, Wait
 from ..core.time.hook import Hook
 from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
@@ -189,7 +189,7 @@ class Drive:
         journal = self.bench.journal
         if journal is None:
             raise UsageError('going back needs a journal: Bench(journal="FILE")')
-        past, copy = Past(journal.path), Path(f"{journal.path}.other")
+        past, copy = ReachablePast(journal.path), Path(f"{journal.path}.other")
         self.rewind = Rewind(self, past, exchange, self.board_inputs, copy, forget=forget)
 
     def _heard(self, do: str, _what: object) -> None:

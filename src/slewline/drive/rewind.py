@@ -17,18 +17,18 @@ An input that holds the motor makes all that is to come later, on the board and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 from ..bench.rewinding import ReachablePast, driven, given
 from ..core.time.timebase import readable
 from ..errors import SlewlineError, UsageError
 from .reflexes import BoardInput, configured, way_down
+from .rerun import Cause, Rewound, following, named, travelled
 from .troubles import HOST
-from .wire import BoardEvent, BoardState, Happening
+from .wire import BoardEvent, Happening
 
 if TYPE_CHECKING:
     from ..bench import Bench
@@ -45,33 +45,6 @@ MEASURED = 10  # entries that tell what one costs
 LOOK_BACK_PS = 10**12  # in which the step is found at which the board has stopped
 ALLOWED_S = 0.25  # of a usual machine, that going back may cost
 WRITES = ("write", "send")  # inputs by which bytes of a host come
-
-
-class Cause(NamedTuple):
-    """Why the board has stopped: inputs with their instants of the model (ps), the first one is what stopped it."""
-
-    entries: Sequence[Mapping[str, Any]]
-    without: tuple[int, ...] = ()
-    lead_ps: int = 0  # so much before the motor stops the first one comes
-
-    def at(self, instant: int) -> list[dict[str, Any]]:
-        """Return the inputs, with the first one moved so that it acts at an instant (ps); none comes before it."""
-        first = instant - self.lead_ps
-        return [
-            {**entry, "t": first if number == 0 else max(int(entry["t"]), first)}
-            for number, entry in enumerate(self.entries)
-        ]
-
-
-class Rewound(NamedTuple):
-    """Another run, and what it has come to."""
-
-    bench: Bench
-    instant: int  # at which the chip was told (ps)
-    since_ps: int  # when the first input came
-    missing: int  # how many steps it has made too few, in the direction of the motion; below 0: too many
-    rest_ps: int  # when the last one was
-    stands: bool  # the motion has come to its end
 
 
 class Rewind:
@@ -369,33 +342,3 @@ class Rewind:
             "late-input", f"{each.pin} changed at {readable(instant)}, and is seen at the present: {why}"
         )
         drive.chip.pin(each.pin).drive(level)
-
-
-def following(tried: Mapping[int, Rewound], step: int) -> int:
-    """Return behind which step to try next: where the missing steps would be none, if each step counted as before."""
-    others = [each for each in tried if each != step]
-    missing = tried[step].missing
-    if others:
-        near = min(others, key=lambda each: abs(each - step))
-        if gained := tried[near].missing - missing:
-            return step + round(missing * (step - near) / gained)
-    return step + missing
-
-
-def named(drive: Driven, text: str) -> str:
-    """Return the name of the command that a chip works on, from the text by which it says so."""
-    forms = {row.form: row.name for row in drive.chip.sheet.commands}
-    return forms.get(text, forms.get(text.partition(" ")[0], ""))
-
-
-def travelled(axis: Axis, start: int, stop: int) -> tuple[list[int], list[int], int]:
-    """Return the steps of an axis at start <= t <= stop (ps): instants, travel after each, and the last direction."""
-    times: list[int] = []
-    travel: list[int] = []
-    sign = 0
-    for stretch, train, a, b in axis.played(start, stop):
-        if b > a:
-            sign = stretch.sign
-            times += train.begins(a, b).tolist()
-            travel += [stretch.travel + sign * (number + 1) for number in range(a, b)]
-    return times, travel, sign

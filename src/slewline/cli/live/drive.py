@@ -64,7 +64,7 @@ class DriveCommand(ServeCommand):
             server = self.server(bench, drive)
             stack.enter_context(signals(server))
             self.open_ports(server, ports, None)
-            drive.go_back_by(server.exchange, server.forget)
+            drive.go_back_by(server.exchange, server.exchanges.forget)
             stack.enter_context(drive)
             self._join(server, drive)
             if self.status:
