@@ -116,7 +116,7 @@ class TwinLine:
 
 def drive_of(bench, x, line, **options):
     """A drive on a line."""
-    options.setdefault("black_box", None)
+    options.setdefault("black_box", False)
     return Drive(bench, x, line, clock=line.wall, wait=line.wait, **options)
 
 

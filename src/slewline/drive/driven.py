@@ -62,6 +62,19 @@ class Stopping(Protocol):
         """Let the chip go on."""
 
 
+class Exchanging(Protocol):
+    """Puts another bench in the place of the present one, such as a server that has hosts on its ports."""
+
+    def exchange(self, bench: Bench, since_ps: int) -> None:
+        """Go on with another bench, which did the same as the present one up to an instant (ps)."""
+
+    def listen(self, bench: Bench) -> None:
+        """Hear what another bench does, before it does anything."""
+
+    def forget(self, before_ps: int) -> None:
+        """Take note that no other bench begins before an instant (ps)."""
+
+
 class Telling(Protocol):
     """Reports troubles of a drive."""
 
