@@ -94,7 +94,7 @@ class TwinLine:
         for chunk in self.damage(data).split(b"\0")[:-1]:
             self.free_down += (len(chunk) + 1) * BYTE_NS
             heappush(self.coming, (self.free_down + self.rnd.randrange(5_000, 60_000), next(self.order), chunk + b"\0"))
-            self.free_down = self.coming and max(self.free_down, max(at for at, *_ in self.coming))
+            self.free_down = max([self.free_down, *(at for at, *_ in self.coming)])
         return len(data)
 
     def fileno(self):

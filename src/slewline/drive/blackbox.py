@@ -1,11 +1,11 @@
 """The black box of a drive: the journal of its bench, and every byte between host and board, with times of both.
 
     <folder>/journal.jsonl                    inputs of the bench: `slewline run --replay` makes the same steps again
-    <folder>/line.0.jsonl, line.1.jsonl       one entry a read or write: {"ns": ..., "tick": ..., "way": ">", "data": "..."}
+    <folder>/line.0.jsonl, line.1.jsonl       each read or write: {"ns": ..., "tick": ..., "way": ">", "data": "..."}
 
 The two files of the line are written by turns: when one is full, the other one is begun anew.  So the last megabytes
-are always there, and no more.  `ns` are nanoseconds of the host since the drive was opened, `tick` is what the host took
-the time of the board to be; ">" goes to the board.
+are always there, and no more.  `ns` are nanoseconds of the host since the drive was opened, `tick` is what the host
+took the time of the board to be; ">" goes to the board.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, TextIO
 from ..errors import UsageError
 
 if TYPE_CHECKING:
-    from .drive import BoardPort
+    from .driven import BoardPort
 
 MOST_BYTES = 8 << 20  # of each file of the line
 KEPT_SESSIONS = 20
@@ -102,7 +102,8 @@ class BlackBox:
     def _begin(self) -> None:
         self._let_go()
         try:
-            self._file = open(self.folder / f"line.{self._number}.jsonl", "w", encoding="ascii", buffering=1)  # noqa: SIM115
+            path = self.folder / f"line.{self._number}.jsonl"
+            self._file = path.open("w", encoding="ascii", buffering=1)
         except OSError as error:
             self._fail(error)
         self._written = 0

@@ -1,7 +1,7 @@
 """The cable between a model and its motor: while something is under way, what goes out comes out a horizon later.
 
-    model  ---- steps ----> feeder --> board        every step at its instant + horizon
-           ---- calls ----> cable  --> outside      bytes for a host, levels of pins: at once at rest, else a horizon later
+    model  ---- steps ----> feeder --> board     every step at its instant + horizon
+           ---- calls ----> cable  --> outside   bytes for a host, levels of pins: at once at rest, else that much later
 
 So what a host hears is true: "motion complete" comes when the motor has stopped, not a horizon before.  The order never
 changes, for the cable only grows while something is under way.

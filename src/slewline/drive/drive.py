@@ -3,9 +3,10 @@
     host -> chip on a bench -> Feeder -> Link -> port -> board -> driver -> motor
          <-     Cable       <-  events of the board, its count, its clock
 
-The crystal of the board paces the model.  Each turn, every 5 ms, the bench is at the present; steps that are final go to the
-board, and what is due leaves the cable.  When the board stops by itself, the drive is `halted`: the chip is stopped as well
-(`halting.py`), and nothing moves until `clear`.  A board that was reset has lost its count: the drive is `unknown`.
+The crystal of the board paces the model.  Each turn, every 5 ms, the bench is at the present; steps that are final go
+to the board, and what is due leaves the cable.  When the board stops by itself, the drive is `halted`: the chip is
+stopped as well (`halting.py`), and nothing moves until `clear`.  A board that was reset has lost its count: the drive
+is `unknown`.
 """
 
 from __future__ import annotations
@@ -13,9 +14,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from os import PathLike
-from select import select
-from time import perf_counter_ns, sleep
-from typing import TYPE_CHECKING, Literal, Protocol, Self
+from time import perf_counter_ns
+from typing import TYPE_CHECKING, Self
 
 from ..bench.runner import FunctionCondition, Wait
 from ..core.time.hook import Hook
@@ -26,11 +26,15 @@ from .blackbox import BlackBox, new_folder
 from .boards import UNO, BoardModel
 from .cable import Cable
 from .clock import BoardClock
-from .feeder import Feeder, LaidOutput, TickMap
-from .halting import StopChip, Stopping
+from .driven import BoardPort, DriveState, Stopping
+from .feeder import Feeder, LaidOutput
+from .halting import StopChip
 from .link import Link
+from .live import Live
+from .talk import ENABLE, Talk
+from .ticks import TickMap
 from .troubles import Troubles, signed
-from .wire import BoardConfig, BoardEvent, BoardState, Ident
+from .wire import BoardConfig, BoardEvent
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -40,35 +44,10 @@ if TYPE_CHECKING:
     from ..core.motion.axis import Axis
     from ..core.wires.net import Net
 
-TURN_S, POLL_S = 0.005, 0.001
-SET_UP_S, SETTLE_S = 3.0, 1.0
 STEADY_TURNS = 20
-SAMPLES = 8  # round trips before the clock of the board is believed
-SILENT_NS = 500_000_000
 WATCHDOG_PS = 50 * 10**9  # beyond the horizon, without a word from the host
 START_STOP = 500  # steps/s, of the way down of a board that has no table
 LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
-ENABLE = 16  # its bit among the outputs
-VERSION = 1
-MOVING = (BoardState.RUN, BoardState.BRAKE, BoardState.HOLD)
-
-DriveState = Literal["closed", "ok", "halted", "unknown"]
-
-
-class BoardPort(Protocol):
-    """Where the bytes of a board come from and go to; nothing waits."""
-
-    def read(self) -> bytes:
-        """Return what has come since the last call."""
-
-    def write(self, data: bytes) -> int:
-        """Send bytes, or keep them until they can be sent; return how many."""
-
-    def fileno(self) -> int | None:
-        """Return what a loop can wait for; None: nothing."""
-
-    def close(self) -> None:
-        """Close it."""
 
 
 def steps_a_second(rate: str | int) -> int:
@@ -93,10 +72,10 @@ class Drive:
         horizon: from a step of the model to that of the motor; what is under way then survives a pause of this machine.
         axis: its number, from 1.
         enable: switch the driver on; else it is a dry run: all is as it would be, and the motor has no current.
-        stop: what stops the chip when the board has stopped by itself: "abort", "reset" or "power"; by default the first
-            one that the chip has.
-        start_stop: the rate up to which the motor may stand at once, such as "500 steps/s"; by default the first rate of
-            the motion.
+        stop: what stops the chip when the board has stopped by itself: "abort", "reset" or "power"; by default the
+            first one that the chip has.
+        start_stop: the rate up to which the motor may stand at once, such as "500 steps/s"; by default the first rate
+            of the motion.
         config: polarities, reflexes and phases of the board.
         outputs: pins of the chip by the number of the board's output, 0 to 3; by default those that programs set.
         board: which one.
@@ -138,6 +117,7 @@ class Drive:
         self.horizon = self.horizon_ps * board.hz // PS_PER_S
         self.start_stop = None if start_stop is None else steps_a_second(start_stop)
         self.enable = enable
+        self.counted_from = 0
         self.config = config or BoardConfig(
             start_stop=board.hz // (self.start_stop or START_STOP),
             watchdog=(self.horizon_ps + WATCHDOG_PS) * board.hz // PS_PER_S,
@@ -145,10 +125,7 @@ class Drive:
         self.outputs = self._pins_of_outputs() if outputs is None else dict(outputs)
         self.state: DriveState = "closed"
         self.on_event: Hook[[BoardEvent]] = Hook()  # everything that the board tells
-        self._wall, self._sleep = clock, wait or self._idle
-        self._heard_ns = 0
-        self._silent = False
-
+        self.wall = clock
         self.clock = BoardClock(board.hz)
         self.link = Link(self.clock)
         self.ticks = TickMap(board.hz)
@@ -158,10 +135,12 @@ class Drive:
         self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, lambda: self.feeder.busy)
         self.on_stopped: Stopping = StopChip(self, stop)
         self.watch = Troubles(self)
+        self.talk = Talk(self, self.watch, wait)
+        self._live = Live(self, self.talk)
         if isinstance(port, str):
-            from .port import SerialPort
+            from .port import BoardSerial
 
-            port = SerialPort(port, board.baud)
+            port = BoardSerial(port, board.baud)
         self.port: BoardPort = port
         self.box: BlackBox | None = None
         if black_box is not False and black_box is not None:
@@ -195,121 +174,58 @@ class Drive:
             UsageError: nothing answers as a board, or another version of it.
         """
         self.bench.run(0)
-        self._set_up()
-        for net, _ in self._nets():
+        self.talk.set_up()
+        for net, _ in self.nets():
             net.watch(self._output)
         self._begin()
 
-    def _nets(self) -> list[tuple[Net, int]]:
+    def nets(self) -> list[tuple[Net, int]]:
+        """Return the nets that set outputs of the board, and the number of each output."""
         return [(self.chip.pin(name).net, number) for number, name in self.outputs.items()]
-
-    def _set_up(self, position: int | None = None) -> None:
-        """Configure the board; the count is the travel of the model, or a position that is given."""
-        self.link.open(self.config)
-        self._await(lambda: self.link.is_open, SET_UP_S, "no board answers")
-        answer, ident = self.link.answer, self.link.ident
-        assert answer is not None and ident is not None  # noqa: S101
-        self._check(ident)
-        if answer.state in MOVING:  # for a host that is gone
-            self.link.stop(1)
-            self._await(lambda: self._state() not in MOVING, SETTLE_S, "the board does not stop")
-            self.link.open(self.config)
-        self.link.reset(signed(self.axis.travel) if position is None else position)
-        value = sum((net.level or 0) << number for net, number in self._nets())
-        mask = sum(1 << number for _, number in self._nets())
-        self.link.outputs(mask | ENABLE, value | (ENABLE if self.enable else 0))
-        self._await(lambda: self.link.idle, SETTLE_S, "the board does not take its configuration")
-        if self._state() != BoardState.IDLE:
-            raise UsageError(
-                "the board does not leave its halt: the input of an emergency stop is active; close its contact, then clear"
-            )
-        for _ in range(SAMPLES):
-            self.link.ask()
-            self._await(self._ready, SETTLE_S, "the board does not answer")
-
-    def _state(self) -> int:
-        """The state of the board in its last answer."""
-        return BoardState.BOOT if self.link.answer is None else self.link.answer.state
-
-    def _ready(self) -> bool:
-        return self.link.is_open and self.link.idle and self._state() == BoardState.IDLE
-
-    def _check(self, ident: Ident) -> None:
-        """Check that the board is one that this version knows."""
-        if ident.version != VERSION:
-            raise UsageError(
-                f"the board has version {ident.version} of the firmware; this slewline needs {VERSION}: write its own to it"
-            )
-        if ident.hz != self.board.hz:
-            raise UsageError(
-                f"the board has {ident.hz} ticks a second; expected {self.board.hz}, of a {self.board.name}"
-            )
-        self.feeder.shortest = ident.shortest
 
     def _begin(self) -> None:
         """The model is at the present of the board from now on."""
-        self._align()
+        self.align()
         self.feeder.go_on()
         self.state = "ok"
-        self._heard_ns, self._silent = self._wall(), False
+        self.talk.begin()
 
     def close(self) -> None:
         """Let the motor come to rest, and close the port; a motion that does not end is stopped by its way down."""
         if self.state == "ok":
             if self.feeder.busy and self.axis.moving:
                 self.link.stop(1)
-            limit = self._wall() + 2 * self.horizon_ps // 1000 + 10**9
-            while self.cable.under_way and self.state == "ok" and self._wall() < limit:
-                self._live(self.kernel.now + picoseconds("5 ms"), None)
+            limit = self.wall() + 2 * self.horizon_ps // 1000 + 10**9
+            while self.cable.under_way and self.state == "ok" and self.wall() < limit:
+                self._live.keep_up(self.kernel.now + picoseconds("5 ms"), None)
         if self.state != "closed":
+            self.cable.flush()
             self.link.outputs(ENABLE, 0)
-            with_limit = self._wall() + 10**8
-            while not self.link.idle and self._wall() < with_limit:
-                self._exchange(self._wall())
-                self._sleep(0.001)
-            for net, _ in self._nets():
+            self.talk.finish()
+            for net, _ in self.nets():
                 net.unwatch(self._output)
             self.bench.run(0)  # a journal learns how far time has gone
         self.state = "closed"
         self.port.close()
 
-    def _await(self, met: Callable[[], bool], seconds: float, what: str) -> None:
-        """Talk to the board until something is so.
-
-        Raises:
-            UsageError: it does not come.
-        """
-        limit = self._wall() + int(seconds * 10**9)
-        while True:
-            self._exchange(self._wall())
-            if met():
-                return
-            if self._wall() > limit:
-                raise UsageError(f"{what} within {seconds:g} s; {self._heard()}")
-            self._sleep(0.001)
-
-    def _heard(self) -> str:
-        heard = getattr(self.port, "heard", b"")
-        said = f"heard {len(heard)} bytes, {bytes(heard[:16]).hex(' ')}" if heard else "heard nothing"
-        return f"{said}; expected a {self.board.title} with the firmware of slewline, at {self.board.baud} baud"
-
     # ----------------------------------------------------------------------------------------------------------- time
     def nanoseconds(self) -> int:
         """Return the time of the board, in nanoseconds: the clock that paces the model."""
-        return self.clock.nanoseconds(self._wall())
+        return self.clock.nanoseconds(self.wall())
 
-    def _align(self) -> None:
+    def align(self) -> None:
         """Let the present of the model be that of the board."""
-        self.ticks.align(self.kernel.now, self.clock.ticks(self._wall()))
-        self._drift = self._adrift = 0  # how far off the model was at the last turn; since how many turns it is so
+        self.ticks.align(self.kernel.now, self.clock.ticks(self.wall()))
+        self._steady = 0  # turns since which the model is as far off as now
+        self._looked = (-1, 0)  # where the model was at the last turn, ps, and how far off, ticks
 
     def turn(self) -> None:
         """Hear the board, lay what the model has done, let what is due leave, and speak.
 
         It is called each 5 ms, and when bytes have come; the bench is between two runs.
         """
-        now = self._wall()
-        self._hear(now)
+        now = self.wall()
+        self.talk.hear(now)
         if self.state == "ok":
             tick = self.clock.ticks(now)
             self._look_for_drift(tick)
@@ -321,49 +237,35 @@ class Drive:
             self.feeder.turn(0)
             self.on_stopped.turn()
         self.cable.turn(self.clock.ticks(now))
-        self._say(now)
+        self.talk.say(now)
+
+    def catch_up(self) -> None:
+        """Align the model if, at rest, the program has done something else meanwhile."""
+        if (
+            self.state == "ok"
+            and not self.cable.under_way
+            and abs(self._off(self.clock.ticks(self.wall()))) > self.horizon // 4
+        ):
+            self.align()
+
+    def _off(self, tick: int) -> int:
+        """How many ticks the model is ahead of the board."""
+        return (self.ticks.at(self.kernel.now) >> 16) - tick
 
     def _look_for_drift(self, tick: int) -> None:
-        """Align the model if, at rest, it is steadily elsewhere: a server that was paused, a lag that was given up."""
-        drift = (self.ticks.at(self.kernel.now) >> 16) - tick
-        steady = abs(drift) > self.horizon // 4 and abs(drift - self._drift) < self.horizon // 50
-        self._drift, self._adrift = drift, self._adrift + 1 if steady and not self.cable.under_way else 0
-        if self._adrift >= STEADY_TURNS:
-            self._align()
+        """Align the model if, at rest, it stands, or is steadily elsewhere: a server was paused, or gave up a lag."""
+        off, before = self._off(tick), self._looked
+        self._looked = (self.kernel.now, off)
+        if abs(off) <= self.horizon // 4 or self.cable.under_way:
+            self._steady = 0
+            return
+        self._steady = self._steady + 1 if abs(off - before[1]) < self.horizon // 50 else 0
+        if self._steady >= STEADY_TURNS or before[0] == self.kernel.now:
+            self.align()
 
     def due(self) -> float:
         """Return in how many seconds the next turn is due at the latest."""
-        due = self.link.due_ns()
-        return TURN_S if due is None else min(max(due - self._wall(), 0) / 10**9, TURN_S)
-
-    def _idle(self, seconds: float) -> None:
-        """Wait until bytes have come, for so long at most."""
-        number = self.port.fileno()
-        if number is None:
-            sleep(min(seconds, POLL_S))
-        else:
-            select([number], [], [], seconds)
-
-    def _exchange(self, now: int) -> None:
-        self._hear(now)
-        self._say(now)
-
-    def _hear(self, now: int) -> None:
-        data = self.port.read()
-        if data:
-            self._heard_ns, self._silent = now, False
-            self.link.receive(data, now)
-        elif self.state != "closed" and not self._silent and now - self._heard_ns > SILENT_NS:
-            self._silent = True
-            self.watch.report(
-                "board-silent",
-                f"the board has not answered for {readable(SILENT_NS * 1000)}: look for its cable and its supply",
-            )
-
-    def _say(self, now: int) -> None:
-        data = self.link.outgoing(now)
-        if data:
-            self.port.write(data)
+        return self.talk.due()
 
     def run(self, duration: Time) -> None:
         """Let time pass, in step with the board.
@@ -372,7 +274,7 @@ class Drive:
             duration: "2 s", or picoseconds.
         """
         self._check_open()
-        self._live(self.kernel.now + picoseconds(duration), None)
+        self._live.keep_up(self.kernel.now + picoseconds(duration), None)
         self.bench.run(0)
 
     def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
@@ -392,7 +294,7 @@ class Drive:
         wait = Wait(condition.met, limit, when=condition.foreseen, nets=condition.nets)
         wait.begin()
         try:
-            met = self._live(limit, wait)
+            met = self._live.keep_up(limit, wait)
         finally:
             wait.end()
             self.bench.run(0)
@@ -418,39 +320,6 @@ class Drive:
                 "the drive is closed; write: with slewline.Drive(bench, x, port) as drive: drive.run('2 s')"
             )
 
-    def _live(self, until: int, wait: Wait | None) -> bool:
-        """Let the model keep up with the board up to an instant (ps); return whether a wait was met before."""
-        if self.state == "ok" and not self.cable.under_way:
-            drift = (self.ticks.at(self.kernel.now) >> 16) - self.clock.ticks(self._wall())
-            if abs(drift) > self.horizon // 4:
-                self._align()  # the program has done something else meanwhile
-        self.turn()
-        while True:
-            goal = min(max(self.ticks.ps(self.clock.ticks(self._wall())), self.kernel.now), until)
-            met = self._pass(goal, wait)
-            self.turn()
-            if met or self.kernel.now >= until:
-                return met
-            self._sleep(min(self.due(), max((until - self.kernel.now) / PS_PER_S, 0.0005)))
-
-    def _pass(self, goal: int, wait: Wait | None) -> bool:
-        """Run the bench up to an instant (ps), or until a wait is met; return whether it is."""
-        kernel = self.kernel
-        if wait is None:
-            kernel.run(goal)
-            return False
-        kernel.settle()
-        while not wait.met():
-            stop, following = goal, kernel.next_time()
-            early = wait.when() if wait.when is not None else None
-            if early is not None and (following is None or early <= following):
-                stop = max(min(goal, early), kernel.now)
-            if kernel.run_while(wait.met, stop):
-                kernel.run(stop)
-            if kernel.now >= goal:
-                return wait.met()
-        return True
-
     # -------------------------------------------------------------------------------------------------- what is asked
     @property
     def troubles(self) -> list[str]:
@@ -461,7 +330,7 @@ class Drive:
         """Stop the motor, by its way down or at once; the drive is halted then."""
         self._check_open()
         self.link.stop(0 if at_once else 1)
-        self._say(self._wall())
+        self.talk.say(self.wall())
 
     def clear(self) -> None:
         """Go on after a halt: the board counts from where the model takes the motor to be, and the chip is let go.
@@ -469,7 +338,8 @@ class Drive:
         After a reset of the board that is a guess: home the motor then.
 
         Raises:
-            UsageError: nothing is halted; the chip is in motion; or the board does not follow: an emergency stop is active.
+            UsageError: nothing is halted; the chip is in motion; or the board does not follow: an emergency stop is
+            active.
         """
         self._check_open()
         if self.state == "ok":
@@ -479,7 +349,7 @@ class Drive:
         self.on_stopped.turn()
         if self.feeder.lost and self.state == "halted":
             self.take_over(signed(self.axis.travel - self.feeder.lost))
-        self._set_up()
+        self.talk.set_up()
         self._begin()
         self.on_stopped.clear()
 
@@ -497,7 +367,7 @@ class Drive:
     # ---------------------------------------------------------------------------------------------------- the outputs
     def _output(self, net: Net) -> None:
         """A pin of the chip that programs set has changed."""
-        for each, number in self._nets():
+        for each, number in self.nets():
             if each is net:
                 self.feeder.change(1 << number, (net.level or 0) << number)
 

@@ -4,24 +4,22 @@
     board     | START ... base: all that is laid .....|..... H ....|
                                [open record, held]
 
-Each turn takes the steps that the model has made since, and fits records to them.  The last record is held as long as the
-board has three quarters of the horizon before it, so that steps of the next turns may join it.  Where the model makes no
-steps, pauses lead up to its present, so that a queue that runs dry always means trouble.  Behind the end of a motion stands
-a pause behind which the motor may stand (REST).
+Each turn takes the steps that the model has made since, and fits records to them.  The last record is held as long as
+the board has three quarters of the horizon before it, so that steps of the next turns may join it.  Where the model
+makes no steps, pauses lead up to its present, so that a queue that runs dry always means trouble.  Behind the end of
+a motion stands a pause behind which the motor may stand (REST).
 
-Ticks with the suffix 16 are 1/65536 tick.  `base16` is where the board's own arithmetic will be behind all that is laid, so
-errors of rounding do not add up.
+Ticks with the suffix 16 are 1/65536 tick.  `base16` is where the board's own arithmetic will be behind all that is
+laid, so errors of rounding do not add up.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from math import gcd
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from ..core.time.timebase import PS_PER_S
-from .records import DOWN, HALF, MOST_STEPS, OUT, PAUSE, REST, SHORTEST_PAUSE, Record, fit
+from .records import DOWN, HALF, MOST_STEPS, OUT, PAUSE, REST, Record, fit
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,44 +27,16 @@ if TYPE_CHECKING:
 
     from ..core.motion.axis import Axis
     from ..core.time.kernel import Kernel
+    from .ticks import TickMap
 
 TOLERANCE_TICKS = 8  # of every step
-LEAST_PAUSE = SHORTEST_PAUSE << 16
-REST_TICKS = 512  # from the last step to the instant from which on the motor may stand
+LEAST_TICKS = 1200  # of a pause, and behind one: a board is then busy for some 1000
+LEAST_PAUSE = LEAST_TICKS << 16
+REST_TICKS = 1200  # from the last step to the instant from which on the motor may stand
 SLACK_TICKS = 32  # beyond the shortest interval, between a pause and a step that is not known yet
 FIRST_INTERVAL_TICKS = 4096  # before the first step, while the second one is not known
 FIRST_RECORDS = 5  # that go before START, the others after it: a full queue that stands would wait for ever
 LONGEST_PRODUCT = 1 << 62
-
-
-class TickMap:
-    """Instants of a model as ticks of a board, and back; exact, rounded down.
-
-    `origin16` is the tick of instant 0, in 1/65536 tick.
-    """
-
-    def __init__(self, hz: int) -> None:
-        common = gcd(hz << 16, PS_PER_S)
-        self._n, self._d = (hz << 16) // common, PS_PER_S // common
-        self.hz, self.origin16 = hz, 0
-
-    def align(self, ps: int, tick: int) -> None:
-        """Let an instant of the model (ps) be at a tick of the board from now on."""
-        self.origin16 = (tick << 16) - ps * self._n // self._d
-
-    def at(self, ps: int) -> int:
-        """Return the tick of an instant (ps), in 1/65536 tick."""
-        return self.origin16 + ps * self._n // self._d
-
-    def many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the ticks of many instants (int64 ps), in 1/65536 tick: int64, shape as `ps`."""
-        whole, part = ps // self._d, ps % self._d
-        ticks: NDArray[np.int64] = whole * self._n + part * self._n // self._d + self.origin16
-        return ticks
-
-    def ps(self, tick: int) -> int:
-        """Return the last instant of the model (ps) at a tick of the board, or before it."""
-        return (((tick << 16) - self.origin16 + 1) * self._d - 1) // self._n
 
 
 class RecordSink(Protocol):
@@ -130,6 +100,7 @@ class Feeder:
         self.stopped = False  # steps are not laid: the board is in HALT, or nobody knows where the motor is
         self.lost = 0  # net steps that the model has made since the count of the board was last taken over
         self.steps = self.records = 0  # that were laid
+        self.net = 0  # steps up minus steps down that were laid
         self.first_interval16 = 0  # of the motion that was laid last: from its first step to the second one
         self._changes: list[tuple[int, int, int]] = []
         self._forget()
@@ -164,7 +135,7 @@ class Feeder:
     @shortest.setter
     def shortest(self, ticks: int) -> None:
         self._shortest16 = ticks << 16
-        self._margin16 = max((ticks + SLACK_TICKS) << 16, LEAST_PAUSE)
+        self._margin16 = (max(ticks, LEAST_TICKS) + SLACK_TICKS) << 16
 
     def change(self, mask: int, value: int) -> None:
         """Outputs of the board change at this instant of the model; those of `mask`, to the bits of `value`."""
@@ -278,6 +249,7 @@ class Feeder:
         if self._rested or not self.running:
             self._begin(ticks16)
         self.steps += len(ticks16)
+        self.net += -len(ticks16) if flags & DOWN else len(ticks16)
         for at in range(0, len(ticks16), MOST_STEPS):
             part = ticks16[at : at + MOST_STEPS]
             if not self._join(part):
@@ -288,7 +260,7 @@ class Feeder:
         first = int(ticks16[0])
         interval = int(ticks16[1]) - first if len(ticks16) > 1 else FIRST_INTERVAL_TICKS << 16
         self.first_interval16 = interval if len(ticks16) > 1 else 0
-        interval = min(max(interval, self._shortest16 + (TOLERANCE_TICKS << 16)), self.horizon << 14)
+        interval = min(max(interval, self._margin16), self.horizon << 14)
         begin = first - interval >> 16 << 16
         if not self.running:
             self.base16, self._start, self.running = begin, begin >> 16, True

@@ -39,15 +39,19 @@ class Rewound(NamedTuple):
     stands: bool  # the motion has come to its end
 
 
-def following(tried: Mapping[int, Rewound], step: int) -> int:
-    """Return behind which step to try next: where the missing steps would be none, if each step counted as before."""
-    others = [each for each in tried if each != step]
-    missing = tried[step].missing
-    if others:
-        near = min(others, key=lambda each: abs(each - step))
-        if gained := tried[near].missing - missing:
-            return step + round(missing * (step - near) / gained)
-    return step + missing
+def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
+    """Return which instant to try next (ps): between one that is too early and one too late, if there are both.
+
+    With one of them alone so many steps on as are missing; None: there are none.
+    """
+    early = max((at for at, found in tried.items() if found.missing > 0), default=None)
+    late = min((at for at, found in tried.items() if found.missing < 0), default=None)
+    if early is not None and late is not None:
+        missing, more = tried[early].missing, -tried[late].missing
+        return early + (late - early) * missing // (missing + more)
+    last = [*tried][-1]
+    step = sum(at <= last for at in times) - 1 + tried[last].missing
+    return times[step] + 1 if 0 <= step < len(times) else None
 
 
 def named(drive: Drive, text: str) -> str:
@@ -71,14 +75,14 @@ def travelled(axis: Axis, start: int, stop: int) -> tuple[list[int], list[int], 
 
 def moved(drive: Drive, bench: Bench) -> None:
     """Let a drive go on with another bench, whose chip has the same name."""
-    for net, _ in drive._nets():
+    for net, _ in drive.nets():
         with suppress(ValueError, KeyError):
             net.unwatch(drive._output)
     drive.bench, drive.kernel = bench, bench.kernel
     drive.chip = bench.chips[drive.chip.name]
     drive.axis = drive.chip.axis(drive.axis_number).motor
     drive.feeder.axis, drive.feeder.kernel = drive.axis, bench.kernel
-    for net, _ in drive._nets():
+    for net, _ in drive.nets():
         net.watch(drive._output)
 
 
@@ -88,8 +92,8 @@ def resume(drive: Drive, position: int, since_ps: int) -> None:
     Raises:
         UsageError: the board does not follow: an emergency stop is active.
     """
-    drive._set_up(position)
-    present = drive.clock.ticks(drive._wall())
+    drive.talk.set_up(position)
+    present = drive.clock.ticks(drive.wall())
     following = drive.axis.times(since_ps + 1, drive.kernel.now)
     first = int(following[0]) if len(following) else drive.kernel.now
     drive.ticks.align(first, present - 3 * drive.horizon // 4 if len(following) else present)
@@ -97,3 +101,4 @@ def resume(drive: Drive, position: int, since_ps: int) -> None:
     feeder._changes, feeder.lost, feeder.stopped = [], 0, False
     feeder.taken_ps = max(since_ps + 1, 0)
     drive.state = "ok"
+    drive.talk.begin()

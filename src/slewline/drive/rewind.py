@@ -35,10 +35,10 @@ if TYPE_CHECKING:
     from ..core.motion.axis import Axis
     from ..core.motion.plan import Plan
     from .drive import Drive
-    from .halting import Stopping
+    from .driven import Stopping
 
 STOPS = (Happening.STOPPED, Happening.BRAKED)
-TRIES = 5
+TRIES = 6
 REST_PS = 5 * 10**12  # in which a chip comes to rest that was told to
 SLICE_PS = 10**10
 MOST_NS = 10_000_000  # of a turn, in which the past is followed
@@ -100,10 +100,10 @@ class Rewind:
         if not self.levels and drive.link.answer is not None:
             self._see(drive.link.answer.inputs)
         if not drive.cable.under_way and not drive.axis.moving and drive.kernel.now > self.past.since_ps + SLICE_PS:
-            before, played, began = drive.kernel.now - 1, self.past.played, drive._wall()
-            if self.past.follow(before, lambda: drive._wall() > began + MOST_NS):
+            before, played, began = drive.kernel.now - 1, self.past.played, drive.wall()
+            if self.past.follow(before, lambda: drive.wall() > began + MOST_NS):
                 self.forget(before)
-            if (more := self.past.played - played) > MEASURED and (spent := drive._wall() - began) > 0:
+            if (more := self.past.played - played) > MEASURED and (spent := drive.wall() - began) > 0:
                 self.past.entry_s = spent / more / 10**9
         self._send_way_down()
         homing = drive.axis.homing
@@ -256,16 +256,15 @@ class Rewind:
             at = min(wanted, key=lambda step: abs(step - instant))
             after = times[times.index(at) + 1] if at != times[-1] else now
             instant = min(max(instant, at), after - 1)
-        tried: dict[int, Rewound] = {}  # by the step behind which the first input comes
-        step = sum(at <= instant for at in times) - 1
-        while len(tried) < TRIES and step not in tried:
-            at = instant if not tried else times[step] + 1
-            if at - cause.lead_ps <= self.past.since_ps:
-                return f"{readable(at)} is before the last rest"
-            found = tried[step] = self._run(cause, at, now, position, sign)
+        tried: dict[int, Rewound] = {}  # by the instant at which the chip is told
+        told: int | None = instant
+        while told is not None and len(tried) < TRIES and told not in tried:
+            if told - cause.lead_ps <= self.past.since_ps:
+                return f"{readable(told)} is before the last rest"
+            found = tried[told] = self._run(cause, told, now, position, sign)
             if not found.missing:
                 return self._take(found, sign)
-            step = min(max(following(tried, step), 0), len(times) - 1)
+            told = following(tried, times)
         best = min(tried.values(), key=lambda each: abs(each.missing))
         if best.stands:
             return self._take(self._run(cause, best.instant, now, position, sign), sign)

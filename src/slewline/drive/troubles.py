@@ -1,4 +1,4 @@
-"""What a board tells of its motor, and what the drive makes of it: findings of the chip, and the states of the drive."""
+"""What a board tells of its motor, and what the drive makes of it: findings of the chip, states of the drive."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .wire import Answer, BoardEvent, BoardState, FrameKind, Happening, Outcome
 
 if TYPE_CHECKING:
     from ..core.motion.axis import Axis
-    from .drive import Drive
+    from .driven import Driven
 
 HOST = 255  # as the input of an event: the host has ordered it
 TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by what a board tells
@@ -48,7 +48,7 @@ class Troubles:
     `told` is what has gone wrong, in words.
     """
 
-    def __init__(self, drive: Drive) -> None:
+    def __init__(self, drive: Driven) -> None:
         self.drive, self.told = drive, list[str]()
         self._held: int | None = None  # the tick since which the board holds
         drive.link.on_event.add(self.event)
@@ -70,6 +70,7 @@ class Troubles:
             tick = drive.clock.unwrap(event.tick)
             if event.kind == Happening.REST:
                 drive.feeder.rest(tick)
+                self._check_count(event)
             elif event.kind == Happening.HELD:
                 self._held = tick
             elif event.kind == Happening.RELEASED and self._held is not None:
@@ -101,11 +102,22 @@ class Troubles:
         if event.kind in AT_ONCE and rate > (allowed := self._start_stop()):
             self.report(
                 "position-uncertain",
-                f"the motor stood at once at {rate:.0f} steps/s, and may do so up to {allowed:.0f}: it may have lost steps; "
-                "home it",
+                f"the motor stood at once at {rate:.0f} steps/s, and may do so up to {allowed:.0f}: it may have lost "
+                "steps; home it",
             )
         drive.feeder.halt()
         drive.on_stopped.stopped(event)
+
+    def _check_count(self, event: BoardEvent) -> None:
+        """The board stands: has it counted what it was sent?"""
+        drive, net = self.drive, self.drive.feeder.net
+        if not drive.feeder.running and event.position != (wanted := signed(drive.counted_from + net)):
+            self.report(
+                "count-differs",
+                f"the board has counted {signed(event.position - drive.counted_from)} steps, and was sent {net}: home "
+                "the motor, and report this",
+            )
+            drive.counted_from += event.position - wanted
 
     def _position(self, count: int) -> int:
         """Return the position register that belongs to a count of the board."""
@@ -130,7 +142,7 @@ class Troubles:
         if drive.start_stop is not None:
             return drive.start_stop
         first = drive.feeder.first_interval16
-        return drive.board.hz * 65536 / first if first else 0.0
+        return drive.board.hz * 65536 / first if first else drive.board.hz / drive.config.start_stop
 
     def taken_over(self, missing: int, known: bool) -> None:
         """The chip is at rest, and has made steps that the motor has not: so many, net."""
@@ -141,10 +153,30 @@ class Troubles:
             register = self._register(axis, missing)
             self.report(
                 "position-taken-over",
-                f"the motor stands at {register}: {abs(missing)} steps of the model were not made; the position register is "
-                f"set to {register}",
+                f"the motor stands at {register}: {abs(missing)} steps of the model were not made; the position "
+                f"register is set to {register}",
                 register,
             )
+
+    def port_lost(self, error: OSError) -> None:
+        """The port is gone: so is the supply of a board that has it from there."""
+        drive = self.drive
+        if drive.state in ("closed", "unknown"):
+            return
+        before, drive.state = drive.state, "unknown"
+        self.report(
+            "port-lost",
+            f"the port of the board is gone ({error.strerror or error}): nobody knows where the motor is; put the "
+            "cable back, open the drive again, and home",
+        )
+        drive.feeder.halt()
+        drive.cable.flush()
+        if before == "ok":
+            drive.on_stopped.stopped(self._unknown())
+
+    def _unknown(self) -> BoardEvent:
+        """The event of a board that has lost its count."""
+        return BoardEvent(0, Happening.BOOT, HOST, BoardState.BOOT, 0, signed(self.drive.axis.travel), 0)
 
     def booted(self) -> None:
         """The board was reset, or had no supply: its count is lost."""
@@ -154,16 +186,14 @@ class Troubles:
         before, drive.state = drive.state, "unknown"
         self.report(
             "board-reset",
-            "the board was reset, or lost its supply: its count is lost, and nobody knows where the motor is; clear the "
-            "drive, then home",
+            "the board was reset, or lost its supply: its count is lost, and nobody knows where the motor is; clear "
+            "the drive, then home",
         )
         drive.feeder.halt()
         drive.cable.flush()  # its ticks are those of the board's life before
         drive.link.open(drive.config)  # it does not move, and tells the time again
         if before == "ok":
-            drive.on_stopped.stopped(
-                BoardEvent(0, Happening.BOOT, HOST, BoardState.BOOT, 0, signed(drive.axis.travel), 0)
-            )
+            drive.on_stopped.stopped(self._unknown())
 
     def refused(self, answer: Answer) -> None:
         """The board has not taken a frame."""
