@@ -391,6 +391,7 @@ class Drive:
         self.ticks.align(first, present - 3 * self.horizon // 4 if len(following) else present)
         self.feeder.resume(max(since_ps + 1, 0))
         self.state = "ok"
+        self.talk.begin()
 
     # -------------------------------------------------------------------------------------------------- what is asked
     @property

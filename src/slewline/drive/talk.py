@@ -128,8 +128,9 @@ class Talk:
             link.stop(1)
             self.until(lambda: self._state() not in MOVING, SETTLE_S, "the board does not stop")
             link.open(drive.config)
-        link.reset(signed(drive.axis.travel) if position is None else position)
-        drive.counted_from = (drive.axis.travel if position is None else position) - drive.feeder.net
+        travel = drive.axis.travel if position is None else position
+        link.reset(signed(travel))
+        drive.counted_from = travel - drive.feeder.net
         value = sum((net.level or 0) << number for net, number in drive.nets())
         mask = sum(1 << number for _, number in drive.nets())
         link.outputs(mask | ENABLE, value | (ENABLE if drive.enable else 0))
