@@ -1,0 +1,568 @@
+/* Records become steps.
+ *
+ * The timer makes the edge, by itself, at the tick that stands in OCR1A; the interrupt behind it ends the pulse and
+ * prepares the next one.  `due` is that next instant, `interval` what is added to it there.  The ordinary step of a
+ * record is done by interrupts.S; match() below does all that a step can need, and is what that one is measured by.
+ */
+#include <avr/io.h>
+
+#include "clock.h"
+#include "events.h"
+#include "inputs.h"
+#include "motion.h"
+#include "outputs.h"
+#include "pins.h"
+#include "protocol.h"
+
+/* `mode`, as in interrupts.S: with none of the first five the short way is enough. */
+#define HOP 0x01     /* the match is only on the way to an instant that is far away */
+#define PAUSE 0x02   /* what is due is the end of a pause */
+#define BRAKING 0x04 /* behind the step that is due the tail begins */
+#define STILL 0x08   /* nothing is due */
+#define LONG 0x10    /* the interval behind the step that is due may need hops */
+#define RAMP 0x20    /* the interval changes with each step */
+#define PHASES 0x40
+
+#define HOP_TICKS 32768u
+#define DIRECT_MOST 49152u /* more than this is hopped towards: what remains is never close */
+#define LONG_LEAST 32768u
+#define SOON 400u /* what an input or a brake has moved comes no sooner behind it */
+
+volatile uint8_t state;
+uint8_t down;
+uint8_t half;
+uint32_t start_stop;
+struct tail_entry tail[TAIL_MOST];
+volatile uint8_t tail_count;
+volatile uint8_t queued;
+
+/* These are shared with interrupts.S. */
+volatile uint8_t mode = STILL;
+struct instant due;
+struct instant interval;
+int32_t add;
+uint32_t last;      /* tick of the last step */
+uint16_t left;      /* steps of the record that have not been made */
+uint8_t phase_step; /* half steps a step, modulo 8 */
+
+static struct record queue[SLOTS];
+static struct record *out = queue; /* the next one to play */
+static struct record *in = queue;  /* where the main loop writes */
+
+static uint16_t count; /* steps of the record; in a pause the word with mask and value */
+static uint8_t flags;  /* of the record */
+static int32_t end;    /* position behind the record */
+static uint32_t far;   /* ticks from the next hop to `due` */
+static uint8_t stepped; /* there is a last step that a pace may count from */
+static uint8_t paced;   /* there have been two */
+static uint32_t pace;   /* ticks between them, as of the end of a record */
+static uint32_t held_at;
+static uint8_t entry;   /* of the tail, the one that comes next */
+static uint8_t hint;    /* where in the tail the present pace is, as of the last turn of the main loop */
+
+/* Return the position; every record knows its end, so the interrupt counts down and nothing else. */
+int32_t position_now(void)
+{
+    return down ? end + left : end - left;
+}
+
+void place(int32_t position)
+{
+    end = position;
+    left = 0;
+}
+
+void set_state(uint8_t new_state)
+{
+    state = new_state;
+    if (new_state == IDLE)
+        PORTB &= ~_BV(LED_BIT);
+    else
+        PORTB |= _BV(LED_BIT);
+}
+
+void forget_queue(void)
+{
+    queued = 0;
+    out = in;
+}
+
+static void stand(uint8_t new_state)
+{
+    TCCR1A = DISARMED;
+    mode = STILL;
+    place(position_now());
+    set_state(new_state);
+}
+
+void halt(void)
+{
+    stand(HALT);
+    forget_queue();
+    if (enable_off & 2)
+        set_outputs(ENABLE_OUTPUT, 0);
+}
+
+uint8_t is_in_pause(void)
+{
+    return mode & PAUSE;
+}
+
+void set_phase_step(void)
+{
+    uint8_t step = half ? 1 : 2;
+
+    phase_step = down ? 8 - step : step;
+}
+
+/* due += interval */
+static inline void advance(void)
+{
+    __asm__ volatile("lds r24, due\n\t"
+                     "lds r25, interval\n\t"
+                     "add r24, r25\n\t"
+                     "sts due, r24\n\t"
+                     "lds r24, due+1\n\t"
+                     "lds r25, interval+1\n\t"
+                     "adc r24, r25\n\t"
+                     "sts due+1, r24\n\t"
+                     "lds r24, due+2\n\t"
+                     "lds r25, interval+2\n\t"
+                     "adc r24, r25\n\t"
+                     "sts due+2, r24\n\t"
+                     "lds r24, due+3\n\t"
+                     "lds r25, interval+3\n\t"
+                     "adc r24, r25\n\t"
+                     "sts due+3, r24\n\t"
+                     "lds r24, due+4\n\t"
+                     "lds r25, interval+4\n\t"
+                     "adc r24, r25\n\t"
+                     "sts due+4, r24\n\t"
+                     "lds r24, due+5\n\t"
+                     "lds r25, interval+5\n\t"
+                     "adc r24, r25\n\t"
+                     "sts due+5, r24"
+                     :
+                     :
+                     : "r24", "r25", "memory");
+}
+
+/* interval += add, and say whether it may need hops. */
+static void grow(void)
+{
+    uint16_t low;
+
+    if (mode & RAMP) {
+        low = interval.fraction + (uint16_t)add;
+        interval.tick += (int16_t)(add >> 16) + (low < interval.fraction);
+        interval.fraction = low;
+    }
+    if (interval.tick >= LONG_LEAST)
+        mode |= LONG;
+    else
+        mode &= ~LONG;
+}
+
+void late(void)
+{
+    uint32_t tick = now();
+
+    halt();
+    note(LATE, NOBODY, tick);
+}
+
+/* Set the timer to `due`, seen from the tick `from`, which is now or not long ago. */
+static void aim(uint32_t from)
+{
+    uint32_t ahead = due.tick - from;
+
+    if (ahead > DIRECT_MOST) {
+        OCR1A = (uint16_t)from + HOP_TICKS;
+        far = ahead - HOP_TICKS;
+        mode |= HOP;
+        return;
+    }
+    OCR1A = due.tick;
+    mode &= ~HOP;
+    if (!(mode & PAUSE))
+        TCCR1A = ARMED;
+    /* Has the timer gone past it?  Then the step has been made behind ARMED, or will not be in this round. */
+    if (ahead < HOP_TICKS && (int16_t)((uint16_t)due.tick - TCNT1) < 0) {
+        if (mode & PAUSE ? !(TIFR1 & _BV(OCF1A)) : !(PINB & _BV(STEP_BIT)))
+            late();
+    }
+}
+
+/* The same, but not from a match: the flag of one that meant nothing must not be taken for the one that is due. */
+static void aim_anew(uint32_t from)
+{
+    TIFR1 = _BV(OCF1A);
+    aim(from);
+}
+
+static inline void end_pulse(void)
+{
+    TCCR1A = DISARMED;
+    TCCR1C = _BV(FOC1A);
+}
+
+static inline void step_phases(void)
+{
+    if (mode & PHASES) {
+        phase = (phase + phase_step) & 7;
+        show_phase();
+    }
+}
+
+/* --------------------------------------------------------------------------------------------------------- the tail */
+static struct {
+    const struct tail_entry *from;
+    uint8_t first;
+    uint8_t count;
+} fresh; /* entries that are valid and not yet in their places: a frame is too long to be copied in one piece */
+
+static void settle_tail(void)
+{
+    const struct tail_entry *from = fresh.from;
+    uint8_t i;
+
+    for (i = 0; i < fresh.count; i++)
+        tail[fresh.first + i] = from[i];
+}
+
+/* Put entries into the table, with interrupts off.  They count from here on: whoever needs the table first puts them
+   into their places.  `from` must remain as it is until tail_settled(). */
+void take_tail(const struct tail_entry *from, uint8_t first, uint8_t n)
+{
+    fresh.from = from;
+    fresh.first = first;
+    fresh.count = n;
+    tail_count = first + n;
+}
+
+/* The same, for the main loop, with interrupts on. */
+void tail_settled(void)
+{
+    settle_tail();
+    cli();
+    fresh.count = 0;
+    sei();
+}
+
+/* Return the first entry that is slower than `ticks`; entries do not descend, so any place to begin will do. */
+static uint8_t slower(uint32_t ticks, uint8_t from)
+{
+    uint32_t limit = ticks << 8;
+
+    if (ticks >> 24)
+        return tail_count;
+    if (from > tail_count)
+        from = tail_count;
+    while (from && tail[from - 1].interval > limit)
+        from--;
+    while (from < tail_count && tail[from].interval <= limit)
+        from++;
+    return from;
+}
+
+/* Begin where the main loop saw the pace last, for a search from one end could last longer than a step does. */
+void refresh_hint(void)
+{
+    uint32_t ticks;
+    uint8_t moving, found;
+
+    if (!tail_count)
+        return;
+    cli();
+    moving = state == RUN && !(mode & (PAUSE | STILL));
+    ticks = due.tick - last;
+    sei();
+    if (moving) {
+        found = slower(ticks, hint);
+        hint = found;
+    }
+}
+
+static void play_down(uint16_t steps)
+{
+    count = left = steps;
+    end += down ? -(int32_t)steps : (int32_t)steps;
+    mode = (has_phases ? PHASES : 0);
+    if (interval.tick >= LONG_LEAST)
+        mode |= LONG;
+    advance();
+}
+
+/* Load what comes next on the way down, or return 0. */
+static uint8_t load_tail(void)
+{
+    if (tail_count) {
+        const struct tail_entry *next = &tail[entry];
+
+        if (entry == tail_count)
+            return 0;
+        entry++;
+        interval.fraction = (uint16_t)(uint8_t)next->interval << 8;
+        interval.tick = next->interval >> 8;
+        play_down(next->count);
+        return 1;
+    }
+    pace += pace >> 4;
+    if (pace > start_stop)
+        return 0;
+    interval.fraction = 0;
+    interval.tick = pace;
+    play_down(1);
+    return 1;
+}
+
+/* From the last step, at `last`, begin the way down, or return 0 if there is nothing to play. */
+static uint8_t begin_tail(void)
+{
+    place(position_now());
+    if (!paced || pace >= start_stop)
+        return 0;
+    due.fraction = 0;
+    due.tick = last;
+    if (fresh.count)
+        settle_tail();
+    if (tail_count)
+        entry = slower(pace, hint);
+    return load_tail();
+}
+
+/* The same in a pause, or at its end, at `tick`. */
+static uint8_t begin_tail_from_pause(uint32_t tick)
+{
+    if (!begin_tail())
+        return 0;
+    if ((int32_t)(due.tick - tick) < (int32_t)SOON)
+        due.tick = tick + SOON;
+    return 1;
+}
+
+void brake(uint8_t happening, uint8_t which, uint32_t tick)
+{
+    if (state == RUN) {
+        if (!(mode & PAUSE)) {
+            mode |= BRAKING;
+            set_state(BRAKE);
+        } else if (begin_tail_from_pause(tick)) {
+            set_state(BRAKE);
+            aim_anew(tick);
+        } else {
+            halt();
+        }
+    } else {
+        halt();
+    }
+    note(happening, which, tick);
+}
+
+/* --------------------------------------------------------------------------------------------------------- the queue */
+/* Return the slot behind the queue, `ahead` more behind that; the main loop fills it before it is published. */
+uint8_t *slot(uint8_t ahead)
+{
+    struct record *free = in + ahead;
+
+    if (free >= queue + SLOTS)
+        free -= SLOTS;
+    return (uint8_t *)free;
+}
+
+void publish(uint8_t n)
+{
+    in = (struct record *)slot(n);
+    queued += n;
+}
+
+/* Play the next record from `due` on; the queue is not empty. */
+static void load_record(void)
+{
+    const struct record *record = out;
+    uint8_t new_mode = has_phases ? PHASES : 0;
+
+    interval.fraction = record->fraction;
+    interval.tick = record->interval;
+    advance();
+    flags = record->flags;
+    count = record->count;
+    down = flags & DOWN;
+    half = flags & IS_HALF;
+    if (flags & IS_PAUSE) {
+        mode = new_mode | PAUSE;
+        left = 0;
+        /* Who has stood that long may stop at once; a pause may be laid in many pieces. */
+        if (due.tick - last >= start_stop)
+            stepped = paced = 0;
+    } else {
+        left = count;
+        if (down)
+            end -= count;
+        else
+            end += count;
+        add = record->add;
+        if (add)
+            new_mode |= RAMP;
+        mode = new_mode;
+        grow();
+    }
+    set_phase_step();
+    queued--;
+    if (++out == queue + SLOTS)
+        out = queue;
+}
+
+uint32_t first_due(uint32_t tick)
+{
+    return tick + out->interval;
+}
+
+void start(uint32_t tick, uint32_t present)
+{
+    due.fraction = 0;
+    due.tick = tick;
+    stepped = paced = 0;
+    set_state(RUN);
+    load_record();
+    show_direction(down);
+    if (acts_at_load(1))
+        act_at_load(tick, 1);
+    if (!(mode & STILL))
+        aim_anew(present);
+}
+
+/* Behind a record, at `due`: the next one, the next piece of the way down, or the end. */
+static void go_on(void)
+{
+    uint32_t tick = due.tick;
+    uint8_t was_down = down;
+    uint8_t plays;
+
+    if (state == BRAKE) {
+        plays = load_tail();
+        end_pulse();
+        if (plays) {
+            aim(tick);
+            return;
+        }
+        halt();
+        note(HALTED, NOBODY, tick);
+        return;
+    }
+    if (queued) {
+        load_record();
+        end_pulse();
+        if (down != was_down) {
+            show_direction(down);
+            if (acts_at_load(0)) {
+                act_at_load(tick, 0);
+                if (mode & STILL)
+                    return;
+            }
+        }
+        aim(tick);
+        return;
+    }
+    if (flags & MAY_STAND) {
+        stand(IDLE);
+        note(REST, NOBODY, tick);
+        return;
+    }
+    plays = flags & IS_PAUSE ? begin_tail_from_pause(tick) : begin_tail();
+    end_pulse();
+    if (plays) {
+        set_state(BRAKE);
+        aim(tick);
+    } else {
+        halt();
+    }
+    note(UNDERRUN, NOBODY, tick);
+}
+
+/* ---------------------------------------------------------------------------------------------------------- the hold */
+void hold(uint32_t tick)
+{
+    TCCR1A = DISARMED;
+    mode |= STILL;
+    held_at = tick;
+    set_state(HOLD);
+}
+
+/* Go on, and return by how much all that follows has moved. */
+uint32_t release(uint32_t tick)
+{
+    uint32_t moved = tick - held_at;
+
+    if ((int32_t)moved < 0)
+        moved = 0; /* held at a START that had not come */
+    if ((int32_t)(due.tick + moved - tick) < (int32_t)SOON)
+        moved = tick + SOON - due.tick;
+    due.tick += moved;
+    mode &= ~STILL;
+    set_state(RUN);
+    aim_anew(tick);
+    return held_at + moved;
+}
+
+/* --------------------------------------------------------------------------------------------------------- the match */
+/* Do what follows from a match; interrupts are off. */
+void match(void)
+{
+    uint32_t tick;
+
+    if (mode & STILL)
+        return;
+    if (mode & HOP) {
+        if (far > DIRECT_MOST) {
+            OCR1A += HOP_TICKS;
+            far -= HOP_TICKS;
+        } else {
+            OCR1A = due.tick;
+            mode &= ~HOP;
+            if (!(mode & PAUSE))
+                TCCR1A = ARMED;
+        }
+        return;
+    }
+    if (mode & PAUSE) {
+        if (flags & SETS_OUTPUTS)
+            set_outputs(count >> 8, count);
+        go_on();
+        return;
+    }
+    /* A step has been made. */
+    tick = due.tick;
+    if (left != count)
+        stepped = 1;
+    left--;
+    if (left == 0 || mode & BRAKING) {
+        paced = stepped;
+        pace = tick - last;
+        stepped = 1;
+        last = tick;
+        step_phases();
+        if (mode & BRAKING) {
+            uint8_t plays = begin_tail();
+
+            end_pulse();
+            if (plays) {
+                aim(tick);
+            } else {
+                halt();
+                note(HALTED, NOBODY, tick);
+            }
+            return;
+        }
+        go_on();
+        return;
+    }
+    last = tick;
+    advance();
+    end_pulse();
+    aim(tick);
+    if (!(mode & STILL)) {
+        grow();
+        step_phases();
+    }
+}
