@@ -1,0 +1,76 @@
+"""Boards that can be bought: what they can do, and what each of their pins is for."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class BoardPin(NamedTuple):
+    """A pin of a board: the name that is printed beside it, and the port of the microcontroller."""
+
+    printed: str
+    port: str
+
+
+class BoardModel(NamedTuple):
+    """A kind of board with the firmware of slewline: its limits, and its pins by purpose.
+
+    `hz`: ticks a second.  `slots`: records that its queue has.  `shortest`: least ticks between two steps.  What a
+    board says itself (IDENT) has precedence.
+    """
+
+    name: str
+    title: str
+    hz: int
+    baud: int
+    slots: int
+    tail: int
+    room: int
+    shortest: int
+    step: BoardPin
+    dir: BoardPin
+    enable: BoardPin
+    phases: tuple[BoardPin, ...]
+    outputs: tuple[BoardPin, ...]
+    inputs: tuple[BoardPin, ...]
+    led: BoardPin
+    loop: BoardPin  # counts the pulses of a STEP that is looped back, for the self-test
+
+    def pin(self, printed: str) -> str | None:
+        """Return what a pin is for, by its printed name in either case: "step", "input 0"; None if for nothing."""
+        wanted = printed.upper()
+        for purpose in ("step", "dir", "enable", "led"):
+            if getattr(self, purpose).printed == wanted:
+                return purpose
+        for purpose in ("phases", "outputs", "inputs"):
+            for number, pin in enumerate(getattr(self, purpose)):
+                if pin.printed == wanted:
+                    return f"phase {'ABCD'[number]}" if purpose == "phases" else f"{purpose[:-1]} {number}"
+        return None
+
+
+def _pins(*names: str) -> tuple[BoardPin, ...]:
+    return tuple(BoardPin(*name.split("/")) for name in names)
+
+
+UNO = BoardModel(
+    name="uno",
+    title="Arduino Uno (ATmega328P, 16 MHz)",
+    hz=16_000_000,
+    baud=500_000,
+    slots=64,
+    tail=40,
+    room=127,
+    shortest=224,
+    step=BoardPin("D9", "PB1"),
+    dir=BoardPin("D10", "PB2"),
+    enable=BoardPin("D11", "PB3"),
+    phases=_pins("D4/PD4", "D5/PD5", "D6/PD6", "D7/PD7"),
+    outputs=_pins("D2/PD2", "D3/PD3", "D8/PB0", "D12/PB4"),
+    inputs=_pins("A0/PC0", "A1/PC1", "A2/PC2", "A3/PC3", "A4/PC4", "A5/PC5"),
+    led=BoardPin("D13", "PB5"),
+    loop=BoardPin("D4", "PD4"),
+)
+NANO = UNO._replace(name="nano", title="Arduino Nano (ATmega328P, 16 MHz)")
+
+BOARDS = {board.name: board for board in (UNO, NANO)}

@@ -1,0 +1,233 @@
+"""Records: what a board plays, steps in quadratic progression or a pause, and how instants become few of them.
+
+Time is counted in 1/65536 tick, in whole numbers, as on the board.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from struct import Struct
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..errors import UsageError
+from .wire import RECORD_BYTES
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+DOWN, REST, PAUSE, OUT, HALF = 1, 2, 4, 8, 16  # flags
+
+PER_TICK = 65_536
+MOST_STEPS = 65_535  # of a record
+SHORTEST_PAUSE, LONGEST = 256, 2**31 - 1  # ticks
+STEEPEST = 2**31 - 1  # of `add`, up and down
+_LONG_PAUSE = 2**30  # ticks, of which a longer gap is made
+
+_RECORD = Struct("<BHIHi")
+
+
+class Record(NamedTuple):
+    """Steps, each interval `add` longer than the one before, or one interval without a step (PAUSE).
+
+    `interval` is in ticks, `fraction` and `add` in 1/65536 tick.
+    """
+
+    flags: int
+    count: int  # type: ignore[assignment]  # of a tuple, which nobody counts in
+    interval: int
+    fraction: int = 0
+    add: int = 0
+
+    def pack(self) -> bytes:
+        """Return its 13 bytes."""
+        return _RECORD.pack(*self)
+
+    @property
+    def first(self) -> int:
+        """The first interval, in 1/65536 tick."""
+        return self.interval << 16 | self.fraction
+
+    @property
+    def last(self) -> int:
+        """The last interval, in 1/65536 tick."""
+        return self.first if self.flags & PAUSE else self.first + (self.count - 1) * self.add
+
+    @property
+    def length(self) -> int:
+        """How long it is in all, in 1/65536 tick."""
+        if self.flags & PAUSE:
+            return self.first
+        return self.count * self.first + self.count * (self.count - 1) // 2 * self.add
+
+    def times(self, base: int) -> Iterator[int]:
+        """Yield the instants of its steps, in 1/65536 tick, if it begins at `base`."""
+        if self.flags & PAUSE:
+            return
+        interval = self.first
+        for _ in range(self.count):
+            base += interval
+            yield base
+            interval += self.add
+
+    def good(self, shortest: int) -> bool:
+        """Return whether a board takes it whose steps have at least so many ticks between them."""
+        if self.flags & PAUSE:
+            masks = self.count >> 8, self.count & 255
+            sets = max(masks) < 32 if self.flags & OUT else self.count == 0
+            return sets and self.flags < 32 and SHORTEST_PAUSE <= self.interval <= LONGEST
+        ends = self.first >> 16, self.last >> 16
+        return not self.flags & ~(DOWN | HALF) and self.count > 0 and shortest <= min(ends) and max(ends) <= LONGEST
+
+
+def unpack(payload: bytes) -> list[Record]:
+    """Return the records of a payload, whose length is that of whole records."""
+    return [Record(*fields) for fields in _RECORD.iter_unpack(payload)]
+
+
+def pack(records: Iterable[Record]) -> bytes:
+    """Return the payload of PUSH."""
+    return b"".join(_RECORD.pack(*record) for record in records)
+
+
+assert _RECORD.size == RECORD_BYTES  # noqa: S101
+
+
+def length(records: Iterable[Record]) -> int:
+    """Return how long records are in all, in 1/65536 tick: where the next one begins."""
+    return sum(record.length for record in records)
+
+
+def pauses(gap: int, flags: int = 0) -> list[Record]:
+    """Return pauses that last so long in all, in 1/65536 tick; the flags are those of all of them.
+
+    Raises:
+        UsageError: the gap is shorter than 256 ticks.
+    """
+    if gap < SHORTEST_PAUSE << 16:
+        raise UsageError(f"a pause of {gap / PER_TICK:g} ticks; expected {SHORTEST_PAUSE} or more")
+    out = []
+    while gap > LONGEST << 16:
+        out.append(Record(flags | PAUSE, 0, _LONG_PAUSE))
+        gap -= _LONG_PAUSE << 16
+    return [*out, Record(flags | PAUSE, 0, gap >> 16, gap & 0xFFFF)]
+
+
+# ----------------------------------------------------------------------------------------------------------------- fit
+_STEPS = np.arange(1, MOST_STEPS + 1, dtype=np.int64)
+_SUMS = _STEPS * (_STEPS - 1) // 2  # how often `add` is in the instant of each step
+
+
+def fit(
+    ticks: Sequence[int] | NDArray[np.int64],
+    base: int,
+    *,
+    tolerance: int = 8 * PER_TICK,
+    flags: int = 0,
+    shortest: int = 224,
+) -> list[Record]:
+    """Return records whose steps are within a tolerance of instants; all in 1/65536 tick, but `shortest` in ticks.
+
+    Each record is as long as it can be, and begins where the arithmetic of the board will be, so errors do not add up.
+    `base` is where the first one begins.  Before a step that is more than 2^31 ticks away there are pauses.
+
+    Raises:
+        UsageError: steps follow one another faster than the board can make them.
+    """
+    out: list[Record] = []
+    instants = np.asarray(ticks, dtype=np.int64)
+    at = 0
+    while at < len(instants):
+        offsets = instants[at : at + MOST_STEPS] - base
+        if offsets[0] > LONGEST << 16:
+            out.append(Record(flags | PAUSE, 0, _LONG_PAUSE))
+            base += _LONG_PAUSE << 16
+            continue
+        count, first, add = _longest(offsets, tolerance, shortest << 16)
+        if not count:
+            raise UsageError(
+                f"step {at} of {len(instants)}: {offsets[0] / PER_TICK:g} ticks behind the one before; expected "
+                f"{shortest} or more; choose a lower rate, or a faster board"
+            )
+        record = Record(flags, count, first >> 16, first & 0xFFFF, add)
+        out.append(record)
+        base += record.length
+        at += count
+    return out
+
+
+Found = tuple[int, int, int]  # steps, first interval, add
+
+
+def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int) -> Found:
+    """Return the longest record for the steps at these offsets from its beginning; of 0 steps if there is none."""
+    most = len(offsets)
+    low, high = offsets - tolerance, offsets + tolerance
+    best: Found = (0, 0, 0)
+    bounds = (-STEEPEST, STEEPEST)  # of `add`, proved by the steps that are in the record for sure
+    too_many, trial = most + 1, 1
+    while best[0] + 1 < too_many:
+        found, proved = _through(low[:trial], high[:trial], shortest, bounds, best[2])
+        if found is None:
+            too_many = trial
+        else:
+            bounds = proved
+            best = _extended(trial, *found, low[: too_many - 1], high[: too_many - 1], shortest)
+        trial = min(most, 4 * best[0]) if too_many > most else (best[0] + too_many) // 2
+    return best
+
+
+def _through(
+    low: NDArray[np.int64], high: NDArray[np.int64], shortest: int, bounds: tuple[int, int], add: int
+) -> tuple[tuple[int, int] | None, tuple[int, int]]:
+    """Return first interval and `add` with which every step is between its limits, or None; and the bounds of `add`.
+
+    In the plane of `add` and the first interval each limit is a half-plane.  For one `add` the intervals that do are
+    between two limits; where there is none, those two limits tell on which side of this `add` there may be some.
+    """
+    count = len(low)
+    steps, sums = _STEPS[:count], _SUMS[:count]
+    least, greatest = bounds
+    while least <= greatest:
+        moved = sums * add
+        floors, ceilings = -((moved - low) // steps), (high - moved) // steps
+        below, above = int(floors.argmax()), int(ceilings.argmin())
+        floor, ceiling = int(floors[below]), int(ceilings[above])
+        # where on the line the limit is: half the index of the step; first and last interval are limits as well
+        places = [(floor, below / 2), (shortest, 0.0), (shortest - (count - 1) * add, count - 1.0)]
+        floor, lower = max(places)
+        longest = (LONGEST << 16) + 0xFFFF
+        ceiling, upper = min((ceiling, above / 2), (longest, 0.0), (longest - (count - 1) * add, count - 1.0))
+        if floor <= ceiling:
+            # the one that brings the last step nearest to its instant: the next record begins there
+            wish = round((int(low[-1]) + int(high[-1]) - 2 * int(moved[-1])) / (2 * count))
+            return (min(max(wish, floor), ceiling), add), (least, greatest)
+        if lower == upper:
+            break
+        missing = (floor - ceiling) / (lower - upper)  # how far `add` must go for these two limits alone
+        upwards = lower > upper
+        if upwards:
+            least = add + max(1, int(missing))
+        else:
+            greatest = add - max(1, int(-missing))
+        bounded = least > -STEEPEST and greatest < STEEPEST
+        add = (least + greatest) // 2 if bounded else (least if upwards else greatest)
+    return None, bounds
+
+
+def _extended(
+    count: int, first: int, add: int, low: NDArray[np.int64], high: NDArray[np.int64], shortest: int
+) -> Found:
+    """Return a record with all the steps that the same interval and `add` reach."""
+    end = min(len(low), 8 * count)
+    if add < 0:
+        end = min(end, (first - shortest) // -add + 1)
+    elif add > 0:
+        end = min(end, ((LONGEST << 16) - first) // add + 1)
+    if end <= count:
+        return count, first, add
+    steps = _STEPS[count:end] * first + _SUMS[count:end] * add
+    wrong = (steps < low[count:end]) | (steps > high[count:end])
+    beyond = int(wrong.argmax())
+    return (count + beyond if wrong[beyond] else end), first, add

@@ -1,0 +1,435 @@
+"""The wire to a board: frames, COBS, CRC, and the messages as rows of fields.
+
+A frame is `number, kind, payload, CRC-16/MCRF4XX` (little-endian), made free of zeros by COBS, with a zero behind it.
+So a receiver is in step again at the next zero, whatever was damaged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from struct import Struct
+from typing import NamedTuple
+
+from ..errors import UsageError
+
+LONGEST_CHUNK = 80  # encoded bytes without the zero; a longer one is damaged
+RECORD_BYTES, RECORDS_A_FRAME = 13, 5
+ENTRIES_A_FRAME = 10  # of a tail
+INPUTS, PHASES = 6, 8
+
+
+class FrameKind(IntEnum):
+    """What a frame is: from the host to the board, and from 0x80 on back."""
+
+    HELLO = 1
+    PUSH = 2
+    START = 3
+    STOP = 4
+    CONFIG = 5
+    ASK = 6
+    TAIL = 7
+    RESET = 8
+    OUTPUTS = 9
+    REPEAT = 10
+    CHECK = 11
+    ANSWER = 0x80
+    IDENT = 0x81
+    EVENT = 0x82
+
+
+# Taken in their order only; the others carry any number, a token that comes back with the answer.
+NUMBERED = frozenset(
+    (
+        FrameKind.PUSH,
+        FrameKind.START,
+        FrameKind.CONFIG,
+        FrameKind.TAIL,
+        FrameKind.RESET,
+        FrameKind.OUTPUTS,
+        FrameKind.CHECK,
+    )
+)
+
+
+class BoardState(IntEnum):
+    """What a board does; it leaves HALT by RESET only, and BOOT, its state at power-up, by CONFIG only."""
+
+    IDLE = 0
+    RUN = 1
+    BRAKE = 2
+    HOLD = 3
+    HALT = 4
+    BOOT = 5
+
+
+class Happening(IntEnum):
+    """What an event tells."""
+
+    REST = 1
+    UNDERRUN = 2
+    HALTED = 3
+    STOPPED = 4
+    BRAKED = 5
+    HELD = 6
+    RELEASED = 7
+    MARK = 8
+    INPUT = 9
+    LATE = 10
+    WATCHDOG = 11
+    ESTOP = 12
+    BOOT = 13
+    CHECKED = 14
+
+
+class Outcome(IntEnum):
+    """What became of a frame; only one that is taken uses up its number."""
+
+    TAKEN = 0
+    DAMAGED = 1
+    WRONG_NUMBER = 2
+    NO_ROOM = 3
+    WRONG_STATE = 4
+    BAD_CONTENT = 5
+    LATE = 6
+
+
+class Reflex(IntEnum):
+    """What a board does at once when an input becomes active; the last two are added to STOP and BRAKE."""
+
+    NONE = 0
+    STOP = 1
+    BRAKE = 2
+    HOLD = 3
+    MARK = 4
+    ESTOP = 5
+    UPWARDS = 16
+    DOWNWARDS = 32
+
+
+class Frame(NamedTuple):
+    """A frame that arrived as it was sent."""
+
+    number: int
+    kind: int
+    payload: bytes
+
+
+class Damaged(NamedTuple):
+    """A chunk that is no frame; `why` says what was wrong with it."""
+
+    why: str
+
+
+class Answer(NamedTuple):
+    """What became of a frame of the host, and how the board stood at that tick (u32)."""
+
+    wanted: int
+    echo: int
+    kind: int
+    result: int
+    free: int
+    state: int
+    events: int
+    inputs: int
+    position: int
+    tick: int
+
+
+class BoardEvent(NamedTuple):
+    """What happened on a board, numbered from its power-up on; `which` is the input, or 255."""
+
+    number: int
+    kind: int
+    which: int
+    state: int
+    inputs: int
+    position: int
+    tick: int
+
+
+class Ident(NamedTuple):
+    """What a board is.
+
+    `slots` of its queue, entries of its `tail`, bytes of frames that may be unanswered (`room`), the `shortest`
+    interval of steps, and its ticks a second (`hz`).
+    """
+
+    wanted: int
+    version: int
+    board: int
+    slots: int
+    tail: int
+    room: int
+    shortest: int
+    hz: int
+
+
+_ANSWER, _EVENT, _IDENT = Struct("<BBBBBBBiI"), Struct("<BBBBiI"), Struct("<BBBBBHI")
+_START, _RESET, _OUTPUTS, _CHECK, _ENTRY = Struct("<I"), Struct("<Bi"), Struct("<BB"), Struct("<HH"), Struct("<IH")
+_CONFIG = Struct("<IIBBBB6s8sB")
+SIZES = {  # of the payloads that have one size
+    FrameKind.HELLO: 0,
+    FrameKind.START: _START.size,
+    FrameKind.STOP: 1,
+    FrameKind.CONFIG: _CONFIG.size,
+    FrameKind.ASK: 0,
+    FrameKind.RESET: _RESET.size,
+    FrameKind.OUTPUTS: _OUTPUTS.size,
+    FrameKind.REPEAT: 1,
+    FrameKind.CHECK: _CHECK.size,
+    FrameKind.ANSWER: _ANSWER.size,
+    FrameKind.IDENT: _IDENT.size,
+    FrameKind.EVENT: _EVENT.size,
+}
+
+
+MOST = {  # of the numbers of CONFIG
+    "start_stop": 2**31 - 1,
+    "watchdog": 2**32 - 1,
+    "polarity": 3,
+    "active": 63,
+    "report": 63,
+    "enable_off": 3,
+    "phase": 7,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class BoardConfig:
+    """How a board is to act; times in its ticks.
+
+    `polarity`: 1, DIR high is up; 2, ENABLE is active low.  `active`: bit n, input n is active when high.  `report`:
+    bit n, each edge of input n is told.  `enable_off`: 1, at an emergency stop; 2, at every halt.  `reflex`: one for
+    each input.  `pattern`: phases A to D in bits 0 to 3 by the index of half steps, all zero without phases; `phase`:
+    the index now.
+    """
+
+    start_stop: int
+    watchdog: int = 0
+    polarity: int = 1
+    active: int = 0
+    report: int = 0
+    enable_off: int = 1
+    reflex: tuple[int, ...] = (0,) * INPUTS
+    pattern: tuple[int, ...] = (0,) * PHASES
+    phase: int = 0
+
+    def pack(self) -> bytes:
+        """Return the payload of CONFIG.
+
+        Raises:
+            UsageError: a field is out of its range.
+        """
+        self.check()
+        return _CONFIG.pack(
+            self.start_stop,
+            self.watchdog,
+            self.polarity,
+            self.active,
+            self.report,
+            self.enable_off,
+            bytes(self.reflex),
+            bytes(self.pattern),
+            self.phase,
+        )
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> BoardConfig:
+        """Return what a payload of CONFIG says; its fields may be out of range (`check`)."""
+        start_stop, watchdog, polarity, active, report, off, reflex, pattern, phase = _CONFIG.unpack(payload)
+        return cls(start_stop, watchdog, polarity, active, report, off, tuple(reflex), tuple(pattern), phase)
+
+    def check(self) -> None:
+        """Complain if a board would refuse it.
+
+        Raises:
+            UsageError: a field is out of its range.
+        """
+        for name, most in MOST.items():
+            if not 0 <= (value := getattr(self, name)) <= most:
+                raise UsageError(f"CONFIG: {name} {value}; expected 0 to {most}")
+        if len(self.reflex) != INPUTS or not all(map(_is_reflex, self.reflex)):
+            raise UsageError(
+                f"CONFIG: reflex {self.reflex}; expected {INPUTS} numbers, 0 to {Reflex.ESTOP} "
+                "(1 and 2 + 16: only upwards, + 32: only downwards)"
+            )
+        if len(self.pattern) != PHASES or not all(0 <= each <= 15 for each in self.pattern):
+            raise UsageError(f"CONFIG: pattern {self.pattern}; expected {PHASES} numbers, 0 to 15")
+
+    @property
+    def good(self) -> bool:
+        """Whether a board takes it."""
+        try:
+            self.check()
+        except UsageError:
+            return False
+        return True
+
+
+def _is_reflex(number: int) -> bool:
+    reflex, ways = number & 15, number & ~15
+    return not ways or (reflex in (Reflex.STOP, Reflex.BRAKE) and ways in (16, 32)) if reflex <= Reflex.ESTOP else False
+
+
+# -------------------------------------------------------------------------------------------------------------- frames
+def _crc_table() -> tuple[int, ...]:
+    table = []
+    for value in range(256):
+        for _ in range(8):
+            value = value >> 1 ^ 0x8408 * (value & 1)
+        table.append(value)
+    return tuple(table)
+
+
+_TABLE = _crc_table()
+
+
+def crc(data: bytes) -> int:
+    """Return the CRC-16/MCRF4XX of bytes."""
+    value = 0xFFFF
+    for byte in data:
+        value = value >> 8 ^ _TABLE[(value ^ byte) & 255]
+    return value
+
+
+def stuff(data: bytes) -> bytes:
+    """Return bytes in COBS: without zeros, and without one at the end.  Up to 253 bytes, more than any frame has."""
+    return b"".join(bytes((len(part) + 1,)) + part for part in data.split(b"\0"))
+
+
+def unstuff(chunk: bytes) -> bytes | None:
+    """Return what a chunk in COBS stands for; None if it is none."""
+    out, at = [], 0
+    while at < len(chunk):
+        end = at + chunk[at]
+        if end > len(chunk):
+            return None
+        out.append(chunk[at + 1 : end])
+        at = end
+    return b"\0".join(out)
+
+
+def encode(number: int, kind: int, payload: bytes = b"") -> bytes:
+    """Return a frame as it goes on the wire, with the zero behind it."""
+    head = bytes((number, kind)) + payload
+    return stuff(head + crc(head).to_bytes(2, "little")) + b"\0"
+
+
+def decode(chunk: bytes) -> Frame | Damaged:
+    """Return what a chunk is, the bytes between two zeros."""
+    if len(chunk) > LONGEST_CHUNK:
+        return Damaged(f"more than {LONGEST_CHUNK} bytes")
+    data = unstuff(chunk)
+    if data is None:
+        return Damaged("no COBS")
+    if len(data) < 4:
+        return Damaged(f"{len(data)} bytes; the shortest frame has 4")
+    if crc(data[:-2]) != int.from_bytes(data[-2:], "little"):
+        return Damaged("CRC")
+    return Frame(data[0], data[1], data[2:-2])
+
+
+class Decoder:
+    """Bytes of a line become frames, however they are cut.
+
+    Of a chunk without an end no more is kept than shows that it is too long.
+    """
+
+    def __init__(self) -> None:
+        self._chunk = bytearray()
+
+    def feed(self, data: bytes) -> Iterator[Frame | Damaged]:
+        """Yield the frames that are complete with these bytes, and what was damaged; empty chunks are nothing.
+
+        All of it is to be taken: what is left in the iterator is lost.
+        """
+        *ends, rest = data.split(b"\0")
+        for end in ends:
+            self._chunk += end[: LONGEST_CHUNK + 1]
+            chunk = bytes(self._chunk)
+            self._chunk.clear()
+            if chunk:
+                yield decode(chunk)
+        self._chunk += rest
+        del self._chunk[LONGEST_CHUNK + 1 :]
+
+
+# ------------------------------------------------------------------------------------------------------------ messages
+def answer_frame(answer: Answer) -> bytes:
+    """Return the frame of an answer."""
+    wanted, *rest, tick = answer
+    return encode(wanted, FrameKind.ANSWER, _ANSWER.pack(*rest, tick & 0xFFFFFFFF))
+
+
+def event_frame(event: BoardEvent) -> bytes:
+    """Return the frame of an event."""
+    number, *rest, tick = event
+    return encode(number, FrameKind.EVENT, _EVENT.pack(*rest, tick & 0xFFFFFFFF))
+
+
+def ident_frame(ident: Ident) -> bytes:
+    """Return the frame in which a board says what it is."""
+    wanted, *rest = ident
+    return encode(wanted, FrameKind.IDENT, _IDENT.pack(*rest))
+
+
+def read(frame: Frame) -> Answer | BoardEvent | Ident | None:
+    """Return what a board says in a frame; None if no board says such a thing."""
+    number, kind, payload = frame
+    if len(payload) != SIZES.get(kind):  # type: ignore[call-overload]  # any number
+        return None
+    if kind == FrameKind.ANSWER:
+        return Answer(number, *_ANSWER.unpack(payload))
+    if kind == FrameKind.EVENT:
+        return BoardEvent(number, *_EVENT.unpack(payload))
+    if kind == FrameKind.IDENT:
+        return Ident(number, *_IDENT.unpack(payload))
+    return None
+
+
+def start_payload(tick: int) -> bytes:
+    """Return the payload of START; ticks are taken modulo 2^32."""
+    return _START.pack(tick & 0xFFFFFFFF)
+
+
+def start_tick(payload: bytes) -> int:
+    """Return the tick of START."""
+    tick: int
+    (tick,) = _START.unpack(payload)
+    return tick
+
+
+def tail_payload(first: int, entries: Sequence[tuple[int, int]]) -> bytes:
+    """Return the payload of TAIL: entries of (interval in 1/256 tick, count), the first of which has that index."""
+    return bytes((first,)) + b"".join(_ENTRY.pack(*entry) for entry in entries)
+
+
+def tail_entries(payload: bytes) -> tuple[int, list[tuple[int, int]]] | None:
+    """Return the index of the first entry and the entries of TAIL; None if it has not 1 to 10 of them."""
+    if not 1 + _ENTRY.size <= len(payload) <= 1 + ENTRIES_A_FRAME * _ENTRY.size or (len(payload) - 1) % _ENTRY.size:
+        return None
+    return payload[0], [(interval, count) for interval, count in _ENTRY.iter_unpack(payload[1:])]
+
+
+def reset_payload(position: int | None) -> bytes:
+    """Return the payload of RESET; without a position the board keeps its own."""
+    return _RESET.pack(position is not None, position or 0)
+
+
+def reset_position(payload: bytes) -> int | None:
+    """Return the position that RESET sets; None if it sets none."""
+    flags, position = _RESET.unpack(payload)
+    return position if flags & 1 else None
+
+
+def check_payload(count: int, interval: int) -> bytes:
+    """Return the payload of CHECK: pulses, and the ticks between them."""
+    return _CHECK.pack(count, interval)
+
+
+def check_numbers(payload: bytes) -> tuple[int, int]:
+    """Return pulses and ticks between them of CHECK."""
+    count, interval = _CHECK.unpack(payload)
+    return count, interval
