@@ -5,7 +5,6 @@
  * go on.
  */
 #include <avr/io.h>
-#include <string.h>
 
 #include "clock.h"
 #include "commands.h"
@@ -172,7 +171,7 @@ static void take_push(void)
        then `in` is where it was. */
     if (queued + n <= SLOTS)
         for (i = 0; i < n; i++)
-            memcpy(slot(i), &records[i], sizeof(struct record));
+            prepare(i, &records[i]);
     else
         n = 0;
     tick = enter();

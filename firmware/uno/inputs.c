@@ -12,6 +12,7 @@
 #include "outputs.h"
 #include "pins.h"
 #include "protocol.h"
+#include "wire.h"
 
 volatile uint8_t levels;
 uint8_t active;
@@ -28,9 +29,9 @@ static uint8_t estops;
 void set_up_inputs(void)
 {
     PORTC = INPUTS_MASK; /* pull-ups: a wire that breaks reads high */
-    levels = PINC & INPUTS_MASK;
     PCMSK1 = INPUTS_MASK;
     PCICR = _BV(PCIE1);
+    levels = PINC & INPUTS_MASK; /* an edge from now on is in the flag */
 }
 
 void sort_reflexes(void)
@@ -169,8 +170,10 @@ void act_at_load(uint32_t tick, uint8_t at_start)
     uint8_t i, bit;
 
     for (i = 0, bit = 1; i < 6; i++, bit <<= 1)
-        if (causes & bit)
+        if (causes & bit) {
             act(bit, i, tick);
+            serve_line();
+        }
 }
 
 void look(void)
@@ -186,6 +189,7 @@ void look(void)
     for (i = 0, bit = 1; i < 6; i++, bit <<= 1) {
         if (!(changed & bit))
             continue;
+        serve_line();
         levels ^= bit;
         if (becoming & bit) {
             if (act(bit, i, tick))

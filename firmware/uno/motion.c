@@ -45,15 +45,15 @@ uint32_t last;      /* tick of the last step */
 uint16_t left;      /* steps of the record that have not been made */
 uint8_t phase_step; /* half steps a step, modulo 8 */
 
-static struct record queue[SLOTS];
-static struct record *out = queue; /* the next one to play */
-static struct record *in = queue;  /* where the main loop writes */
+struct record queue[SLOTS];
+struct record *out = queue; /* the next one to play */
+uint16_t count;             /* steps of the record; in a pause the word with mask and value */
+uint8_t flags;              /* of the record */
+int32_t end;                /* position behind the record */
+uint8_t stepped;            /* there is a last step that a pace may count from */
 
-static uint16_t count; /* steps of the record; in a pause the word with mask and value */
-static uint8_t flags;  /* of the record */
-static int32_t end;    /* position behind the record */
-static uint32_t far;   /* ticks from the next hop to `due` */
-static uint8_t stepped; /* there is a last step that a pace may count from */
+static struct record *in = queue; /* where the main loop writes */
+static uint32_t far;              /* ticks from the next hop to `due` */
 static uint8_t paced;   /* there have been two */
 static uint32_t pace;   /* ticks between them, as of the end of a record */
 static uint32_t held_at;
@@ -154,13 +154,12 @@ static void grow(void)
 
     if (mode & RAMP) {
         low = interval.fraction + (uint16_t)add;
-        interval.tick += (int16_t)(add >> 16) + (low < interval.fraction);
+        interval.tick += (int32_t)(int16_t)((uint32_t)add >> 16) + (low < interval.fraction);
         interval.fraction = low;
     }
-    if (interval.tick >= LONG_LEAST)
+    mode &= ~LONG;
+    if ((uint16_t)(interval.tick >> 16) || (uint16_t)interval.tick >= LONG_LEAST)
         mode |= LONG;
-    else
-        mode &= ~LONG;
 }
 
 void late(void)
@@ -360,19 +359,28 @@ void brake(uint8_t happening, uint8_t which, uint32_t tick)
 }
 
 /* --------------------------------------------------------------------------------------------------------- the queue */
-/* Return the slot behind the queue, `ahead` more behind that; the main loop fills it before it is published. */
-uint8_t *slot(uint8_t ahead)
+static struct record *place_in_queue(uint8_t ahead)
 {
     struct record *free = in + ahead;
 
     if (free >= queue + SLOTS)
         free -= SLOTS;
-    return (uint8_t *)free;
+    return free;
+}
+
+/* Write a record `ahead` places behind the queue, with what the interrupt wants to know of it at a glance. */
+void prepare(uint8_t ahead, const struct record *record)
+{
+    struct record *free = place_in_queue(ahead);
+
+    *free = *record;
+    if (record->add && !(record->flags & IS_PAUSE))
+        free->flags |= RAMP;
 }
 
 void publish(uint8_t n)
 {
-    in = (struct record *)slot(n);
+    in = place_in_queue(n);
     queued += n;
 }
 
@@ -402,9 +410,7 @@ static void load_record(void)
         else
             end += count;
         add = record->add;
-        if (add)
-            new_mode |= RAMP;
-        mode = new_mode;
+        mode = new_mode | (flags & RAMP);
         grow();
     }
     set_phase_step();

@@ -51,7 +51,7 @@ void take_tail(const struct tail_entry *from, uint8_t first, uint8_t n);
 void set_phase_step(void);
 
 /* These are for the main loop. */
-uint8_t *slot(uint8_t ahead);
+void prepare(uint8_t ahead, const struct record *record);
 void publish(uint8_t count);
 void tail_settled(void);
 void refresh_hint(void);

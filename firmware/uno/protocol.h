@@ -2,13 +2,14 @@
 #ifndef PROTOCOL_H
 #define PROTOCOL_H
 
+#include "sizes.h"
+
 #define VERSION 1
 #define BOARD_UNO 1
 #define HZ 16000000UL
 #define SHORTEST 224 /* ticks; tests/firmware/test_rates.py measures what is behind it */
-#define SLOTS 64     /* records in the queue */
 #define TAIL_MOST 40 /* entries of the way down */
-#define ROOM 127     /* bytes of frames that may be unanswered: what the ring of wire.c holds */
+#define ROOM (RING - 1) /* bytes of frames that may be unanswered */
 #define CHUNK_MOST 80
 
 enum kind { HELLO = 1, PUSH, START, STOP, CONFIG, ASK, TAIL, RESET, OUTPUTS, REPEAT, CHECK, KINDS };

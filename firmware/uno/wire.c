@@ -7,9 +7,6 @@
 #include "wire.h"
 
 /* Rings, whose other ends are in interrupts.S. */
-#define RING (ROOM + 1)
-#define TX_RING 64
-
 uint8_t received[RING];
 volatile uint8_t received_head;
 static uint8_t received_tail;
@@ -34,6 +31,14 @@ void set_up_wire(void)
     UCSR0A = _BV(U2X0);
     UCSR0C = _BV(UCSZ01) | _BV(UCSZ00);
     UCSR0B = _BV(RXEN0) | _BV(TXEN0) | _BV(RXCIE0);
+}
+
+void serve_line(void)
+{
+    while (UCSR0A & _BV(RXC0)) {
+        received[received_head] = UDR0;
+        received_head = (received_head + 1) & (RING - 1);
+    }
 }
 
 static inline void put(uint8_t byte)

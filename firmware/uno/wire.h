@@ -15,6 +15,9 @@ void set_up_wire(void);
    none yet. */
 int8_t listen(void);
 
+/* Take a byte from the receiver, if there is one: for whoever has interrupts off for longer than two bytes last. */
+void serve_line(void);
+
 /* Send a frame; waits while there is no room. */
 void send(uint8_t number, uint8_t kind, const void *payload, uint8_t length);
 

@@ -84,6 +84,8 @@ class Board {
     this.vector = 0; // of the interrupt that is pending and comes first
     this.offSince = 0;
     this.offBy = "reset";
+    this.lastRead = null; // the tick that the firmware read last
+    this.watched = this.lookTick = null;
     this.off = {}; // longest times without interrupts, by what turned them off
     this.taken = {}; // how often an interrupt was taken
     this.clear();
@@ -99,6 +101,17 @@ class Board {
     this.falls = [];
     this.ports = []; // [tick, PORTB, DDRB, PORTD, DDRD]
     this.sent = []; // [tick, byte]
+    this.looks = []; // [tick, levels]
+  }
+
+  /** Tell of each look at the inputs, which is where the firmware writes `address`: the tick that it read before. */
+  watch(address) {
+    this.cpu.writeHooks[address] = (value) => {
+      if (this.watched !== this.offSince) this.lookTick = this.lastRead;
+      this.watched = this.offSince;
+      if (this.lastRead !== null) this.looks.push([this.lookTick, value]); // else: the start of the program
+      return false;
+    };
   }
 
   tick(cycle) {
@@ -133,17 +146,20 @@ class Board {
     timed(OCR1AH, (value) => (this.high = value));
     timed(OCR1AL, (value, cycle) => {
       this.compare = (this.high << 8) | value;
+      cpu.data[OCR1AL] = value;
+      cpu.data[OCR1AH] = this.high;
       this.#aim(cycle);
     });
     read[TCNT1L] = () => {
-      const count = (cpu.cycles + 1 - this.origin) & 0xffff;
+      this.lastRead = this.tick(cpu.cycles + 1);
+      const count = this.lastRead & 0xffff;
       this.high = count >> 8;
       return count & 0xff;
     };
     read[TCNT1H] = () => this.high;
     timed(TIMSK1, (value) => (cpu.data[TIMSK1] = value));
-    write[TIFR1] = (value) => {
-      this.flags &= ~value;
+    write[TIFR1] = (value, old, address, mask) => {
+      this.flags &= ~(value & mask); // SBI names one flag
       this.#plan();
       return true;
     };
@@ -360,9 +376,10 @@ class Board {
 function answer(board, request) {
   const told = {};
   if (request.power) board.powerUp();
+  if (request.watch !== undefined) board.watch(request.watch);
   if (request.loop !== undefined) board.looped = request.loop;
   for (const [input, level, tick] of request.inputs || []) board.setInput(input, level, tick);
-  if (request.bytes) told.until = board.receive(Buffer.from(request.bytes, "hex"), request.at);
+  told.until = (request.bytes || []).map(([hex, tick]) => board.receive(Buffer.from(hex, "hex"), tick));
   if (request.run !== undefined) board.run(request.run);
   if (request.end !== undefined) told.unused = board.unused(request.end);
   if (request.counts) {
@@ -376,6 +393,7 @@ function answer(board, request) {
   told.falls = board.falls;
   told.ports = board.ports;
   told.sent = board.sent;
+  told.looks = board.looks;
   told.overruns = board.overruns;
   return told;
 }
