@@ -78,7 +78,7 @@ uint8_t is_estop_active(void)
 }
 
 /* Is the match that is due not to come, if `causes` act now, in ascending order?  Interrupts are off. */
-static uint8_t take_away(uint8_t causes)
+uint8_t takes_away(uint8_t causes)
 {
     uint8_t braking, holding;
 
@@ -99,7 +99,7 @@ uint32_t enter_to_stop(uint8_t causes)
     for (;;) {
         uint32_t tick = enter();
 
-        if (!take_away(causes))
+        if (!takes_away(causes))
             return tick;
         /* A match may come until the next line has been run; then STEP is high and the step counts. */
         TCCR1A = DISARMED;
@@ -171,8 +171,8 @@ void act_at_load(uint32_t tick, uint8_t at_start)
 
     for (i = 0, bit = 1; i < 6; i++, bit <<= 1)
         if (causes & bit) {
-            act(bit, i, tick);
             serve_line();
+            act(bit, i, tick);
         }
 }
 

@@ -31,7 +31,7 @@ from .wire import (
 )
 
 IDLE, RUN, BRAKE, HOLD, HALT, BOOT = BoardState
-SOON, AT_ONCE = 1600, 400  # ticks: from START to the first step; from an edge to the next step
+SOON, AT_ONCE = 1600, 1200  # ticks: from START to the first step; from an edge to the next step
 KEPT_EVENTS = 8
 LEAST_CHECK = 256  # ticks between the pulses of a self-test
 HOST = 255  # `which` of an event that no input caused
