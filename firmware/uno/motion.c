@@ -17,7 +17,7 @@
 
 /* `mode`, as in interrupts.S: with none of the first five the short way is enough. */
 #define HOP 0x01     /* the match is only on the way to an instant that is far away */
-#define PAUSE 0x02   /* what is due is the end of a pause */
+/* PAUSE, 0x02, is in motion.h */
 #define BRAKING 0x04 /* behind the step that is due the tail begins */
 #define STILL 0x08   /* nothing is due */
 #define LONG 0x10    /* the interval behind the step that is due may need hops */
@@ -103,11 +103,6 @@ void halt(void)
     forget_queue();
     if (enable_off & 2)
         set_outputs(ENABLE_OUTPUT, 0);
-}
-
-uint8_t is_in_pause(void)
-{
-    return mode & PAUSE;
 }
 
 void set_phase_step(void)
@@ -516,17 +511,57 @@ static void play_next(uint32_t tick)
     aim(tick);
 }
 
-/* Behind a record, a piece of the way down, or the step at which the brake found us: the way down, or the end. */
-static void play_down(uint32_t tick, uint8_t plays)
+/* The step of `tick` was the last one of its record, or a brake waited for it: begin the way down from it, or return 0
+   if there is nothing to play.  All of it in one piece, for at full rate this is the longest way to the next step. */
+static uint8_t go_down(uint32_t tick)
 {
-    if (plays)
-        aim(tick);
-    serve_line();
+    uint32_t ticks = tick - last;
+    uint16_t fraction = 0, steps = 1;
+    uint8_t plays = stepped || left != count;
+
+    if (fresh.count)
+        settle_tail();
+    if (!plays || ticks >= start_stop) {
+        plays = 0;
+    } else if (tail_count) {
+        uint8_t first = slower(ticks, hint);
+        const struct tail_entry *next = &tail[first];
+
+        if (first == tail_count) {
+            plays = 0;
+        } else {
+            entry = first + 1;
+            fraction = (uint16_t)(uint8_t)next->interval << 8;
+            ticks = next->interval >> 8;
+            steps = next->count;
+        }
+    } else {
+        ticks += ticks >> 4;
+        plays = ticks <= start_stop;
+    }
+    end_pulse();
+    if (plays && ticks < LONG_LEAST) {
+        OCR1A = (uint16_t)tick + (uint16_t)ticks;
+        TCCR1A = ARMED;
+    }
+    mode &= ~BRAKING;
+    left--;
+    last = tick;
     step_phases();
-    if (plays)
-        account();
+    place(position_now());
+    if (!plays)
+        return 0;
+    pace = ticks;
+    interval.fraction = due.fraction = fraction;
+    interval.tick = ticks;
+    due.tick = tick + ticks;
+    chosen = steps;
+    account();
+    if (ticks < LONG_LEAST)
+        look_back();
     else
-        halt();
+        aim(tick);
+    return 1;
 }
 
 /* Behind a record, at `tick`: the next one, the next piece of the way down, or the end. */
@@ -552,37 +587,30 @@ static void go_on(uint32_t tick)
         }
         note(UNDERRUN, NOBODY, tick);
     } else if (state == RUN) {
-        remember(tick);
-        plays = choose_first();
-        end_pulse();
-        if (plays)
-            set_state(BRAKE);
-        play_down(tick, plays);
+        plays = go_down(tick);
+        if (plays) {
+            if (state == RUN) /* it may have been too late */
+                set_state(BRAKE);
+        } else {
+            halt();
+        }
         note(UNDERRUN, NOBODY, tick);
     } else {
+        /* The next piece of the way down. */
         left--;
         last = tick;
         plays = tail_count ? choose_entry() : choose_longer();
         end_pulse();
-        play_down(tick, plays);
-        if (!plays)
+        if (plays)
+            aim(tick);
+        step_phases();
+        if (plays) {
+            account();
+        } else {
+            halt();
             note(HALTED, NOBODY, tick);
+        }
     }
-}
-
-/* Behind the step that was made although a brake had come. */
-static void go_down(uint32_t tick)
-{
-    uint8_t plays;
-
-    remember(tick);
-    plays = choose_first();
-    end_pulse();
-    place(position_now());
-    mode &= ~BRAKING;
-    play_down(tick, plays);
-    if (!plays)
-        note(HALTED, NOBODY, tick);
 }
 
 /* ---------------------------------------------------------------------------------------------------------- the hold */
@@ -653,7 +681,12 @@ void match(void)
                 set_outputs(count >> 8, count);
             go_on(due.tick);
         } else if (was & BRAKING) {
-            go_down(due.tick);
+            uint32_t tick = due.tick;
+
+            if (!go_down(tick)) {
+                halt();
+                note(HALTED, NOBODY, tick);
+            }
         } else if (left == 1) {
             go_on(due.tick);
         } else {

@@ -7,11 +7,11 @@
 #include "wire.h"
 
 /* Rings, whose other ends are in interrupts.S. */
-uint8_t received[RING];
+volatile uint8_t received[RING];
 volatile uint8_t received_head;
 static uint8_t received_tail;
 
-uint8_t sending[TX_RING];
+volatile uint8_t sending[TX_RING];
 volatile uint8_t sending_head, sending_tail;
 
 uint8_t frame[FRAME_MOST + 1];
