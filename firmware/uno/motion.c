@@ -179,8 +179,9 @@ static void look_back(void)
         late();
 }
 
-/* Set the timer to `due`, seen from the tick `from`, which is now or not long ago. */
-static void aim(uint32_t from)
+/* Write to the timer where `due` is, or a hop on the way to it, seen from the tick `from`, which is now or not long ago.
+   Return the ticks up to `due`. */
+static inline uint32_t set_timer(uint32_t from)
 {
     uint32_t ahead = due.tick - from;
 
@@ -188,35 +189,40 @@ static void aim(uint32_t from)
         OCR1A = (uint16_t)from + HOP_TICKS;
         far = ahead - HOP_TICKS;
         mode |= HOP;
-        return;
+    } else {
+        OCR1A = due.tick;
+        mode &= ~HOP;
     }
-    OCR1A = due.tick;
-    mode &= ~HOP;
+    return ahead;
+}
+
+/* Set the timer behind a match. */
+static void aim(uint32_t from)
+{
+    uint32_t ahead = set_timer(from);
+
+    if (mode & HOP)
+        return;
     if (!(mode & PAUSE))
         TCCR1A = ARMED;
     if (ahead < HOP_TICKS)
         look_back();
 }
 
-/* The same, but not from a match: the flag of one that meant nothing must not be taken for the one that is due. */
+/* The same, but not from a match: what was written to the timer before may have come true until now, and must not be
+   taken for what is due.  That is SOON ticks away at least, so its flag cannot be lost here. */
 static void aim_anew(uint32_t from)
 {
+    set_timer(from);
     TIFR1 = _BV(OCF1A);
-    aim(from);
+    if (!(mode & (HOP | PAUSE)))
+        TCCR1A = ARMED;
 }
 
 static inline void end_pulse(void)
 {
     TCCR1A = DISARMED;
     TCCR1C = _BV(FOC1A);
-}
-
-static inline void step_phases(void)
-{
-    if (mode & PHASES) {
-        phase = (phase + phase_step) & 7;
-        show_phase();
-    }
 }
 
 /* --------------------------------------------------------------------------------------------------------- the tail */
@@ -478,18 +484,16 @@ static void play_next(uint32_t tick)
 {
     uint8_t new_flags = out->flags, was_step = !(mode & PAUSE), turns, armed = 0;
 
-    begin_record();
     turns = (new_flags ^ down) & DOWN;
+    begin_record();
     end_pulse();
     if (!turns && !(new_flags & IS_PAUSE) && interval.tick < LONG_LEAST) {
         OCR1A = due.tick;
         TCCR1A = ARMED;
         armed = 1;
     }
-    if (was_step) {
+    if (was_step)
         remember(tick);
-        step_phases();
-    }
     load_record();
     if (armed) {
         look_back();
@@ -547,7 +551,6 @@ static uint8_t go_down(uint32_t tick)
     mode &= ~BRAKING;
     left--;
     last = tick;
-    step_phases();
     place(position_now());
     if (!plays)
         return 0;
@@ -603,7 +606,6 @@ static void go_on(uint32_t tick)
         end_pulse();
         if (plays)
             aim(tick);
-        step_phases();
         if (plays) {
             account();
         } else {
@@ -659,13 +661,11 @@ static void ordinary_step(uint32_t tick)
     advance();
     end_pulse();
     aim(tick);
-    if (!(mode & STILL)) {
+    if (!(mode & STILL))
         grow();
-        step_phases();
-    }
 }
 
-/* Do what follows from a match; interrupts are off. */
+/* Do what follows from a match; interrupts are off.  The phases of a step are there already. */
 void match(void)
 {
     do {
