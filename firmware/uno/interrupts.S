@@ -28,7 +28,8 @@
 #define DOWN 0 /* numbers of bits of flags */
 #define IS_PAUSE 2
 #define IS_HALF 4
-#define RUN 1 /* a state */
+#define RUN 1 /* states */
+#define BRAKE 2
 
 
 /* What a function of C may use, behind r24, SREG and r25, which are on the stack already. */
@@ -84,8 +85,11 @@ need_match:
 to_match:
         SAVE
         call match
+        lds r24, state
+        cpi r24, BRAKE          ; on the way down the next step is more urgent than a byte, which can be sent again
+        breq 1f
         call serve_line         ; this was long, and the next match would come before a byte that waits
-        RESTORE
+1:      RESTORE
 
         .global TIMER1_COMPA_vect
 TIMER1_COMPA_vect:

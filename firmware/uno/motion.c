@@ -567,6 +567,55 @@ static uint8_t go_down(uint32_t tick)
     return 1;
 }
 
+/* On the way down, behind a piece of it: the next one, with the timer's part first, or the end. */
+static void play_piece(uint32_t tick)
+{
+    uint32_t ticks;
+    uint16_t fraction = 0, low, steps = 1;
+
+    left = 0;
+    last = tick;
+    if (tail_count) {
+        const struct tail_entry *next = &tail[entry];
+
+        if (entry == tail_count) {
+            end_pulse();
+            halt();
+            note(HALTED, NOBODY, tick);
+            return;
+        }
+        entry++;
+        fraction = (uint16_t)(uint8_t)next->interval << 8;
+        ticks = next->interval >> 8;
+        steps = next->count;
+    } else {
+        ticks = pace + (pace >> 4);
+        if (ticks > start_stop) {
+            end_pulse();
+            halt();
+            note(HALTED, NOBODY, tick);
+            return;
+        }
+        pace = ticks;
+    }
+    interval.fraction = fraction;
+    interval.tick = ticks;
+    low = due.fraction + fraction;
+    due.fraction = low;
+    due.tick = tick + ticks + (low < fraction);
+    end_pulse();
+    if (ticks < LONG_LEAST) {
+        OCR1A = due.tick;
+        TCCR1A = ARMED;
+    }
+    chosen = steps;
+    account();
+    if (ticks < LONG_LEAST)
+        look_back();
+    else
+        aim(tick);
+}
+
 /* Behind a record, at `tick`: the next one, the next piece of the way down, or the end. */
 static void go_on(uint32_t tick)
 {
@@ -599,19 +648,7 @@ static void go_on(uint32_t tick)
         }
         note(UNDERRUN, NOBODY, tick);
     } else {
-        /* The next piece of the way down. */
-        left--;
-        last = tick;
-        plays = tail_count ? choose_entry() : choose_longer();
-        end_pulse();
-        if (plays)
-            aim(tick);
-        if (plays) {
-            account();
-        } else {
-            halt();
-            note(HALTED, NOBODY, tick);
-        }
+        play_piece(tick);
     }
 }
 
