@@ -1,0 +1,490 @@
+/* What frames do.
+ *
+ * Each takes effect at one instant, between enter() and leave(), and its ANSWER says which.  So the host can know which
+ * steps came before it and which after.  What takes long, such as to look at records, is done outside, where the steps
+ * go on.
+ */
+#include <avr/io.h>
+
+#include "clock.h"
+#include "commands.h"
+#include "events.h"
+#include "inputs.h"
+#include "motion.h"
+#include "outputs.h"
+#include "pins.h"
+#include "protocol.h"
+#include "wire.h"
+
+#define LEAD_LEAST 1600 /* ticks from the ANSWER of a START to the first step */
+
+#define NUMBER frame[0]
+#define KIND frame[1]
+#define PAYLOAD (frame + 2)
+#define LENGTH ((uint8_t)(frame_length - 2))
+
+static struct {
+    uint8_t echo;
+    uint8_t kind;
+    uint8_t result;
+    uint8_t free;
+    uint8_t state;
+    uint8_t events;
+    uint8_t inputs;
+    int32_t position;
+    uint32_t tick;
+} answer;
+
+static uint8_t wanted;      /* number of the next numbered frame */
+static uint8_t told;        /* number of the next event to be sent */
+static uint32_t last_heard; /* tick of the last sound frame */
+static uint32_t watchdog;
+
+/* Say in the answer how things are, and let the steps go on. */
+static void settle(uint8_t result, uint32_t tick)
+{
+    uint8_t slots_free = SLOTS - queued;
+    uint8_t state_now = state;
+    uint8_t events_now = next_event;
+    uint8_t inputs_now = levels;
+    int32_t position = position_now();
+
+    leave();
+    answer.result = result;
+    answer.free = slots_free;
+    answer.state = state_now;
+    answer.events = events_now;
+    answer.inputs = inputs_now;
+    answer.position = position;
+    answer.tick = tick;
+    if (result != DAMAGED)
+        last_heard = tick;
+}
+
+static void refuse(uint8_t result)
+{
+    settle(result, enter());
+}
+
+/* Send events, in order, up to the one with this number. */
+static void tell_events_before(uint8_t number)
+{
+    while (told != number) {
+        struct event event;
+
+        cli();
+        if ((uint8_t)(next_event - told) > EVENTS_KEPT)
+            told = next_event - EVENTS_KEPT; /* overwritten; the host sees the gap */
+        event = events[told % EVENTS_KEPT];
+        sei();
+        send(told, EVENT, &event, sizeof event);
+        told++;
+    }
+}
+
+void tell_events(void)
+{
+    tell_events_before(next_event);
+}
+
+static void send_answer(void)
+{
+    tell_events_before(answer.events);
+    if (answer.kind == HELLO && answer.result == TAKEN) {
+        static const struct {
+            uint8_t version, board, slots, tail, room;
+            uint16_t shortest;
+            uint32_t hz;
+        } ident = {VERSION, BOARD_UNO, SLOTS, TAIL_MOST, ROOM, SHORTEST, HZ};
+
+        send(wanted, IDENT, &ident, sizeof ident);
+    }
+    send(wanted, ANSWER, &answer, sizeof answer);
+}
+
+void take_damage(void)
+{
+    answer.echo = answer.kind = 0;
+    refuse(DAMAGED);
+    send_answer();
+}
+
+/* ------------------------------------------------------------------------------------------------- content of frames */
+static uint32_t magnitude(int32_t value)
+{
+    return value < 0 ? -(uint32_t)value : (uint32_t)value;
+}
+
+/* Are whole ticks of an interval within what the timer can do? */
+static uint8_t is_possible(uint32_t ticks)
+{
+    return ticks >= SHORTEST && ticks < 0x80000000;
+}
+
+static uint8_t is_good_record(const struct record *record)
+{
+    uint32_t most, low, high;
+
+    if (record->flags & IS_PAUSE) {
+        uint8_t mask = record->count >> 8, value = record->count;
+
+        if (record->flags & SETS_OUTPUTS ? (mask | value) >= 32 : record->count != 0)
+            return 0;
+        return record->flags < 32 && record->interval >= 256 && record->interval < 0x80000000;
+    }
+    if (record->flags >= 32 || record->flags & (MAY_STAND | SETS_OUTPUTS) || !record->count)
+        return 0;
+    if (!is_possible(record->interval))
+        return 0;
+    if (!record->add)
+        return 1;
+    /* The last interval: 48 bits, the product in two pieces of 32 by 16. */
+    most = magnitude(record->add);
+    low = (most & 0xFFFF) * (uint32_t)(record->count - 1u);
+    high = (most >> 16) * (uint32_t)(record->count - 1u) + (low >> 16);
+    low &= 0xFFFF;
+    if (record->add < 0) {
+        uint32_t ticks = record->interval - high - (record->fraction < low);
+
+        return high <= record->interval && is_possible(ticks);
+    }
+    return is_possible(record->interval + high + (record->fraction + low > 0xFFFF));
+}
+
+/* ------------------------------------------------------------------------------------------------------------- frames */
+static void take_push(void)
+{
+    uint8_t n = LENGTH / sizeof(struct record), i;
+    const struct record *records = (const struct record *)PAYLOAD;
+    uint32_t tick;
+
+    if (n < 1 || n > 5 || LENGTH != n * sizeof(struct record)) {
+        refuse(state > RUN && state != HOLD ? NOT_NOW : BAD_CONTENT);
+        return;
+    }
+    for (i = 0; i < n; i++)
+        if (!is_good_record(&records[i])) {
+            refuse(state > RUN && state != HOLD ? NOT_NOW : BAD_CONTENT);
+            return;
+        }
+    /* The queue only gets shorter behind our back, so there is room if there seems to be; but a halt may forget it, and
+       then `in` is where it was. */
+    if (queued + n <= SLOTS)
+        for (i = 0; i < n; i++)
+            prepare(i, &records[i]);
+    else
+        n = 0;
+    tick = enter();
+    if (state > RUN && state != HOLD) {
+        settle(NOT_NOW, tick);
+    } else if (!n) {
+        settle(NO_ROOM, tick);
+    } else {
+        publish(n);
+        settle(TAKEN, tick);
+    }
+}
+
+static void take_start(void)
+{
+    uint32_t tick = enter(), begin = *(const uint32_t *)PAYLOAD;
+
+    if (state != IDLE || !queued) {
+        settle(NOT_NOW, tick);
+    } else if (LENGTH != 4) {
+        settle(BAD_CONTENT, tick);
+    } else if ((int32_t)(first_due(begin) - tick) < LEAD_LEAST) {
+        settle(TOO_LATE, tick);
+    } else {
+        start(begin, tick);
+        settle(TAKEN, tick);
+    }
+}
+
+static void take_stop(void)
+{
+    uint8_t cause;
+    uint32_t tick;
+
+    if (LENGTH != 1 || PAYLOAD[0] > 1) {
+        refuse(BAD_CONTENT);
+        return;
+    }
+    cause = PAYLOAD[0] ? BY_BRAKE : BY_STOP;
+    tick = enter_to_stop(cause);
+    command(cause, tick);
+    settle(TAKEN, tick);
+}
+
+struct config {
+    uint32_t start_stop;
+    uint32_t watchdog;
+    uint8_t polarity;
+    uint8_t active;
+    uint8_t report;
+    uint8_t enable_off;
+    uint8_t reflex[6];
+    uint8_t pattern[8];
+    uint8_t phase;
+};
+
+static uint8_t is_good_config(const struct config *config)
+{
+    uint8_t i;
+
+    if (LENGTH != sizeof *config || config->start_stop >= 0x80000000 || config->polarity > 3 ||
+        (config->active | config->report) > INPUTS_MASK || config->enable_off > 3 || config->phase > 7)
+        return 0;
+    for (i = 0; i < 6; i++) {
+        uint8_t kind = config->reflex[i] & 15, only = config->reflex[i] >> 4;
+
+        if (kind > REFLEX_ESTOP || only > 2 || (only && kind != REFLEX_STOP && kind != REFLEX_BRAKE))
+            return 0;
+    }
+    for (i = 0; i < 8; i++)
+        if (config->pattern[i] > 15)
+            return 0;
+    return 1;
+}
+
+static void take_config(void)
+{
+    const struct config *config = (const struct config *)PAYLOAD;
+    uint8_t i, is_good = is_good_config(config);
+    uint32_t tick = enter();
+
+    if (state != BOOT && state != IDLE && state != HALT) {
+        settle(NOT_NOW, tick);
+        return;
+    }
+    if (!is_good) {
+        settle(BAD_CONTENT, tick);
+        return;
+    }
+    start_stop = config->start_stop;
+    watchdog = config->watchdog;
+    polarity = config->polarity;
+    active = config->active;
+    reported = config->report;
+    enable_off = config->enable_off;
+    for (i = 0; i < 6; i++)
+        reflexes[i] = config->reflex[i];
+    for (i = 0; i < 8; i++)
+        pattern[i] = config->pattern[i] << 4;
+    phase = config->phase;
+    sort_reflexes();
+    configure_outputs();
+    show_direction(down);
+    if (state == BOOT)
+        set_state(HALT);
+    settle(TAKEN, tick);
+}
+
+static void take_tail_frame(void)
+{
+    uint8_t first = PAYLOAD[0], n = (LENGTH - 1) / sizeof(struct tail_entry), i;
+    const struct tail_entry *entries = (const struct tail_entry *)(PAYLOAD + 1);
+    uint32_t least = (uint32_t)SHORTEST << 8, tick;
+    uint8_t result = TAKEN;
+
+    if (n < 1 || n > 10 || LENGTH != 1 + n * sizeof(struct tail_entry) || first > tail_count) {
+        result = BAD_CONTENT;
+    } else {
+        if (first)
+            least = tail[first - 1].interval; /* no less than SHORTEST */
+        for (i = 0; i < n; i++) {
+            if (entries[i].interval < least || !entries[i].count)
+                result = BAD_CONTENT;
+            least = entries[i].interval;
+        }
+        if (result == TAKEN && first + n > TAIL_MOST)
+            result = NO_ROOM;
+    }
+    tick = enter();
+    if (state == BRAKE || state == BOOT)
+        result = NOT_NOW;
+    if (result == TAKEN)
+        take_tail(entries, first, n);
+    settle(result, tick);
+    if (result == TAKEN)
+        tail_settled();
+}
+
+static void take_reset(void)
+{
+    uint32_t tick = enter();
+
+    if ((state != IDLE && state != HALT) || is_estop_active()) {
+        settle(NOT_NOW, tick);
+    } else if (LENGTH != 5 || PAYLOAD[0] > 1) {
+        settle(BAD_CONTENT, tick);
+    } else {
+        forget_queue();
+        if (PAYLOAD[0])
+            place(*(const int32_t *)(PAYLOAD + 1));
+        set_state(IDLE);
+        settle(TAKEN, tick);
+    }
+}
+
+static void take_outputs(void)
+{
+    uint32_t tick = enter();
+
+    if (state == BOOT) {
+        settle(NOT_NOW, tick);
+    } else if (LENGTH != 2 || (PAYLOAD[0] | PAYLOAD[1]) >= 32) {
+        settle(BAD_CONTENT, tick);
+    } else {
+        set_outputs(PAYLOAD[0], PAYLOAD[1]);
+        settle(TAKEN, tick);
+    }
+}
+
+/* Make pulses and count them: with STEP looped to D4 the board sees what its own pin does. */
+static void check(uint16_t pulses, uint16_t interval)
+{
+    uint8_t directions = DDRD;
+    uint16_t counted = 0, i;
+    uint8_t seen = 0;
+    uint32_t tick, next;
+
+    DDRD = directions & ~_BV(COUNTER_BIT);
+    TCNT0 = 0;
+    TCCR0B = _BV(CS02) | _BV(CS01) | _BV(CS00); /* rising edges at T0 */
+    cli();
+    next = now();
+    sei();
+    for (i = 0; i < pulses && state == IDLE; i++) {
+        next += interval;
+        do {
+            cli();
+            tick = now();
+            sei();
+        } while ((int32_t)(tick - next) < 0);
+        cli(); /* a look may arm nothing, but disarms */
+        TCCR1A = ARMED;
+        TCCR1C = _BV(FOC1A);
+        __asm__ volatile("nop\n\tnop\n\tnop\n\tnop\n\tnop\n\tnop\n\tnop\n\tnop");
+        TCCR1A = DISARMED;
+        TCCR1C = _BV(FOC1A);
+        sei();
+        __asm__ volatile("nop\n\tnop\n\tnop\n\tnop");
+        counted += (uint8_t)(TCNT0 - seen);
+        seen = TCNT0;
+    }
+    TCCR0B = 0;
+    DDRD = directions;
+    tick = enter();
+    note(CHECKED, counted != pulses, tick);
+    events[(uint8_t)(next_event - 1) % EVENTS_KEPT].position = counted;
+    leave();
+}
+
+/* Fetch the event that is asked for, as it is at the instant of the answer, or return 0. */
+static uint8_t take_repeat(struct event *event)
+{
+    uint32_t tick = enter();
+    uint8_t back = next_event - PAYLOAD[0];
+
+    if (LENGTH != 1) {
+        settle(BAD_CONTENT, tick);
+        return 0;
+    }
+    *event = events[PAYLOAD[0] % EVENTS_KEPT];
+    settle(TAKEN, tick);
+    return back >= 1 && back <= EVENTS_KEPT;
+}
+
+static void take_check(void)
+{
+    uint32_t tick = enter();
+    const uint16_t *words = (const uint16_t *)PAYLOAD;
+
+    if (state != IDLE)
+        settle(NOT_NOW, tick);
+    else if (LENGTH != 4 || !words[0] || words[1] < 256)
+        settle(BAD_CONTENT, tick);
+    else
+        settle(TAKEN, tick);
+}
+
+void take_frame(void)
+{
+    uint8_t kind = KIND, is_numbered, repeats = 0;
+    struct event event;
+
+    answer.echo = NUMBER;
+    answer.kind = kind;
+    is_numbered = kind != HELLO && kind != STOP && kind != ASK && kind != REPEAT;
+    if (!kind || kind >= KINDS) {
+        refuse(BAD_CONTENT);
+    } else if (is_numbered && NUMBER != wanted) {
+        refuse(WRONG_NUMBER);
+    } else {
+        switch (kind) {
+        case HELLO:
+            refuse(LENGTH ? BAD_CONTENT : TAKEN);
+            if (!LENGTH)
+                wanted = 0;
+            break;
+        case PUSH:
+            take_push();
+            break;
+        case START:
+            take_start();
+            break;
+        case STOP:
+            take_stop();
+            break;
+        case CONFIG:
+            take_config();
+            break;
+        case ASK:
+            refuse(LENGTH ? BAD_CONTENT : TAKEN);
+            break;
+        case TAIL:
+            take_tail_frame();
+            break;
+        case RESET:
+            take_reset();
+            break;
+        case OUTPUTS:
+            take_outputs();
+            break;
+        case REPEAT:
+            repeats = take_repeat(&event);
+            break;
+        case CHECK:
+            take_check();
+            break;
+        }
+        if (is_numbered && answer.result == TAKEN)
+            wanted++;
+    }
+    send_answer();
+    if (answer.result != TAKEN)
+        return;
+    if (repeats)
+        send(PAYLOAD[0], EVENT, &event, sizeof event);
+    if (kind == CHECK)
+        check(*(const uint16_t *)PAYLOAD, *(const uint16_t *)(PAYLOAD + 2));
+}
+
+/* ----------------------------------------------------------------------------------------------------------- watchdog */
+void watch_for_silence(void)
+{
+    uint32_t tick;
+
+    if (!watchdog || (state != RUN && state != HOLD))
+        return;
+    cli();
+    tick = now();
+    sei();
+    if (tick - last_heard < watchdog)
+        return;
+    tick = enter_to_stop(BY_BRAKE);
+    if (state == RUN || state == HOLD)
+        brake(SILENT, NOBODY, tick);
+    leave();
+}

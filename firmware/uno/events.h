@@ -1,0 +1,28 @@
+/* What the board tells of itself: a ring of the last eight events. */
+#ifndef EVENTS_H
+#define EVENTS_H
+
+#include <stdint.h>
+
+#define EVENTS_KEPT 8
+
+/* As on the line. */
+struct event {
+    uint8_t kind;
+    uint8_t which;
+    uint8_t state;
+    uint8_t inputs;
+    int32_t position;
+    uint32_t tick;
+};
+
+extern struct event events[EVENTS_KEPT];
+extern volatile uint8_t next_event; /* its number */
+
+void note(uint8_t kind, uint8_t which, uint32_t tick); /* interrupts are off */
+
+/* The same for the step interrupt, as the last thing that it does: what happened is fixed at once, then interrupts are
+   let in, for the next step may be near. */
+void note_in_passing(uint8_t kind, uint32_t tick);
+
+#endif

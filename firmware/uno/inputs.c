@@ -1,0 +1,208 @@
+/* Inputs and their reflexes.
+ *
+ * A look is called by the pin change interrupt (interrupts.S), which has masked itself and lets the steps go on.  What
+ * a look does, it does at one instant: levels first, then the tick, then all that follows from it.
+ */
+#include <avr/io.h>
+
+#include "clock.h"
+#include "events.h"
+#include "inputs.h"
+#include "motion.h"
+#include "outputs.h"
+#include "pins.h"
+#include "protocol.h"
+#include "wire.h"
+
+volatile uint8_t levels;
+uint8_t active;
+uint8_t reported;
+uint8_t reflexes[6];
+
+/* Bit n: input n has this reflex; for the first two by direction, up and down. */
+static uint8_t stops[2] = {BY_STOP, BY_STOP};
+static uint8_t brakes[2] = {BY_BRAKE, BY_BRAKE};
+static uint8_t holds;
+static uint8_t marks;
+static uint8_t estops;
+static uint8_t may_stop = BY_STOP; /* all but brakes and marks */
+
+void set_up_inputs(void)
+{
+    PORTC = INPUTS_MASK; /* pull-ups: a wire that breaks reads high */
+    PCMSK1 = INPUTS_MASK;
+    PCICR = _BV(PCIE1);
+    levels = PINC & INPUTS_MASK; /* an edge from now on is in the flag */
+}
+
+void sort_reflexes(void)
+{
+    uint8_t i, bit;
+
+    stops[0] = stops[1] = BY_STOP;
+    brakes[0] = brakes[1] = BY_BRAKE;
+    holds = marks = estops = 0;
+    for (i = 0, bit = 1; i < 6; i++, bit <<= 1) {
+        uint8_t goes_up = !(reflexes[i] & ONLY_DOWN), goes_down = !(reflexes[i] & ONLY_UP);
+
+        switch (reflexes[i] & 15) {
+        case REFLEX_STOP:
+            stops[0] |= goes_up ? bit : 0;
+            stops[1] |= goes_down ? bit : 0;
+            break;
+        case REFLEX_BRAKE:
+            brakes[0] |= goes_up ? bit : 0;
+            brakes[1] |= goes_down ? bit : 0;
+            break;
+        case REFLEX_HOLD:
+            holds |= bit;
+            break;
+        case REFLEX_MARK:
+            marks |= bit;
+            break;
+        case REFLEX_ESTOP:
+            estops |= bit;
+            break;
+        }
+    }
+    may_stop = stops[0] | stops[1] | holds | estops;
+}
+
+/* Return the inputs that are active, as of the last look. */
+static inline uint8_t active_now(void)
+{
+    return ~(levels ^ active) & INPUTS_MASK;
+}
+
+uint8_t is_estop_active(void)
+{
+    return active_now() & estops;
+}
+
+/* Is the match that is due not to come, if `causes` act now, in ascending order?  Interrupts are off. */
+uint8_t takes_away(uint8_t causes)
+{
+    uint8_t braking, holding;
+
+    if (causes & (stops[down] | estops))
+        return 1;
+    if (state != RUN)
+        return 0;
+    braking = causes & brakes[down];
+    holding = causes & holds;
+    if (!braking)
+        return holding;
+    /* Brakes make a step that is due; in a hold they do not. */
+    return is_in_pause() || (holding && (holding & -holding) < (braking & -braking));
+}
+
+uint32_t enter_to_stop(uint8_t causes)
+{
+    for (;;) {
+        uint32_t tick = enter();
+
+        /* The quick answer first: steps wait meanwhile. */
+        if ((!(causes & may_stop) && !is_in_pause()) || !takes_away(causes))
+            return tick;
+        /* A match may come until the next line has been run; then STEP is high and the step counts. */
+        TCCR1A = DISARMED;
+        __asm__ volatile("nop\n\tnop"); /* what PINB shows is a cycle and a half old */
+        if (!(PINB & _BV(STEP_BIT))) {
+            TIFR1 = _BV(OCF1A);
+            return tick;
+        }
+        sei(); /* the interrupt is pending: it counts the step and arms the next */
+        __asm__ volatile("nop");
+    }
+}
+
+/* Do what the input (or command) `bit` does when it becomes active; return 0 if that is nothing. */
+static uint8_t act(uint8_t bit, uint8_t which, uint32_t tick)
+{
+    if (bit & estops) {
+        halt();
+        if (enable_off & 1)
+            set_outputs(ENABLE_OUTPUT, 0);
+        note(ESTOPPED, which, tick);
+        return 1;
+    }
+    if (bit & marks) {
+        note(MARKED, which, tick);
+        return 1;
+    }
+    if (bit & stops[down]) {
+        if (state != RUN && state != BRAKE && state != HOLD)
+            return 0;
+        halt();
+        note(STOPPED, which, tick);
+        return 1;
+    }
+    if (bit & brakes[down]) {
+        if (state != RUN && state != HOLD)
+            return 0;
+        brake(BRAKED, which, tick);
+        return 1;
+    }
+    if (bit & holds && state == RUN) {
+        hold(tick);
+        note(HELD, which, tick);
+        return 1;
+    }
+    return 0;
+}
+
+void command(uint8_t bit, uint32_t tick)
+{
+    act(bit, NOBODY, tick);
+}
+
+/* What an input that is active does to a record that has been loaded. */
+static uint8_t acting_at_load(uint8_t at_start)
+{
+    return active_now() & (stops[down] | brakes[down] | (at_start ? holds | estops : 0));
+}
+
+uint8_t acts_at_load(uint8_t at_start)
+{
+    return acting_at_load(at_start);
+}
+
+void act_at_load(uint32_t tick, uint8_t at_start)
+{
+    uint8_t causes = acting_at_load(at_start);
+    uint8_t i, bit;
+
+    for (i = 0, bit = 1; i < 6; i++, bit <<= 1)
+        if (causes & bit) {
+            serve_line();
+            act(bit, i, tick);
+        }
+}
+
+void look(void)
+{
+    uint8_t changed = (PINC & INPUTS_MASK) ^ levels;
+    uint8_t becoming, i, bit;
+    uint32_t tick;
+
+    if (!changed)
+        return;
+    becoming = changed & ~(levels ^ changed ^ active);
+    tick = enter_to_stop(becoming);
+    for (i = 0, bit = 1; i < 6; i++, bit <<= 1) {
+        if (!(changed & bit))
+            continue;
+        serve_line();
+        levels ^= bit;
+        if (becoming & bit) {
+            if (act(bit, i, tick))
+                continue;
+        } else if (bit & holds && state == HOLD && !(active_now() & holds)) {
+            note(RELEASED, i, release(tick));
+            continue;
+        }
+        if (bit & reported)
+            note(INPUT_CHANGED, i, tick);
+    }
+    leave();
+}

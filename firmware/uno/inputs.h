@@ -1,0 +1,26 @@
+/* Inputs A0..A5 and their reflexes. */
+#ifndef INPUTS_H
+#define INPUTS_H
+
+#include <stdint.h>
+
+/* What acts: bits 0..5 inputs, and two commands of the host that act as an input with that reflex does. */
+#define BY_STOP 0x40
+#define BY_BRAKE 0x80
+
+extern volatile uint8_t levels; /* as of the last look */
+extern uint8_t active;    /* bit n: input n is active when high */
+extern uint8_t reported;  /* bit n: each edge of input n is told */
+extern uint8_t reflexes[6];
+
+void set_up_inputs(void);
+void sort_reflexes(void);                                     /* after `reflexes` or `active` have changed */
+uint8_t is_estop_active(void);
+uint32_t enter_to_stop(uint8_t causes);                       /* as enter(); no step comes that `causes` take away */
+uint8_t takes_away(uint8_t causes);
+void act_at_load(uint32_t tick, uint8_t at_start);            /* interrupts are off */
+uint8_t acts_at_load(uint8_t at_start);
+void command(uint8_t bit, uint32_t tick);                      /* BY_STOP or BY_BRAKE; interrupts are off */
+void look(void);                                              /* called by interrupts.S */
+
+#endif

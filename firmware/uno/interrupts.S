@@ -1,0 +1,541 @@
+/* The interrupts.  By hand, because the time of the step interrupt is what limits the rate: the compiler would save
+ * twenty registers where four are enough.
+ *
+ * Interrupt A of timer 1 does the ordinary step, the one in the middle of a record, and calls match() of motion.c for
+ * everything else.  It has touched nothing when it does that.
+ */
+#define __SFR_OFFSET 0
+#include <avr/io.h>
+
+#include "sizes.h"
+
+#define ARMED ((1 << COM1A1) | (1 << COM1A0))
+#define DISARMED (1 << COM1A1)
+
+/* Bits of `mode`, as in motion.c. */
+#define NEED_MATCH 0x1F
+#define NO_STEP 0x0B /* HOP, PAUSE, STILL */
+#define LONG 4 /* the number of the bit */
+#define RAMP 5
+#define PHASES 6
+
+/* Bytes of a record in the queue, as on the line; RAMP of its flags is set by the main loop. */
+#define FLAGS 0
+#define COUNT 1
+#define INTERVAL 3
+#define FRACTION 7
+#define ADD 9
+#define DOWN 0 /* numbers of bits of flags */
+#define IS_PAUSE 2
+#define IS_HALF 4
+#define RUN 1 /* states */
+#define BRAKE 2
+
+
+/* What a function of C may use, behind r24, SREG and r25, which are on the stack already. */
+        .macro SAVE
+        push r0
+        push r1
+        push r18
+        push r19
+        push r20
+        push r21
+        push r22
+        push r23
+        push r26
+        push r27
+        push r30
+        push r31
+        clr r1
+        .endm
+
+        .macro RESTORE
+        pop r31
+        pop r30
+        pop r27
+        pop r26
+        pop r23
+        pop r22
+        pop r21
+        pop r20
+        pop r19
+        pop r18
+        pop r1
+        pop r0
+        pop r25
+        pop r24
+        out SREG, r24
+        pop r24
+        reti
+        .endm
+
+/* ------------------------------------------------------------------------------------------------------- the step */
+        .text
+too_late:
+        pop r23
+        pop r22
+        SAVE
+        call late
+        RESTORE
+
+need_match:
+        lds r24, mode
+        sbrc r24, PHASES
+        rjmp phases_first
+to_match:
+        SAVE
+        call match
+        cli                     ; match() may have let interrupts in at its end
+        lds r24, state
+        cpi r24, BRAKE          ; on the way down the next step is more urgent than a byte, which can be sent again
+        breq 1f
+        call serve_line         ; this was long, and the next match would come before a byte that waits
+1:      RESTORE
+
+        .global TIMER1_COMPA_vect
+TIMER1_COMPA_vect:
+        push r24
+        in r24, SREG
+        push r24
+        push r25
+        lds r25, mode
+        andi r25, NEED_MATCH
+        brne need_match
+        lds r24, left
+        lds r25, left+1
+        sbiw r24, 1
+        brne 1f
+        rjmp next_record
+1:      sts left, r24
+        sts left+1, r25
+        push r22
+        push r23
+        ; last = due; due += interval; the low half goes to the timer as soon as it is known
+        lds r24, due
+        lds r25, interval
+        add r24, r25
+        sts due, r24
+        lds r24, due+1
+        lds r25, interval+1
+        adc r24, r25
+        sts due+1, r24
+        lds r22, due+2
+        sts last, r22
+        lds r25, interval+2
+        adc r22, r25
+        sts due+2, r22
+        lds r23, due+3
+        sts last+1, r23
+        lds r25, interval+3
+        adc r23, r25
+        sts due+3, r23
+        sts OCR1AH, r23
+        sts OCR1AL, r22
+        ldi r24, 0              ; an interval that this way may take has 16 bits
+        lds r25, due+4
+        sts last+2, r25
+        adc r25, r24
+        sts due+4, r25
+        lds r25, due+5
+        sts last+3, r25
+        adc r25, r24
+        sts due+5, r25
+        lds r25, mode
+        tst r25
+        brne ramp_or_phases
+end_pulse:
+        ldi r24, DISARMED
+        sts TCCR1A, r24
+        ldi r25, 1 << FOC1A
+        sts TCCR1C, r25
+        ldi r25, ARMED
+        sts TCCR1A, r25
+        ; has the timer gone past `due`?  Then STEP is high again, or this was too late.
+        lds r24, TCNT1L
+        lds r25, TCNT1H
+        sub r22, r24
+        sbc r23, r25
+        brmi past
+back:   pop r23
+        pop r22
+        pop r25
+        pop r24
+        out SREG, r24
+        pop r24
+        reti
+past:   sbis PINB, PORTB1
+        rjmp too_late
+        rjmp back
+
+ramp_or_phases:
+        sbrs r25, PHASES
+        rjmp ramp
+        push r30
+        push r31
+        lds r30, phase
+        lds r24, phase_step
+        add r30, r24
+        andi r30, 7
+        sts phase, r30
+        ldi r31, 0
+        subi r30, lo8(-(pattern))
+        sbci r31, hi8(-(pattern))
+        ld r24, Z
+        in r25, PORTD
+        andi r25, 0x0F
+        or r25, r24
+        out PORTD, r25
+        pop r31
+        pop r30
+        lds r25, mode
+        sbrs r25, RAMP
+        rjmp end_pulse
+ramp:   lds r24, interval
+        lds r25, add
+        add r24, r25
+        sts interval, r24
+        lds r24, interval+1
+        lds r25, add+1
+        adc r24, r25
+        sts interval+1, r24
+        lds r24, interval+2
+        lds r25, add+2
+        adc r24, r25
+        sts interval+2, r24
+        lds r24, interval+3
+        lds r25, add+3
+        adc r24, r25
+        sts interval+3, r24
+        brmi 1f
+        rjmp end_pulse
+1:      lds r24, mode           ; 32768 ticks and more: match() does the next one
+        ori r24, 1 << LONG
+        sts mode, r24
+        rjmp end_pulse
+
+/* The phases of a step come before what takes long. */
+phases_first:
+        andi r24, NO_STEP
+        brne 1f
+        push r30
+        push r31
+        lds r30, phase
+        lds r24, phase_step
+        add r30, r24
+        andi r30, 7
+        sts phase, r30
+        ldi r31, 0
+        subi r30, lo8(-(pattern))
+        sbci r31, hi8(-(pattern))
+        ld r24, Z
+        in r25, PORTD
+        andi r25, 0x0F
+        or r25, r24
+        out PORTD, r25
+        pop r31
+        pop r30
+1:      rjmp to_match
+
+/* The last step of a record, and another one with steps in the same direction follows: what the timer needs comes
+   first, then the rest is loaded while the next step is on its way. */
+next_record:
+        lds r24, state
+        cpi r24, RUN
+        brne 1f
+        lds r24, queued
+        tst r24
+        brne 2f
+1:      rjmp need_match
+2:      push r30
+        push r31
+        lds r30, out
+        lds r31, out+1
+        ld r24, Z
+        sbrc r24, IS_PAUSE
+        rjmp cannot
+        lds r25, down
+        eor r25, r24
+        sbrc r25, DOWN
+        rjmp cannot
+        ldd r25, Z+INTERVAL+2
+        tst r25
+        brne cannot
+        ldd r25, Z+INTERVAL+3
+        tst r25
+        brne cannot
+        ldd r25, Z+INTERVAL+1
+        tst r25
+        brpl can
+cannot: pop r31
+        pop r30
+        rjmp need_match
+can:    push r20
+        push r21
+        push r22
+        push r23
+        ; the phases of the step that has been made
+        lds r25, mode
+        sbrs r25, PHASES
+        rjmp 2f
+        lds r23, phase
+        lds r24, phase_step
+        add r23, r24
+        andi r23, 7
+        sts phase, r23
+        push r30
+        push r31
+        mov r30, r23
+        ldi r31, 0
+        subi r30, lo8(-(pattern))
+        sbci r31, hi8(-(pattern))
+        ld r24, Z
+        pop r31
+        pop r30
+        in r23, PORTD
+        andi r23, 0x0F
+        or r23, r24
+        out PORTD, r23
+2:      ldd r25, Z+INTERVAL+1
+        ; last = due; due += interval of the record
+        ldd r20, Z+FRACTION
+        lds r24, due
+        add r24, r20
+        sts due, r24
+        ldd r21, Z+FRACTION+1
+        lds r24, due+1
+        adc r24, r21
+        sts due+1, r24
+        lds r22, due+2
+        sts last, r22
+        ldd r24, Z+INTERVAL
+        adc r22, r24
+        sts due+2, r22
+        lds r23, due+3
+        sts last+1, r23
+        adc r23, r25
+        sts due+3, r23
+        sts OCR1AH, r23
+        sts OCR1AL, r22
+        ldi r25, 0
+        lds r24, due+4
+        sts last+2, r24
+        adc r24, r25
+        sts due+4, r24
+        lds r24, due+5
+        sts last+3, r24
+        adc r24, r25
+        sts due+5, r24
+        ldi r24, DISARMED
+        sts TCCR1A, r24
+        ldi r25, 1 << FOC1A
+        sts TCCR1C, r25
+        ldi r25, ARMED
+        sts TCCR1A, r25
+        lds r24, TCNT1L
+        lds r25, TCNT1H
+        sub r22, r24
+        sbc r23, r25
+        ldi r22, 0              ; 1: too late
+        brpl 1f
+        sbis PINB, PORTB1
+        ldi r22, 1
+1:      lds r25, mode
+        ; flags, and with them half steps and the way of the phases: 2, or 1 in half steps, or minus that
+        ld r24, Z
+        sts flags, r24
+        mov r23, r24
+        andi r24, 1 << IS_HALF
+        sts half, r24
+        ldi r24, 2
+        sbrc r23, IS_HALF
+        ldi r24, 1
+        sbrc r23, DOWN
+        neg r24
+        andi r24, 7
+        sts phase_step, r24
+        andi r25, 1 << PHASES   ; the new mode
+        sbrc r23, RAMP
+        ori r25, 1 << RAMP
+        ; interval, and the one behind the step that is due now
+        ldd r24, Z+ADD
+        sts add, r24
+        add r20, r24
+        sts interval, r20
+        ldd r24, Z+ADD+1
+        sts add+1, r24
+        adc r21, r24
+        sts interval+1, r21
+        ldd r20, Z+INTERVAL
+        ldd r24, Z+ADD+2
+        sts add+2, r24
+        adc r20, r24
+        sts interval+2, r20
+        ldd r20, Z+INTERVAL+1
+        ldd r24, Z+ADD+3
+        sts add+3, r24
+        adc r20, r24
+        sts interval+3, r20
+        brpl 3f
+        ori r25, 1 << LONG
+3:      sts mode, r25
+        ldi r24, 0              ; two numbers below 32768, or the interval is not needed any more
+        sts interval+4, r24
+        sts interval+5, r24
+        ldi r24, 1
+        sts stepped, r24
+        ; count, and the position behind the record
+        ldd r20, Z+COUNT
+        sts left, r20
+        sts count, r20
+        ldd r21, Z+COUNT+1
+        sts left+1, r21
+        sts count+1, r21
+        ldi r25, 0
+        sbrc r23, DOWN
+        rjmp 4f
+        lds r24, end
+        add r24, r20
+        sts end, r24
+        lds r24, end+1
+        adc r24, r21
+        sts end+1, r24
+        lds r24, end+2
+        adc r24, r25
+        sts end+2, r24
+        lds r24, end+3
+        adc r24, r25
+        sts end+3, r24
+        rjmp 5f
+4:      lds r24, end
+        sub r24, r20
+        sts end, r24
+        lds r24, end+1
+        sbc r24, r21
+        sts end+1, r24
+        lds r24, end+2
+        sbc r24, r25
+        sts end+2, r24
+        lds r24, end+3
+        sbc r24, r25
+        sts end+3, r24
+5:      lds r24, queued
+        dec r24
+        sts queued, r24
+        adiw r30, RECORD
+        ldi r24, hi8(queue + SLOTS * RECORD)
+        cpi r30, lo8(queue + SLOTS * RECORD)
+        cpc r31, r24
+        brne 6f
+        ldi r30, lo8(queue)
+        ldi r31, hi8(queue)
+6:      sts out, r30
+        sts out+1, r31
+        tst r22
+        pop r23
+        pop r22
+        pop r21
+        pop r20
+        pop r31
+        pop r30
+        breq 7f
+        SAVE
+        call late
+        RESTORE
+7:      pop r25
+        pop r24
+        out SREG, r24
+        pop r24
+        reti
+
+/* ------------------------------------------------------------------------------------------------------ the inputs */
+/* A look takes longer than a fast step may wait, so it lets other interrupts in, except itself.  An edge meanwhile
+ * remains in the flag of the pin change interrupt, and a new look follows. */
+        .global PCINT1_vect
+PCINT1_vect:
+        push r24
+        in r24, SREG
+        push r24
+        push r25
+        ldi r24, 0
+        sts PCICR, r24
+        sei
+        SAVE
+        call look
+        cli
+        ldi r24, 1 << PCIE1
+        sts PCICR, r24
+        RESTORE
+
+/* --------------------------------------------------------------------------------------------- the clock's high half */
+        .global TIMER1_OVF_vect
+TIMER1_OVF_vect:
+        push r24
+        in r24, SREG
+        push r24
+        push r25
+        lds r24, overflows
+        lds r25, overflows+1
+        adiw r24, 1
+        sts overflows, r24
+        sts overflows+1, r25
+        pop r25
+        pop r24
+        out SREG, r24
+        pop r24
+        reti
+
+/* --------------------------------------------------------------------------------------------------------- the line */
+/* More than the ring holds is never under way: the host counts, ROOM of protocol.h. */
+        .global USART_RX_vect
+USART_RX_vect:
+        push r24
+        in r24, SREG
+        push r24
+        push r30
+        push r31
+        lds r30, received_head
+        mov r24, r30
+        inc r24
+        andi r24, RING - 1
+        sts received_head, r24
+        ldi r31, 0
+        subi r30, lo8(-(received))
+        sbci r31, hi8(-(received))
+        lds r24, UDR0
+        st Z, r24
+        pop r31
+        pop r30
+        pop r24
+        out SREG, r24
+        pop r24
+        reti
+
+        .global USART_UDRE_vect
+USART_UDRE_vect:
+        push r24
+        in r24, SREG
+        push r24
+        push r30
+        push r31
+        lds r30, sending_tail
+        mov r24, r30
+        ldi r31, 0
+        subi r30, lo8(-(sending))
+        sbci r31, hi8(-(sending))
+        ld r30, Z
+        sts UDR0, r30
+        inc r24
+        andi r24, TX_RING - 1
+        sts sending_tail, r24
+        lds r30, sending_head
+        cp r24, r30
+        brne 8f
+        lds r24, UCSR0B
+        andi r24, 0xFF ^ (1 << UDRIE0)
+        sts UCSR0B, r24
+8:      pop r31
+        pop r30
+        pop r24
+        out SREG, r24
+        pop r24
+        reti

@@ -1,0 +1,755 @@
+/* Records become steps.
+ *
+ * The timer makes the edge, by itself, at the tick that stands in OCR1A; the interrupt behind it ends the pulse and
+ * prepares the next one.  `due` is that next instant, `interval` what is added to it there.  The ordinary step of a
+ * record is done by interrupts.S; match() below does all that a step can need, and is what that one is measured by.
+ */
+#include <avr/io.h>
+
+#include "clock.h"
+#include "events.h"
+#include "inputs.h"
+#include "motion.h"
+#include "outputs.h"
+#include "pins.h"
+#include "protocol.h"
+#include "wire.h"
+
+/* `mode`, as in interrupts.S: with none of the first five the short way is enough. */
+#define HOP 0x01     /* the match is only on the way to an instant that is far away */
+/* PAUSE, 0x02, is in motion.h */
+#define BRAKING 0x04 /* behind the step that is due the tail begins */
+#define STILL 0x08   /* nothing is due */
+#define LONG 0x10    /* the interval behind the step that is due may need hops */
+#define RAMP 0x20    /* the interval changes with each step */
+#define PHASES 0x40
+
+#define HOP_TICKS 32768u
+#define DIRECT_MOST 49152u /* more than this is hopped towards: what remains is never close */
+#define LONG_LEAST 32768u
+#define SOON 1200u /* what an input or a brake has moved comes no sooner behind it */
+
+volatile uint8_t state;
+uint8_t down;
+uint8_t half;
+uint32_t start_stop;
+struct tail_entry tail[TAIL_MOST];
+volatile uint8_t tail_count;
+volatile uint8_t queued;
+
+/* These are shared with interrupts.S. */
+volatile uint8_t mode = STILL;
+struct instant due;
+struct instant interval;
+int32_t add;
+uint32_t last;      /* tick of the last step */
+uint16_t left;      /* steps of the record that have not been made */
+uint8_t phase_step; /* half steps a step, modulo 8 */
+
+struct record queue[SLOTS];
+struct record *out = queue; /* the next one to play */
+uint16_t count;             /* steps of the record; in a pause the word with mask and value */
+uint8_t flags;              /* of the record */
+int32_t end;                /* position behind the record */
+uint8_t stepped;            /* there is a last step that a pace may count from */
+
+static struct record *in = queue; /* where the main loop writes */
+static uint32_t far;              /* ticks from the next hop to `due` */
+static uint8_t paced;   /* there have been two */
+static uint32_t pace;   /* ticks between them, as of the end of a record */
+static uint32_t held_at;
+static uint8_t overdue; /* the end of a pause has passed by unseen */
+static uint8_t entry;   /* of the tail, the one that comes next */
+static uint8_t hint;    /* where in the tail the present pace is, as of the last turn of the main loop */
+
+/* Return the position; every record knows its end, so the interrupt counts down and nothing else. */
+int32_t position_now(void)
+{
+    return down ? end + left : end - left;
+}
+
+void place(int32_t position)
+{
+    end = position;
+    left = 0;
+}
+
+void set_state(uint8_t new_state)
+{
+    state = new_state;
+    if (new_state == IDLE)
+        PORTB &= ~_BV(LED_BIT);
+    else
+        PORTB |= _BV(LED_BIT);
+}
+
+void forget_queue(void)
+{
+    queued = 0;
+    out = in;
+}
+
+static void stand(uint8_t new_state)
+{
+    TCCR1A = DISARMED;
+    mode = STILL;
+    place(position_now());
+    set_state(new_state);
+}
+
+void halt(void)
+{
+    stand(HALT);
+    forget_queue();
+    if (enable_off & 2)
+        set_outputs(ENABLE_OUTPUT, 0);
+}
+
+void set_phase_step(void)
+{
+    uint8_t step = half ? 1 : 2;
+
+    phase_step = down ? 8 - step : step;
+}
+
+/* due += interval */
+static inline void advance(void)
+{
+    __asm__ volatile("lds r24, due\n\t"
+                     "lds r25, interval\n\t"
+                     "add r24, r25\n\t"
+                     "sts due, r24\n\t"
+                     "lds r24, due+1\n\t"
+                     "lds r25, interval+1\n\t"
+                     "adc r24, r25\n\t"
+                     "sts due+1, r24\n\t"
+                     "lds r24, due+2\n\t"
+                     "lds r25, interval+2\n\t"
+                     "adc r24, r25\n\t"
+                     "sts due+2, r24\n\t"
+                     "lds r24, due+3\n\t"
+                     "lds r25, interval+3\n\t"
+                     "adc r24, r25\n\t"
+                     "sts due+3, r24\n\t"
+                     "lds r24, due+4\n\t"
+                     "lds r25, interval+4\n\t"
+                     "adc r24, r25\n\t"
+                     "sts due+4, r24\n\t"
+                     "lds r24, due+5\n\t"
+                     "lds r25, interval+5\n\t"
+                     "adc r24, r25\n\t"
+                     "sts due+5, r24"
+                     :
+                     :
+                     : "r24", "r25", "memory");
+}
+
+/* interval += add, and say whether it may need hops. */
+static void grow(void)
+{
+    uint16_t low;
+
+    if (mode & RAMP) {
+        low = interval.fraction + (uint16_t)add;
+        interval.tick += (int32_t)(int16_t)((uint32_t)add >> 16) + (low < interval.fraction);
+        interval.fraction = low;
+    }
+    mode &= ~LONG;
+    if ((uint16_t)(interval.tick >> 16) || (uint16_t)interval.tick >= LONG_LEAST)
+        mode |= LONG;
+}
+
+void late(void)
+{
+    uint32_t tick = now();
+
+    halt();
+    note(LATE, NOBODY, tick);
+}
+
+/* Has the timer gone past what it has just been set to?  Then a step has been made behind ARMED, or never will be; the
+   end of a pause can be made up for. */
+static void look_back(void)
+{
+    if ((int16_t)((uint16_t)due.tick - TCNT1) >= 0)
+        return;
+    if (mode & PAUSE)
+        overdue = !(TIFR1 & _BV(OCF1A));
+    else if (!(PINB & _BV(STEP_BIT)))
+        late();
+}
+
+/* Write to the timer where `due` is, or a hop on the way to it, seen from the tick `from`, which is now or not long ago.
+   Return the ticks up to `due`. */
+static inline uint32_t set_timer(uint32_t from)
+{
+    uint32_t ahead = due.tick - from;
+
+    if (ahead > DIRECT_MOST) {
+        OCR1A = (uint16_t)from + HOP_TICKS;
+        far = ahead - HOP_TICKS;
+        mode |= HOP;
+    } else {
+        OCR1A = due.tick;
+        mode &= ~HOP;
+    }
+    return ahead;
+}
+
+/* Set the timer behind a match. */
+static void aim(uint32_t from)
+{
+    uint32_t ahead = set_timer(from);
+
+    if (mode & HOP)
+        return;
+    if (!(mode & PAUSE))
+        TCCR1A = ARMED;
+    if (ahead < HOP_TICKS)
+        look_back();
+}
+
+/* The same, but not from a match: what was written to the timer before may have come true until now, and must not be
+   taken for what is due.  That is SOON ticks away at least, so its flag cannot be lost here. */
+static void aim_anew(uint32_t from)
+{
+    set_timer(from);
+    TIFR1 = _BV(OCF1A);
+    if (!(mode & (HOP | PAUSE)))
+        TCCR1A = ARMED;
+}
+
+static inline void end_pulse(void)
+{
+    TCCR1A = DISARMED;
+    TCCR1C = _BV(FOC1A);
+}
+
+/* --------------------------------------------------------------------------------------------------------- the tail */
+static struct {
+    const struct tail_entry *from;
+    uint8_t first;
+    uint8_t count;
+} fresh; /* entries that are valid and not yet in their places: a frame is too long to be copied in one piece */
+
+static void settle_tail(void)
+{
+    const struct tail_entry *from = fresh.from;
+    uint8_t i;
+
+    for (i = 0; i < fresh.count; i++)
+        tail[fresh.first + i] = from[i];
+}
+
+/* Put entries into the table, with interrupts off.  They count from here on: whoever needs the table first puts them
+   into their places.  `from` must remain as it is until tail_settled(). */
+void take_tail(const struct tail_entry *from, uint8_t first, uint8_t n)
+{
+    fresh.from = from;
+    fresh.first = first;
+    fresh.count = n;
+    tail_count = first + n;
+}
+
+/* The same, for the main loop, with interrupts on. */
+void tail_settled(void)
+{
+    settle_tail();
+    cli();
+    fresh.count = 0;
+    sei();
+}
+
+/* Return the first entry that is slower than `ticks`; entries do not descend, so any place to begin will do. */
+static uint8_t slower(uint32_t ticks, uint8_t from)
+{
+    uint32_t limit = ticks << 8;
+
+    if (ticks >> 24)
+        return tail_count;
+    if (from > tail_count)
+        from = tail_count;
+    while (from && tail[from - 1].interval > limit)
+        from--;
+    while (from < tail_count && tail[from].interval <= limit)
+        from++;
+    return from;
+}
+
+/* Begin where the main loop saw the pace last, for a search from one end could last longer than a step does. */
+void refresh_hint(void)
+{
+    uint32_t ticks;
+    uint8_t moving, found;
+
+    if (!tail_count)
+        return;
+    cli();
+    moving = state == RUN && !(mode & (PAUSE | STILL));
+    ticks = due.tick - last;
+    sei();
+    if (moving) {
+        found = slower(ticks, hint);
+        hint = found;
+    }
+}
+
+/* The way down.  Here too the timer's part comes first, for a fast step may follow: choose sets `interval`, `due` and
+   what OCR1A gets; account does the rest. */
+static uint16_t chosen; /* steps of the piece */
+
+static uint8_t choose_entry(void)
+{
+    const struct tail_entry *next = &tail[entry];
+
+    if (entry == tail_count)
+        return 0;
+    entry++;
+    interval.fraction = (uint16_t)(uint8_t)next->interval << 8;
+    interval.tick = next->interval >> 8;
+    chosen = next->count;
+    advance();
+    return 1;
+}
+
+static uint8_t choose_longer(void)
+{
+    pace += pace >> 4;
+    if (pace > start_stop)
+        return 0;
+    interval.fraction = 0;
+    interval.tick = pace;
+    chosen = 1;
+    advance();
+    return 1;
+}
+
+static void account(void)
+{
+    count = left = chosen;
+    if (down)
+        end -= chosen;
+    else
+        end += chosen;
+    mode = (has_phases ? PHASES : 0) | (mode & HOP);
+    if (interval.tick >= LONG_LEAST)
+        mode |= LONG;
+}
+
+/* From the last step, at `last`, choose the first piece of the way down, or return 0 if there is nothing to play. */
+static uint8_t choose_first(void)
+{
+    if (!paced || pace >= start_stop)
+        return 0;
+    due.fraction = 0;
+    due.tick = last;
+    if (fresh.count)
+        settle_tail();
+    if (!tail_count)
+        return choose_longer();
+    entry = slower(pace, hint);
+    return choose_entry();
+}
+
+/* The same in a pause, or at its end, at `tick`. */
+static uint8_t choose_first_from_pause(uint32_t tick)
+{
+    if (!choose_first())
+        return 0;
+    if ((int32_t)(due.tick - tick) < (int32_t)SOON)
+        due.tick = tick + SOON;
+    mode &= ~PAUSE;
+    return 1;
+}
+
+void brake(uint8_t happening, uint8_t which, uint32_t tick)
+{
+    if (state == RUN) {
+        if (!(mode & PAUSE)) {
+            mode |= BRAKING;
+            set_state(BRAKE);
+        } else if (choose_first_from_pause(tick)) {
+            set_state(BRAKE);
+            aim_anew(tick);
+            account();
+        } else {
+            halt();
+        }
+    } else {
+        halt();
+    }
+    note(happening, which, tick);
+}
+
+/* --------------------------------------------------------------------------------------------------------- the queue */
+static struct record *place_in_queue(uint8_t ahead)
+{
+    struct record *free = in + ahead;
+
+    if (free >= queue + SLOTS)
+        free -= SLOTS;
+    return free;
+}
+
+/* Write a record `ahead` places behind the queue, with what the interrupt wants to know of it at a glance. */
+void prepare(uint8_t ahead, const struct record *record)
+{
+    struct record *free = place_in_queue(ahead);
+
+    *free = *record;
+    if (record->add && !(record->flags & IS_PAUSE))
+        free->flags |= RAMP;
+}
+
+void publish(uint8_t n)
+{
+    in = place_in_queue(n);
+    queued += n;
+}
+
+/* Add the interval of the next record to `due`; the queue is not empty. */
+static inline void begin_record(void)
+{
+    interval.fraction = out->fraction;
+    interval.tick = out->interval;
+    advance();
+}
+
+/* Do the rest that belongs to it. */
+static void load_record(void)
+{
+    const struct record *record = out;
+
+    flags = record->flags;
+    count = record->count;
+    down = flags & DOWN;
+    half = flags & IS_HALF;
+    mode = has_phases ? PHASES : 0;
+    if (flags & IS_PAUSE) {
+        mode |= PAUSE;
+        left = 0;
+        /* Who has stood that long may stop at once; a pause may be laid in many pieces. */
+        if (due.tick - last >= start_stop)
+            stepped = paced = 0;
+    } else {
+        left = count;
+        if (down)
+            end -= count;
+        else
+            end += count;
+        add = record->add;
+        mode |= flags & RAMP;
+        grow();
+    }
+    set_phase_step();
+    queued--;
+    if (++out == queue + SLOTS)
+        out = queue;
+}
+
+uint32_t first_due(uint32_t tick)
+{
+    return tick + out->interval;
+}
+
+void start(uint32_t tick, uint32_t present)
+{
+    due.fraction = 0;
+    due.tick = tick;
+    stepped = paced = 0;
+    set_state(RUN);
+    begin_record();
+    load_record();
+    show_direction(down);
+    if (acts_at_load(1))
+        act_at_load(tick, 1);
+    if (!(mode & STILL))
+        aim_anew(present);
+}
+
+/* The step of `tick` was the last one of a record or of a piece: remember how fast it came. */
+static void remember(uint32_t tick)
+{
+    if (left != count)
+        stepped = 1; /* the record had steps before it */
+    left--;
+    paced = stepped;
+    pace = tick - last;
+    stepped = 1;
+    last = tick;
+}
+
+/* Behind a record, at `tick`, there is another one. */
+static void play_next(uint32_t tick)
+{
+    uint8_t new_flags = out->flags, was_step = !(mode & PAUSE), turns, armed = 0;
+
+    turns = (new_flags ^ down) & DOWN;
+    begin_record();
+    end_pulse();
+    if (!turns && !(new_flags & IS_PAUSE) && interval.tick < LONG_LEAST) {
+        OCR1A = due.tick;
+        TCCR1A = ARMED;
+        armed = 1;
+    }
+    if (was_step)
+        remember(tick);
+    load_record();
+    if (armed) {
+        look_back();
+        return;
+    }
+    if (turns) {
+        uint8_t causes = acts_at_load(0);
+
+        show_direction(down);
+        if (causes) {
+            uint8_t stays = !takes_away(causes);
+
+            if (stays)
+                aim(tick);
+            act_at_load(tick, 0);
+            return;
+        }
+    }
+    aim(tick);
+}
+
+/* The step of `tick` was the last one of its record, or a brake waited for it: begin the way down from it, or return 0
+   if there is nothing to play.  All of it in one piece, for at full rate this is the longest way to the next step. */
+static __attribute__((noinline)) uint8_t go_down(uint32_t tick)
+{
+    uint32_t ticks = tick - last;
+    uint16_t fraction = 0, steps = 1;
+    uint8_t plays = stepped || left != count;
+
+    if (fresh.count)
+        settle_tail();
+    if (!plays || ticks >= start_stop) {
+        plays = 0;
+    } else if (tail_count) {
+        uint8_t first = slower(ticks, hint);
+        const struct tail_entry *next = &tail[first];
+
+        if (first == tail_count) {
+            plays = 0;
+        } else {
+            entry = first + 1;
+            fraction = (uint16_t)(uint8_t)next->interval << 8;
+            ticks = next->interval >> 8;
+            steps = next->count;
+        }
+    } else {
+        ticks += ticks >> 4;
+        plays = ticks <= start_stop;
+    }
+    end_pulse();
+    if (plays && ticks < LONG_LEAST) {
+        OCR1A = (uint16_t)tick + (uint16_t)ticks;
+        TCCR1A = ARMED;
+    }
+    mode &= ~BRAKING;
+    left--;
+    last = tick;
+    place(position_now());
+    if (!plays)
+        return 0;
+    pace = ticks;
+    interval.fraction = due.fraction = fraction;
+    interval.tick = ticks;
+    due.tick = tick + ticks;
+    chosen = steps;
+    account();
+    if (ticks < LONG_LEAST)
+        look_back();
+    else
+        aim(tick);
+    return 1;
+}
+
+/* On the way down, behind a piece of it: the next one, with the timer's part first, or the end. */
+static __attribute__((noinline)) void play_piece(void)
+{
+    uint32_t tick = due.tick, ticks;
+    uint16_t fraction = 0, low, steps = 1;
+
+    left = 0;
+    last = tick;
+    if (tail_count) {
+        const struct tail_entry *next = &tail[entry];
+
+        if (entry == tail_count) {
+            end_pulse();
+            halt();
+            note(HALTED, NOBODY, tick);
+            return;
+        }
+        entry++;
+        fraction = (uint16_t)(uint8_t)next->interval << 8;
+        ticks = next->interval >> 8;
+        steps = next->count;
+    } else {
+        ticks = pace + (pace >> 4);
+        if (ticks > start_stop) {
+            end_pulse();
+            halt();
+            note(HALTED, NOBODY, tick);
+            return;
+        }
+        pace = ticks;
+    }
+    interval.fraction = fraction;
+    interval.tick = ticks;
+    low = due.fraction + fraction;
+    due.fraction = low;
+    due.tick = tick + ticks + (low < fraction);
+    end_pulse();
+    if (ticks < LONG_LEAST) {
+        OCR1A = due.tick;
+        TCCR1A = ARMED;
+    }
+    chosen = steps;
+    account();
+    if (ticks < LONG_LEAST)
+        look_back();
+    else
+        aim(tick);
+}
+
+/* Behind a record, at `tick`: the next one; behind a pause without one: the end, or the way down. */
+static __attribute__((noinline)) void go_on(uint32_t tick)
+{
+    uint8_t plays;
+
+    if (state == RUN && queued) {
+        play_next(tick);
+    } else {
+        if (flags & MAY_STAND) {
+            stand(IDLE);
+            note(REST, NOBODY, tick);
+            return;
+        }
+        plays = choose_first_from_pause(tick);
+        if (plays) {
+            set_state(BRAKE);
+            aim(tick);
+            account();
+        } else {
+            halt();
+        }
+        note(UNDERRUN, NOBODY, tick);
+    }
+}
+
+/* ---------------------------------------------------------------------------------------------------------- the hold */
+void hold(uint32_t tick)
+{
+    TCCR1A = DISARMED;
+    mode |= STILL;
+    held_at = tick;
+    set_state(HOLD);
+}
+
+/* Go on, and return by how much all that follows has moved. */
+uint32_t release(uint32_t tick)
+{
+    uint32_t moved = tick - held_at;
+
+    if ((int32_t)moved < 0)
+        moved = 0; /* held at a START that had not come */
+    if ((int32_t)(due.tick + moved - tick) < (int32_t)SOON)
+        moved = tick + SOON - due.tick;
+    due.tick += moved;
+    mode &= ~STILL;
+    set_state(RUN);
+    aim_anew(tick);
+    return held_at + moved;
+}
+
+/* --------------------------------------------------------------------------------------------------------- the match */
+static void hop(void)
+{
+    if (far > DIRECT_MOST) {
+        OCR1A += HOP_TICKS;
+        far -= HOP_TICKS;
+        return;
+    }
+    OCR1A = due.tick;
+    mode &= ~HOP;
+    if (!(mode & PAUSE))
+        TCCR1A = ARMED;
+}
+
+static __attribute__((noinline)) void ordinary_step(void)
+{
+    uint32_t tick = due.tick;
+
+    left--;
+    last = tick;
+    advance();
+    end_pulse();
+    aim(tick);
+    if (!(mode & STILL))
+        grow();
+}
+
+static __attribute__((noinline)) void underrun(void)
+{
+    uint32_t tick = due.tick;
+
+    if (!go_down(tick))
+        halt();
+    else if (state == RUN) /* it may have been too late */
+        set_state(BRAKE);
+    note_in_passing(UNDERRUN, tick);
+}
+
+static __attribute__((noinline)) void brake_at_step(void)
+{
+    uint32_t tick = due.tick;
+
+    if (!go_down(tick)) {
+        halt();
+        note(HALTED, NOBODY, tick);
+    }
+}
+
+static __attribute__((noinline)) void match_in_peace(void)
+{
+    do {
+        uint8_t was = mode;
+
+        overdue = 0;
+        if (was & STILL)
+            return;
+        if (was & HOP) {
+            hop();
+        } else {
+            if (was & PAUSE && flags & SETS_OUTPUTS)
+                set_outputs(count >> 8, count);
+            go_on(due.tick);
+        }
+        if (overdue)
+            serve_line(); /* short pauses in a row */
+    } while (overdue);
+}
+
+/* Do what follows from a match; interrupts are off.  The phases of a step are there already.  What may be followed by a
+   fast step goes its own way, with as little as possible to be saved before it. */
+void match(void)
+{
+    uint8_t was = mode;
+
+    if (was & (STILL | HOP | PAUSE))
+        match_in_peace();
+    else if (was & BRAKING)
+        brake_at_step();
+    else if (left != 1)
+        ordinary_step();
+    else if (state == BRAKE)
+        play_piece();
+    else if (!queued)
+        underrun();
+    else
+        match_in_peace();
+}

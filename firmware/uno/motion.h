@@ -1,0 +1,67 @@
+/* Records become steps. */
+#ifndef MOTION_H
+#define MOTION_H
+
+#include <stdint.h>
+
+/* 1/65536 tick in the low half: 48 bits, little-endian, as interrupts.S adds them. */
+struct instant {
+    uint16_t fraction;
+    uint32_t tick;
+};
+
+/* As on the line. */
+struct record {
+    uint8_t flags;
+    uint16_t count;
+    uint32_t interval;
+    uint16_t fraction;
+    int32_t add;
+};
+
+/* As on the line; the interval is in 1/256 tick. */
+struct tail_entry {
+    uint32_t interval;
+    uint16_t count;
+};
+
+extern volatile uint8_t state;
+extern uint8_t down; /* the record that plays, or the last one that did, goes down */
+extern uint8_t half;
+extern uint32_t start_stop;
+extern struct tail_entry tail[];
+extern volatile uint8_t tail_count;
+extern volatile uint8_t queued;
+
+/* All of these are called with interrupts off. */
+int32_t position_now(void);
+void place(int32_t position);
+void set_state(uint8_t new_state);
+void forget_queue(void);
+void halt(void);
+void start(uint32_t tick, uint32_t present);
+void brake(uint8_t happening, uint8_t which, uint32_t tick);
+void hold(uint32_t tick);
+uint32_t release(uint32_t tick);
+
+#define PAUSE 0x02 /* a bit of `mode`: what is due is the end of a pause */
+extern volatile uint8_t mode;
+
+static inline uint8_t is_in_pause(void)
+{
+    return mode & PAUSE;
+}
+
+uint32_t first_due(uint32_t tick);
+void match(void);
+void late(void);
+void take_tail(const struct tail_entry *from, uint8_t first, uint8_t n);
+void set_phase_step(void);
+
+/* These are for the main loop. */
+void prepare(uint8_t ahead, const struct record *record);
+void publish(uint8_t count);
+void tail_settled(void);
+void refresh_hint(void);
+
+#endif

@@ -1,0 +1,78 @@
+#include <avr/io.h>
+
+#include "outputs.h"
+#include "pins.h"
+#include "protocol.h"
+
+uint8_t polarity;
+uint8_t enable_off;
+uint8_t pattern[8];
+uint8_t phase;
+uint8_t has_phases;
+
+static uint8_t outputs; /* bits 0..3 the user's, bit 4 ENABLE */
+
+void set_up_outputs(void)
+{
+    /* STEP and DIR low; the others remain inputs until CONFIG: what they switch must not move when power returns. */
+    DDRB = _BV(STEP_BIT) | _BV(DIR_BIT) | _BV(LED_BIT);
+}
+
+/* The pins are written one by one by sbi and cbi, which no interrupt can split: the main loop writes others of the
+   same ports. */
+static void show_outputs(void)
+{
+    if (outputs & 1)
+        PORTD |= _BV(OUT0_BIT);
+    else
+        PORTD &= ~_BV(OUT0_BIT);
+    if (outputs & 2)
+        PORTD |= _BV(OUT1_BIT);
+    else
+        PORTD &= ~_BV(OUT1_BIT);
+    if (outputs & 4)
+        PORTB |= _BV(OUT2_BIT);
+    else
+        PORTB &= ~_BV(OUT2_BIT);
+    if (outputs & 8)
+        PORTB |= _BV(OUT3_BIT);
+    else
+        PORTB &= ~_BV(OUT3_BIT);
+    if (!(outputs & ENABLE_OUTPUT) == !(polarity & ENABLE_IS_LOW))
+        PORTB &= ~_BV(ENABLE_BIT);
+    else
+        PORTB |= _BV(ENABLE_BIT);
+}
+
+void set_outputs(uint8_t mask, uint8_t value)
+{
+    outputs = (outputs & ~mask) | (value & mask);
+    show_outputs();
+}
+
+void show_direction(uint8_t is_down)
+{
+    if (!is_down == !(polarity & DIR_HIGH_IS_UP))
+        PORTB &= ~_BV(DIR_BIT);
+    else
+        PORTB |= _BV(DIR_BIT);
+}
+
+void show_phase(void)
+{
+    PORTD = (PORTD & ~PHASES_MASK) | pattern[phase];
+}
+
+/* Levels first, then the pins become outputs: ENABLE must not show the wrong one even for a moment. */
+void configure_outputs(void)
+{
+    uint8_t i;
+
+    has_phases = 0;
+    for (i = 0; i < 8; i++)
+        has_phases |= pattern[i];
+    show_outputs();
+    show_phase();
+    DDRB |= _BV(ENABLE_BIT) | _BV(OUT2_BIT) | _BV(OUT3_BIT);
+    DDRD = (has_phases ? PHASES_MASK : 0) | _BV(OUT0_BIT) | _BV(OUT1_BIT);
+}

@@ -1,0 +1,22 @@
+/* User outputs, ENABLE, LED, DIR, phases. */
+#ifndef OUTPUTS_H
+#define OUTPUTS_H
+
+#include <stdint.h>
+
+#define DIR_HIGH_IS_UP 1
+#define ENABLE_IS_LOW 2
+
+extern uint8_t polarity;
+extern uint8_t enable_off;
+extern uint8_t pattern[8]; /* levels of D4..D7 by half step */
+extern uint8_t phase;      /* half step */
+extern uint8_t has_phases;
+
+void set_up_outputs(void);
+void configure_outputs(void);
+void set_outputs(uint8_t mask, uint8_t value);
+void show_direction(uint8_t is_down);
+void show_phase(void);
+
+#endif

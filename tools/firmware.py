@@ -1,0 +1,109 @@
+"""Build the firmware of the boards: tools/firmware.py [FOLDER], into build/firmware if none is named.
+
+The .hex is the application alone, without a boot loader.  It is the same byte for byte wherever it is built: sources in
+the order of their names, nothing of paths or dates in it.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parent.parent
+SOURCES = ROOT / "firmware" / "uno"
+NAME = "slewline-uno.hex"
+CHIP = "atmega328p"
+FLASH, RAM = 32_256, 2_048  # bytes; of 32 KB of flash a boot loader has the last 512
+WORDS = (
+    f"-mmcu={CHIP}",
+    "-std=gnu99",
+    "-O3",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+    "-fno-strict-aliasing",  # frames are read where they lie
+    "-ffunction-sections",
+)
+NEEDED = ("avr-gcc", "avr-objcopy", "avr-size", "avr-nm")
+
+
+class FirmwareError(Exception):
+    """What is missing, or what the compiler says."""
+
+
+class Firmware(NamedTuple):
+    """What was built: the file, bytes of flash and RAM that it takes, and where the RAM that it names ends.
+
+    `levels`: where it keeps the levels of its inputs as of its last look, for tests.
+    """
+
+    path: Path
+    flash: int
+    ram: int
+    end: int
+    levels: int
+
+
+def missing() -> list[str]:
+    """Return the programs that are not here."""
+    return [name for name in NEEDED if shutil.which(name) is None]
+
+
+def called(*words: str | Path) -> str:
+    """Return what a program prints."""
+    ran = subprocess.run([str(word) for word in words], cwd=SOURCES, capture_output=True, text=True, check=False)
+    if ran.returncode:
+        raise FirmwareError(f"{words[0]} ended with {ran.returncode}:\n{ran.stderr}")
+    return ran.stdout
+
+
+def build(folder: Path) -> Firmware:
+    """Build the firmware of the Uno into a folder.
+
+    Raises:
+        FirmwareError: no compiler is here, or it complains.
+    """
+    if gone := missing():
+        raise FirmwareError(f"{', '.join(gone)}: not installed; on Debian:  apt install gcc-avr avr-libc binutils-avr")
+    folder = folder.resolve()
+    parts = folder / "parts"
+    parts.mkdir(parents=True, exist_ok=True)
+    objects = []
+    for source in sorted([*SOURCES.glob("*.c"), *SOURCES.glob("*.S")]):
+        objects.append(parts / f"{source.name}.o")
+        # By its name alone, from its own folder: so no path can get into what is made of it.
+        called("avr-gcc", *WORDS, "-c", source.name, "-o", objects[-1])
+    elf, out = parts / "uno.elf", folder / NAME
+    called("avr-gcc", *WORDS, "-Wl,--gc-sections", "-o", elf, *objects)
+    called("avr-objcopy", "-O", "ihex", "-j", ".text", "-j", ".data", elf, out)
+    sizes = dict(
+        zip(("text", "data", "bss"), map(int, called("avr-size", elf).splitlines()[1].split()[:3]), strict=True)
+    )
+    symbols = {
+        line.split()[2]: int(line.split()[0], 16) for line in called("avr-nm", "--defined-only", elf).splitlines()
+    }
+    end, levels = (symbols[name] & 0xFFFF for name in ("_end", "levels"))  # addresses of data have a bit of their own
+    return Firmware(out, sizes["text"] + sizes["data"], sizes["data"] + sizes["bss"], end, levels)
+
+
+def report(made: Firmware) -> str:
+    """Return a line that says what was built, and how large it is."""
+    return f"{made.path}: {made.flash} of {FLASH} bytes of flash, {made.ram} of {RAM} bytes of RAM"
+
+
+def main(words: list[str]) -> int:
+    """Build, and say how large it is."""
+    try:
+        made = build(Path(words[0]) if words else ROOT / "build" / "firmware")
+    except FirmwareError as error:
+        print(f"firmware: {error}", file=sys.stderr)
+        return 1
+    print(report(made))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
