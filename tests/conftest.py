@@ -9,7 +9,14 @@ from typing import Any
 
 import pytest
 
+from tests import compiling
+
 gc.disable()  # while tests are collected: whatever is made then stays, and to look through it took half of that time
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile a new checkout once, not in each worker."""
+    compiling.share(session)
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:

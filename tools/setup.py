@@ -267,7 +267,8 @@ def bytecode(work):
 
 def tests(work, *more):
     kept = [] if work == ROOT else ["-p", "no:cacheprovider"]
-    return [["-m", "pytest", "-n", "2"] + kept + list(more)]
+    # Two processors: while one test waits, two others compute. Each worker has a third of its own, and then takes more.
+    return [["-m", "pytest", "-n", "3", "--dist", "worksteal"] + kept + list(more)]
 
 
 def compiled_tests(work, *more):
