@@ -265,9 +265,8 @@ def bytecode(work):
     return kept
 
 
-def tests(work, *more):
+def tests(work, *more):  # with two processors: while one test waits, two others compute
     kept = [] if work == ROOT else ["-p", "no:cacheprovider"]
-    # Two processors: while one test waits, two others compute. Each worker has a third of its own, and then takes more.
     return [["-m", "pytest", "-n", "3", "--dist", "worksteal"] + kept + list(more)]
 
 
