@@ -35,7 +35,7 @@ def agree(seeds: range, reaches: int) -> Counter[str]:
 
 @pytest.mark.parametrize("block", range(4))
 def test_windows_of_any_length_and_the_twin_agree(block: int) -> None:
-    agree(range(block * 10, block * 10 + 5), 2)
+    agree(range(block * 10, block * 10 + 10), 2)
 
 
 @pytest.mark.long
