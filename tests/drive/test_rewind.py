@@ -201,10 +201,10 @@ def test_a_mark_is_seen_where_the_motor_was_and_the_motor_goes_on(tmp_path, monk
             rig.edge(0)
             at = drive.ticks.ps(rig.line.twin.now - drive.horizon)
             drive.run("60 ms")
-            events = rig.x.registers["status"] if "status" in rig.x.registers else None
+            events = rig.x.registers.get("status")
             if not more:
                 assert rig.exchanged == 1 and not drive.troubles
-                (edge,) = [entry for _, entry in rig.past.entries() if entry["do"] == "drive" and entry["t"] > MS]
+                (edge,) = [entry for _, entry in rig.rewind.past.entries() if entry["do"] == "drive" and entry["t"] > MS]
                 assert edge["pin"] == "x.home1" and abs(edge["t"] - at) < MS
                 drive.run("1 s")
                 check_steps(drive, rig.line)
