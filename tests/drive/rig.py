@@ -8,9 +8,9 @@ from random import Random
 
 import numpy as np
 
-from slewline.drive.boards import UNO
+from slewline.drive.board.boards import UNO
+from slewline.drive.board.twin import BoardTwin
 from slewline.drive.drive import Drive
-from slewline.drive.twin import BoardTwin
 
 HZ = 16_000_000
 MS_NS = 1_000_000

@@ -9,7 +9,7 @@ import pytest
 
 import slewline
 from slewline.drive.blackbox import JOURNAL, KEPT_SESSIONS, BlackBox, new_folder, read_line, state_folder
-from slewline.drive.wire import Decoder, FrameKind
+from slewline.drive.board.wire import Decoder, FrameKind
 from slewline.errors import UsageError
 
 from .families import furnished

@@ -8,9 +8,9 @@ import pytest
 
 import slewline
 from slewline.bench.rewinding import take_over
+from slewline.drive.board.wire import BoardConfig, Reflex
 from slewline.drive.drive import Drive
-from slewline.drive.reflexes import configured, inputs_of
-from slewline.drive.wire import BoardConfig, Reflex
+from slewline.drive.stopping.reflexes import configured, inputs_of
 from slewline.errors import UsageError
 
 from .families import GSC
@@ -204,7 +204,8 @@ def test_a_mark_is_seen_where_the_motor_was_and_the_motor_goes_on(tmp_path, monk
             events = rig.x.registers.get("status")
             if not more:
                 assert rig.exchanged == 1 and not drive.troubles
-                (edge,) = [entry for _, entry in rig.rewind.past.entries() if entry["do"] == "drive" and entry["t"] > MS]
+                entries = [entry for _, entry in rig.rewind.past.entries()]
+                (edge,) = [entry for entry in entries if entry["do"] == "drive" and entry["t"] > MS]
                 assert edge["pin"] == "x.home1" and abs(edge["t"] - at) < MS
                 drive.run("1 s")
                 check_steps(drive, rig.line)

@@ -16,7 +16,7 @@ import slewline
 from slewline.bench.scripts.script import run_script
 from slewline.chips.mc1451a.axis.pin_edges import PinEdges
 from slewline.core.time.hook import Hook
-from slewline.drive.wire import BoardConfig
+from slewline.drive.board.wire import BoardConfig
 from slewline.errors import StoreError
 from slewline.links.lines.store import FileStore
 from tests.drive.pipe import Pipe

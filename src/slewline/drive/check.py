@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
+from .board.wire import BoardEvent, Happening
 from .promptness import Lateness, be_prompt, measured, recommended_ms
-from .wire import BoardEvent, Happening
 
 if TYPE_CHECKING:
     from .drive import Drive

@@ -25,22 +25,22 @@ from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
 from ..core.wires.pin import Condition
 from ..errors import Timeout, UsageError
 from .blackbox import BlackBox, new_folder
-from .boards import UNO, BoardModel
+from .board.boards import UNO, BoardModel
+from .board.clock import BoardClock
+from .board.link import Link
+from .board.port import BoardPort, opened
+from .board.wire import BoardConfig, BoardEvent
 from .cable import Cable
-from .clock import BoardClock
-from .driven import BoardPort, DriveState, Exchanging, Stopping, Telling
+from .driven import DriveState, Exchanging, Stopping, Telling
 from .feeder import Feeder, LaidOutput
-from .halting import StopChip
-from .link import Link
 from .live import Live
-from .port import opened
-from .reflexes import configured, inputs_of
-from .rewind import Rewind
+from .stopping.halting import StopChip
+from .stopping.reflexes import configured, inputs_of
+from .stopping.rewind import Rewind
+from .stopping.troubles import Troubles, signed
 from .talk import ENABLE, Talk
 from .terminals import outputs_of, steps_a_second, usual_config
 from .ticks import TickMap
-from .troubles import Troubles, signed
-from .wire import BoardConfig, BoardEvent
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -94,7 +94,8 @@ class Drive:
         self_start: a program that the chip starts by itself may move the motor.
         config: how the board is configured, instead of what follows from chip and driver.
         board: which one.
-        black_box: the folder of the session; True: a new one where this system keeps what programs remember; False: none.
+        black_box: the folder of the session; True: a new one where this system keeps what programs remember; False:
+            there is none.
         clock, wait: nanoseconds of the wall clock; what waits for seconds, or until bytes have come.
 
     Raises:

@@ -69,8 +69,8 @@ def step_driver(name: str) -> StepDriver:
             return row
     there = ", ".join(STEP_DRIVERS)
     raise UnknownName(
-        f"driver {name!r}; known: {there}{hint(name, STEP_DRIVERS)}; for another one leave it out, and compare its data "
-        "sheet with the times of the board"
+        f"driver {name!r}; known: {there}{hint(name, STEP_DRIVERS)}; for another one leave it out, and compare its "
+        "data sheet with the times of the board"
     )
 
 
@@ -92,6 +92,6 @@ def check_pulse(driver: StepDriver, high_ps: int, low_ps: int, setup_ps: int, ho
     for what, has, needs in rows:
         if has < needs:
             raise UsageError(
-                f"driver {driver.name}: {what} for {readable(has)} at least, and it needs {readable(needs)}; use another "
-                "driver"
+                f"driver {driver.name}: {what} for {readable(has)} at least, and it needs {readable(needs)}; use "
+                "another driver"
             )

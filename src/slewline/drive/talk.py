@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 from ..core.time.timebase import readable
 from ..errors import UsageError
-from .troubles import signed
-from .wire import BoardState, Ident
+from .board.wire import BoardState, Ident
+from .stopping.troubles import signed
 
 if TYPE_CHECKING:
     from .driven import Driven
-    from .troubles import Troubles
+    from .stopping.troubles import Troubles
 
 TURN_S, POLL_S = 0.005, 0.001
 SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 0.1

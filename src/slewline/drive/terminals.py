@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 from ..core.messages.near import hint
 from ..core.time.timebase import PS_PER_S
 from ..errors import UsageError
+from .board.wire import BoardConfig
 from .drivers import check_pulse, step_driver
-from .wire import BoardConfig
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
-    from .boards import BoardModel
+    from .board.boards import BoardModel
 
 START_STOP = 500  # steps/s, of the way down of a board that has no table
 WATCHDOG_PS = 50 * 10**9  # beyond the horizon, without a word from the host

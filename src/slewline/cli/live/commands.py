@@ -155,10 +155,10 @@ def drive_command(**options: Any) -> int:
 
     This stops by itself and keeps count, and is no safety device: an E-stop must cut the supply of the driver.
 
-    The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host speaks to the chip on one of
-    the ports, as with `slewline serve`.  What goes out, steps and characters, does so a horizon later while the motor
-    moves.  A board that stops by itself, by an input, an E-stop, or because it hears nothing, says where; the drive is
-    halted then, until SIGUSR2 or `clear` on the control port lets it go on.
+    The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host speaks to the chip on one
+    of the ports, as with `slewline serve`.  What goes out, steps and characters, does so a horizon later while the
+    motor moves.  A board that stops by itself, by an input, an E-stop, or because it hears nothing, says where; the
+    drive is halted then, until somebody types `clear`, or sends SIGUSR2.
     """
     from .drive import DriveCommand
 

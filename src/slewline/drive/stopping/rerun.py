@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from ..bench import Bench
-    from ..core.motion.axis import Axis
-    from .driven import Driven
+    from ...bench import Bench
+    from ...core.motion.axis import Axis
+    from ..driven import Driven
 
 
 class Cause(NamedTuple):

@@ -22,19 +22,19 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..bench.rewinding import ReachablePast, driven, given
-from ..core.time.timebase import readable
-from ..errors import SlewlineError, UsageError
+from ...bench.rewinding import ReachablePast, driven, given
+from ...core.time.timebase import readable
+from ...errors import SlewlineError, UsageError
+from ..board.wire import BoardEvent, Happening
 from .reflexes import BoardInput, configured, way_down
 from .rerun import Cause, Rewound, following, named, travelled
 from .troubles import HOST
-from .wire import BoardEvent, Happening
 
 if TYPE_CHECKING:
-    from ..bench import Bench
-    from ..core.motion.axis import Axis
-    from ..core.motion.plan import Plan
-    from .driven import Driven, Stopping
+    from ...bench import Bench
+    from ...core.motion.axis import Axis
+    from ...core.motion.plan import Plan
+    from ..driven import Driven, Stopping
 
 STOPS = (Happening.STOPPED, Happening.BRAKED)
 TRIES = 6
