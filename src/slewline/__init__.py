@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .core.chip import Chip
     from .core.component import Finding
     from .core.motion.axis import Steps
+    from .drive.drive import Drive
     from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WaveformError, WiringError
     from .parts.motors.laws import motor_law
     from .record.measuring.compare import compare_edges
@@ -36,6 +37,7 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
     "core.motion.axis": ("Steps",),
     "core.chip": ("Chip",),
     "core.component": ("Finding",),
+    "drive.drive": ("Drive",),
     "errors": (
         "ChecksumError",
         "ProgramError",
@@ -54,6 +56,7 @@ __all__ = [
     "Bench",
     "ChecksumError",
     "Chip",
+    "Drive",
     "Finding",
     "ProgramError",
     "SlewlineError",

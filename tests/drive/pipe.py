@@ -1,4 +1,4 @@
-"""A line between a link and the twin of a board, in virtual time: slow, late, and damaged by chance with a fixed seed."""
+"""A line between a link and the twin of a board, in virtual time: slow, late, and damaged with a fixed seed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ MS = 1_000_000
 class Pipe:
     """Both ends of a line; `bad_frames` and `bad_bytes` are the probabilities of damage, in both directions.
 
-    `late` is least and greatest latency of each direction in ns, beside the time of the bytes.  The host looks each `turn`.
+    `late` is least and greatest latency of each direction in ns, beside the time of the bytes.  The host looks each
+    `turn`.
     """
 
     def __init__(

@@ -31,9 +31,13 @@ def opened(pipe: Pipe, config: BoardConfig = CONFIG) -> Pipe:
     return pipe
 
 
-def train(count: int) -> list[Record]:
+def train(count: int, interval: int = 100_000) -> list[Record]:
     """Records of which each is another one: the steps tell in which order they were played."""
-    return [Record(0, 1 + at % 3, 20_000 + 7 * at, at) for at in range(count)]
+    return [Record(0, 1 + at % 3, interval + 7 * at, at) for at in range(count)]
+
+
+# how long each of the intervals is, so that the queue does not run dry: ticks, of which a record has two on average
+INTERVALS = {"late and bytes": 700_000}
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -42,7 +46,7 @@ def test_every_record_arrives_once_and_in_order_and_every_event_is_told_once_and
     pipe = opened(Pipe(seed, **LINES[line], ppm=4000, begun=2**32 * 60))  # type: ignore[arg-type]
     told: list[BoardEvent] = []
     pipe.link.on_event.add(told.append)
-    records = train(300)
+    records = train(300, INTERVALS.get(line, 100_000))
     waiting = [*records, Record(PAUSE | REST, 0, 1000)]
     level = 0
 
@@ -51,7 +55,7 @@ def test_every_record_arrives_once_and_in_order_and_every_event_is_told_once_and
         count = pipe.link.free
         pipe.link.push(waiting[:count])
         del waiting[:count]
-        if pipe.chance.random() < 0.05:
+        if pipe.chance.random() < 1000 / records[0].interval:
             level ^= 1
             pipe.twin.set_input(0, level, max(pipe.tick(pipe.now), pipe.twin.now))
 
@@ -59,11 +63,12 @@ def test_every_record_arrives_once_and_in_order_and_every_event_is_told_once_and
     first = waiting[:40]
     del waiting[:40]
     pipe.link.push(first)
-    start = pipe.clock.ticks(pipe.now) + 16_000_000
+    start = pipe.clock.ticks(pipe.now) + 80_000_000
     pipe.link.start(start)
     pipe.each_turn = turn
-    pipe.run_until(lambda: not waiting and pipe.twin.state != BoardState.RUN)
+    pipe.run_until(lambda: not waiting and pipe.twin.state != BoardState.RUN, most=60_000 * MS)
     pipe.each_turn = lambda: None
+    pipe.run(300 * MS)  # the last ones may be on their way
     pipe.run_until(lambda: pipe.link.idle)
     expected, base = [], start << 16
     for record in records:
@@ -72,14 +77,13 @@ def test_every_record_arrives_once_and_in_order_and_every_event_is_told_once_and
     assert [tick for tick, _, _ in pipe.twin.steps] == expected
     assert [event.number for event in told] == [number % 256 for number in range(told[0].number, pipe.twin._event)]
     assert told[0].number == 1  # behind that of the power-up
-    assert {event.kind for event in told} == {Happening.REST, Happening.MARK} and len(told) > 50
-    assert told[-1].kind == Happening.REST or told[-1].kind == Happening.MARK
+    assert {event.kind for event in told} == {Happening.REST, Happening.MARK} and len(told) > 10
     rest = next(event for event in told if event.kind == Happening.REST)
     assert rest.tick == (base >> 16) + 1000 and rest.position == sum(record.count for record in records)
     if line == "clean":
         assert pipe.link.resent == pipe.link.damaged == 0
     elif line != "late":
-        assert pipe.link.resent > 0
+        assert pipe.link.resent + pipe.link.damaged > 0
 
 
 def test_what_the_board_refuses_is_told_and_what_comes_behind_it_goes_on() -> None:
@@ -117,7 +121,7 @@ def test_no_more_is_unanswered_than_the_board_has_room_for() -> None:
     pipe = opened(Pipe(2, late=(10 * MS, 20 * MS)))
     under_way = most = 0
     pipe.link.push(train(60))
-    for _ in range(300):
+    for _ in range(600):
         before = sum(len(data) for _, data in pipe.down)
         pipe.run(pipe.turn)
         under_way = sum(each.size for each in pipe.link._flight)
@@ -145,9 +149,9 @@ def test_a_stop_goes_first_and_what_was_said_after_it_comes_after_it(seed: int) 
     told: list[BoardEvent] = []
     pipe.link.on_event.add(told.append)
     pipe.link.push([Record(0, 60_000, 1000)])
-    pipe.link.start(pipe.clock.ticks(pipe.now) + 3_200_000)
+    pipe.link.start(pipe.clock.ticks(pipe.now) + 16_000_000)
     pipe.run_until(lambda: pipe.twin.state == BoardState.RUN)
-    pipe.run(250 * MS)
+    pipe.run(1250 * MS)
     pipe.link.stop(0)
     pipe.link.reset()
     pipe.link.push(train(3))

@@ -21,6 +21,7 @@ from .motion.axis import Axis
 from .motion.one_axis import OneAxis
 from .program import InstructionCondition, ProgramRow
 from .time.hook import CommandHook, Hook
+from .time.inputs import from_outside
 from .time.kernel import Kernel, Task
 from .time.timebase import Clock, readable
 from .wires.net import Bus, Driver, Net
@@ -356,6 +357,22 @@ class Chip(Component, OneAxis):
             if (code, text) not in before:
                 self.finding(code, text)
         return self._left != before
+
+    @from_outside
+    def motor_report(self, code: str, text: str, axis: int = 1, position: int | None = None) -> None:
+        """Take note of what has become of a real motor that makes the steps of an axis: a finding.
+
+        It is an input from outside: a journal has it, so that a replay is where the motor was.
+
+        Args:
+            code, text: of the finding.
+            axis: its number, from 1.
+            position: what the position register is set to, because the motor is there; None leaves it alone.
+        """
+        self.input("motor_report", code, text, axis, position)
+        if position is not None:
+            self.axis(axis).motor.load(position)
+        self.finding(code, text)
 
     def switched(self, on: bool) -> None:
         """Report that the supply is being switched."""

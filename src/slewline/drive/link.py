@@ -17,7 +17,6 @@ from .clock import BoardClock
 from .records import Record, pack
 from .wire import (
     ENTRIES_A_FRAME,
-    RECORDS_A_FRAME,
     Answer,
     BoardConfig,
     BoardEvent,
@@ -33,9 +32,13 @@ from .wire import (
 MS = 1_000_000
 HEARTBEAT = 100 * MS  # ns between round trips, or a quarter of the watchdog
 REFILL = 5 * MS  # while records wait for slots
-PATIENCE, LONGEST_PATIENCE = 20 * MS, 500 * MS  # without an answer; or three median round trips
+PATIENCE, LONGEST_PATIENCE = 5 * MS, 500 * MS  # without an answer; or three median round trips
+UNKNOWN = 20 * MS  # for a round trip, before there was one
 BEHIND = 5 * MS  # an event that is told again comes so soon behind the answer, or it was lost again
-RESERVE = 16  # bytes of the room that only STOP, ASK and REPEAT may take
+AT_ONCE = 4  # records of a frame: two such frames are in the room of 127 bytes, with what is reserved; of 5 it is one
+RESERVE = 11  # bytes of the room that only STOP, ASK and REPEAT may take
+SMALL = 7  # bytes that one of these has
+NOISY = 1000 * MS  # so long after damage each burst has an ASK behind it, whose answer shows what was lost
 KEPT_EVENTS = 8  # that a board can tell again
 ASKS_KEPT = 8
 HOST_ROOM = 127
@@ -61,6 +64,7 @@ class Flight:
     sent_ns: int
     command: Command | None = None
     copy: int = 0
+    event: int | None = None  # that is to be told again
 
 
 class Link:
@@ -101,11 +105,12 @@ class Link:
         self._ask = self._doubtful = False
         self._silences = 0
         self._waits_since = 0  # for the first answer that is missing
-        self._most = RECORDS_A_FRAME
+        self._most = AT_ONCE
         self._event = self._known_events = 0  # the next one to be told; the next one that the board will have
         self._early: dict[int, BoardEvent] = {}
-        self._repeat_at = 0
+        self._repeat_at: dict[int, int] = {}  # when each missing event may be asked for again, ns
         self._last_ask = 0
+        self._noisy_until = 0
 
     # ---------------------------------------------------------------------------------------------- what is to be sent
     def open(self, config: BoardConfig) -> None:
@@ -190,7 +195,8 @@ class Link:
 
     @property
     def _patience(self) -> int:
-        least = max(PATIENCE, 3 * self.clock.round_trip_ns[2]) << min(self._silences, 5)
+        usual = self.clock.round_trip_ns[2] or UNKNOWN
+        least = max(PATIENCE, 3 * usual) << min(self._silences, 5)
         return min(least, LONGEST_PATIENCE)
 
     @property
@@ -212,9 +218,7 @@ class Link:
                 return self._now
             if self._commands or self._doubtful:
                 return self._last_ask + REFILL
-            if self._missing() is not None:
-                return self._repeat_at
-            return self._last_ask + self._heartbeat
+            return min([self._last_ask + self._heartbeat, *(self._repeat_at.get(each, 0) for each in self._missing())])
         due = self._waits_since + self._patience
         if self.is_open:
             due = min(due, max(self._last_ask + self._heartbeat, self._now + MS))
@@ -241,12 +245,12 @@ class Link:
             return b""
         if self._stops and not any(each.kind == FrameKind.STOP for each in self._flight):
             out += self._send(FrameKind.STOP, bytes((self._stops[0],)))
-        if self._wants_ask() and self._room >= RESERVE // 2:
+        if self._wants_ask() and self._room >= SMALL:
             out += self._send_ask()
-        missing = self._missing()
-        asked = any(each.kind == FrameKind.REPEAT for each in self._flight)
-        if missing is not None and not asked and now_ns >= self._repeat_at and self._room >= RESERVE // 2:
-            out += self._send(FrameKind.REPEAT, bytes((missing,)))
+        for event in self._missing():
+            if self._room >= SMALL and now_ns >= self._repeat_at.get(event, 0):
+                out += self._send(FrameKind.REPEAT, bytes((event,)))
+                self._flight[-1].event = event
         while not self._stops and not self._doubtful and (command := self._next()):
             frame = wire.encode((self._base + self._sent) % 256, command.kind, command.payload or pack(command.records))
             if len(frame) > self._room - RESERVE:
@@ -256,6 +260,9 @@ class Link:
             command.copies += 1
             self._note_sent(frame, (self._base + self._sent - 1) % 256, command.kind, command)
             out += frame
+        behind = self._flight and self._flight[-1].command is not None
+        if behind and now_ns < self._noisy_until and self._room >= SMALL:
+            out += self._send_ask()
         return bytes(out)
 
     def _wants_ask(self) -> bool:
@@ -308,6 +315,7 @@ class Link:
             if said is None:
                 self.damaged += 1  # an answer, or an event: the next answer will show it
                 self._ask = True
+                self._noisy_until = now_ns + NOISY
                 continue
             self.heard_ns = now_ns
             if isinstance(said, Answer):
@@ -326,7 +334,10 @@ class Link:
                 self._opened(self._unwrapped(flight, answer))
             return
         if answer.kind == 0:
-            self._doubtful = self._ask = True  # which frame it was is known when what is sent now has been answered
+            # which frame it was is known when the last one that is under way has been answered, if it is an ASK
+            self._doubtful = True
+            self._ask = not self._flight or self._flight[-1].kind != FrameKind.ASK
+            self._noisy_until = self._now + NOISY
         answer = self._unwrapped(flight, answer)
         if answer.state == BoardState.BOOT and self._configured:
             self._booted()
@@ -368,7 +379,7 @@ class Link:
             command = self._commands.popleft()
             self._configured |= command.kind == FrameKind.CONFIG
             if command.kind == FrameKind.PUSH:
-                self._most = min(RECORDS_A_FRAME, self._most + 1)
+                self._most = min(AT_ONCE, self._most + 1)
         self._base = (self._base + taken) % 256
         self._sent -= taken
 
@@ -384,8 +395,8 @@ class Link:
             self._doubtful = self._ask
         if flight.kind == FrameKind.STOP and self._stops:
             self._stops.popleft()
-        if flight.kind == FrameKind.REPEAT:
-            self._repeat_at = self._now + BEHIND
+        if flight.event is not None:
+            self._repeat_at[flight.event] = self._now + BEHIND
         if answer.result in (Outcome.WRONG_NUMBER, Outcome.NO_ROOM):
             self._again(flight)
         elif answer.result != Outcome.TAKEN:
@@ -423,6 +434,7 @@ class Link:
     def _tell(self) -> None:
         self._skip_what_is_too_old()
         while self.is_open and (told := self._early.pop(self._event, None)):
+            self._repeat_at.pop(self._event, None)
             self._event = (self._event + 1) % 256
             self.on_event(told)
 
@@ -430,11 +442,15 @@ class Link:
         """Give up events that the board does not keep any more."""
         while (self._known_events - self._event) % 256 > KEPT_EVENTS and self._event not in self._early:
             self.lost_events += 1
+            self._repeat_at.pop(self._event, None)
             self._event = (self._event + 1) % 256
 
-    def _missing(self) -> int | None:
-        """Return the number of the next event, if the board has it and it did not arrive."""
-        return self._event if self._event != self._known_events else None
+    def _missing(self) -> list[int]:
+        """Return the numbers of events that the board has told, that did not arrive, and that nothing was sent for."""
+        asked = {each.event for each in self._flight}
+        count = (self._known_events - self._event) % 256
+        numbers = ((self._event + more) % 256 for more in range(count))
+        return [number for number in numbers if number not in self._early and number not in asked]
 
     def _booted(self) -> None:
         self._close()

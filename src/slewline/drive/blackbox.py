@@ -1,0 +1,178 @@
+"""The black box of a drive: the journal of its bench, and every byte between host and board, with times of both.
+
+    <folder>/journal.jsonl                    inputs of the bench: `slewline run --replay` makes the same steps again
+    <folder>/line.0.jsonl, line.1.jsonl       each read or write: {"ns": ..., "tick": ..., "way": ">", "data": "..."}
+
+The two files of the line are written by turns: when one is full, the other one is begun anew.  So the last megabytes
+are always there, and no more.  `ns` are nanoseconds of the host since the drive was opened, `tick` is what the host
+took the time of the board to be; ">" goes to the board.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+from shutil import rmtree
+from time import strftime
+from typing import TYPE_CHECKING, TextIO
+
+from ..errors import UsageError
+
+if TYPE_CHECKING:
+    from .drive import BoardPort
+
+MOST_BYTES = 8 << 20  # of each file of the line
+KEPT_SESSIONS = 20
+JOURNAL = "journal.jsonl"
+
+
+def state_folder() -> Path:
+    """Return where this system keeps what programs remember: the folder of slewline there."""
+    if os.name == "nt":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData/Local") / "slewline"
+    if sys.platform == "darwin":
+        return Path.home() / "Library/Application Support/slewline"
+    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local/state") / "slewline"
+
+
+def new_folder(inside: str | PathLike[str] | None = None) -> Path:
+    """Make a folder for a session, in one that is given or in that of this system; only the newest ones are kept.
+
+    Raises:
+        UsageError: it cannot be made.
+    """
+    place = state_folder() / "drive" if inside is None else Path(inside)
+    stem = strftime("%Y-%m-%d-%H%M%S")
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        for number in range(1000):
+            folder = place / (stem if not number else f"{stem}-{number}")
+            if not folder.exists():
+                folder.mkdir()
+                break
+        for old in sorted(each for each in place.glob("20??-??-??-??????*") if each.is_dir())[:-KEPT_SESSIONS]:
+            rmtree(old, ignore_errors=True)
+    except OSError as error:
+        raise UsageError(f"black box {place}: {error.strerror or error}; give a folder that can be written") from None
+    return folder
+
+
+class BlackBox:
+    """The port of a board, with a record of what passes.
+
+    Args:
+        port: that of the board.
+        folder: which is there, and is this session's alone.
+        clock: nanoseconds of the wall clock.
+        tick: returns the tick of the board that belongs to a time of that clock.
+        most: bytes of each of the two files.
+    """
+
+    def __init__(
+        self,
+        port: BoardPort,
+        folder: str | PathLike[str],
+        clock: Callable[[], int],
+        tick: Callable[[int], int],
+        most: int = MOST_BYTES,
+    ) -> None:
+        self.port, self.folder, self.most = port, Path(folder), most
+        self.failure = ""  # why nothing is recorded any more
+        self._clock, self._tick = clock, tick
+        self._began_ns = clock()
+        self._number = 0
+        self._file: TextIO | None = None
+        self._written = 0
+        self._begin()
+
+    @property
+    def name(self) -> str:
+        """The name of the port."""
+        return getattr(self.port, "name", "board")
+
+    @property
+    def heard(self) -> bytes:
+        """What has come last, as far as the port knows."""
+        return bytes(getattr(self.port, "heard", b""))
+
+    def _begin(self) -> None:
+        self._let_go()
+        try:
+            path = self.folder / f"line.{self._number}.jsonl"
+            self._file = path.open("w", encoding="ascii", buffering=1)
+        except OSError as error:
+            self._fail(error)
+        self._written = 0
+
+    def _fail(self, error: OSError) -> None:
+        self.failure = f"black box {self.folder}: {error.strerror or error}; it ends here"
+        self._let_go()
+
+    def _let_go(self) -> None:
+        file, self._file = self._file, None
+        if file is not None:
+            try:
+                file.close()
+            except OSError as error:
+                self.failure = self.failure or f"black box {self.folder}: {error.strerror or error}; it ends here"
+
+    def _note(self, way: str, data: bytes) -> None:
+        if self._file is None:
+            return
+        now = self._clock()
+        entry = {"ns": now - self._began_ns, "tick": self._tick(now), "way": way, "data": data.hex()}
+        line = json.dumps(entry, separators=(",", ":")) + "\n"
+        try:
+            self._file.write(line)
+        except OSError as error:
+            self._fail(error)
+            return
+        self._written += len(line)
+        if self._written >= self.most:
+            self._number ^= 1
+            self._begin()
+
+    def read(self) -> bytes:
+        """Return what has come since the last call."""
+        data = self.port.read()
+        if data:
+            self._note("<", data)
+        return data
+
+    def write(self, data: bytes) -> int:
+        """Send bytes."""
+        self._note(">", data)
+        return self.port.write(data)
+
+    def fileno(self) -> int | None:
+        """Return what a loop can wait for; None: nothing."""
+        return self.port.fileno()
+
+    def close(self) -> None:
+        """Close the port; the record stays."""
+        self.port.close()
+        self._let_go()
+
+
+def read_line(folder: str | PathLike[str]) -> list[tuple[int, int, str, bytes]]:
+    """Return what the black box has of the line: ns, tick, way (">" to the board) and bytes, in order of time.
+
+    Raises:
+        UsageError: there is no black box.
+    """
+    found: list[tuple[int, int, str, bytes]] = []
+    paths = [path for number in (0, 1) if (path := Path(folder) / f"line.{number}.jsonl").exists()]
+    if not paths:
+        raise UsageError(f"{folder}: has no black box, no line.0.jsonl; name the folder of a session")
+    for path in paths:
+        for text in path.read_text("ascii").splitlines():
+            try:
+                entry = json.loads(text)
+            except ValueError:
+                continue  # the last line of a session that was killed
+            found.append((entry["ns"], entry["tick"], entry["way"], bytes.fromhex(entry["data"])))
+    return sorted(found, key=lambda entry: entry[0])

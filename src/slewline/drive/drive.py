@@ -1,0 +1,392 @@
+"""A drive: a board makes the steps of one axis of a chip, while the model lives in the present.
+
+    host -> chip on a bench -> Feeder -> Link -> port -> board -> driver -> motor
+         <-     Cable       <-  events of the board, its count, its clock
+
+The crystal of the board paces the model.  Each turn, every 5 ms, the bench is at the present; steps that are final go
+to the board, and what is due leaves the cable.  When the board stops by itself, the drive is `halted`: the chip is
+stopped as well (`halting.py`), and nothing moves until `clear`.  A board that was reset has lost its count: the drive
+is `unknown`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from os import PathLike
+from time import perf_counter_ns
+from typing import TYPE_CHECKING, Literal, Protocol, Self
+
+from ..bench.runner import FunctionCondition, Wait
+from ..core.time.hook import Hook
+from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
+from ..core.wires.pin import Condition
+from ..errors import Timeout, UsageError
+from .blackbox import BlackBox, new_folder
+from .boards import UNO, BoardModel
+from .cable import Cable
+from .clock import BoardClock
+from .feeder import Feeder, LaidOutput
+from .halting import StopChip, Stopping
+from .link import Link
+from .live import Live
+from .talk import ENABLE, Talk
+from .ticks import TickMap
+from .troubles import Troubles, signed
+from .wire import BoardConfig, BoardEvent
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from ..bench import Bench
+    from ..core.chip import Chip
+    from ..core.motion.axis import Axis
+    from ..core.wires.net import Net
+
+STEADY_TURNS = 20
+WATCHDOG_PS = 50 * 10**9  # beyond the horizon, without a word from the host
+START_STOP = 500  # steps/s, of the way down of a board that has no table
+LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
+
+DriveState = Literal["closed", "ok", "halted", "unknown"]
+
+
+class BoardPort(Protocol):
+    """Where the bytes of a board come from and go to; nothing waits."""
+
+    def read(self) -> bytes:
+        """Return what has come since the last call."""
+
+    def write(self, data: bytes) -> int:
+        """Send bytes, or keep them until they can be sent; return how many."""
+
+    def fileno(self) -> int | None:
+        """Return what a loop can wait for; None: nothing."""
+
+    def close(self) -> None:
+        """Close it."""
+
+
+def steps_a_second(rate: str | int) -> int:
+    """Return the steps/s of a rate such as "500 steps/s", or of a whole number.
+
+    Raises:
+        UsageError: no such rate, or 0.
+    """
+    found = re.fullmatch(r"\s*(\d{1,7})\s*(steps/s)?\s*", str(rate))
+    if found is None or not int(found[1]):
+        raise UsageError(f"rate {rate!r}; expected steps per second, such as '500 steps/s'")
+    return int(found[1])
+
+
+class Drive:
+    """A board that makes the steps of one axis of a chip.
+
+    Args:
+        bench: on which the chip is.
+        chip: or its name.
+        port: the name of a serial port, such as "/dev/ttyUSB0", or a port that is open.
+        horizon: from a step of the model to that of the motor; what is under way then survives a pause of this machine.
+        axis: its number, from 1.
+        enable: switch the driver on; else it is a dry run: all is as it would be, and the motor has no current.
+        stop: what stops the chip when the board has stopped by itself: "abort", "reset" or "power"; by default the
+            first one that the chip has.
+        start_stop: the rate up to which the motor may stand at once, such as "500 steps/s"; by default the first rate
+            of the motion.
+        config: polarities, reflexes and phases of the board.
+        outputs: pins of the chip by the number of the board's output, 0 to 3; by default those that programs set.
+        board: which one.
+        black_box: the folder for its sessions; True: where this system keeps what programs remember; False: none.
+        clock, wait: nanoseconds of the wall clock; what waits for seconds, or until bytes have come.
+
+    Raises:
+        UsageError: an argument that makes no sense; the port is not there, is busy, or has no board.
+        UnknownName: no such chip, or axis.
+        TimeError: no such horizon.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        chip: Chip | str,
+        port: BoardPort | str,
+        *,
+        horizon: Time = "100 ms",
+        axis: int = 1,
+        enable: bool = False,
+        stop: str | None = None,
+        start_stop: str | int | None = None,
+        config: BoardConfig | None = None,
+        outputs: Mapping[int, str] | None = None,
+        board: BoardModel = UNO,
+        black_box: str | PathLike[str] | bool = True,
+        clock: Callable[[], int] = perf_counter_ns,
+        wait: Callable[[float], object] | None = None,
+    ) -> None:
+        self.bench, self.axis_number, self.board = bench, axis, board
+        self.chip: Chip = bench[chip] if isinstance(chip, str) else chip  # type: ignore[assignment]
+        self.axis: Axis = self.chip.axis(axis).motor
+        self.kernel = bench.kernel
+        self.horizon_ps = picoseconds(horizon)
+        if not LEAST_HORIZON_PS <= self.horizon_ps <= MOST_HORIZON_PS:
+            allowed = f"{readable(LEAST_HORIZON_PS)} to {readable(MOST_HORIZON_PS)}"
+            raise UsageError(f"horizon {horizon!r}; allowed {allowed}")
+        self.horizon = self.horizon_ps * board.hz // PS_PER_S
+        self.start_stop = None if start_stop is None else steps_a_second(start_stop)
+        self.enable = enable
+        self.config = config or BoardConfig(
+            start_stop=board.hz // (self.start_stop or START_STOP),
+            watchdog=(self.horizon_ps + WATCHDOG_PS) * board.hz // PS_PER_S,
+        )
+        self.outputs = self._pins_of_outputs() if outputs is None else dict(outputs)
+        self.state: DriveState = "closed"
+        self.on_event: Hook[[BoardEvent]] = Hook()  # everything that the board tells
+        self.wall = clock
+        self.clock = BoardClock(board.hz)
+        self.link = Link(self.clock)
+        self.ticks = TickMap(board.hz)
+        self.feeder = Feeder(
+            self.axis, self.kernel, self.link, self.ticks, self.horizon, board.shortest, self._put, self._half
+        )
+        self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, lambda: self.feeder.busy)
+        self.on_stopped: Stopping = StopChip(self, stop)
+        self.watch = Troubles(self)
+        self.talk = Talk(self, wait)
+        self._live = Live(self)
+        if isinstance(port, str):
+            from .port import SerialPort
+
+            port = SerialPort(port, board.baud)
+        self.port: BoardPort = port
+        self.box: BlackBox | None = None
+        if black_box is not False and black_box is not None:
+            folder = new_folder(None if black_box is True else black_box)
+            self.port = self.box = BlackBox(port, folder, clock, self.clock.ticks)
+
+    def _pins_of_outputs(self) -> dict[int, str]:
+        """The pins of the chip that programs set, by the number of an output of the board."""
+        found = {}
+        for row in self.chip.sheet.pins:
+            if row.role.startswith("output") and row.way in ("out", "both"):
+                found[int(row.role[6:]) - 1] = row.name
+        return found
+
+    # ------------------------------------------------------------------------------------------------ open and closed
+    def __enter__(self) -> Self:
+        try:
+            self.open()
+        except BaseException:
+            self.port.close()
+            raise
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
+        self.close()
+
+    def open(self) -> None:
+        """Make friends with the board: who it is, how it is to act, where the motor is, what time it is there.
+
+        Raises:
+            UsageError: nothing answers as a board, or another version of it.
+        """
+        self.bench.run(0)
+        self.talk.set_up()
+        for net, _ in self.nets():
+            net.watch(self._output)
+        self._begin()
+
+    def nets(self) -> list[tuple[Net, int]]:
+        """Return the nets that set outputs of the board, and the number of each output."""
+        return [(self.chip.pin(name).net, number) for number, name in self.outputs.items()]
+
+    def _begin(self) -> None:
+        """The model is at the present of the board from now on."""
+        self.align()
+        self.feeder.go_on()
+        self.state = "ok"
+        self.talk.begin()
+
+    def close(self) -> None:
+        """Let the motor come to rest, and close the port; a motion that does not end is stopped by its way down."""
+        if self.state == "ok":
+            if self.feeder.busy and self.axis.moving:
+                self.link.stop(1)
+            limit = self.wall() + 2 * self.horizon_ps // 1000 + 10**9
+            while self.cable.under_way and self.state == "ok" and self.wall() < limit:
+                self._live.keep_up(self.kernel.now + picoseconds("5 ms"), None)
+        if self.state != "closed":
+            self.cable.flush()
+            self.link.outputs(ENABLE, 0)
+            self.talk.finish()
+            for net, _ in self.nets():
+                net.unwatch(self._output)
+            self.bench.run(0)  # a journal learns how far time has gone
+        self.state = "closed"
+        self.port.close()
+
+    # ----------------------------------------------------------------------------------------------------------- time
+    def nanoseconds(self) -> int:
+        """Return the time of the board, in nanoseconds: the clock that paces the model."""
+        return self.clock.nanoseconds(self.wall())
+
+    def align(self) -> None:
+        """Let the present of the model be that of the board."""
+        self.ticks.align(self.kernel.now, self.clock.ticks(self.wall()))
+        self._drift = self._adrift = 0  # how far off the model was at the last turn; since how many turns it is so
+
+    def turn(self) -> None:
+        """Hear the board, lay what the model has done, let what is due leave, and speak.
+
+        It is called each 5 ms, and when bytes have come; the bench is between two runs.
+        """
+        now = self.wall()
+        self.talk.hear(now)
+        if self.state == "ok":
+            tick = self.clock.ticks(now)
+            self._look_for_drift(tick)
+            try:
+                self.feeder.turn(tick)
+            except UsageError as error:  # faster than the board can
+                self.watch.too_fast(error)
+        elif self.state != "closed":
+            self.feeder.turn(0)
+            self.on_stopped.turn()
+        self.cable.turn(self.clock.ticks(now))
+        self.talk.say(now)
+
+    def catch_up(self) -> None:
+        """Align the model if, at rest, the program has done something else meanwhile."""
+        if (
+            self.state == "ok"
+            and not self.cable.under_way
+            and abs(self._off(self.clock.ticks(self.wall()))) > self.horizon // 4
+        ):
+            self.align()
+
+    def _off(self, tick: int) -> int:
+        """How many ticks the model is ahead of the board."""
+        return (self.ticks.at(self.kernel.now) >> 16) - tick
+
+    def _look_for_drift(self, tick: int) -> None:
+        """Align the model if, at rest, it is steadily elsewhere: a server that was paused, a lag that was given up."""
+        drift = self._off(tick)
+        steady = abs(drift) > self.horizon // 4 and abs(drift - self._drift) < self.horizon // 50
+        self._drift, self._adrift = drift, self._adrift + 1 if steady and not self.cable.under_way else 0
+        if self._adrift >= STEADY_TURNS:
+            self.align()
+
+    def due(self) -> float:
+        """Return in how many seconds the next turn is due at the latest."""
+        return self.talk.due()
+
+    def run(self, duration: Time) -> None:
+        """Let time pass, in step with the board.
+
+        Args:
+            duration: "2 s", or picoseconds.
+        """
+        self._check_open()
+        self._live.keep_up(self.kernel.now + picoseconds(duration), None)
+        self.bench.run(0)
+
+    def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
+        """Let time pass until a condition is met by the model; the motor is there a horizon later.
+
+        Args:
+            condition: such as x.reaches(40), or a function that returns true then.
+
+        Raises:
+            Timeout: it is not met in time.
+        """
+        self._check_open()
+        if not isinstance(condition, Condition):
+            condition = FunctionCondition(condition, getattr(condition, "__name__", "the condition"))
+        condition.begin()
+        limit = self.kernel.now + picoseconds(timeout)
+        wait = Wait(condition.met, limit, when=condition.foreseen, nets=condition.nets)
+        wait.begin()
+        try:
+            met = self._live.keep_up(limit, wait)
+        finally:
+            wait.end()
+            self.bench.run(0)
+        if not met:
+            raise Timeout(f"waited {readable(picoseconds(timeout))} for {condition}; the drive is {self.state}")
+
+    def run_until_rest(self, timeout: Time = "60 s") -> None:
+        """Let time pass until the motor stands and nothing is under way.
+
+        Raises:
+            Timeout: it does not come to rest in time.
+        """
+        self.run_until(
+            FunctionCondition(
+                lambda: not self.axis.moving and self.chip.idle and not self.cable.under_way, "the motor at rest"
+            ),
+            timeout,
+        )
+
+    def _check_open(self) -> None:
+        if self.state == "closed":
+            raise UsageError(
+                "the drive is closed; write: with slewline.Drive(bench, x, port) as drive: drive.run('2 s')"
+            )
+
+    # -------------------------------------------------------------------------------------------------- what is asked
+    @property
+    def troubles(self) -> list[str]:
+        """What has gone wrong since the drive was opened, in words."""
+        return self.watch.told
+
+    def stop(self, at_once: bool = False) -> None:
+        """Stop the motor, by its way down or at once; the drive is halted then."""
+        self._check_open()
+        self.link.stop(0 if at_once else 1)
+        self.talk.say(self.wall())
+
+    def clear(self) -> None:
+        """Go on after a halt: the board counts from where the model takes the motor to be, and the chip is let go.
+
+        After a reset of the board that is a guess: home the motor then.
+
+        Raises:
+            UsageError: nothing is halted; the chip is in motion; or the board does not follow: an emergency stop is
+            active.
+        """
+        self._check_open()
+        if self.state == "ok":
+            raise UsageError("the drive is not halted: there is nothing to clear")
+        if self.axis.moving:
+            raise UsageError(f"{self.chip.name} is in motion; wait until it is at rest, then clear the drive")
+        self.on_stopped.turn()
+        if self.feeder.lost and self.state == "halted":
+            self.take_over(signed(self.axis.travel - self.feeder.lost))
+        self.talk.set_up()
+        self._begin()
+        self.on_stopped.clear()
+
+    def take_over(self, position: int, known: bool = True) -> None:
+        """Set the position register of the chip to where the board has counted the motor to be.
+
+        Args:
+            position: the count of the board.
+            known: False: the registers of the chip are lost anyway.
+        """
+        missing = signed(self.axis.travel - position)
+        self.feeder.counted()
+        self.watch.taken_over(missing, known)
+
+    # ---------------------------------------------------------------------------------------------------- the outputs
+    def _output(self, net: Net) -> None:
+        """A pin of the chip that programs set has changed."""
+        for each, number in self.nets():
+            if each is net:
+                self.feeder.change(1 << number, (net.level or 0) << number)
+
+    def _put(self, output: LaidOutput) -> None:
+        """Change outputs by a frame: at once while the motor stands and nothing is under way."""
+        self.cable.send_at(output.tick16 >> 16, lambda: self.link.outputs(output.mask, output.value))
+
+    def _half(self) -> bool:
+        """Does the chip make half steps?"""
+        return bool(getattr(getattr(self.chip, "state", None), "half", False))

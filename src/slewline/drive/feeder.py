@@ -1,0 +1,374 @@
+"""From the axis of a chip to the records of a board: every step of the model is one of the motor, a horizon later.
+
+    model     m0 ........ steps that are final .......| present
+    board     | START ... base: all that is laid .....|..... H ....|
+                               [open record, held]
+
+Each turn takes the steps that the model has made since, and fits records to them.  The last record is held as long as
+the board has three quarters of the horizon before it, so that steps of the next turns may join it.  Where the model
+makes no steps, pauses lead up to its present, so that a queue that runs dry always means trouble.  Behind the end of
+a motion stands a pause behind which the motor may stand (REST).
+
+Ticks with the suffix 16 are 1/65536 tick.  `base16` is where the board's own arithmetic will be behind all that is
+laid, so errors of rounding do not add up.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from .records import DOWN, HALF, MOST_STEPS, OUT, PAUSE, REST, SHORTEST_PAUSE, Record, fit
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ..core.motion.axis import Axis
+    from ..core.time.kernel import Kernel
+    from .ticks import TickMap
+
+TOLERANCE_TICKS = 8  # of every step
+LEAST_PAUSE = SHORTEST_PAUSE << 16
+REST_TICKS = 512  # from the last step to the instant from which on the motor may stand
+SLACK_TICKS = 32  # beyond the shortest interval, between a pause and a step that is not known yet
+FIRST_INTERVAL_TICKS = 4096  # before the first step, while the second one is not known
+FIRST_RECORDS = 5  # that go before START, the others after it: a full queue that stands would wait for ever
+LONGEST_PRODUCT = 1 << 62
+
+
+class RecordSink(Protocol):
+    """What takes records, in order (`Link`)."""
+
+    def push(self, records: list[Record]) -> object:
+        """Queue records."""
+
+    def start(self, tick: int) -> object:
+        """Start what is queued: the first interval begins at a tick."""
+
+
+class LaidSteps(NamedTuple):
+    """Steps of one direction: their ticks, in 1/65536 tick, ascending."""
+
+    flags: int
+    ticks16: NDArray[np.int64]
+
+
+class LaidOutput(NamedTuple):
+    """Outputs that change at a tick, in 1/65536 tick: which ones, and their levels."""
+
+    tick16: int
+    mask: int
+    value: int
+
+
+class Feeder:
+    """Feeds the steps of one axis to a board.
+
+    Args:
+        axis: of the chip.
+        kernel: of its bench; it is asked between two runs.
+        link: takes the records.
+        ticks: instants as ticks.
+        horizon: ticks from a step of the model to that of the motor.
+        shortest: the least interval between two steps, in ticks.
+        put: called with outputs that change while the motor stands, or between steps too close for a pause.
+        half: returns whether the chip makes half steps now.
+    """
+
+    def __init__(
+        self,
+        axis: Axis,
+        kernel: Kernel,
+        link: RecordSink,
+        ticks: TickMap,
+        horizon: int,
+        shortest: int,
+        put: Callable[[LaidOutput], object] = lambda _output: None,
+        half: Callable[[], bool] = lambda: False,
+    ) -> None:
+        import numpy as np
+
+        self.axis, self.kernel, self.link, self.ticks, self.horizon = axis, kernel, link, ticks, horizon
+        self._put, self._half = put, half
+        self.shortest = shortest
+        self._none: NDArray[np.int64] = np.empty(0, np.int64)
+        self.taken_ps = kernel.now  # the steps before this instant are taken
+        self.running = False  # something is laid that the board has not come to rest behind
+        self.stopped = False  # steps are not laid: the board is in HALT, or nobody knows where the motor is
+        self.lost = 0  # net steps that the model has made since the count of the board was last taken over
+        self.steps = self.records = 0  # that were laid
+        self.first_interval16 = 0  # of the motion that was laid last: from its first step to the second one
+        self._changes: list[tuple[int, int, int]] = []
+        self._forget()
+
+    def _forget(self) -> None:
+        """Nothing is laid any more."""
+        self.base16 = 0
+        self.running = self._rested = False  # the last record that is laid is REST
+        self._flags = 0
+        self._items: deque[LaidSteps | LaidOutput] = deque()
+        self._open, self._record = self._none, Record(0, 0, 0, 0, 0)
+        self._interval16 = self._add = 0  # with which the last record would go on; 0: not known
+        self._rests: deque[int] = deque()
+        self._batch: list[Record] = []
+        self._start: int | None = None
+        self._started: int | None = None  # the tick of the last START
+
+    # ------------------------------------------------------------------------------------------------ what is outside
+    @property
+    def busy(self) -> bool:
+        """Are there steps, laid or made by the model, that the board has not come to rest behind?"""
+        if self.stopped:
+            return False
+        now = self.kernel.now
+        return self.running or bool(self._items) or (now >= self.taken_ps and self.axis.count(self.taken_ps, now) > 0)
+
+    @property
+    def shortest(self) -> int:
+        """The least interval between two steps, in ticks."""
+        return self._shortest16 >> 16
+
+    @shortest.setter
+    def shortest(self, ticks: int) -> None:
+        self._shortest16 = ticks << 16
+        self._margin16 = max((ticks + SLACK_TICKS) << 16, LEAST_PAUSE)
+
+    def change(self, mask: int, value: int) -> None:
+        """Outputs of the board change at this instant of the model; those of `mask`, to the bits of `value`."""
+        self._changes.append((self.kernel.now, mask, value))
+
+    def turn(self, tick: int) -> None:
+        """Lay what the model has done; `tick` is the present of the board."""
+        self._take()
+        if not self.stopped:
+            self._lay()
+            self._keep_up(tick)
+        self._send()
+
+    def rest(self, tick: int) -> None:
+        """Take note that the board has come to rest at a tick, behind a REST record."""
+        while self._rests and self._rests[0] < tick:
+            self._rests.popleft()
+        if not self._rests or self._rests[0] != tick:
+            return
+        self._rests.popleft()
+        if self._rests or not self._rested:  # what has been laid behind it came too late to join
+            self._send()
+            self._started = tick
+            self.link.start(tick)
+        else:
+            self.running = False
+
+    def delay(self, ticks: int) -> None:
+        """Let all that is to come be so many ticks later: the board was held, or could not start in time."""
+        more = ticks << 16
+        self.ticks.origin16 += more
+        self.base16 += more
+        self._open = self._open + more
+        self._rests = deque(at + ticks for at in self._rests)
+        self._start = None if self._start is None else self._start + ticks
+        self._items = deque(
+            LaidSteps(item.flags, item.ticks16 + more)
+            if isinstance(item, LaidSteps)
+            else item._replace(tick16=item.tick16 + more)
+            for item in self._items
+        )
+
+    def restart(self, tick: int) -> None:
+        """Start at a tick what the board has queued, because it was told too late; all that is to come is later."""
+        if self._started is not None:
+            self.delay(tick - self._started)
+            self._started = tick
+            self.link.start(tick)
+
+    def counted(self) -> None:
+        """Count the steps that are lost from now on: the model stands where the motor does."""
+        self._take()
+        self.lost = 0
+
+    def halt(self) -> None:
+        """Forget what is laid, and lay no more steps: the board has halted."""
+        self._forget()
+        self.stopped, self.lost = True, 0
+
+    def go_on(self) -> None:
+        """Lay the steps that the model makes from now on."""
+        self._take()
+        self.stopped = False
+
+    # ------------------------------------------------------------------------------------------------ from the model
+    def _take(self) -> None:
+        """Take what the model has done since the last time: what lies before its present is final."""
+        start, now = self.taken_ps, self.kernel.now
+        if now <= start:
+            return
+        self.taken_ps = now
+        changes, self._changes = self._changes, []
+        horizon16, half = self.horizon << 16, HALF if self._half() else 0
+        outputs = deque(LaidOutput(self.ticks.at(ps) + horizon16, mask, value) for ps, mask, value in changes)
+        for stretch, train, a, b in self.axis.played(start, now - 1):
+            if self.stopped:
+                self.lost += stretch.sign * (b - a)  # it goes on, and the motor does not
+                continue
+            flags = half | (DOWN if stretch.sign < 0 else 0)
+            ticks16 = self.ticks.many(train.begins(a, b)) + horizon16
+            while outputs and outputs[0].tick16 < ticks16[-1]:
+                before = int(ticks16.searchsorted(outputs[0].tick16, "right"))
+                if before:
+                    self._items.append(LaidSteps(flags, ticks16[:before]))
+                self._items.append(outputs.popleft())
+                ticks16 = ticks16[before:]
+            self._items.append(LaidSteps(flags, ticks16))
+        self._items.extend(outputs)
+
+    # -------------------------------------------------------------------------------------------------- to the board
+    @property
+    def _present16(self) -> int:
+        """Up to here nothing more can come, and a step that comes then is far enough behind."""
+        return self.ticks.at(self.taken_ps) + (self.horizon << 16) - self._margin16
+
+    def _lay(self) -> None:
+        items = self._items
+        while items:
+            item = items.popleft()
+            if isinstance(item, LaidSteps):
+                self._lay_steps(*item)
+            elif not self._lay_output(item):
+                items.appendleft(item)
+                break
+
+    def _lay_steps(self, flags: int, ticks16: NDArray[np.int64]) -> None:
+        if flags != self._flags:
+            self._close()
+            self._interval16 = 0
+        self._flags = flags
+        if self._rested or not self.running:
+            self._begin(ticks16)
+        self.steps += len(ticks16)
+        for at in range(0, len(ticks16), MOST_STEPS):
+            part = ticks16[at : at + MOST_STEPS]
+            if not self._join(part):
+                self._fit(part)
+
+    def _begin(self, ticks16: NDArray[np.int64]) -> None:
+        """Start the board, or go on behind a rest, with an interval before the first step as after it."""
+        first = int(ticks16[0])
+        interval = int(ticks16[1]) - first if len(ticks16) > 1 else FIRST_INTERVAL_TICKS << 16
+        self.first_interval16 = interval if len(ticks16) > 1 else 0
+        interval = min(max(interval, self._shortest16 + (TOLERANCE_TICKS << 16)), self.horizon << 14)
+        begin = first - interval >> 16 << 16
+        if not self.running:
+            self.base16, self._start, self.running = begin, begin >> 16, True
+        elif begin - self.base16 >= LEAST_PAUSE:
+            self._pause(begin)
+        self._rested, self._interval16 = False, 0
+
+    def _join(self, ticks16: NDArray[np.int64]) -> bool:
+        """Let steps join the open record, or go on as the last one did, if all of them do; else return false.
+
+        So a long slew costs a few operations on arrays.  In a ramp a new fit makes longer records.
+        """
+        import numpy as np
+
+        interval, add, made = self._interval16, self._add, 0
+        if len(self._open):
+            record = self._record
+            interval, add, made = record.first, record.add, record.count
+        if not interval:
+            return False
+        count = made + len(ticks16)
+        if count > min(MOST_STEPS, LONGEST_PRODUCT // interval):
+            return False
+        if not self._shortest16 <= interval + (count - 1) * add < 1 << 47:
+            return False
+        k = np.arange(made + 1, count + 1)
+        ends = self.base16 + k * interval + k * (k - 1) // 2 * add
+        if (np.abs(ends - ticks16) > TOLERANCE_TICKS << 16).any():
+            return False
+        self._record = Record(self._flags, count, interval >> 16, interval & 0xFFFF, add)
+        self._open = np.concatenate((self._open, ticks16))
+        return True
+
+    def _fit(self, ticks16: NDArray[np.int64]) -> None:
+        """Fit records to the open steps and these; the last one remains open."""
+        import numpy as np
+
+        steps = np.concatenate((self._open, ticks16))
+        *whole, self._record = fit(
+            steps, self.base16, tolerance=TOLERANCE_TICKS << 16, flags=self._flags, shortest=self.shortest
+        )
+        for record in whole:
+            self._push(record)
+        self._open = steps[len(steps) - self._record.count :]
+
+    def _lay_output(self, output: LaidOutput) -> bool:
+        """Change outputs in a pause; return false if it is too early to say where."""
+        if not self.running:
+            self._put(output)
+            return True
+        following = next((int(item.ticks16[0]) for item in self._items if isinstance(item, LaidSteps)), None)
+        if following is None and self._present16 < output.tick16:
+            return False
+        self._close()
+        at = max(output.tick16, self.base16 + LEAST_PAUSE)
+        if following is not None:
+            at = min(at, following - self._margin16)
+        if at - self.base16 < LEAST_PAUSE:
+            self._put(output)
+        else:
+            self._pause(at, OUT, output.mask << 8 | output.value)
+        return True
+
+    def _keep_up(self, tick: int) -> None:
+        """Push what the board needs soon, and lead it up to the present of the model."""
+        if not self.running or self._items:
+            return
+        if not self.axis.moving:
+            self._close()
+            rest16 = self.base16 + (REST_TICKS << 16) + 0xFFFF >> 16 << 16
+            if not self._rested and rest16 <= self._present16:
+                self._pause(rest16, REST)
+                self._rests.append(rest16 >> 16)
+                self._rested = True
+        elif self._low(tick):
+            self._close()
+            if self._low(tick) and self._present16 - self.base16 >= LEAST_PAUSE:
+                self._pause(self._present16)
+
+    def _low(self, tick: int) -> bool:
+        """Has the board less than three quarters of the horizon before it?"""
+        return (self.base16 >> 16) - tick < 3 * self.horizon // 4
+
+    def _close(self) -> None:
+        """Push the open record."""
+        if len(self._open):
+            self._open = self._none
+            self._push(self._record)
+
+    def _pause(self, end16: int, flag: int = 0, count: int = 0) -> None:
+        """Push a pause up to a tick, in 1/65536 tick."""
+        interval = end16 - self.base16
+        self._batch.append(Record(self._flags | PAUSE | flag, count, interval >> 16, interval & 0xFFFF, 0))
+        self.base16 = end16
+        self._interval16, self._rested = 0, False
+
+    def _push(self, record: Record) -> None:
+        """Push a record that is a fit to steps."""
+        self._batch.append(record)
+        self.base16 += record.length
+        self._interval16, self._add = record.last + record.add, record.add
+
+    def _send(self) -> None:
+        """Hand over what has been laid in this turn."""
+        batch, self._batch = self._batch, []
+        if not batch:
+            return
+        self.records += len(batch)
+        if self._start is not None:
+            self.link.push(batch[:FIRST_RECORDS])
+            self.link.start(self._start)
+            self._started, self._start, batch = self._start, None, batch[FIRST_RECORDS:]
+        if batch:
+            self.link.push(batch)

@@ -1,0 +1,122 @@
+"""What becomes of a chip whose motor has stopped by itself: it is stopped as well, and counts where the motor is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from ..errors import UsageError
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+    from .drive import Drive
+    from .wire import BoardEvent
+
+WAYS = ("abort", "reset", "power")  # in which a chip can be stopped
+
+
+class Stopping(Protocol):
+    """What a drive does when its board stops by itself.
+
+    `stopped` comes first, once; `halted` when the board stands and its count is final; `turn` again and again
+    meanwhile; `clear` when the user goes on.
+    """
+
+    def stopped(self, event: BoardEvent) -> None:
+        """Take note that the board makes no more steps of the model; a way down may follow."""
+
+    def halted(self, event: BoardEvent) -> None:
+        """Take note that the board stands; position and tick of the event are those of the last step."""
+
+    def turn(self) -> None:
+        """Do what is to be done while the drive is halted; called each turn."""
+
+    def clear(self) -> None:
+        """Let the chip go on."""
+
+
+def ways_of(chip: Chip) -> list[str]:
+    """Return in which of the ways a chip can be stopped."""
+    roles = {row.role for row in chip.sheet.pins if row.way in ("in", "both")}
+    return [way for way in WAYS if way in roles or way == "power"]
+
+
+class StopChip:
+    """Stops the chip by one of its inputs, or its supply, and takes the count of the board over when it is at rest.
+
+    After a reset or without supply its registers are those of power-up, and the user homes.
+
+    Args:
+        how: "abort", "reset" or "power"; None: the first of them that the chip has.
+
+    Raises:
+        UsageError: the chip has no such input.
+    """
+
+    def __init__(self, drive: Drive, how: str | None = None) -> None:
+        allowed = ways_of(drive.chip)
+        if how is not None and how not in allowed:
+            raise UsageError(f"{drive.chip.name}: stop={how!r}; allowed {', '.join(map(repr, allowed))}")
+        self.drive, self.how = drive, how or allowed[0]
+        self._position: int | None = None  # that is to be taken over
+        self._acting = self._stands = False  # the chip is stopped by us; it has come to rest since
+
+    def stopped(self, event: BoardEvent) -> None:
+        """Stop the chip now."""
+        self._acting, self._stands = True, False
+        self._act()
+
+    def _act(self) -> None:
+        chip = self.drive.chip
+        if self.how == "abort":
+            for pin in self._pins():
+                chip.pin(pin).drive(self._active(pin))
+        elif self.how == "reset":
+            chip.reset()
+        else:
+            chip.power(False)
+
+    def _pins(self) -> list[str]:
+        """The inputs that stop the motion of the axis."""
+        rows = [row for row in self.drive.chip.sheet.pins if row.plays("abort", self.drive.axis_number)]
+        return [row.name for row in rows if row.way in ("in", "both")]
+
+    def _active(self, pin: str) -> int:
+        return self.drive.chip.pin(pin).row.active or 0
+
+    def halted(self, event: BoardEvent) -> None:
+        """Take the count over, as soon as the chip is at rest."""
+        self._position = event.position
+
+    def turn(self) -> None:
+        """Take the count over if the chip is at rest by now; a motion that its host begins then is stopped as well.
+
+        An input that stops it is let go of at rest: some chips do not heed one that is active as a motion begins.
+        """
+        drive = self.drive
+        if drive.axis.moving or drive.axis.log.under_way:
+            if self._stands:
+                self._stands = False
+                self._act()
+            return
+        if self._acting and not self._stands:
+            self._stands = True
+            if self.how == "abort":
+                self._let_go()
+        if self._position is not None:
+            position, self._position = self._position, None
+            drive.take_over(position, self.how == "abort")
+
+    def clear(self) -> None:
+        """Let go of the input, or switch the supply on."""
+        if self._acting:
+            self._acting = False
+            if not (self._stands and self.how == "abort"):
+                self._let_go()
+
+    def _let_go(self) -> None:
+        chip = self.drive.chip
+        if self.how == "abort":
+            for pin in self._pins():
+                chip.pin(pin).release()
+        elif self.how == "power":
+            chip.power(True)

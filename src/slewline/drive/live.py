@@ -1,0 +1,51 @@
+"""A drive by itself: the model keeps up with its board, whose crystal is the clock."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..core.time.timebase import PS_PER_S
+
+if TYPE_CHECKING:
+    from ..bench.runner import Wait
+    from .drive import Drive
+
+LEAST_WAIT_S = 0.0005
+
+
+class Live:
+    """Lets the bench of a drive keep up with the board."""
+
+    def __init__(self, drive: Drive) -> None:
+        self.drive = drive
+
+    def keep_up(self, until: int, wait: Wait | None) -> bool:
+        """Let the model keep up with the board up to an instant (ps); return whether a wait was met before."""
+        drive, kernel = self.drive, self.drive.kernel
+        drive.catch_up()
+        drive.turn()
+        while True:
+            goal = min(max(drive.ticks.ps(drive.clock.ticks(drive.wall())), kernel.now), until)
+            met = self._pass(goal, wait)
+            drive.turn()
+            if met or kernel.now >= until:
+                return met
+            drive.talk.wait(min(drive.talk.due(), max((until - kernel.now) / PS_PER_S, LEAST_WAIT_S)))
+
+    def _pass(self, goal: int, wait: Wait | None) -> bool:
+        """Run the bench up to an instant (ps), or until a wait is met; return whether it is."""
+        kernel = self.drive.kernel
+        if wait is None:
+            kernel.run(goal)
+            return False
+        kernel.settle()
+        while not wait.met():
+            stop, following = goal, kernel.next_time()
+            early = wait.when() if wait.when is not None else None
+            if early is not None and (following is None or early <= following):
+                stop = max(min(goal, early), kernel.now)
+            if kernel.run_while(wait.met, stop):
+                kernel.run(stop)
+            if kernel.now >= goal:
+                return wait.met()
+        return True

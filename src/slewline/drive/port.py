@@ -1,0 +1,104 @@
+"""The serial port of a board: it never waits, and its board is not reset when it is opened again."""
+
+from __future__ import annotations
+
+import errno
+import os
+from contextlib import suppress
+from typing import Any
+
+from ..errors import UsageError
+from ..extras import needs
+
+KEPT = 64  # bytes that were heard last, for a message that they are not those of a board
+LISTED = "python -m serial.tools.list_ports lists those there are"
+
+
+class SerialPort:
+    """A serial port with a board: 8N1, for this program alone.
+
+    Opening a port raises DTR, and an Uno takes a rising DTR as a reset.  HUPCL is cleared, so that DTR stays up when
+    the
+    port is closed: the board is reset once, when its cable is new, and goes on counting after that.
+
+    Args:
+        name: such as "/dev/ttyUSB0" or "COM3".
+        baud: its rate.
+
+    Raises:
+        UsageError: the port is not there, is used by another program, or may not be opened; or pySerial is missing.
+    """
+
+    def __init__(self, name: str, baud: int) -> None:
+        try:
+            import serial
+        except ImportError:
+            raise UsageError(needs("a board on a serial port needs", "serial")) from None
+        self.name = name
+        self.heard = bytearray()  # what has come last
+        self._unsent = b""
+        try:
+            self._port: Any = serial.Serial(name, baud, timeout=0, write_timeout=0, exclusive=True)
+        except (OSError, ValueError) as error:
+            raise UsageError(f"{name}: {_refused(error)}") from None
+        with suppress(ImportError, OSError, AttributeError):
+            self._keep_dtr()
+
+    def _keep_dtr(self) -> None:
+        """Let DTR stay up when the port is closed (POSIX)."""
+        import termios
+
+        fd = self._port.fileno()
+        attributes = termios.tcgetattr(fd)
+        attributes[2] &= ~termios.HUPCL
+        termios.tcsetattr(fd, termios.TCSANOW, attributes)
+
+    def fileno(self) -> int | None:
+        """Return the descriptor that a loop waits for; None: this system has none."""
+        with suppress(AttributeError, OSError):
+            return int(self._port.fileno())
+        return None
+
+    def read(self) -> bytes:
+        """Return what has come since the last call.
+
+        Raises:
+            OSError: the port is gone.
+        """
+        data: bytes = self._port.read(4096)
+        self.heard += data
+        del self.heard[:-KEPT]
+        if self._unsent:
+            self.write(b"")
+        return data
+
+    def write(self, data: bytes) -> int:
+        """Send bytes; those for which there is no room now follow with the next call.  Return how many were taken.
+
+        Raises:
+            OSError: the port is gone.
+        """
+        unsent = self._unsent + data
+        if unsent:
+            self._unsent = unsent[self._port.write(unsent) or 0 :]
+        return len(data)
+
+    def close(self) -> None:
+        """Close it; the board keeps its supply, its count, and its outputs."""
+        with suppress(OSError):
+            self._port.close()
+
+
+def _refused(error: Exception) -> str:
+    """Return why a port could not be opened, and what to do."""
+    number = getattr(error, "errno", None)
+    text = str(error)
+    if number == errno.ENOENT or isinstance(error, FileNotFoundError) or "FileNotFoundError" in text:
+        return f"no such port; name the port of the board ({LISTED})"
+    if number in (errno.EACCES, errno.EPERM) or "PermissionError" in text:
+        if os.name == "nt":
+            return "another program uses this port, or you may not open it; close that one"
+        return "you may not open this port; let your user join the group that may (dialout, uucp), and log in again"
+    if number in (errno.EBUSY, errno.EAGAIN) or "lock" in text:
+        return "another program uses this port; close that one"
+    return f"{os.strerror(number) if number else text}; name the serial port of the board ({LISTED})"

@@ -1,0 +1,157 @@
+"""How a drive talks with its board: making friends, hearing, speaking, and noticing that it is silent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from select import select
+from time import sleep
+from typing import TYPE_CHECKING
+
+from ..core.time.timebase import readable
+from ..errors import UsageError
+from .troubles import signed
+from .wire import BoardState, Ident
+
+if TYPE_CHECKING:
+    from .drive import Drive
+
+TURN_S, POLL_S = 0.005, 0.001
+SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 0.1
+SAMPLES = 8  # round trips before the clock of the board is believed
+SILENT_NS = 500_000_000
+VERSION = 1  # of the firmware
+ENABLE = 16  # its bit among the outputs
+MOVING = (BoardState.RUN, BoardState.BRAKE, BoardState.HOLD)
+
+
+class Talk:
+    """Bytes of a drive to its board and back.
+
+    Args:
+        wait: what waits for seconds, or until bytes have come.
+    """
+
+    def __init__(self, drive: Drive, wait: Callable[[float], object] | None) -> None:
+        self.drive, self.wait = drive, wait or self._wait
+        self._heard_ns, self._silent = 0, False
+
+    # ----------------------------------------------------------------------------------------------------- each turn
+    def begin(self) -> None:
+        """Note that the board has just been heard."""
+        self._heard_ns, self._silent = self.drive.wall(), False
+
+    def hear(self, now: int) -> None:
+        """Take what the board has said; report that it is silent, once."""
+        drive = self.drive
+        try:
+            data = drive.port.read()
+        except OSError as error:
+            drive.watch.port_lost(error)
+            return
+        if data:
+            self._heard_ns, self._silent = now, False
+            drive.link.receive(data, now)
+        elif drive.state != "closed" and not self._silent and now - self._heard_ns > SILENT_NS:
+            self._silent = True
+            drive.watch.report(
+                "board-silent",
+                f"the board has not answered for {readable(SILENT_NS * 1000)}: look for its cable and its supply",
+            )
+
+    def say(self, now: int) -> None:
+        """Send what is to be sent."""
+        data = self.drive.link.outgoing(now)
+        if data:
+            try:
+                self.drive.port.write(data)
+            except OSError as error:
+                self.drive.watch.port_lost(error)
+
+    def due(self) -> float:
+        """Return in how many seconds the next turn is due at the latest."""
+        due = self.drive.link.due_ns()
+        return TURN_S if due is None else min(max(due - self.drive.wall(), 0) / 10**9, TURN_S)
+
+    def _wait(self, seconds: float) -> None:
+        number = self.drive.port.fileno()
+        if number is None:
+            sleep(min(seconds, POLL_S))
+        else:
+            select([number], [], [], seconds)
+
+    # ------------------------------------------------------------------------------------------------------ at length
+    def until(self, met: Callable[[], bool], seconds: float, what: str) -> None:
+        """Talk until something is so.
+
+        Raises:
+            UsageError: it does not come.
+        """
+        limit = self.drive.wall() + int(seconds * 10**9)
+        while not self._comes(met):
+            if self.drive.wall() > limit:
+                raise UsageError(f"{what} within {seconds:g} s; {self._heard()}")
+            self.wait(POLL_S)
+
+    def _comes(self, met: Callable[[], bool]) -> bool:
+        now = self.drive.wall()
+        self.hear(now)
+        self.say(now)
+        return met()
+
+    def finish(self) -> None:
+        """Let the board take what it has been sent, for a moment."""
+        limit = self.drive.wall() + int(FINISH_S * 10**9)
+        while not self._comes(lambda: self.drive.link.idle) and self.drive.wall() < limit:
+            self.wait(POLL_S)
+
+    def set_up(self) -> None:
+        """Configure the board; its count is the travel of the model.
+
+        Raises:
+            UsageError: nothing answers as a board, or another version of it; or it does not leave its halt.
+        """
+        drive, link = self.drive, self.drive.link
+        link.open(drive.config)
+        self.until(lambda: link.is_open, SET_UP_S, "no board answers")
+        if link.ident is not None:
+            self._check(link.ident)
+        if self._state() in MOVING:  # for a host that is gone
+            link.stop(1)
+            self.until(lambda: self._state() not in MOVING, SETTLE_S, "the board does not stop")
+            link.open(drive.config)
+        link.reset(signed(drive.axis.travel))
+        value = sum((net.level or 0) << number for net, number in drive.nets())
+        mask = sum(1 << number for _, number in drive.nets())
+        link.outputs(mask | ENABLE, value | (ENABLE if drive.enable else 0))
+        self.until(lambda: link.is_open and link.idle, SETTLE_S, "the board does not take its configuration")
+        if self._state() != BoardState.IDLE:
+            raise UsageError(
+                "the board does not leave its halt: the input of an emergency stop is active; close its contact, then "
+                "clear the drive"
+            )
+        for _ in range(SAMPLES):
+            link.ask()
+            before = link.answer
+            self.until(lambda: link.answer is not before, SETTLE_S, "the board does not answer")  # noqa: B023
+
+    def _state(self) -> int:
+        """The state of the board in its last answer."""
+        answer = self.drive.link.answer
+        return BoardState.BOOT if answer is None else answer.state
+
+    def _check(self, ident: Ident) -> None:
+        """Check that the board is one that this version knows."""
+        drive, board = self.drive, self.drive.board
+        if ident.version != VERSION:
+            raise UsageError(
+                f"the board has version {ident.version} of the firmware, and this slewline needs {VERSION}; write the "
+                "firmware that came with it to the board"
+            )
+        if ident.hz != board.hz:
+            raise UsageError(f"the board has {ident.hz} ticks a second; expected {board.hz}, of a {board.name}")
+        drive.feeder.shortest = ident.shortest
+
+    def _heard(self) -> str:
+        heard, board = getattr(self.drive.port, "heard", b""), self.drive.board
+        said = f"heard {len(heard)} bytes, {bytes(heard[:16]).hex(' ')}" if heard else "heard nothing"
+        return f"{said}; expected the firmware of slewline on an {board.title}, at {board.baud} baud"

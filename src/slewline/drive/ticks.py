@@ -1,0 +1,42 @@
+"""Instants of a model as ticks of a board."""
+
+from __future__ import annotations
+
+from math import gcd
+from typing import TYPE_CHECKING
+
+from ..core.time.timebase import PS_PER_S
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class TickMap:
+    """Instants of a model as ticks of a board, and back; exact, rounded down.
+
+    `origin16` is the tick of instant 0, in 1/65536 tick.
+    """
+
+    def __init__(self, hz: int) -> None:
+        common = gcd(hz << 16, PS_PER_S)
+        self._n, self._d = (hz << 16) // common, PS_PER_S // common
+        self.hz, self.origin16 = hz, 0
+
+    def align(self, ps: int, tick: int) -> None:
+        """Let an instant of the model (ps) be at a tick of the board from now on."""
+        self.origin16 = (tick << 16) - ps * self._n // self._d
+
+    def at(self, ps: int) -> int:
+        """Return the tick of an instant (ps), in 1/65536 tick."""
+        return self.origin16 + ps * self._n // self._d
+
+    def many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the ticks of many instants (int64 ps), in 1/65536 tick: int64, shape as `ps`."""
+        whole, part = ps // self._d, ps % self._d
+        ticks: NDArray[np.int64] = whole * self._n + part * self._n // self._d + self.origin16
+        return ticks
+
+    def ps(self, tick: int) -> int:
+        """Return the last instant of the model (ps) at a tick of the board, or before it."""
+        return (((tick << 16) - self.origin16 + 1) * self._d - 1) // self._n

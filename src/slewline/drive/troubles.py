@@ -1,0 +1,203 @@
+"""What a board tells of its motor, and what the drive makes of it: findings of the chip, states of the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from ..core.time.timebase import readable
+from .wire import Answer, BoardEvent, BoardState, FrameKind, Happening, Outcome
+
+if TYPE_CHECKING:
+    from ..core.motion.axis import Axis
+    from .drive import Drive
+
+HOST = 255  # as the input of an event: the host has ordered it
+TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by what a board tells
+    Happening.UNDERRUN: (
+        "underrun",
+        "the board ran dry: the host was later than the horizon of {horizon}; the motor goes down to a stop; choose a "
+        "longer horizon, or give this machine less to do",
+    ),
+    Happening.WATCHDOG: (
+        "host-silent",
+        "the board has not heard its host for {watchdog}; the motor goes down to a stop",
+    ),
+    Happening.STOPPED: ("board-stopped", "{cause} stopped the motor at once"),
+    Happening.BRAKED: ("board-stopped", "{cause} stops the motor by its way down"),
+    Happening.ESTOP: ("e-stop", "emergency stop at {cause}; close its contact again, then clear the drive"),
+    Happening.LATE: ("board-late", "a step came too soon for the board, which stopped before it; choose a lower rate"),
+}
+AT_ONCE = (Happening.STOPPED, Happening.ESTOP, Happening.LATE)  # the motor has no way down
+RESULTS = {
+    Outcome.WRONG_STATE: "not in this state",
+    Outcome.BAD_CONTENT: "its content makes no sense",
+    Outcome.LATE: "too late",
+    Outcome.NO_ROOM: "no room",
+}
+
+
+def signed(number: int) -> int:
+    """Return a number modulo 2^32 as a signed one."""
+    return (number + (1 << 31)) % (1 << 32) - (1 << 31)
+
+
+class Troubles:
+    """Hears the board for a drive.
+
+    `told` is what has gone wrong, in words.
+    """
+
+    def __init__(self, drive: Drive) -> None:
+        self.drive, self.told = drive, list[str]()
+        self._held: int | None = None  # the tick since which the board holds
+        drive.link.on_event.add(self.event)
+        drive.link.on_boot.add(self.booted)
+        drive.link.on_refused.add(self.refused)
+
+    def report(self, code: str, text: str, position: int | None = None) -> None:
+        """Report a trouble as a finding of the chip, and, with a position, set its register."""
+        drive = self.drive
+        self.told.append(f"{code}: {text}")
+        drive.chip.motor_report(code, text, drive.axis_number, position)
+
+    # ---------------------------------------------------------------------------------------------------------- events
+    def event(self, event: BoardEvent) -> None:
+        """Hear what has happened on the board."""
+        drive = self.drive
+        drive.on_event(event)
+        if drive.state == "ok":
+            tick = drive.clock.unwrap(event.tick)
+            if event.kind == Happening.REST:
+                drive.feeder.rest(tick)
+            elif event.kind == Happening.HELD:
+                self._held = tick
+            elif event.kind == Happening.RELEASED and self._held is not None:
+                late, self._held = tick - self._held, None
+                drive.feeder.delay(late)
+                drive.cable.lengthen(late)
+            elif event.kind in TROUBLES:
+                self._stopped(event, tick)
+        if drive.state == "halted" and event.state == BoardState.HALT and not self._final:
+            self._final = True
+            drive.on_stopped.halted(event)
+
+    _final = False  # the board stands, and its count has been heard
+
+    def _stopped(self, event: BoardEvent, tick: int) -> None:
+        """The board makes no more steps of the model."""
+        drive = self.drive
+        code, text = TROUBLES[event.kind]
+        words = {
+            "horizon": readable(drive.horizon_ps),
+            "watchdog": readable(drive.config.watchdog * 10**12 // drive.board.hz),
+            "cause": "the host" if event.which == HOST else f"input {event.which}",
+        }
+        rate = self._rate(tick)
+        drive.state, self._final = "halted", False
+        self.report(code, f"{text.format_map(words)} (at {self._position(event.position)})")
+        if event.kind in AT_ONCE and rate > (allowed := self._start_stop()):
+            self.report(
+                "position-uncertain",
+                f"the motor stood at once at {rate:.0f} steps/s, and may do so up to {allowed:.0f}: it may have lost "
+                "steps; home it",
+            )
+        drive.feeder.halt()
+        drive.on_stopped.stopped(event)
+
+    def _position(self, count: int) -> int:
+        """Return the position register that belongs to a count of the board."""
+        axis = self.drive.axis
+        return self._register(axis, signed(axis.travel - count))
+
+    @staticmethod
+    def _register(axis: Axis, missing: int) -> int:
+        """Return the position register without some steps; one that did not count them stays."""
+        counted = missing if axis.past[-1].counts or not axis.past[-1].playing else 0
+        return axis.low + (axis.position - counted - axis.low) % axis.modulus
+
+    def _rate(self, tick: int) -> float:
+        """Return the velocity of the motor at a tick of the board, in steps/s."""
+        drive = self.drive
+        at = drive.ticks.ps(tick - drive.horizon)
+        return abs(drive.axis.velocity_at(min(max(at, 0), drive.kernel.now)))
+
+    def _start_stop(self) -> float:
+        """Return the rate up to which the motor may stand at once."""
+        drive = self.drive
+        if drive.start_stop is not None:
+            return drive.start_stop
+        first = drive.feeder.first_interval16
+        return drive.board.hz * 65536 / first if first else 0.0
+
+    def taken_over(self, missing: int, known: bool) -> None:
+        """The chip is at rest, and has made steps that the motor has not: so many, net."""
+        axis = self.drive.axis
+        if not known:
+            self.report("position-uncertain", "the chip was stopped by reset or supply: its position is lost; home it")
+        elif missing:
+            register = self._register(axis, missing)
+            self.report(
+                "position-taken-over",
+                f"the motor stands at {register}: {abs(missing)} steps of the model were not made; the position "
+                f"register is set to {register}",
+                register,
+            )
+
+    def port_lost(self, error: OSError) -> None:
+        """The port is gone: so is the supply of a board that has it from there."""
+        drive = self.drive
+        if drive.state in ("closed", "unknown"):
+            return
+        before, drive.state = drive.state, "unknown"
+        self.report(
+            "port-lost",
+            f"the port of the board is gone ({error.strerror or error}): nobody knows where the motor is; put the "
+            "cable back, open the drive again, and home",
+        )
+        drive.feeder.halt()
+        drive.cable.flush()
+        if before == "ok":
+            drive.on_stopped.stopped(self._unknown())
+
+    def _unknown(self) -> BoardEvent:
+        """The event of a board that has lost its count."""
+        return BoardEvent(0, Happening.BOOT, HOST, BoardState.BOOT, 0, signed(self.drive.axis.travel), 0)
+
+    def booted(self) -> None:
+        """The board was reset, or had no supply: its count is lost."""
+        drive = self.drive
+        if drive.state in ("closed", "unknown"):
+            return
+        before, drive.state = drive.state, "unknown"
+        self.report(
+            "board-reset",
+            "the board was reset, or lost its supply: its count is lost, and nobody knows where the motor is; clear "
+            "the drive, then home",
+        )
+        drive.feeder.halt()
+        drive.cable.flush()  # its ticks are those of the board's life before
+        drive.link.open(drive.config)  # it does not move, and tells the time again
+        if before == "ok":
+            drive.on_stopped.stopped(self._unknown())
+
+    def refused(self, answer: Answer) -> None:
+        """The board has not taken a frame."""
+        drive = self.drive
+        if drive.state != "ok":
+            return
+        kind = FrameKind(answer.kind).name
+        if answer.kind == FrameKind.START and answer.result == Outcome.LATE:
+            drive.feeder.restart(drive.clock.unwrap(answer.tick) + drive.horizon // 2)
+            self.report("late-start", "the host was too late to start a motion: the motor makes all of it, later")
+            return
+        if answer.state not in (BoardState.BRAKE, BoardState.HALT, BoardState.BOOT):  # of those there is an event
+            why = RESULTS.get(Outcome(answer.result), str(answer.result))
+            self.report("board-refused", f"the board has refused {kind}: {why}; stop the motor, and report this")
+
+    def too_fast(self, error: Exception) -> None:
+        """The model makes steps faster than the board can."""
+        drive = self.drive
+        drive.link.stop(1)
+        self.report("too-fast", str(error))
+        drive.feeder.halt()

@@ -1,0 +1,347 @@
+"""A drive against a board of software, in virtual time: what must be so whatever host and line do."""
+
+from __future__ import annotations
+
+from random import Random
+
+import numpy as np
+import pytest
+
+import slewline
+from slewline.drive.boards import UNO
+from slewline.drive.troubles import signed
+from slewline.drive.wire import BoardState, Happening
+from slewline.errors import Timeout, UsageError
+
+from .families import SCRIPTS, furnished
+from .rig import HZ, MS_NS, TwinLine, check_steps, drive_of
+
+MS = 10**9
+
+
+def codes(x):
+    return [found.code for found in x.findings]
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_streams_of_all_families(name):
+    bench, x, _, seconds = furnished(name)
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        drive.run(f"{int(seconds * 1000) + 120} ms")
+        steps, made = check_steps(drive, line)
+        if x.idle:
+            assert len(steps) == len(made) and line.twin.state == BoardState.IDLE and not drive.cable.under_way
+            assert line.twin.position == x.travel
+        assert drive.state == "ok" and not drive.troubles
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("name", ["cy525 to and fro", "gs-c200s moves in a row", "cy545 to 27 k", "mc1451a to 45 k"])
+def test_pauses_of_the_host_up_to_half_the_horizon(name, seed):
+    rnd = Random(f"pauses {seed}")
+    bench, x, _, seconds = furnished(name)
+    line = TwinLine(rnd, ppm=rnd.choice((-5000, -100, 0, 100, 5000)))
+    drive = drive_of(bench, x, line)
+    plain = drive.talk.wait
+    drive.talk.wait = lambda s: plain(rnd.random() * 0.05 if rnd.random() < 0.05 and drive.state == "ok" else s)
+    with drive:
+        drive.run(f"{int(seconds * 1000) + 200} ms")
+        steps, made = check_steps(drive, line)
+        assert len(steps) == len(made) and not drive.troubles
+
+
+def test_a_command_of_a_host_on_the_fly_and_a_motion_without_end():
+    bench, x, host, _ = furnished("mc1451a endless")
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        drive.run("500 ms")
+        host.send("SET_VEL 10000 steps/s\nUPDATE")
+        drive.run("500 ms")
+        host.send("SET_VEL 0\nUPDATE")
+        drive.run_until_rest()
+        steps, made = check_steps(drive, line)
+        assert len(steps) == len(made) and not drive.troubles
+
+
+def test_a_live_rate_of_a_cy525():
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    host = bench.host(x)
+    host.send("A 0\rF 10\rR 60\rS 200\rZ 1\rN 60000\rH\rG\r")
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        drive.run("700 ms")
+        x.pin("abort").drive(0)
+        drive.run_until_rest()
+        steps, made = check_steps(drive, line)
+        assert len(steps) == len(made) > 500
+
+
+def test_the_dry_run_gives_the_driver_no_current():
+    for enable in (False, True):
+        bench, x, *_ = furnished("cy525 five steps")
+        line = TwinLine()
+        with drive_of(bench, x, line, enable=enable) as drive:
+            drive.run("300 ms")
+            assert bool(line.twin.output & 16) is enable
+        assert not line.twin.output & 16 and line.closed
+
+
+# -------------------------------------------------------------------------------------------------------------- cable
+def test_what_goes_out_comes_out_a_horizon_later_while_something_is_under_way_and_at_once_at_rest():
+    bench, x, _, _ = furnished("cy525 five steps")
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        heard = []
+        bench.at("1 ms", lambda: drive.cable.send(lambda: heard.append(("before", line.twin.now))))
+        x.on_motion_end.add(lambda _end: drive.cable.send(lambda: heard.append(("complete", line.twin.now))))
+        drive.run("2 ms")
+        assert [name for name, _ in heard] == ["before"]
+        drive.run_until_rest()
+        assert heard[1][1] >= line.twin.steps[-1][0]  # when it has stopped, not before
+        end = x.motions()[0].end.time_ps
+        assert 0 <= heard[1][1] - (drive.ticks.at(end) >> 16) - drive.horizon < 6 * HZ // 1000
+        drive.cable.send(lambda: heard.append(("after", line.twin.now)))
+        assert heard[-1][0] == "after"
+
+
+def test_a_byte_right_behind_a_single_step_does_not_overtake_it():
+    bench = slewline.Bench()
+    x = bench.add("cy525", name="x")
+    bench.host(x).send("A 0\rF 100\rR 100\rS 255\rZ 1\rN 1\rG\r")
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        heard = []
+        x.on_motion_end.add(lambda _end: drive.cable.send(lambda: heard.append(line.twin.now)))
+        drive.run_until_rest()
+        assert len(line.twin.steps) == 1 and heard[0] > line.twin.steps[0][0]
+
+
+def test_outputs_change_in_the_order_of_the_steps_and_at_rest_at_once():
+    bench, x, host, _ = furnished("cy525 to and fro")
+    line = TwinLine()
+    changed = []
+    x.pin("programmable_output").net.watch(lambda net: changed.append((bench.now_ps, net.level)))
+    with drive_of(bench, x, line) as drive:
+        drive.run_until_rest()
+        made = [(tick, value & 1) for tick, value in line.twin.outputs]
+        levels = [level for _, level in changed]
+        assert [value for _, value in made][-len(levels) :] == levels and levels
+        for (ps, _), (tick, _) in zip(changed, made[-len(levels) :], strict=True):
+            assert abs(tick - (drive.ticks.at(ps) >> 16) - drive.horizon) < 1000
+        before = len(line.twin.outputs)
+        host.send("B\r")
+        now = bench.now_ps
+        drive.run("40 ms")
+        (tick, value), *_ = line.twin.outputs[before:]
+        assert value & 1 and tick - (drive.ticks.at(now) >> 16) < 20 * HZ // 1000
+        check_steps(drive, line)
+
+
+# ------------------------------------------------------------------------------------------------------------ troubles
+def test_a_host_that_is_stopped_for_500_ms_runs_the_board_dry_and_the_count_is_exact():
+    bench, x, host, _ = furnished("cy525 top")
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        drive.run("700 ms")
+        line.pass_to(line.now + 500 * MS_NS)  # the host is stopped
+        drive.run("500 ms")
+        assert drive.state == "halted" and line.twin.state == BoardState.HALT
+        assert codes(x)[0] in ("underrun", "host-silent") and "position-taken-over" in codes(x)
+        made = np.array(line.twin.steps)
+        intervals = np.diff(made[:, 0])
+        assert (intervals[-30:] > intervals[-60]).all()  # a way down
+        assert line.twin.position == len(made) == x.position
+        host.send("G\r")
+        drive.run("300 ms")
+        assert len(line.twin.steps) == len(made)  # nothing moves
+        assert not x.motor.moving and x.motions()[-1].end.why == "stopped"
+        drive.clear()
+        assert drive.state == "ok" and line.twin.state == BoardState.IDLE
+        assert x.position == len(made)
+        host.send("N 50\rG\r")
+        drive.run_until_rest()
+        assert len(line.twin.steps) == len(made) + 50 == x.position
+        assert signed(x.travel) == line.twin.position
+
+
+def test_after_a_halt_the_chip_goes_on_from_where_the_motor_is():
+    bench, x, host, _ = furnished("cy525 top")
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        drive.run("700 ms")
+        line.pass_to(line.now + 500 * MS_NS)
+        drive.run("500 ms")
+        stands = line.twin.position
+        drive.clear()
+        drive.run("100 ms")
+        host.send("P 100\r")
+        drive.run_until_rest()
+        assert x.position == 100
+        way = sum(direction for _, direction, _ in line.twin.steps)
+        assert way == 100 and stands != 100
+
+
+def test_a_host_that_starts_too_late_makes_the_whole_motion_later():
+    bench, x, _, _ = furnished("cy525 five steps")
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        written = line.write
+
+        def late(data):
+            if drive.feeder.running and not late.done:
+                late.done = True
+                line.pass_to(line.now + 150 * MS_NS)
+            return written(data)
+
+        late.done = False
+        line.write = late
+        drive.run("1 s")
+        assert codes(x) == ["late-start"] and len(line.twin.steps) == 5 and drive.state == "ok"
+        made, wanted = np.array(line.twin.steps)[:, 0], drive.ticks.many(x.steps().times_ps) >> 16
+        assert np.abs(np.diff(made) - np.diff(wanted)).max() <= 18
+
+
+def test_a_board_that_is_reset_has_lost_its_count_and_all_say_so():
+    bench, x, host, _ = furnished("cy525 top")
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        drive.run("700 ms")
+        line.reset_board()
+        drive.run("800 ms")
+        assert drive.state == "unknown" and "board-reset" in codes(x)
+        assert not line.twin.steps and not x.motor.moving
+        drive.clear()
+        assert drive.state == "ok" and line.twin.state == BoardState.IDLE
+        drive.run("50 ms")
+        host.send("A 0\rN 7\rG\r")
+        drive.run_until_rest()
+        assert len(line.twin.steps) == 7 and x.position == 7
+
+
+def test_a_board_without_supply_is_silent():
+    bench, x, _, _ = furnished("cy525 top")
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        drive.run("700 ms")
+        line.supplied = False
+        drive.run("1 s")
+        assert "board-silent" in codes(x) and codes(x).count("board-silent") == 1
+        line.reset_board()
+        line.supplied = True
+        drive.run("1 s")
+        assert drive.state == "unknown"
+
+
+def test_an_emergency_stop_at_full_rate_leaves_the_position_uncertain():
+    from slewline.drive.wire import BoardConfig, Reflex
+
+    config = BoardConfig(HZ // 500, HZ // 5, reflex=(0, 0, int(Reflex.ESTOP), 0, 0, 0), active=4)
+    bench, x, _, _ = furnished("cy525 top")
+    line = TwinLine()
+    line.twin.inputs &= ~4
+    with drive_of(bench, x, line, config=config) as drive:
+        drive.run("900 ms")
+        line.twin.set_input(2, 1, line.tick(line.now))
+        drive.run("500 ms")
+        assert codes(x) == ["e-stop", "position-uncertain", "position-taken-over"]
+        assert x.position == line.twin.position == len(line.twin.steps)
+        with pytest.raises(UsageError, match="emergency stop"):
+            drive.clear()
+        line.twin.set_input(2, 0, line.tick(line.now))
+        drive.clear()
+        assert drive.state == "ok"
+
+
+def test_below_the_start_stop_rate_it_is_certain():
+    bench, x, _, _ = furnished("gs-c200s slow")
+    line = TwinLine()
+    with drive_of(bench, x, line, start_stop="500 steps/s") as drive:
+        drive.run("600 ms")
+        drive.stop(at_once=True)
+        drive.run("800 ms")
+        assert codes(x)[0] == "board-stopped" and "position-uncertain" in codes(x)  # its supply is off: reset
+        assert not any("lost steps" in found.text for found in x.findings)
+
+
+def test_steps_that_are_too_fast_for_the_board_stop_it():
+    bench, x, _, _ = furnished("cy525 top")
+    line = TwinLine(model=UNO._replace(shortest=1700))  # 9.4 k steps/s
+    with drive_of(bench, x, line) as drive:
+        drive.run("1 s")
+        assert "too-fast" in codes(x) and drive.state == "halted"
+
+
+# ---------------------------------------------------------------------------------------------------------------- line
+@pytest.mark.parametrize("seed", range(4))
+def test_a_line_that_damages_one_frame_in_a_hundred_loses_no_step(seed):
+    rnd = Random(f"damage {seed}")
+    bench, x, _, seconds = furnished("cy525 top")
+    line = TwinLine(rnd)
+
+    def damage(data):
+        out = bytearray(data)
+        for at, byte in enumerate(out):
+            if byte and rnd.random() < 0.0005:
+                out[at] = byte ^ (1 << rnd.randrange(8)) or 1
+        return bytes(out)
+
+    with drive_of(bench, x, line) as drive:
+        line.damage = damage
+        drive.run(f"{int(seconds * 1000) + 200} ms")
+        steps, made = check_steps(drive, line)
+        assert len(steps) == len(made) == 20_000
+        assert drive.link.damaged or drive.link.resent
+
+
+# ---------------------------------------------------------------------------------------------------- python, refusals
+def test_until_a_condition_is_met_by_the_model():
+    bench, x, _, _ = furnished("cy525 top")
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        drive.run_until(x.reaches(4000))
+        assert x.position == 4000
+        with pytest.raises(Timeout, match="ok"):
+            drive.run_until(x.reaches(30_000), "100 ms")
+        drive.run_until(lambda: x.position > 10_000)
+        drive.run_until_rest()
+        check_steps(drive, line)
+    with pytest.raises(UsageError, match="closed"):
+        drive.run("1 s")
+
+
+def test_what_makes_no_sense_is_refused():
+    bench, x, _, _ = furnished("cy525 top")
+    line = TwinLine()
+    for options, says in (
+        ({"horizon": "1 ms"}, "allowed 10 ms to 2 s"),
+        ({"stop": "pray"}, "allowed 'abort', 'reset', 'power'"),
+        ({"start_stop": "fast"}, "steps per second"),
+    ):
+        with pytest.raises(UsageError, match=says):
+            drive_of(bench, x, line, **options)
+    with pytest.raises(UsageError, match="nothing to clear"), drive_of(bench, x, line) as drive:
+        drive.clear()
+
+
+def test_a_port_without_a_board():
+    bench, x, _, _ = furnished("cy525 top")
+    line = TwinLine()
+    line.supplied = False
+    with pytest.raises(
+        UsageError,
+        match="no board answers within 3 s; heard nothing; expected the firmware of slewline on an Arduino Uno",
+    ):
+        drive_of(bench, x, line).open()
+
+
+def test_events_of_the_board_have_listeners():
+    bench, x, _, _ = furnished("cy525 five steps")
+    line = TwinLine()
+    heard = []
+    drive = drive_of(bench, x, line)
+    drive.on_event.add(heard.append)
+    with drive:
+        drive.run_until_rest()
+    assert [event.kind for event in heard] == [Happening.REST]
