@@ -40,6 +40,10 @@ def codes_of(path):
         if isinstance(node, ast.FunctionDef) and node.name == "left_over":  # what `conclude` goes through
             pairs = (each.elts for each in ast.walk(node) if isinstance(each, ast.Tuple) and len(each.elts) == 2)
             yield from (code.value for code, _ in pairs if isinstance(code, ast.Constant))
+        if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "TROUBLES":  # what boards tell, with texts
+            yield from (row.elts[0].value for row in node.value.values)
+        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith((".watch.report", "self.report")):
+            yield from (code.value for code in node.args[:1] if isinstance(code, ast.Constant))
         if (
             isinstance(node, ast.Call)
             and ast.unparse(node.func) == "Finding"

@@ -47,6 +47,7 @@ class Pipe:
         self.last = [0, 0]
         self.each_turn: Callable[[], object] = lambda: None
         self.cut = False
+        self.damages = 0
 
     def tick(self, at_ns: int) -> int:
         return int((at_ns - self.power_ns) * self.rate)
@@ -67,6 +68,7 @@ class Pipe:
             for place, byte in enumerate(frame):
                 if place == at or (self.bad_bytes and self.chance.random() < self.bad_bytes):
                     kind = self.chance.randrange(4)
+                    self.damages += 1
                     if kind == 0:
                         continue  # lost
                     if kind == 1:

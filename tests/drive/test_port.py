@@ -9,7 +9,7 @@ import pytest
 
 serial = pytest.importorskip("serial")
 
-from slewline.drive.port import SerialPort  # noqa: E402
+from slewline.drive.port import BoardSerial  # noqa: E402
 from slewline.errors import UsageError  # noqa: E402
 
 pytestmark = pytest.mark.posix
@@ -27,7 +27,7 @@ def pty():
 
 def test_bytes_go_both_ways_and_nothing_waits(pty):
     ours, name = pty
-    port = SerialPort(name, 500_000)
+    port = BoardSerial(name, 500_000)
     assert port.read() == b"" and port.fileno() is not None and port.name == name
     assert port.write(b"\x01\x02\x00\x11\x13") == 5
     assert os.read(ours, 100) == b"\x01\x02\x00\x11\x13"
@@ -40,22 +40,22 @@ def test_dtr_stays_up_when_the_port_is_closed(pty):
     import termios
 
     _, name = pty
-    port = SerialPort(name, 500_000)
+    port = BoardSerial(name, 500_000)
     assert not termios.tcgetattr(port.fileno())[2] & termios.HUPCL
     port.close()
 
 
 def test_a_port_is_for_one_program_alone(pty):
     _, name = pty
-    port = SerialPort(name, 500_000)
+    port = BoardSerial(name, 500_000)
     with pytest.raises(UsageError, match=f"{name}: another program uses this port; close that one"):
-        SerialPort(name, 500_000)
+        BoardSerial(name, 500_000)
     port.close()
 
 
 def test_what_is_no_port():
     with pytest.raises(UsageError, match="/dev/ttyNONE: no such port; name the port of the board"):
-        SerialPort("/dev/ttyNONE", 500_000)
+        BoardSerial("/dev/ttyNONE", 500_000)
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may open everything")
@@ -63,7 +63,7 @@ def test_a_port_that_one_may_not_open(tmp_path):
     path = tmp_path / "port"
     path.touch(0o000)
     with pytest.raises(UsageError, match="you may not open this port"):
-        SerialPort(str(path), 500_000)
+        BoardSerial(str(path), 500_000)
 
 
 def test_the_refusals_of_a_system_say_what_to_do():
@@ -89,7 +89,7 @@ def test_what_the_line_does_not_take_at_once_follows():
         def read(self, _most):
             return b""
 
-    port = SerialPort.__new__(SerialPort)
+    port = BoardSerial.__new__(BoardSerial)
     port.heard, port._unsent, port._port = bytearray(), b"", Narrow()
     assert port.write(b"1234567") == 7 and port._port.got == b"123"
     assert port.write(b"89") == 2

@@ -12,8 +12,8 @@ from slewline.errors import UsageError
 
 
 def test_the_crc_has_the_check_value_of_the_catalogue() -> None:
-    assert wire.crc(b"123456789") == 0x6F91
-    assert wire.crc(b"") == 0xFFFF
+    assert wire.crc(b"123456789") == 0x906E
+    assert wire.crc(b"") == 0
 
 
 @pytest.mark.parametrize(
@@ -38,6 +38,7 @@ def test_a_frame_byte_by_byte() -> None:
         value ^= byte
         for _ in range(8):
             value = value >> 1 ^ (0x8408 if value & 1 else 0)
+    value ^= 0xFFFF
     assert wire.encode(5, FrameKind.ASK) == bytes((5, 5, 6, value & 255, value >> 8, 0))
 
 
@@ -78,6 +79,19 @@ def test_no_damage_of_one_or_two_bits_is_taken_for_a_frame() -> None:
                 assert all(isinstance(each, Damaged) for each in Decoder().feed(bytes(chunk)))
 
 
+def test_a_zero_more_or_less_at_the_end_is_damage() -> None:
+    """A CRC that is not inverted would be right with both."""
+    found = 0
+    for frame in frames(4, 5000):
+        data = wire.unstuff(wire.encode(*frame)[:-1])
+        assert data is not None
+        if data[-1] == 0:
+            found += 1
+            for other in (data[:-1], data + b"\0"):
+                assert all(isinstance(each, Damaged) for each in Decoder().feed(wire.stuff(other) + b"\0"))
+    assert found > 5
+
+
 def test_the_longest_chunk_and_one_byte_more() -> None:
     fits = wire.encode(1, 2, bytes(range(1, 76)))  # 2 + 75 + 2 bytes, and one of COBS
     assert len(fits) == 81
@@ -96,7 +110,7 @@ def test_a_chunk_without_an_end_is_not_kept_and_the_next_frame_arrives() -> None
 
 
 def test_too_short_chunks_are_damaged() -> None:
-    (damaged,) = Decoder().feed(wire.stuff(b"\x01\xff\x0e") + b"\0")
+    (damaged,) = Decoder().feed(wire.stuff(b"\x01" + wire.crc(b"\x01").to_bytes(2, "little")) + b"\0")
     assert isinstance(damaged, Damaged) and "3 bytes" in damaged.why
 
 

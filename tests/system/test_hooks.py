@@ -16,8 +16,10 @@ import slewline
 from slewline.bench.scripts.script import run_script
 from slewline.chips.mc1451a.axis.pin_edges import PinEdges
 from slewline.core.time.hook import Hook
+from slewline.drive.wire import BoardConfig
 from slewline.errors import StoreError
 from slewline.links.lines.store import FileStore
+from tests.drive.pipe import Pipe
 
 SOURCES = Path(slewline.__file__).parent
 
@@ -163,6 +165,17 @@ def shaft(name: str) -> Callable[[Path], Told]:
     return told
 
 
+def link(name: str, happen: Callable[[Pipe], object]) -> Callable[[Path], Told]:
+    def told(_path: Path) -> Told:
+        pipe = Pipe()
+        pipe.link.open(BoardConfig(1000))
+        pipe.link.reset()
+        pipe.run_until(lambda: pipe.link.idle)
+        return getattr(pipe.link, name), lambda: (happen(pipe), pipe.run(200_000_000))
+
+    return told
+
+
 HOOKS: dict[str, Callable[[Path], Told]] = {
     "on_finding of a chip": chip_finding,
     "on_finding of a part": part_finding,
@@ -184,6 +197,10 @@ HOOKS: dict[str, Callable[[Path], Told]] = {
     "on_failure of a journal": journal,
     "on_failure of a store": store,
     "on_commit": committed,
+    "on_event of a board": link("on_event", lambda pipe: pipe.link.check(3, 256) or pipe.twin.checked(3, True, 10**8)),
+    "on_boot": link("on_boot", lambda pipe: pipe.power_up()),
+    "on_open": link("on_open", lambda pipe: pipe.link.open(BoardConfig(1000))),
+    "on_refused": link("on_refused", lambda pipe: pipe.link.start(0)),
     **{name: shaft(name) for name in ("on_cut", "on_turn", "on_lost")},
 }
 

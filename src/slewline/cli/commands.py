@@ -10,7 +10,7 @@ from .live.commands import debug_command, panel_command, serve_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide
 from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, path
-from .options.values import DIRECTORY, FILE, Drive, Names, PartName, Strap, TimeWithUnit
+from .options.values import DIRECTORY, FILE, Names, PartName, PinDrive, Strap, TimeWithUnit
 from .options.version_option import version_option
 
 
@@ -40,7 +40,9 @@ def cli() -> None:
     "--until", type=TimeWithUnit(), help="Run or replay to this instant, such as '2 s'; else until all is idle."
 )
 @click.option("--timeout", type=TimeWithUnit(), help="How long to wait for that; 60 s by default.")
-@click.option("--drive", type=Drive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated.")
+@click.option(
+    "--drive", type=PinDrive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated."
+)
 @click.option("--strict", is_flag=True, help="Exit status 1 if there are findings.")
 @click.option("-q", "--quiet", is_flag=True, help="No transcript.")
 @path("--journal", help="Write every input from outside, for --replay.")

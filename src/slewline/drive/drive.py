@@ -15,7 +15,7 @@ import re
 from collections.abc import Callable, Mapping
 from os import PathLike
 from time import perf_counter_ns
-from typing import TYPE_CHECKING, Literal, Protocol, Self
+from typing import TYPE_CHECKING, Self
 
 from ..bench.runner import FunctionCondition, Wait
 from ..core.time.hook import Hook
@@ -26,8 +26,9 @@ from .blackbox import BlackBox, new_folder
 from .boards import UNO, BoardModel
 from .cable import Cable
 from .clock import BoardClock
+from .driven import BoardPort, DriveState, Stopping
 from .feeder import Feeder, LaidOutput
-from .halting import StopChip, Stopping
+from .halting import StopChip
 from .link import Link
 from .live import Live
 from .talk import ENABLE, Talk
@@ -47,24 +48,6 @@ STEADY_TURNS = 20
 WATCHDOG_PS = 50 * 10**9  # beyond the horizon, without a word from the host
 START_STOP = 500  # steps/s, of the way down of a board that has no table
 LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
-
-DriveState = Literal["closed", "ok", "halted", "unknown"]
-
-
-class BoardPort(Protocol):
-    """Where the bytes of a board come from and go to; nothing waits."""
-
-    def read(self) -> bytes:
-        """Return what has come since the last call."""
-
-    def write(self, data: bytes) -> int:
-        """Send bytes, or keep them until they can be sent; return how many."""
-
-    def fileno(self) -> int | None:
-        """Return what a loop can wait for; None: nothing."""
-
-    def close(self) -> None:
-        """Close it."""
 
 
 def steps_a_second(rate: str | int) -> int:
@@ -151,12 +134,12 @@ class Drive:
         self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, lambda: self.feeder.busy)
         self.on_stopped: Stopping = StopChip(self, stop)
         self.watch = Troubles(self)
-        self.talk = Talk(self, wait)
-        self._live = Live(self)
+        self.talk = Talk(self, self.watch, wait)
+        self._live = Live(self, self.talk)
         if isinstance(port, str):
-            from .port import SerialPort
+            from .port import BoardSerial
 
-            port = SerialPort(port, board.baud)
+            port = BoardSerial(port, board.baud)
         self.port: BoardPort = port
         self.box: BlackBox | None = None
         if black_box is not False and black_box is not None:

@@ -2,36 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from ..errors import UsageError
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
-    from .drive import Drive
+    from .driven import Driven
     from .wire import BoardEvent
 
 WAYS = ("abort", "reset", "power")  # in which a chip can be stopped
-
-
-class Stopping(Protocol):
-    """What a drive does when its board stops by itself.
-
-    `stopped` comes first, once; `halted` when the board stands and its count is final; `turn` again and again
-    meanwhile; `clear` when the user goes on.
-    """
-
-    def stopped(self, event: BoardEvent) -> None:
-        """Take note that the board makes no more steps of the model; a way down may follow."""
-
-    def halted(self, event: BoardEvent) -> None:
-        """Take note that the board stands; position and tick of the event are those of the last step."""
-
-    def turn(self) -> None:
-        """Do what is to be done while the drive is halted; called each turn."""
-
-    def clear(self) -> None:
-        """Let the chip go on."""
 
 
 def ways_of(chip: Chip) -> list[str]:
@@ -52,7 +32,7 @@ class StopChip:
         UsageError: the chip has no such input.
     """
 
-    def __init__(self, drive: Drive, how: str | None = None) -> None:
+    def __init__(self, drive: Driven, how: str | None = None) -> None:
         allowed = ways_of(drive.chip)
         if how is not None and how not in allowed:
             raise UsageError(f"{drive.chip.name}: stop={how!r}; allowed {', '.join(map(repr, allowed))}")

@@ -8,7 +8,8 @@ from ..core.time.timebase import PS_PER_S
 
 if TYPE_CHECKING:
     from ..bench.runner import Wait
-    from .drive import Drive
+    from .driven import Driven
+    from .talk import Talk
 
 LEAST_WAIT_S = 0.0005
 
@@ -16,8 +17,8 @@ LEAST_WAIT_S = 0.0005
 class Live:
     """Lets the bench of a drive keep up with the board."""
 
-    def __init__(self, drive: Drive) -> None:
-        self.drive = drive
+    def __init__(self, drive: Driven, talk: Talk) -> None:
+        self.drive, self.talk = drive, talk
 
     def keep_up(self, until: int, wait: Wait | None) -> bool:
         """Let the model keep up with the board up to an instant (ps); return whether a wait was met before."""
@@ -30,7 +31,7 @@ class Live:
             drive.turn()
             if met or kernel.now >= until:
                 return met
-            drive.talk.wait(min(drive.talk.due(), max((until - kernel.now) / PS_PER_S, LEAST_WAIT_S)))
+            self.talk.wait(min(self.talk.due(), max((until - kernel.now) / PS_PER_S, LEAST_WAIT_S)))
 
     def _pass(self, goal: int, wait: Wait | None) -> bool:
         """Run the bench up to an instant (ps), or until a wait is met; return whether it is."""

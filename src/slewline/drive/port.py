@@ -14,7 +14,7 @@ KEPT = 64  # bytes that were heard last, for a message that they are not those o
 LISTED = "python -m serial.tools.list_ports lists those there are"
 
 
-class SerialPort:
+class BoardSerial:
     """A serial port with a board: 8N1, for this program alone.
 
     Opening a port raises DTR, and an Uno takes a rising DTR as a reset.  HUPCL is cleared, so that DTR stays up when

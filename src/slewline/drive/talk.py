@@ -13,7 +13,8 @@ from .troubles import signed
 from .wire import BoardState, Ident
 
 if TYPE_CHECKING:
-    from .drive import Drive
+    from .driven import Driven
+    from .troubles import Troubles
 
 TURN_S, POLL_S = 0.005, 0.001
 SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 0.1
@@ -31,8 +32,8 @@ class Talk:
         wait: what waits for seconds, or until bytes have come.
     """
 
-    def __init__(self, drive: Drive, wait: Callable[[float], object] | None) -> None:
-        self.drive, self.wait = drive, wait or self._wait
+    def __init__(self, drive: Driven, watch: Troubles, wait: Callable[[float], object] | None) -> None:
+        self.drive, self.watch, self.wait = drive, watch, wait or self._wait
         self._heard_ns, self._silent = 0, False
 
     # ----------------------------------------------------------------------------------------------------- each turn
@@ -46,14 +47,14 @@ class Talk:
         try:
             data = drive.port.read()
         except OSError as error:
-            drive.watch.port_lost(error)
+            self.watch.port_lost(error)
             return
         if data:
             self._heard_ns, self._silent = now, False
             drive.link.receive(data, now)
         elif drive.state != "closed" and not self._silent and now - self._heard_ns > SILENT_NS:
             self._silent = True
-            drive.watch.report(
+            self.watch.report(
                 "board-silent",
                 f"the board has not answered for {readable(SILENT_NS * 1000)}: look for its cable and its supply",
             )
@@ -65,7 +66,7 @@ class Talk:
             try:
                 self.drive.port.write(data)
             except OSError as error:
-                self.drive.watch.port_lost(error)
+                self.watch.port_lost(error)
 
     def due(self) -> float:
         """Return in how many seconds the next turn is due at the latest."""

@@ -10,7 +10,7 @@ from .wire import Answer, BoardEvent, BoardState, FrameKind, Happening, Outcome
 
 if TYPE_CHECKING:
     from ..core.motion.axis import Axis
-    from .drive import Drive
+    from .driven import Driven
 
 HOST = 255  # as the input of an event: the host has ordered it
 TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by what a board tells
@@ -48,7 +48,7 @@ class Troubles:
     `told` is what has gone wrong, in words.
     """
 
-    def __init__(self, drive: Drive) -> None:
+    def __init__(self, drive: Driven) -> None:
         self.drive, self.told = drive, list[str]()
         self._held: int | None = None  # the tick since which the board holds
         drive.link.on_event.add(self.event)

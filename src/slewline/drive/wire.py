@@ -1,20 +1,18 @@
-"""The wire to a board: frames, COBS, CRC, and the messages as rows of fields.
-
-A frame is `number, kind, payload, CRC-16/MCRF4XX` (little-endian), made free of zeros by COBS, with a zero behind it.
-So a receiver is in step again at the next zero, whatever was damaged.
-"""
+"""The wire to a board: its messages as rows of fields, and their numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from struct import Struct
 from typing import NamedTuple
 
 from ..errors import UsageError
+from .frames import Damaged, Decoder, Frame, crc, encode, stuff, unstuff
 
-LONGEST_CHUNK = 80  # encoded bytes without the zero; a longer one is damaged
+__all__ = ["Damaged", "Decoder", "Frame", "crc", "encode", "stuff", "unstuff"]  # the wire has one door
+
 RECORD_BYTES, RECORDS_A_FRAME = 13, 5
 ENTRIES_A_FRAME = 10  # of a tail
 INPUTS, PHASES = 6, 8
@@ -83,7 +81,7 @@ class Happening(IntEnum):
     CHECKED = 14
 
 
-class Outcome(IntEnum):
+class FrameResult(IntEnum):
     """What became of a frame; only one that is taken uses up its number."""
 
     TAKEN = 0
@@ -93,6 +91,9 @@ class Outcome(IntEnum):
     WRONG_STATE = 4
     BAD_CONTENT = 5
     LATE = 6
+
+
+Outcome = FrameResult  # the short name
 
 
 class Reflex(IntEnum):
@@ -106,20 +107,6 @@ class Reflex(IntEnum):
     ESTOP = 5
     UPWARDS = 16
     DOWNWARDS = 32
-
-
-class Frame(NamedTuple):
-    """A frame that arrived as it was sent."""
-
-    number: int
-    kind: int
-    payload: bytes
-
-
-class Damaged(NamedTuple):
-    """A chunk that is no frame; `why` says what was wrong with it."""
-
-    why: str
 
 
 class Answer(NamedTuple):
@@ -271,89 +258,6 @@ class BoardConfig:
 def _is_reflex(number: int) -> bool:
     reflex, ways = number & 15, number & ~15
     return not ways or (reflex in (Reflex.STOP, Reflex.BRAKE) and ways in (16, 32)) if reflex <= Reflex.ESTOP else False
-
-
-# -------------------------------------------------------------------------------------------------------------- frames
-def _crc_table() -> tuple[int, ...]:
-    table = []
-    for value in range(256):
-        for _ in range(8):
-            value = value >> 1 ^ 0x8408 * (value & 1)
-        table.append(value)
-    return tuple(table)
-
-
-_TABLE = _crc_table()
-
-
-def crc(data: bytes) -> int:
-    """Return the CRC-16/MCRF4XX of bytes."""
-    value = 0xFFFF
-    for byte in data:
-        value = value >> 8 ^ _TABLE[(value ^ byte) & 255]
-    return value
-
-
-def stuff(data: bytes) -> bytes:
-    """Return bytes in COBS: without zeros, and without one at the end.  Up to 253 bytes, more than any frame has."""
-    return b"".join(bytes((len(part) + 1,)) + part for part in data.split(b"\0"))
-
-
-def unstuff(chunk: bytes) -> bytes | None:
-    """Return what a chunk in COBS stands for; None if it is none."""
-    out, at = [], 0
-    while at < len(chunk):
-        end = at + chunk[at]
-        if end > len(chunk):
-            return None
-        out.append(chunk[at + 1 : end])
-        at = end
-    return b"\0".join(out)
-
-
-def encode(number: int, kind: int, payload: bytes = b"") -> bytes:
-    """Return a frame as it goes on the wire, with the zero behind it."""
-    head = bytes((number, kind)) + payload
-    return stuff(head + crc(head).to_bytes(2, "little")) + b"\0"
-
-
-def decode(chunk: bytes) -> Frame | Damaged:
-    """Return what a chunk is, the bytes between two zeros."""
-    if len(chunk) > LONGEST_CHUNK:
-        return Damaged(f"more than {LONGEST_CHUNK} bytes")
-    data = unstuff(chunk)
-    if data is None:
-        return Damaged("no COBS")
-    if len(data) < 4:
-        return Damaged(f"{len(data)} bytes; the shortest frame has 4")
-    if crc(data[:-2]) != int.from_bytes(data[-2:], "little"):
-        return Damaged("CRC")
-    return Frame(data[0], data[1], data[2:-2])
-
-
-class Decoder:
-    """Bytes of a line become frames, however they are cut.
-
-    Of a chunk without an end no more is kept than shows that it is too long.
-    """
-
-    def __init__(self) -> None:
-        self._chunk = bytearray()
-
-    def feed(self, data: bytes) -> Iterator[Frame | Damaged]:
-        """Yield the frames that are complete with these bytes, and what was damaged; empty chunks are nothing.
-
-        All of it is to be taken: what is left in the iterator is lost.
-        """
-        *ends, rest = data.split(b"\0")
-        for end in ends:
-            self._chunk += end[: LONGEST_CHUNK + 1]
-            chunk = bytes(self._chunk)
-            self._chunk.clear()
-            if chunk:
-                yield decode(chunk)
-        self._chunk += rest
-        del self._chunk[LONGEST_CHUNK + 1 :]
 
 
 # ------------------------------------------------------------------------------------------------------------ messages

@@ -66,7 +66,7 @@ class Frequency(click.ParamType[str]):
         return str(value)
 
 
-class Drive(Completed[tuple[str, int, int]]):
+class PinDrive(Completed[tuple[str, int, int]]):
     """pin=level@time."""
 
     name = "pin=level@time"

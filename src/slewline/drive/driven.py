@@ -1,0 +1,95 @@
+"""What the pieces of a drive know of the whole, and what can be put in their places."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Literal, Protocol
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+    from ..core.motion.axis import Axis
+    from ..core.time.hook import Hook
+    from ..core.time.kernel import Kernel
+    from ..core.wires.net import Net
+    from .boards import BoardModel
+    from .cable import Cable
+    from .clock import BoardClock
+    from .feeder import Feeder
+    from .link import Link
+    from .ticks import TickMap
+    from .wire import BoardConfig, BoardEvent
+
+DriveState = Literal["closed", "ok", "halted", "unknown"]
+
+
+class BoardPort(Protocol):
+    """Where the bytes of a board come from and go to; nothing waits."""
+
+    def read(self) -> bytes:
+        """Return what has come since the last call."""
+
+    def write(self, data: bytes) -> int:
+        """Send bytes, or keep them until they can be sent; return how many."""
+
+    def fileno(self) -> int | None:
+        """Return what a loop can wait for; None: nothing."""
+
+    def close(self) -> None:
+        """Close it."""
+
+
+class Stopping(Protocol):
+    """What a drive does when its board stops by itself.
+
+    `stopped` comes first, once; `halted` when the board stands and its count is final; `turn` again and again
+    meanwhile; `clear` when the user goes on.
+    """
+
+    def stopped(self, event: BoardEvent) -> None:
+        """Take note that the board makes no more steps of the model; a way down may follow."""
+
+    def halted(self, event: BoardEvent) -> None:
+        """Take note that the board stands; position and tick of the event are those of the last step."""
+
+    def turn(self) -> None:
+        """Do what is to be done while the drive is halted; called each turn."""
+
+    def clear(self) -> None:
+        """Let the chip go on."""
+
+
+class Driven(Protocol):
+    """A drive, as its pieces see it."""
+
+    chip: Chip
+    axis: Axis
+    axis_number: int
+    kernel: Kernel
+    board: BoardModel
+    config: BoardConfig
+    horizon: int  # ticks
+    horizon_ps: int
+    start_stop: int | None  # steps/s
+    enable: bool
+    state: DriveState
+    clock: BoardClock
+    link: Link
+    ticks: TickMap
+    feeder: Feeder
+    cable: Cable
+    port: BoardPort
+    wall: Callable[[], int]  # ns
+    on_event: Hook[[BoardEvent]]
+    on_stopped: Stopping
+
+    def nets(self) -> list[tuple[Net, int]]:
+        """Return the nets that set outputs of the board, and the number of each output."""
+
+    def turn(self) -> None:
+        """Hear the board, lay what the model has done, let what is due leave, and speak."""
+
+    def catch_up(self) -> None:
+        """Align the model if, at rest, the program has done something else meanwhile."""
+
+    def take_over(self, position: int, known: bool = True) -> None:
+        """Set the position register of the chip to where the board has counted the motor to be."""

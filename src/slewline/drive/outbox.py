@@ -1,0 +1,99 @@
+"""What a host wants of a board, in the order in which the board is to take it."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from ..errors import UsageError
+from . import wire
+from .records import Record
+from .wire import ENTRIES_A_FRAME, BoardConfig, FrameKind
+
+AT_ONCE = 4  # records of a frame: two such frames are in the room of 127 bytes, with what is reserved; of 5 it is one
+
+
+@dataclass(slots=True)
+class BoardCommand:
+    """Something numbered that the board is to take: its number is its place in the queue."""
+
+    kind: FrameKind
+    payload: bytes = b""
+    records: list[Record] = field(default_factory=list)
+    copies: int = 0  # sent so far
+
+
+class Outbox:
+    """Commands that are to be sent; while the link is closed they have no effect."""
+
+    def __init__(self) -> None:
+        self.is_open = self._opening = False
+        self._config: BoardConfig | None = None
+        self._forget_commands()
+
+    def _forget_commands(self) -> None:
+        self._commands: deque[BoardCommand] = deque()
+        self._sent = 0  # how many of the first ones are under way
+        self._stops: deque[int] = deque()  # `how`; the first may be under way
+        self._most = AT_ONCE  # records of a frame; fewer on a line that damages many
+
+    @property
+    def backlog(self) -> int:
+        """The records that the board has not taken yet."""
+        return sum(len(command.records) for command in self._commands)
+
+    def _put(self, kind: FrameKind, payload: bytes) -> None:
+        if self._opening or self.is_open:
+            self._commands.append(BoardCommand(kind, payload))
+
+    def configure(self, config: BoardConfig) -> None:
+        """Send another CONFIG, which the board takes in BOOT, IDLE and HALT."""
+        self._put(FrameKind.CONFIG, config.pack())
+        self._config = config
+
+    def push(self, records: Iterable[Record]) -> None:
+        """Send records, as the board has room for them, in their order with everything else that is numbered.
+
+        Like all that is called before `open` or after a boot, it has no effect then.
+        """
+        if not (self._opening or self.is_open):
+            return
+        for record in records:
+            last = self._commands[-1] if len(self._commands) > self._sent else None
+            if last and last.kind == FrameKind.PUSH and len(last.records) < self._most:
+                last.records.append(record)
+            else:
+                self._commands.append(BoardCommand(FrameKind.PUSH, records=[record]))
+
+    def start(self, tick: int) -> None:
+        """Start what has been pushed before; the first record begins at a tick."""
+        self._put(FrameKind.START, wire.start_payload(tick))
+
+    def stop(self, how: int) -> None:
+        """Stop: 0, at once; 1, by the tail.  It goes first; nothing numbered goes out until it is answered.
+
+        Raises:
+            UsageError: `how` is neither.
+        """
+        if how not in (0, 1):
+            raise UsageError(f"stop({how!r}); expected 0, at once, or 1, by the tail")
+        if self._opening or self.is_open:
+            self._stops.append(how)
+
+    def tail(self, entries: Sequence[tuple[int, int]]) -> None:
+        """Replace the tail: (interval in 1/256 tick, count), ascending; as many as the board has room for."""
+        for first in range(0, len(entries), ENTRIES_A_FRAME):
+            self._put(FrameKind.TAIL, wire.tail_payload(first, entries[first : first + ENTRIES_A_FRAME]))
+
+    def reset(self, position: int | None = None) -> None:
+        """Leave HALT, or forget the queue; set the position, if one is given."""
+        self._put(FrameKind.RESET, wire.reset_payload(position))
+
+    def outputs(self, mask: int, value: int) -> None:
+        """Set outputs: bits 0 to 3 are the user's, bit 4 is ENABLE."""
+        self._put(FrameKind.OUTPUTS, bytes((mask, value)))
+
+    def check(self, count: int, interval: int) -> None:
+        """Begin the self-test: so many pulses, so many ticks apart."""
+        self._put(FrameKind.CHECK, wire.check_payload(count, interval))

@@ -1,0 +1,268 @@
+"""The motion of a board step by step: records, brake and tail, reflexes, holds, outputs; and the events of all that.
+
+Ticks are whole numbers that do not wrap; on the wire they are modulo 2^32.  What a twin cannot know it is given: when
+the main loop takes a frame, when an edge of an input is seen, when it looks for silence.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from . import wire
+from .boards import BoardModel
+from .records import DOWN, HALF, OUT, PAUSE, REST, Record
+from .wire import BoardConfig, BoardEvent, BoardState, Happening, Reflex
+
+IDLE, RUN, BRAKE, HOLD, HALT, BOOT = BoardState
+AT_ONCE = 400  # ticks from an edge to the next step
+KEPT_EVENTS = 8
+HOST = 255  # `which` of an event that no input caused
+ENABLE = 16  # among the outputs
+
+
+class MovingTwin:
+    """What moves by itself: `steps`, `phases`, `outputs` and events in `sent`, all by their ticks."""
+
+    def __init__(self, model: BoardModel) -> None:
+        self.model = model
+        self.steps: list[tuple[int, int, int]] = []
+        self.phases: list[tuple[int, int]] = []
+        self.outputs: list[tuple[int, int]] = []
+        self.sent = bytearray()
+        self.inputs = 0x3F  # levels; open ones are high
+        self.power_up()
+
+    def power_up(self, tick: int = 0) -> None:
+        """Forget everything but the levels of the inputs; ticks begin again.  The host sees it by event 0."""
+        self.now = tick
+        self.sent.clear()
+        self.state: BoardState = BOOT
+        self.position = self.output = self.phase = self.index = 0
+        self.config = BoardConfig(0)
+        self.queue: deque[Record] = deque()
+        self.table: list[tuple[int, int]] = []
+        self._events: deque[bytes] = deque(maxlen=KEPT_EVENTS)
+        self._event = 0  # number of the next one
+        self._forget_the_run()
+        self._event_told(Happening.BOOT, HOST, tick)
+
+    def _forget_the_run(self) -> None:
+        self.queue.clear()
+        self.record: Record | None = None  # that plays, or played before a tail
+        self.left = 0  # its steps that are to come
+        self.time = self.interval = 0  # 1/65536 tick: last instant, and how far the next one is from it
+        self.last_step: int | None = None  # of this run
+        self.pace: int | None = None
+        self.tail: deque[int] | None = None  # ticks of the steps to come, once it is known
+        self.held_at = 0
+
+    def run(self, tick: int) -> None:
+        """Let everything happen up to and with a tick."""
+        while (at := self.next_time()) is not None and at <= tick:
+            self.now = at
+            self._happen(at)
+        self.now = max(self.now, tick)
+
+    def next_time(self) -> int | None:
+        """Return the next tick at which something happens by itself; None if nothing does."""
+        if self.state == BRAKE and self.tail is not None:
+            return self.tail[0]
+        if self.state in (RUN, BRAKE):
+            return (self.time + self.interval) >> 16
+        return None
+
+    def set_input(self, number: int, level: int, tick: int) -> None:
+        """See the level of an input at this tick; of several at one look each is told, in ascending order."""
+        self.run(tick)
+        if self.inputs >> number & 1 == bool(level):
+            return
+        self.inputs ^= 1 << number
+        before = self._event
+        self._edge(number, tick)
+        if self._event == before and self.state != BOOT and self.config.report >> number & 1:
+            self._event_told(Happening.INPUT, number, tick)
+
+    # ------------------------------------------------------------------------------------------------------- motion
+    def _load(self) -> None:
+        """Load the next record, which begins at `time`; there is one."""
+        record = self.record = self.queue.popleft()
+        self.left, self.interval = record.count, record.first
+        if record.flags & PAUSE and self.last_step is not None:
+            end = (self.time + record.first) >> 16
+            if end - self.last_step >= self.config.start_stop:
+                self.pace = None  # the motor stands
+
+    def _happen(self, tick: int) -> None:
+        """Do what is due at a tick: a step, or the end of a pause."""
+        assert self.record is not None  # noqa: S101
+        if self.tail is not None:
+            self.tail.popleft()
+            self._step(tick)
+            if not self.tail:
+                self._halt()
+                self._event_told(Happening.HALTED, HOST, tick)
+            return
+        self.time += self.interval
+        if not self.record.flags & PAUSE:
+            self._step(tick)
+            self.interval += self.record.add
+            self.left -= 1
+            if self.state == BRAKE:
+                self._begin_tail(tick, tick)
+                if not self.tail:
+                    self._halt()
+                    self._event_told(Happening.HALTED, HOST, tick)
+                return
+            if self.left:
+                return
+        elif self.record.flags & OUT:
+            self._set_outputs(self.record.count >> 8, self.record.count & 255, tick)
+        self._next_record(tick)
+
+    def _next_record(self, tick: int) -> None:
+        """Go on behind a record that ended at a tick."""
+        before = self.record
+        assert before is not None  # noqa: S101
+        if self.queue:
+            self._load()
+            assert self.record is not None  # noqa: S101
+            if (before.flags ^ self.record.flags) & DOWN:
+                for number in self._active():
+                    if self._is(Reflex.STOP, number) or self._is(Reflex.BRAKE, number):
+                        self._active_edge(number, tick)
+        elif before.flags & REST:
+            self._forget_the_run()
+            self.state = IDLE
+            self._event_told(Happening.REST, HOST, tick)
+        else:
+            self._brake(Happening.UNDERRUN, HOST, tick)
+
+    def _step(self, tick: int) -> None:
+        assert self.record is not None  # noqa: S101
+        way = -1 if self.record.flags & DOWN else 1
+        self.position = (self.position + way + 2**31) % 2**32 - 2**31
+        self.steps.append((tick, way, self.position))
+        self.pace = None if self.last_step is None else tick - self.last_step
+        self.last_step = tick
+        self.index = (self.index + way * (1 if self.record.flags & HALF else 2)) % wire.PHASES
+        self._set_phases(tick)
+
+    def _brake(self, kind: Happening, which: int, tick: int) -> None:
+        """Come to a halt by the tail, in RUN and HOLD."""
+        assert self.record is not None  # noqa: S101
+        playing = self.state == RUN and not self.record.flags & PAUSE and self.left
+        if playing:
+            self.state = BRAKE  # the step that is scheduled is made, then the tail begins
+        elif self.state == RUN and self.last_step is not None:
+            # behind the last step of a record the first step of the tail may be near; in and behind a pause it may not
+            earliest = tick + AT_ONCE if self.record.flags & PAUSE else tick
+            self._begin_tail(self.last_step, earliest)
+            self.state = BRAKE
+        if not playing and not self.tail:
+            self._halt()
+        self._event_told(kind, which, tick)
+
+    def _begin_tail(self, last_step: int, earliest: int) -> None:
+        """Lay the steps of the tail, counted from the last step, none before the earliest tick."""
+        ticks = [last_step + each for each in self._way_down()]
+        late = max(0, earliest - ticks[0]) if ticks else 0
+        self.tail = deque(each + late for each in ticks)
+
+    def _way_down(self) -> list[int]:
+        """Return the steps of the tail, in ticks from the last step."""
+        pace, start_stop = self.pace, self.config.start_stop
+        if pace is None or pace >= start_stop:
+            return []
+        out, time = [], 0
+        if self.table:
+            first = next((at for at, (interval, _) in enumerate(self.table) if interval > pace << 8), len(self.table))
+            for interval, count in self.table[first:]:
+                for _ in range(count):
+                    time += interval
+                    out.append(time >> 8)
+            return out
+        while (pace := pace + (pace >> 4)) <= start_stop:
+            time += pace
+            out.append(time)
+        return out
+
+    def _halt(self) -> None:
+        self._forget_the_run()
+        self.state = HALT
+        if self.config.enable_off & 2:
+            self._set_outputs(ENABLE, 0, self.now)
+
+    # ------------------------------------------------------------------------------------------------------- inputs
+    def _active(self) -> list[int]:
+        """Return the inputs that are active."""
+        return [number for number in range(wire.INPUTS) if self._is_active(number)]
+
+    def _is_active(self, number: int) -> bool:
+        return not (self.inputs ^ self.config.active) >> number & 1
+
+    def _is(self, reflex: Reflex, number: int) -> bool:
+        return self.config.reflex[number] & 15 == reflex
+
+    def _fits(self, number: int) -> bool:
+        """Return whether the direction of the record that plays is one in which the input acts."""
+        ways = self.config.reflex[number] & (Reflex.UPWARDS | Reflex.DOWNWARDS)
+        down = self.record is not None and self.record.flags & DOWN
+        return not ways or bool(ways & (Reflex.DOWNWARDS if down else Reflex.UPWARDS))
+
+    def _edge(self, number: int, tick: int) -> None:
+        if self.state == BOOT:
+            return
+        if self._is_active(number):
+            self._active_edge(number, tick)
+        elif self._is(Reflex.HOLD, number) and not any(self._is(Reflex.HOLD, each) for each in self._active()):
+            self._release(number, tick)
+
+    def _active_edge(self, number: int, tick: int, *, starting: bool = False) -> None:
+        reflex = self.config.reflex[number] & 15
+        if reflex == Reflex.ESTOP:
+            self._halt()
+            if self.config.enable_off:
+                self._set_outputs(ENABLE, 0, self.now)
+            self._event_told(Happening.ESTOP, number, tick)
+        elif reflex == Reflex.STOP and self.state in (RUN, BRAKE, HOLD) and self._fits(number):
+            self._halt()
+            self._event_told(Happening.STOPPED, number, tick)
+        elif reflex == Reflex.BRAKE and self.state in (RUN, HOLD) and self._fits(number):
+            self._brake(Happening.BRAKED, number, tick)
+        elif reflex == Reflex.HOLD and self.state == RUN:
+            self.state, self.held_at = HOLD, tick
+            self._event_told(Happening.HELD, number, tick)
+        elif reflex == Reflex.MARK and not starting:
+            self._event_told(Happening.MARK, number, tick)
+
+    def _release(self, number: int, tick: int) -> None:
+        """Go on behind a hold; everything to come is later by as long as it lasted, or a little more."""
+        if self.state != HOLD:
+            return
+        delay = max(0, tick - self.held_at)
+        due = (self.time + self.interval) >> 16
+        delay = max(delay, tick + AT_ONCE - due)
+        self.time += delay << 16
+        self.state = RUN
+        self._event_told(Happening.RELEASED, number, self.held_at + delay)
+
+    # ------------------------------------------------------------------------------------------------------ outwards
+    def _set_outputs(self, mask: int, value: int, tick: int) -> None:
+        output = self.output & ~mask | value & mask
+        if output != self.output:
+            self.output = output
+            self.outputs.append((tick, output))
+
+    def _set_phases(self, tick: int) -> None:
+        phase = self.config.pattern[self.index] & 15
+        if phase != self.phase:
+            self.phase = phase
+            self.phases.append((tick, phase))
+
+    def _event_told(self, kind: Happening, which: int, tick: int, position: int | None = None) -> None:
+        position = self.position if position is None else position
+        event = BoardEvent(self._event % 256, kind, which, self.state, self.inputs, position, tick)
+        self._event += 1
+        frame = wire.event_frame(event)
+        self._events.append(frame)
+        self.sent += frame
