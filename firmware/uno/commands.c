@@ -381,6 +381,21 @@ static void check(uint16_t pulses, uint16_t interval)
     leave();
 }
 
+/* Fetch the event that is asked for, as it is at the instant of the answer, or return 0. */
+static uint8_t take_repeat(struct event *event)
+{
+    uint32_t tick = enter();
+    uint8_t back = next_event - PAYLOAD[0];
+
+    if (LENGTH != 1) {
+        settle(BAD_CONTENT, tick);
+        return 0;
+    }
+    *event = events[PAYLOAD[0] % EVENTS_KEPT];
+    settle(TAKEN, tick);
+    return back >= 1 && back <= EVENTS_KEPT;
+}
+
 static void take_check(void)
 {
     uint32_t tick = enter();
@@ -396,7 +411,8 @@ static void take_check(void)
 
 void take_frame(void)
 {
-    uint8_t kind = KIND, is_numbered;
+    uint8_t kind = KIND, is_numbered, repeats = 0;
+    struct event event;
 
     answer.echo = NUMBER;
     answer.kind = kind;
@@ -437,7 +453,7 @@ void take_frame(void)
             take_outputs();
             break;
         case REPEAT:
-            refuse(LENGTH != 1 ? BAD_CONTENT : TAKEN);
+            repeats = take_repeat(&event);
             break;
         case CHECK:
             take_check();
@@ -449,20 +465,10 @@ void take_frame(void)
     send_answer();
     if (answer.result != TAKEN)
         return;
-    if (kind == REPEAT) {
-        uint8_t number = PAYLOAD[0], back = (uint8_t)(answer.events - number);
-
-        if (back >= 1 && back <= EVENTS_KEPT) {
-            struct event event;
-
-            cli();
-            event = events[number % EVENTS_KEPT];
-            sei();
-            send(number, EVENT, &event, sizeof event);
-        }
-    } else if (kind == CHECK) {
+    if (repeats)
+        send(PAYLOAD[0], EVENT, &event, sizeof event);
+    if (kind == CHECK)
         check(*(const uint16_t *)PAYLOAD, *(const uint16_t *)(PAYLOAD + 2));
-    }
 }
 
 /* ----------------------------------------------------------------------------------------------------------- watchdog */

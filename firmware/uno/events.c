@@ -1,6 +1,8 @@
 #include "events.h"
 #include "inputs.h"
+#include "protocol.h"
 #include "motion.h"
+#include "wire.h"
 
 struct event events[EVENTS_KEPT];
 volatile uint8_t next_event;
@@ -16,4 +18,5 @@ void note(uint8_t kind, uint8_t which, uint32_t tick)
     event->inputs = levels;
     event->position = position_now();
     event->tick = tick;
+    serve_line(); /* whoever has something to note is taking his time */
 }

@@ -25,6 +25,7 @@ static uint8_t brakes[2] = {BY_BRAKE, BY_BRAKE};
 static uint8_t holds;
 static uint8_t marks;
 static uint8_t estops;
+static uint8_t may_stop = BY_STOP; /* all but brakes and marks */
 
 void set_up_inputs(void)
 {
@@ -64,6 +65,7 @@ void sort_reflexes(void)
             break;
         }
     }
+    may_stop = stops[0] | stops[1] | holds | estops;
 }
 
 /* Return the inputs that are active, as of the last look. */
@@ -78,7 +80,7 @@ uint8_t is_estop_active(void)
 }
 
 /* Is the match that is due not to come, if `causes` act now, in ascending order?  Interrupts are off. */
-static uint8_t take_away(uint8_t causes)
+uint8_t takes_away(uint8_t causes)
 {
     uint8_t braking, holding;
 
@@ -99,7 +101,8 @@ uint32_t enter_to_stop(uint8_t causes)
     for (;;) {
         uint32_t tick = enter();
 
-        if (!take_away(causes))
+        /* The quick answer first: steps wait meanwhile. */
+        if ((!(causes & may_stop) && !is_in_pause()) || !takes_away(causes))
             return tick;
         /* A match may come until the next line has been run; then STEP is high and the step counts. */
         TCCR1A = DISARMED;
@@ -171,8 +174,8 @@ void act_at_load(uint32_t tick, uint8_t at_start)
 
     for (i = 0, bit = 1; i < 6; i++, bit <<= 1)
         if (causes & bit) {
-            act(bit, i, tick);
             serve_line();
+            act(bit, i, tick);
         }
 }
 

@@ -17,6 +17,7 @@ void set_up_inputs(void);
 void sort_reflexes(void);                                     /* after `reflexes` or `active` have changed */
 uint8_t is_estop_active(void);
 uint32_t enter_to_stop(uint8_t causes);                       /* as enter(); no step comes that `causes` take away */
+uint8_t takes_away(uint8_t causes);
 void act_at_load(uint32_t tick, uint8_t at_start);            /* interrupts are off */
 uint8_t acts_at_load(uint8_t at_start);
 void command(uint8_t bit, uint32_t tick);                      /* BY_STOP or BY_BRAKE; interrupts are off */

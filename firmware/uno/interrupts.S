@@ -79,6 +79,7 @@ too_late:
 need_match:
         SAVE
         call match
+        call serve_line         ; this was long, and the next match would come before a byte that waits
         RESTORE
 
         .global TIMER1_COMPA_vect

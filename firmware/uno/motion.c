@@ -13,10 +13,11 @@
 #include "outputs.h"
 #include "pins.h"
 #include "protocol.h"
+#include "wire.h"
 
 /* `mode`, as in interrupts.S: with none of the first five the short way is enough. */
 #define HOP 0x01     /* the match is only on the way to an instant that is far away */
-#define PAUSE 0x02   /* what is due is the end of a pause */
+/* PAUSE, 0x02, is in motion.h */
 #define BRAKING 0x04 /* behind the step that is due the tail begins */
 #define STILL 0x08   /* nothing is due */
 #define LONG 0x10    /* the interval behind the step that is due may need hops */
@@ -26,7 +27,7 @@
 #define HOP_TICKS 32768u
 #define DIRECT_MOST 49152u /* more than this is hopped towards: what remains is never close */
 #define LONG_LEAST 32768u
-#define SOON 400u /* what an input or a brake has moved comes no sooner behind it */
+#define SOON 1200u /* what an input or a brake has moved comes no sooner behind it */
 
 volatile uint8_t state;
 uint8_t down;
@@ -57,6 +58,7 @@ static uint32_t far;              /* ticks from the next hop to `due` */
 static uint8_t paced;   /* there have been two */
 static uint32_t pace;   /* ticks between them, as of the end of a record */
 static uint32_t held_at;
+static uint8_t overdue; /* the end of a pause has passed by unseen */
 static uint8_t entry;   /* of the tail, the one that comes next */
 static uint8_t hint;    /* where in the tail the present pace is, as of the last turn of the main loop */
 
@@ -101,11 +103,6 @@ void halt(void)
     forget_queue();
     if (enable_off & 2)
         set_outputs(ENABLE_OUTPUT, 0);
-}
-
-uint8_t is_in_pause(void)
-{
-    return mode & PAUSE;
 }
 
 void set_phase_step(void)
@@ -170,6 +167,18 @@ void late(void)
     note(LATE, NOBODY, tick);
 }
 
+/* Has the timer gone past what it has just been set to?  Then a step has been made behind ARMED, or never will be; the
+   end of a pause can be made up for. */
+static void look_back(void)
+{
+    if ((int16_t)((uint16_t)due.tick - TCNT1) >= 0)
+        return;
+    if (mode & PAUSE)
+        overdue = !(TIFR1 & _BV(OCF1A));
+    else if (!(PINB & _BV(STEP_BIT)))
+        late();
+}
+
 /* Set the timer to `due`, seen from the tick `from`, which is now or not long ago. */
 static void aim(uint32_t from)
 {
@@ -185,11 +194,8 @@ static void aim(uint32_t from)
     mode &= ~HOP;
     if (!(mode & PAUSE))
         TCCR1A = ARMED;
-    /* Has the timer gone past it?  Then the step has been made behind ARMED, or will not be in this round. */
-    if (ahead < HOP_TICKS && (int16_t)((uint16_t)due.tick - TCNT1) < 0) {
-        if (mode & PAUSE ? !(TIFR1 & _BV(OCF1A)) : !(PINB & _BV(STEP_BIT)))
-            late();
-    }
+    if (ahead < HOP_TICKS)
+        look_back();
 }
 
 /* The same, but not from a match: the flag of one that meant nothing must not be taken for the one that is due. */
@@ -282,61 +288,71 @@ void refresh_hint(void)
     }
 }
 
-static void play_down(uint16_t steps)
+/* The way down.  Here too the timer's part comes first, for a fast step may follow: choose sets `interval`, `due` and
+   what OCR1A gets; account does the rest. */
+static uint16_t chosen; /* steps of the piece */
+
+static uint8_t choose_entry(void)
 {
-    count = left = steps;
-    end += down ? -(int32_t)steps : (int32_t)steps;
-    mode = (has_phases ? PHASES : 0);
-    if (interval.tick >= LONG_LEAST)
-        mode |= LONG;
+    const struct tail_entry *next = &tail[entry];
+
+    if (entry == tail_count)
+        return 0;
+    entry++;
+    interval.fraction = (uint16_t)(uint8_t)next->interval << 8;
+    interval.tick = next->interval >> 8;
+    chosen = next->count;
     advance();
+    return 1;
 }
 
-/* Load what comes next on the way down, or return 0. */
-static uint8_t load_tail(void)
+static uint8_t choose_longer(void)
 {
-    if (tail_count) {
-        const struct tail_entry *next = &tail[entry];
-
-        if (entry == tail_count)
-            return 0;
-        entry++;
-        interval.fraction = (uint16_t)(uint8_t)next->interval << 8;
-        interval.tick = next->interval >> 8;
-        play_down(next->count);
-        return 1;
-    }
     pace += pace >> 4;
     if (pace > start_stop)
         return 0;
     interval.fraction = 0;
     interval.tick = pace;
-    play_down(1);
+    chosen = 1;
+    advance();
     return 1;
 }
 
-/* From the last step, at `last`, begin the way down, or return 0 if there is nothing to play. */
-static uint8_t begin_tail(void)
+static void account(void)
 {
-    place(position_now());
+    count = left = chosen;
+    if (down)
+        end -= chosen;
+    else
+        end += chosen;
+    mode = (has_phases ? PHASES : 0) | (mode & HOP);
+    if (interval.tick >= LONG_LEAST)
+        mode |= LONG;
+}
+
+/* From the last step, at `last`, choose the first piece of the way down, or return 0 if there is nothing to play. */
+static uint8_t choose_first(void)
+{
     if (!paced || pace >= start_stop)
         return 0;
     due.fraction = 0;
     due.tick = last;
     if (fresh.count)
         settle_tail();
-    if (tail_count)
-        entry = slower(pace, hint);
-    return load_tail();
+    if (!tail_count)
+        return choose_longer();
+    entry = slower(pace, hint);
+    return choose_entry();
 }
 
 /* The same in a pause, or at its end, at `tick`. */
-static uint8_t begin_tail_from_pause(uint32_t tick)
+static uint8_t choose_first_from_pause(uint32_t tick)
 {
-    if (!begin_tail())
+    if (!choose_first())
         return 0;
     if ((int32_t)(due.tick - tick) < (int32_t)SOON)
         due.tick = tick + SOON;
+    mode &= ~PAUSE;
     return 1;
 }
 
@@ -346,9 +362,10 @@ void brake(uint8_t happening, uint8_t which, uint32_t tick)
         if (!(mode & PAUSE)) {
             mode |= BRAKING;
             set_state(BRAKE);
-        } else if (begin_tail_from_pause(tick)) {
+        } else if (choose_first_from_pause(tick)) {
             set_state(BRAKE);
             aim_anew(tick);
+            account();
         } else {
             halt();
         }
@@ -384,21 +401,26 @@ void publish(uint8_t n)
     queued += n;
 }
 
-/* Play the next record from `due` on; the queue is not empty. */
+/* Add the interval of the next record to `due`; the queue is not empty. */
+static inline void begin_record(void)
+{
+    interval.fraction = out->fraction;
+    interval.tick = out->interval;
+    advance();
+}
+
+/* Do the rest that belongs to it. */
 static void load_record(void)
 {
     const struct record *record = out;
-    uint8_t new_mode = has_phases ? PHASES : 0;
 
-    interval.fraction = record->fraction;
-    interval.tick = record->interval;
-    advance();
     flags = record->flags;
     count = record->count;
     down = flags & DOWN;
     half = flags & IS_HALF;
+    mode = has_phases ? PHASES : 0;
     if (flags & IS_PAUSE) {
-        mode = new_mode | PAUSE;
+        mode |= PAUSE;
         left = 0;
         /* Who has stood that long may stop at once; a pause may be laid in many pieces. */
         if (due.tick - last >= start_stop)
@@ -410,7 +432,7 @@ static void load_record(void)
         else
             end += count;
         add = record->add;
-        mode = new_mode | (flags & RAMP);
+        mode |= flags & RAMP;
         grow();
     }
     set_phase_step();
@@ -430,6 +452,7 @@ void start(uint32_t tick, uint32_t present)
     due.tick = tick;
     stepped = paced = 0;
     set_state(RUN);
+    begin_record();
     load_record();
     show_direction(down);
     if (acts_at_load(1))
@@ -438,52 +461,156 @@ void start(uint32_t tick, uint32_t present)
         aim_anew(present);
 }
 
-/* Behind a record, at `due`: the next one, the next piece of the way down, or the end. */
-static void go_on(void)
+/* The step of `tick` was the last one of a record or of a piece: remember how fast it came. */
+static void remember(uint32_t tick)
 {
-    uint32_t tick = due.tick;
-    uint8_t was_down = down;
-    uint8_t plays;
+    if (left != count)
+        stepped = 1; /* the record had steps before it */
+    left--;
+    paced = stepped;
+    pace = tick - last;
+    stepped = 1;
+    last = tick;
+}
 
-    if (state == BRAKE) {
-        plays = load_tail();
-        end_pulse();
-        if (plays) {
-            aim(tick);
+/* Behind a record, at `tick`, there is another one. */
+static void play_next(uint32_t tick)
+{
+    uint8_t new_flags = out->flags, was_step = !(mode & PAUSE), turns, armed = 0;
+
+    begin_record();
+    turns = (new_flags ^ down) & DOWN;
+    end_pulse();
+    if (!turns && !(new_flags & IS_PAUSE) && interval.tick < LONG_LEAST) {
+        OCR1A = due.tick;
+        TCCR1A = ARMED;
+        armed = 1;
+    }
+    if (was_step) {
+        remember(tick);
+        step_phases();
+    }
+    load_record();
+    if (armed) {
+        look_back();
+        return;
+    }
+    if (turns) {
+        uint8_t causes = acts_at_load(0);
+
+        show_direction(down);
+        if (causes) {
+            uint8_t stays = !takes_away(causes);
+
+            if (stays)
+                aim(tick);
+            act_at_load(tick, 0);
             return;
         }
-        halt();
-        note(HALTED, NOBODY, tick);
-        return;
     }
-    if (queued) {
-        load_record();
-        end_pulse();
-        if (down != was_down) {
-            show_direction(down);
-            if (acts_at_load(0)) {
-                act_at_load(tick, 0);
-                if (mode & STILL)
-                    return;
-            }
+    aim(tick);
+}
+
+/* The step of `tick` was the last one of its record, or a brake waited for it: begin the way down from it, or return 0
+   if there is nothing to play.  All of it in one piece, for at full rate this is the longest way to the next step. */
+static uint8_t go_down(uint32_t tick)
+{
+    uint32_t ticks = tick - last;
+    uint16_t fraction = 0, steps = 1;
+    uint8_t plays = stepped || left != count;
+
+    if (fresh.count)
+        settle_tail();
+    if (!plays || ticks >= start_stop) {
+        plays = 0;
+    } else if (tail_count) {
+        uint8_t first = slower(ticks, hint);
+        const struct tail_entry *next = &tail[first];
+
+        if (first == tail_count) {
+            plays = 0;
+        } else {
+            entry = first + 1;
+            fraction = (uint16_t)(uint8_t)next->interval << 8;
+            ticks = next->interval >> 8;
+            steps = next->count;
         }
-        aim(tick);
-        return;
-    }
-    if (flags & MAY_STAND) {
-        stand(IDLE);
-        note(REST, NOBODY, tick);
-        return;
-    }
-    plays = flags & IS_PAUSE ? begin_tail_from_pause(tick) : begin_tail();
-    end_pulse();
-    if (plays) {
-        set_state(BRAKE);
-        aim(tick);
     } else {
-        halt();
+        ticks += ticks >> 4;
+        plays = ticks <= start_stop;
     }
-    note(UNDERRUN, NOBODY, tick);
+    end_pulse();
+    if (plays && ticks < LONG_LEAST) {
+        OCR1A = (uint16_t)tick + (uint16_t)ticks;
+        TCCR1A = ARMED;
+    }
+    mode &= ~BRAKING;
+    left--;
+    last = tick;
+    step_phases();
+    place(position_now());
+    if (!plays)
+        return 0;
+    pace = ticks;
+    interval.fraction = due.fraction = fraction;
+    interval.tick = ticks;
+    due.tick = tick + ticks;
+    chosen = steps;
+    account();
+    if (ticks < LONG_LEAST)
+        look_back();
+    else
+        aim(tick);
+    return 1;
+}
+
+/* Behind a record, at `tick`: the next one, the next piece of the way down, or the end. */
+static void go_on(uint32_t tick)
+{
+    uint8_t plays;
+
+    if (state == RUN && queued) {
+        play_next(tick);
+    } else if (mode & PAUSE) {
+        if (flags & MAY_STAND) {
+            stand(IDLE);
+            note(REST, NOBODY, tick);
+            return;
+        }
+        plays = choose_first_from_pause(tick);
+        if (plays) {
+            set_state(BRAKE);
+            aim(tick);
+            account();
+        } else {
+            halt();
+        }
+        note(UNDERRUN, NOBODY, tick);
+    } else if (state == RUN) {
+        plays = go_down(tick);
+        if (plays) {
+            if (state == RUN) /* it may have been too late */
+                set_state(BRAKE);
+        } else {
+            halt();
+        }
+        note(UNDERRUN, NOBODY, tick);
+    } else {
+        /* The next piece of the way down. */
+        left--;
+        last = tick;
+        plays = tail_count ? choose_entry() : choose_longer();
+        end_pulse();
+        if (plays)
+            aim(tick);
+        step_phases();
+        if (plays) {
+            account();
+        } else {
+            halt();
+            note(HALTED, NOBODY, tick);
+        }
+    }
 }
 
 /* ---------------------------------------------------------------------------------------------------------- the hold */
@@ -512,57 +639,22 @@ uint32_t release(uint32_t tick)
 }
 
 /* --------------------------------------------------------------------------------------------------------- the match */
-/* Do what follows from a match; interrupts are off. */
-void match(void)
+static void hop(void)
 {
-    uint32_t tick;
+    if (far > DIRECT_MOST) {
+        OCR1A += HOP_TICKS;
+        far -= HOP_TICKS;
+        return;
+    }
+    OCR1A = due.tick;
+    mode &= ~HOP;
+    if (!(mode & PAUSE))
+        TCCR1A = ARMED;
+}
 
-    if (mode & STILL)
-        return;
-    if (mode & HOP) {
-        if (far > DIRECT_MOST) {
-            OCR1A += HOP_TICKS;
-            far -= HOP_TICKS;
-        } else {
-            OCR1A = due.tick;
-            mode &= ~HOP;
-            if (!(mode & PAUSE))
-                TCCR1A = ARMED;
-        }
-        return;
-    }
-    if (mode & PAUSE) {
-        if (flags & SETS_OUTPUTS)
-            set_outputs(count >> 8, count);
-        go_on();
-        return;
-    }
-    /* A step has been made. */
-    tick = due.tick;
-    if (left != count)
-        stepped = 1;
+static void ordinary_step(uint32_t tick)
+{
     left--;
-    if (left == 0 || mode & BRAKING) {
-        paced = stepped;
-        pace = tick - last;
-        stepped = 1;
-        last = tick;
-        step_phases();
-        if (mode & BRAKING) {
-            uint8_t plays = begin_tail();
-
-            end_pulse();
-            if (plays) {
-                aim(tick);
-            } else {
-                halt();
-                note(HALTED, NOBODY, tick);
-            }
-            return;
-        }
-        go_on();
-        return;
-    }
     last = tick;
     advance();
     end_pulse();
@@ -571,4 +663,36 @@ void match(void)
         grow();
         step_phases();
     }
+}
+
+/* Do what follows from a match; interrupts are off. */
+void match(void)
+{
+    do {
+        uint8_t was = mode;
+
+        overdue = 0;
+        if (was & STILL)
+            return;
+        if (was & HOP) {
+            hop();
+        } else if (was & PAUSE) {
+            if (flags & SETS_OUTPUTS)
+                set_outputs(count >> 8, count);
+            go_on(due.tick);
+        } else if (was & BRAKING) {
+            uint32_t tick = due.tick;
+
+            if (!go_down(tick)) {
+                halt();
+                note(HALTED, NOBODY, tick);
+            }
+        } else if (left == 1) {
+            go_on(due.tick);
+        } else {
+            ordinary_step(due.tick);
+        }
+        if (overdue)
+            serve_line(); /* short pauses in a row */
+    } while (overdue);
 }

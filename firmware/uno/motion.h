@@ -43,7 +43,15 @@ void start(uint32_t tick, uint32_t present);
 void brake(uint8_t happening, uint8_t which, uint32_t tick);
 void hold(uint32_t tick);
 uint32_t release(uint32_t tick);
-uint8_t is_in_pause(void);
+
+#define PAUSE 0x02 /* a bit of `mode`: what is due is the end of a pause */
+extern volatile uint8_t mode;
+
+static inline uint8_t is_in_pause(void)
+{
+    return mode & PAUSE;
+}
+
 uint32_t first_due(uint32_t tick);
 void match(void);
 void late(void);

@@ -42,6 +42,7 @@ class Dialogue:
         random = self.random
         self.board = board = EmulatedBoard(self.emulator, polarity=random.randrange(4))
         self.restless = random.choice((0.02, 0.02, 0.08, 0.3))  # how often an input changes in a turn
+        self.sprints = random.random() < 0.5  # long records, fast, few of other kinds
         board.run(1_000)  # it has looked at its inputs
         self.chunks: list[tuple[int, bytes]] = []  # tick of the last byte, bytes without the zero
         self.edges: list[tuple[int, int]] = []
@@ -53,7 +54,8 @@ class Dialogue:
         self.line_free = 0
         self.interval = float(random.randint(self.fastest, 6_000))
         self.down = False
-        self.started = False
+        self.gentle = True
+        self.thirsty_until = 0
         self._say(FrameKind.HELLO, number=random.randrange(256))
         self._configure()
         while board.now < self.ticks:
@@ -66,6 +68,7 @@ class Dialogue:
             self._hear()
         board.run(board.now + 60_000)
         self._hear()
+        self.end = board.now - 40_000
         return board
 
     def _hear(self) -> None:
@@ -74,6 +77,8 @@ class Dialogue:
             if isinstance(said, Answer):
                 self.unanswered.pop(0)
                 self.state, self.free = BoardState(said.state), said.free
+                if said.result:
+                    self.gentle = True
                 if not self.unanswered or said.result:
                     self.number = said.wanted
             elif isinstance(said, BoardEvent):
@@ -97,6 +102,7 @@ class Dialogue:
         numbered = kind in wire.NUMBERED
         frame = encode(self.number if number is None else number, kind, payload)
         if sum(self.unanswered) + len(frame) > UNO.room:
+            self.gentle = True  # what goes before the next record is another one
             return
         fate = random.random()
         if fate < 0.04:  # damaged on the way
@@ -107,10 +113,7 @@ class Dialogue:
             frame = frame[:at] + b"\0" + frame[at + 1 :]
         elif fate < 0.06:
             frame = b"\0\0" + frame
-        if frame.count(b"\0") > 1 and frame[0]:
-            self._put_parts(frame)
-        else:
-            self._put_parts(frame)
+        self._put_parts(frame)
         if fate > 0.98:
             self._put_parts(frame)
         if numbered and number is None:
@@ -192,22 +195,31 @@ class Dialogue:
         records = []
         for _ in range(random.randint(1, 5)):
             what = random.random()
+            if self.sprints:
+                what = what**0.3
             half = HALF * (random.random() < 0.3)
+            # Behind a pause or a turn the first step has time; the board needs some 700 cycles there.
             if what < 0.12:
+                self.gentle = True
                 flags = PAUSE | random.choice((0, 0, OUT)) | DOWN * self.down
                 count = random.randrange(32) << 8 | random.randrange(32) if flags & OUT else 0
                 if random.random() < 0.3:
                     flags |= REST
-                records.append(Record(flags, count, random.choice((256, 900, 5_000, 40_000, 150_000)), random.randrange(65536), 5))
+                records.append(Record(flags, count, random.choice((1_000, 1_500, 5_000, 40_000, 150_000)), random.randrange(65536), 5))
                 continue
             if what < 0.2:
                 self.down = not self.down
-            if what < 0.25:
+                self.gentle = True
+            elif what < 0.25:
                 self.interval = float(random.choice((self.fastest, 1_000, 4_000, 20_000, 70_000, 120_000)))
-            count = random.choice((1, 1, 2, 3, 10, 30, 100))
+            if self.gentle:
+                self.interval = max(self.interval, 1_200)
+            self.gentle = False
+            count = random.choice((5, 20, 50, 100) if self.sprints else (1, 1, 2, 3, 10, 30, 100))
             add = 0
             if random.random() < 0.6:
-                aim = max(self.fastest, min(200_000, self.interval * random.uniform(0.7, 1.4)))
+                aim = self.interval * random.uniform(*((0.6, 1.2) if self.sprints else (0.7, 1.4)))
+                aim = max(self.fastest, min(200_000, aim))
                 add = int((aim - self.interval) * 65536 / count)
             interval = int(self.interval)
             record = Record(DOWN * self.down | half, count, interval, random.randrange(65536), add)
@@ -235,7 +247,11 @@ class Dialogue:
             start = self.board.now + random.choice((-10_000, 5_000, 20_000, 20_000, 40_000))
             self._say(FrameKind.START, wire.start_payload(start))
         elif chance < (0.6 if state != BoardState.RUN or self.free < 30 else 0.8):
-            if state not in (BoardState.BRAKE, BoardState.HALT) and (self.free > 8 or random.random() < 0.05):
+            if state == BoardState.RUN and random.random() < 0.04:
+                self.thirsty_until = self.board.now + 300_000
+            if self.board.now < self.thirsty_until and state == BoardState.RUN:
+                return
+            if state not in (BoardState.BRAKE, BoardState.HALT) and (self.free > (50 if self.sprints else 8) or random.random() < 0.05):
                 for _ in range(random.choice((1, 2))):
                     self._say(FrameKind.PUSH, b"".join(record.pack() for record in self._records()))
             return

@@ -14,7 +14,7 @@ from .records import DOWN, HALF, OUT, PAUSE, REST, Record
 from .wire import BoardConfig, BoardEvent, BoardState, Happening, Reflex
 
 IDLE, RUN, BRAKE, HOLD, HALT, BOOT = BoardState
-AT_ONCE = 400  # ticks from an edge to the next step
+AT_ONCE = 1200  # ticks from an edge to the next step
 KEPT_EVENTS = 8
 HOST = 255  # `which` of an event that no input caused
 ENABLE = 16  # among the outputs
