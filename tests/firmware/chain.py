@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slewline.drive import wire
+from slewline.drive import frames, wire
 from slewline.drive.boards import UNO
 from slewline.drive.drive import Drive
 
@@ -195,7 +195,7 @@ def pulse_widths(board: EmulatedBoard) -> tuple[int, int]:
 def said(line: EmulatedLine) -> wire.Answer | wire.BoardEvent:
     """Return the last answer or event of a board, as it went out."""
     for _, frame in reversed(line.board.frames):
-        last = wire.read(wire.decode(frame[:-1]))  # type: ignore[arg-type]
+        last = wire.read(frames.decode(frame[:-1]))  # type: ignore[arg-type]
         if isinstance(last, wire.Answer | wire.BoardEvent):
             return last
     raise AssertionError("the board has said nothing")
@@ -203,7 +203,7 @@ def said(line: EmulatedLine) -> wire.Answer | wire.BoardEvent:
 
 def events(line: EmulatedLine) -> list[wire.BoardEvent]:
     """Return the events of a board, as they went out."""
-    told = [wire.read(wire.decode(frame[:-1])) for _, frame in line.board.frames]  # type: ignore[arg-type]
+    told = [wire.read(frames.decode(frame[:-1])) for _, frame in line.board.frames]  # type: ignore[arg-type]
     return [each for each in told if isinstance(each, wire.BoardEvent)]
 
 

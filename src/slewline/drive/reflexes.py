@@ -1,0 +1,132 @@
+"""Inputs of a board that are pins of a chip: what the board does at once when they change, by the law of the chip.
+
+    inputs = inputs_of(x, {"A0": "abort", "A1": "!home", "A5": "estop"})
+    config = configured(config, inputs, homing=0)
+
+A0 to A5 are the inputs of an Uno.  A pin of the chip has the level of the input; with "!" before its name, the other
+one.  An emergency stop has a contact that opens: it is active when its wire breaks.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from ..core.messages.near import hint
+from ..core.time.timebase import PS_PER_S
+from ..errors import UsageError
+from .wire import INPUTS, BoardConfig, Reflex
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
+    from ..core.motion.axis import Axis
+
+ESTOP = "estop"
+REFLEX: Mapping[str, int] = {  # of a board, by the reflex of a pin
+    "": Reflex.NONE,
+    "stop": Reflex.STOP,
+    "stop up": Reflex.STOP | Reflex.UPWARDS,
+    "stop down": Reflex.STOP | Reflex.DOWNWARDS,
+    "brake": Reflex.BRAKE,
+    "hold": Reflex.HOLD,
+    "mark": Reflex.MARK,
+}
+HOMING = {"stop out": 1, "stop back": -1}  # in a homing, and in which direction, seen from its way out
+
+
+class BoardInput(NamedTuple):
+    """An input of a board.
+
+    `pin` is that of the chip, "" of an emergency stop; `reflex` a word of its column; `acts` the level of the pin at
+    which it acts; `inverted`: the pin has the other level than the input.
+    """
+
+    number: int
+    pin: str
+    reflex: str
+    acts: int
+    inverted: bool
+
+    def level(self, inputs: int) -> int:
+        """Return the level of the pin, of all inputs of a board as bits."""
+        return (inputs >> self.number & 1) ^ self.inverted
+
+    def code(self, homing: int) -> int:
+        """Return what the board is to do; `homing` is the direction of the way out of a homing, 0: there is none."""
+        if not self.pin:
+            return Reflex.ESTOP
+        if self.reflex in HOMING:
+            way = homing * HOMING[self.reflex]
+            return 0 if not way else Reflex.STOP | (Reflex.UPWARDS if way > 0 else Reflex.DOWNWARDS)
+        return REFLEX[self.reflex]
+
+
+def inputs_of(chip: Chip, wiring: Mapping[str, str]) -> tuple[BoardInput, ...]:
+    """Return the inputs of a board by what they are wired to: a pin of the chip, or "estop".
+
+    Raises:
+        UsageError: no such input or pin, a pin that is no input, or one that is wired twice.
+    """
+    found: dict[int, BoardInput] = {}
+    for name, wired in wiring.items():
+        number = re.fullmatch(r"A?([0-5])", str(name))
+        if number is None:
+            raise UsageError(f"input {name!r} of the board; allowed A0 to A{INPUTS - 1}")
+        pin = wired.removeprefix("!")
+        rows = {row.name: row for row in chip.sheet.pins if row.way in ("in", "both")}
+        if pin != ESTOP and pin not in rows:
+            raise UsageError(
+                f"input {name}: {pin!r} is no input of {chip.name}; allowed {ESTOP}, {', '.join(rows)}{hint(pin, rows)}"
+            )
+        if any(other.pin == pin or (not other.pin and pin == ESTOP) for other in found.values()):
+            raise UsageError(f"input {name}: {pin} has another input already; wire each to one")
+        row = rows.get(pin)
+        acts = 1 if row is None or row.acts is None else row.acts
+        reflex = "" if row is None or row.acts is None else row.reflex
+        found[int(number[1])] = BoardInput(int(number[1]), pin * (pin != ESTOP), reflex, acts, wired.startswith("!"))
+    return tuple(found[number] for number in sorted(found))
+
+
+def configured(config: BoardConfig, inputs: Iterable[BoardInput], homing: int) -> BoardConfig:
+    """Return a configuration in which a board acts on its inputs as the chip would, and tells their edges."""
+    active, report, reflex = 0, 0, [0] * INPUTS
+    for each in inputs:
+        active |= (each.acts ^ each.inverted) << each.number
+        report |= 1 << each.number
+        reflex[each.number] = each.code(homing)
+    return replace(config, active=active, report=report, reflex=tuple(map(int, reflex)))
+
+
+def way_down(axis: Axis, hz: int, most: int) -> list[tuple[int, int]]:
+    """Return the way down of the motion that an axis makes, as the tail of a board: intervals in 1/256 tick, counts.
+
+    It is that of the plan: the runs behind its shortest interval, or, of a motion that has none, those before it, from
+    the last one on.  A board has room for `most` entries, so neighbours may share one.  Empty: there is no ramp.
+    """
+    now = axis.past[-1]
+    if now.plan is None or now.playing is None:
+        return []
+    runs = now.plan.runs
+    if not runs:
+        return []
+    least = min(interval for interval, _ in runs)
+    at = max(number for number, (interval, _) in enumerate(runs) if interval == least)
+    down = [run for run in runs[at + 1 :] if run[0] > least]
+    if not down:
+        down = [run for run in runs[:at] if run[0] > least][::-1]
+    rows: list[tuple[int, int, int]] = []  # sum of intervals, count, the longest interval
+    for interval, count in down:
+        if not rows or interval > rows[-1][2]:
+            rows.append((interval * count, count, interval))
+        elif interval == rows[-1][2]:
+            rows[-1] = rows[-1][0] + interval * count, rows[-1][1] + count, interval
+    while len(rows) > most:  # those two become one that are least apart
+        pairs = [
+            rows[n + 1][2] * (rows[n][1] + rows[n + 1][1]) - rows[n][0] - rows[n + 1][0] for n in range(len(rows) - 1)
+        ]
+        n = pairs.index(min(pairs))
+        rows[n : n + 2] = [(rows[n][0] + rows[n + 1][0], rows[n][1] + rows[n + 1][1], rows[n + 1][2])]
+    clock = now.playing.train.clock
+    return [(clock.ps(total) * hz * 256 // (count * PS_PER_S), count) for total, count, _ in rows]
