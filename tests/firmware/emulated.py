@@ -71,6 +71,7 @@ class EmulatedBoard:
         self._take(told)
 
     def _take(self, told: dict[str, Any]) -> dict[str, Any]:
+        self.told = told  # what the last run told
         self.now: int = told["now"]
         self.overruns: int = told["overruns"]
         self.rises += told["rises"]

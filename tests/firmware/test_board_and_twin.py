@@ -1,0 +1,113 @@
+"""The board's firmware, in the emulator, against its Python twin: every edge to the cycle, every frame to the byte.
+
+A twin cannot know when the main loop takes a frame or when the processor looks at an input; that it is told, by the
+ticks that the board itself names.  How late those may be has bounds of its own.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from slewline.drive import wire
+from slewline.drive.wire import Answer, BoardEvent, Happening
+
+from .dialogue import PULSE_LEAST, SEEN_WITHIN, SHOWN_WITHIN, TAKEN_WITHIN, Dialogue, told_to_twin
+
+SOME, ALL = 40, 1_000
+FASTEST = (350, 400, 500, 700)  # ticks between steps, by seed
+
+
+def compare(emulator, seed):
+    """Play a dialogue, and compare what came of it; return how often what happened."""
+    dialogue = Dialogue(emulator, seed, fastest=FASTEST[seed % len(FASTEST)])
+    board = dialogue.play()
+    twin = told_to_twin(board, dialogue.chunks)
+    end = dialogue.end  # what is near the end may be on the way
+    assert board.overruns == 0
+
+    frames = [wire.read(wire.decode(frame[:-1])) for _, frame in board.frames]
+    expected = [wire.read(wire.decode(chunk)) for chunk in bytes(twin.sent).split(b"\0")[:-1]]
+    for at, (one, other) in enumerate(zip(frames, expected, strict=False)):
+        assert one == other, f"seed {seed}, frame {at}"
+    assert all(said.tick >= end for said in expected[len(frames) :]), f"seed {seed}"
+    assert bytes(twin.sent).startswith(b"".join(frame for _, frame in board.frames))
+
+    steps = [(tick, way) for tick, way, _ in twin.steps if tick < end]
+    assert [step for step in board.steps if step[0] < end] == steps, f"seed {seed}"
+    for rise, fall in zip(board.rises, board.falls, strict=False):
+        assert fall - rise >= PULSE_LEAST, f"seed {seed}: a pulse of {fall - rise} ticks at {rise}"
+
+    shown(board.phases, twin.phases, end, f"seed {seed}: phases")
+    shown(board.outputs, twin.outputs, end, f"seed {seed}: outputs")
+    in_time(dialogue, board)
+    kinds = Counter(Happening(said.kind) for said in frames if isinstance(said, BoardEvent))
+    return kinds, len(steps)
+
+
+def shown(found, expected, end, what):
+    """Values, in their order, each within its bound; in between one pin may be before the other."""
+    for at, (tick, value) in enumerate(expected):
+        if tick >= end:
+            break
+        later = expected[at + 1][0] if at + 1 < len(expected) else end + SHOWN_WITHIN
+        if later - tick > SHOWN_WITHIN:
+            now = [each for when, each in found if when <= tick + SHOWN_WITHIN]
+            assert (now[-1] if now else 0) == value, f"{what}, from {tick} on"
+    instants = [tick for tick, _ in expected]
+    for tick, _ in found:
+        assert any(each <= tick <= each + SHOWN_WITHIN for each in instants), f"{what}: something at {tick}"
+
+
+def in_time(dialogue, board):
+    """A frame is taken soon behind its last byte or the answer before it, an edge is seen soon."""
+    answers = [said for said in map(read, board.frames) if isinstance(said, Answer)]
+    before = 0
+    for answer, (tick, _) in zip(answers, [chunk for chunk in dialogue.chunks if chunk[1]], strict=False):
+        assert tick <= answer.tick <= max(tick, before) + TAKEN_WITHIN
+        before = answer.tick
+    levels, looks = 0x3F, []
+    for tick, after in board.looks:
+        looks.append((tick, (levels ^ after).bit_length() - 1))
+        levels = after
+    for number in range(6):
+        edges = [tick for tick, each in dialogue.edges if each == number]
+        seen = [tick for tick, each in looks if each == number]
+        for edge in edges:
+            alone = sum(abs(each - edge) <= 2 * SEEN_WITHIN for each in edges) == 1
+            assert not alone or any(edge <= look <= edge + SEEN_WITHIN for look in seen), (number, edge)
+
+
+def read(row):
+    return wire.read(wire.decode(row[1][:-1]))
+
+
+def enough(kinds, steps, runs):
+    """A law about things that never happen would say nothing."""
+    for happening in Happening:
+        if happening not in (Happening.LATE, Happening.CHECKED):
+            assert kinds[happening] >= runs // 100, happening
+    assert kinds[Happening.LATE] == 0
+    assert steps > 40 * runs
+
+
+def test_some_dialogues(emulator):
+    kinds, steps = Counter(), 0
+    for seed in range(SOME):
+        more, made = compare(emulator, seed)
+        kinds += more
+        steps += made
+    assert kinds[Happening.LATE] == 0
+    assert steps > 40 * SOME
+
+
+@pytest.mark.long
+@pytest.mark.timeout(900)
+def test_a_thousand_dialogues(emulator):
+    kinds, steps = Counter(), 0
+    for seed in range(SOME, SOME + ALL):
+        more, made = compare(emulator, seed)
+        kinds += more
+        steps += made
+    enough(kinds, steps, ALL)
