@@ -258,3 +258,16 @@ def test_bad_content_is_refused() -> None:
 def test_stop_knows_two_ways() -> None:
     with pytest.raises(UsageError, match="0, at once, or 1, by the tail"):
         Pipe().link.stop(2)
+
+
+def test_an_answer_that_counts_frames_which_were_not_sent_takes_nothing() -> None:
+    pipe = opened(Pipe(10))
+    answer = pipe.link.answer
+    assert answer is not None
+    pipe.link.push(train(9))
+    pipe.now += MS
+    pipe._sent(0, pipe.link.outgoing(pipe.now), pipe.now, pipe.down)
+    pipe.link.receive(wire.answer_frame(answer._replace(wanted=(answer.wanted + 3) % 256, echo=9)), pipe.now)
+    assert pipe.link.backlog == 9
+    pipe.run_until(lambda: pipe.link.idle)
+    assert [*pipe.twin.queue] == train(9)

@@ -67,6 +67,8 @@ def trains(seed: int) -> dict[str, list[float]]:
         "wild": [chance.uniform(240, 50_000) for _ in range(300)],
         "slow": [chance.uniform(2**30, 2**33) for _ in range(20)],
         "at the limit": [224.0] * 500,
+        "down to the limit": [*(224 + 40 / 1.3**k for k in range(12)), *[224.0] * 20] * 20,
+        "up from the limit": [*[224.0] * 5, *(224 + 3 * k for k in range(30))] * 9,
     }
 
 

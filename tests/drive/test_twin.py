@@ -157,6 +157,13 @@ def test_reset_keeps_or_sets_the_position_and_forgets_the_queue() -> None:
     assert rig.tell(FrameKind.RESET, b"\2\0\0\0\0", 300).result == 5
 
 
+def test_an_event_that_was_never_there_is_not_repeated() -> None:
+    rig = Rig()
+    for number in (1, 255, 250):
+        rig.tell(FrameKind.REPEAT, bytes((number,)), 50)
+    assert len(rig.events()) == 1
+
+
 def test_events_are_repeated_as_they_were_as_long_as_they_are_among_the_last_eight() -> None:
     rig = Rig(reflex=[MARK]).ready()
     for at in range(10):
@@ -236,6 +243,23 @@ def test_an_underrun_plays_the_table_from_the_first_slower_entry_on() -> None:
     assert rig.events()[-1] == ("HALTED", 255, "HALT", 6, 18_001)
 
 
+@pytest.mark.parametrize(("start_stop", "steps"), [(1000, 2), (1061, 2), (1062, 3), (1001, 2)])
+def test_where_a_tail_ends(start_stop: int, steps: int) -> None:
+    rig = Rig(start_stop=start_stop).ready()
+    rig.play(Record(0, 2, 1000))
+    rig.twin.run(30_000)
+    assert len(rig.ticks()) == steps
+
+
+@pytest.mark.parametrize(("start_stop", "steps"), [(1000, 2), (1001, 3)])
+def test_at_the_start_stop_rate_the_table_is_not_played(start_stop: int, steps: int) -> None:
+    rig = Rig(start_stop=start_stop).ready()
+    rig.tell(FrameKind.TAIL, wire.tail_payload(0, [(2000 << 8, 1)]), 500)
+    rig.play(Record(0, 2, 1000))
+    rig.twin.run(30_000)
+    assert len(rig.ticks()) == steps
+
+
 def test_rules_of_the_table() -> None:
     rig = Rig().ready()
 
@@ -258,15 +282,15 @@ def test_rules_of_the_table() -> None:
 
 
 def test_an_underrun_behind_a_pause_brakes_from_the_last_step_but_not_at_once() -> None:
-    rig = Rig(start_stop=1200).ready()
-    rig.play(Record(0, 3, 1000), Record(PAUSE, 0, 900))
-    rig.twin.run(30_000)
-    # from 13000: 14062, 15190; not before 13900 + 400 = 14300: moved by 238.  Then 1128 + 70 = 1198 more
-    assert rig.ticks()[3:] == [14_300, 15_428, 16_626]
-    rig = Rig(start_stop=1200).ready()
-    rig.play(Record(0, 3, 1000), Record(PAUSE, 0, 600))
-    rig.twin.run(30_000)
-    assert rig.ticks()[3:] == [14_062, 15_190, 16_388]
+    rig = Rig(start_stop=12_000).ready()
+    rig.play(Record(0, 3, 10_000), Record(PAUSE, 0, 9900))
+    rig.twin.run(90_000)
+    # from 40000: 50625, 61914, 73908; not before 49900 + 1200 = 51100: moved by 475
+    assert rig.ticks()[3:] == [51_100, 62_389, 74_383]
+    rig = Rig(start_stop=12_000).ready()
+    rig.play(Record(0, 3, 10_000), Record(PAUSE, 0, 9000))
+    rig.twin.run(90_000)
+    assert rig.ticks()[3:] == [50_625, 61_914, 73_908]
 
 
 @pytest.mark.parametrize(("lengths", "tail"), [((600, 599), 1), ((600, 600), 0), ((1200,), 0), ((1199,), 1)])
@@ -323,14 +347,14 @@ def test_a_brake_before_there_is_a_pace_ends_with_the_step_that_is_scheduled() -
 def test_a_brake_in_a_pause() -> None:
     rig = Rig(start_stop=2000).ready()
     rig.play(Record(0, 3, 1500), Record(PAUSE, 0, 1900), END)
-    rig.tell(FrameKind.STOP, b"\1", 15_000)  # last step at 14500; 1593 more; 1692, 1797, 1909
+    rig.tell(FrameKind.STOP, b"\1", 14_800)  # last step at 14500; 1593 more; 1692, 1797, 1909
     rig.twin.run(70_000)
     assert rig.ticks()[3:] == [16_093, 17_785, 19_582, 21_491]
     rig = Rig(start_stop=1600).ready()
     rig.play(Record(0, 3, 1500), Record(PAUSE, 0, 1599), END)
     rig.tell(FrameKind.STOP, b"\1", 16_000)
     rig.twin.run(70_000)
-    assert rig.ticks()[3:] == [16_400]
+    assert rig.ticks()[3:] == [17_200]
     rig = Rig(start_stop=1592).ready()
     rig.play(Record(0, 3, 1500), Record(PAUSE, 0, 1500), END)
     rig.tell(FrameKind.STOP, b"\1", 15_000)
@@ -400,26 +424,26 @@ def test_at_start_the_inputs_that_are_active_act_at_the_tick_of_start() -> None:
 
 def test_a_hold_moves_everything_by_as_long_as_it_lasts() -> None:
     rig = Rig(reflex=[HOLD, HOLD], start_stop=3000).ready()
-    rig.play(Record(0, 3, 1000, 0x8000))
-    rig.twin.set_input(0, 1, 11_300)
-    rig.twin.set_input(1, 1, 11_400)
-    rig.twin.set_input(0, 0, 11_500)
+    rig.play(Record(0, 3, 2000, 0x8000))
+    rig.twin.set_input(0, 1, 12_300)
+    rig.twin.set_input(1, 1, 12_400)
+    rig.twin.set_input(0, 0, 12_500)
     assert rig.twin.next_time() is None and rig.twin.state == BoardState.HOLD
-    rig.twin.set_input(1, 0, 12_800)
+    rig.twin.set_input(1, 0, 13_800)
     rig.twin.run(90_000)
-    # 11000.5, 12001 + 1500 = 13501, 14501.5; pace 1000
-    assert rig.ticks()[:4] == [11_000, 13_501, 14_501, 14_501 + 1062]
-    assert rig.events()[:2] == [("HELD", 0, "HOLD", 1, 11_300), ("RELEASED", 1, "RUN", 1, 12_800)]
+    # 12000.5, 14001 + 1500 = 15501, 17501.5; pace 2000
+    assert rig.ticks()[:4] == [12_000, 15_501, 17_501, 17_501 + 2125]
+    assert rig.events()[:2] == [("HELD", 0, "HOLD", 1, 12_300), ("RELEASED", 1, "RUN", 1, 13_800)]
 
 
-def test_after_a_hold_the_next_step_is_four_hundred_ticks_away() -> None:
+def test_after_a_hold_the_next_step_is_not_at_once() -> None:
     rig = Rig(reflex=[HOLD]).ready()
     rig.play(Record(0, 3, 1000), END)
     rig.twin.set_input(0, 1, 11_900)
-    rig.twin.set_input(0, 0, 12_950)  # 12000 + 1050 is less than 12950 + 400
-    rig.twin.run(13_500)
-    assert rig.ticks() == [11_000, 13_350]
-    assert rig.events()[1] == ("RELEASED", 0, "RUN", 1, 11_900 + 1350)
+    rig.twin.set_input(0, 0, 12_950)  # 12000 + 1050 is less than 12950 + 1200
+    rig.twin.run(14_500)
+    assert rig.ticks() == [11_000, 14_150]
+    assert rig.events()[1] == ("RELEASED", 0, "RUN", 1, 11_900 + 2150)
 
 
 def test_a_hold_at_start_that_ends_before_it_moves_nothing() -> None:

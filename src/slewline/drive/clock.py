@@ -1,21 +1,36 @@
 """The clock of a board as seen from its host: which tick it is now, from round trips alone.
 
-A frame is taken by the board between the instant at which it was sent and that at which its answer came.  So each
-round trip says between which bounds the board's time is, and all of them together say it better: the bounds are
-intersected, after those of before have grown by as much as the two clocks may have drifted apart since.
+A frame is taken by the board between the instant at which it was sent and that at which its answer came.  Over host
+time the ticks are a line, and each round trip is two bounds of it: not above a tick at the one instant, not below it at
+the other.  The tightest bounds of each second are kept for a minute or two.  The rate is the middle of those that they
+all allow, and the line is the middle of those with this rate.
 """
 
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 from statistics import median
 
-WIDEST_PPM = 6000.0  # a resonator, before its rate is known; 0.5 % and a reserve
-DRIFT_PPM = 20.0  # how much a rate may change, by temperature
-REMEMBERED = 64  # marks, one a second, over which the rate is measured
-BETWEEN_MARKS = 1_000_000_000  # ns
+import numpy as np
+
+WIDEST_PPM = 6000  # a resonator, before its rate is known: 0.5 % and a reserve
+KEPT = 128  # bounds
+EACH, EACH_AT_FIRST = 1_000_000_000, 100_000_000  # ns that they are apart at least
+SOON = 6_000_000_000  # ns; before, they are nearer, and the rate is computed at each round trip
 ROUND_TRIPS = 64
 WRAP = 2**32
+
+
+@dataclass(slots=True)
+class TickBounds:
+    """The tightest ones of a while that begins at `start`: at `early` it was not later than `above`, at `late` ..."""
+
+    start: int
+    early: int
+    above: int
+    late: int
+    below: int
 
 
 class BoardClock:
@@ -26,9 +41,8 @@ class BoardClock:
 
     def __init__(self, hz: int = 16_000_000) -> None:
         self.hz = hz
-        self._rate = hz / 1e9  # ticks a nanosecond
-        self._rate_doubt = WIDEST_PPM / 1e6
-        self._marks: deque[tuple[int, int, float]] = deque(maxlen=REMEMBERED)  # host ns, tick, doubt in ticks
+        self._nominal = self._rate = hz / 1e9  # ticks a nanosecond
+        self._bounds: deque[TickBounds] = deque(maxlen=KEPT)
         self._trips: deque[int] = deque(maxlen=ROUND_TRIPS)
         self.worst_round_trip_ns = 0
         self._lives = 0  # ns of board time before this power-up
@@ -37,15 +51,13 @@ class BoardClock:
 
     def _forget(self) -> None:
         self.known = False
-        self._host = self._tick = 0  # the reference: an instant, and the tick that it was, within a doubt
-        self._doubt = 0.0
-        self._newest = 0
-        self._first = 0
-        self._last = 0
-        self._marks.clear()
+        self._bounds.clear()
+        self._origin = 0  # of the line: an instant of the host, and the tick then, within a doubt
+        self._tick = self._doubt = 0.0
+        self._newest = self._first = self._last = 0
 
     def restart(self) -> None:
-        """The board began anew, and its ticks at 0; board time goes on from where it was."""
+        """The board began again, and its ticks at 0; board time goes on from where it was."""
         self._lives = self._told
         self._forget()
 
@@ -54,40 +66,52 @@ class BoardClock:
         """Note that the board was at a tick (u32) not before the first instant and not after the second one."""
         self._trips.append(received_ns - sent_ns)
         self.worst_round_trip_ns = max(self.worst_round_trip_ns, received_ns - sent_ns)
-        middle = (sent_ns + received_ns) // 2
-        doubt = (received_ns - sent_ns) / 2 * self._rate + 1
-        if not self.known:
+        if self.known:
+            tick = self.unwrap(tick)
+            self._newest = max(self._newest, tick)
+        else:
             self.known = True
-            self._host, self._tick, self._doubt = middle, tick, doubt
             self._newest = self._first = self._last = tick
-            self._marks.append((middle, tick, doubt))
-            return
-        tick = self.unwrap(tick)
-        self._newest = max(self._newest, tick)
-        # both pairs of bounds at the later of the two instants
-        now = max(middle, self._host)
-        old, old_doubt = self._at(now), self._doubt + (now - self._host) * self._rate * self._rate_doubt
-        new, new_doubt = tick + (now - middle) * self._rate, doubt + (now - middle) * self._rate * self._rate_doubt
-        low, high = max(old - old_doubt, new - new_doubt), min(old + old_doubt, new + new_doubt)
-        if low > high:  # the host's clock jumped, or the rate did: only the new one is sure
-            low, high = new - new_doubt, new + new_doubt
-            self._marks.clear()
-            self._rate_doubt = WIDEST_PPM / 1e6
-        self._host, self._tick, self._doubt = now, round((low + high) / 2), (high - low) / 2
-        if not self._marks or now - self._marks[-1][0] >= BETWEEN_MARKS:
-            self._marks.append((now, self._tick, self._doubt))
-        self._measure_rate()
+            self._origin = sent_ns
+        self._keep(sent_ns, received_ns, tick)
+        while not self._drawn() and len(self._bounds) > 1:
+            # the rate changed, or the clock of the host jumped: what is older is of no use
+            for _ in range((len(self._bounds) + 1) // 2):
+                self._bounds.popleft()
+        if self._doubt < 0:
+            self._bounds[0] = TickBounds(received_ns, sent_ns, tick, received_ns, tick)
+            self._drawn()
 
-    def _measure_rate(self) -> None:
-        """Take the rate from the two marks that leave least doubt, in case it is better than what is known."""
-        host, tick, doubt = self._marks[0]
-        elapsed = self._host - host
-        if elapsed < BETWEEN_MARKS // 10:
+    def _keep(self, sent: int, received: int, tick: int) -> None:
+        last = self._bounds[-1] if self._bounds else None
+        each = EACH_AT_FIRST if last and last.start - self._bounds[0].start < SOON else EACH
+        if last is None or received - last.start >= each:
+            self._bounds.append(TickBounds(received, sent, tick, received, tick))
             return
-        rate = (self._tick - tick) / elapsed
-        rate_doubt = (doubt + self._doubt) / (elapsed * rate) + DRIFT_PPM / 1e6 if rate > 0 else 1.0
-        if rate_doubt <= self._rate_doubt or len(self._marks) == REMEMBERED:
-            self._rate, self._rate_doubt = rate, min(rate_doubt, WIDEST_PPM / 1e6)
+        if tick - last.above < (sent - last.early) * self._rate:
+            last.early, last.above = sent, tick
+        if tick - last.below > (received - last.late) * self._rate:
+            last.late, last.below = received, tick
+
+    def _drawn(self) -> bool:
+        """Draw the line; return whether there is one between all bounds."""
+        rows = np.array([(each.early, each.above, each.late, each.below) for each in self._bounds], dtype=np.int64)
+        early, late = (rows[:, at].astype(np.float64) for at in (0, 2))
+        early, late = early - self._origin, late - self._origin
+        above, below = rows[:, 1] - self._first, rows[:, 3] - self._first
+        newest = self._bounds[-1]
+        if newest.start - self._bounds[0].start < SOON or newest.late == newest.start:
+            apart = late[None, :] - early[:, None]
+            risen = below[None, :] - above[:, None]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                rates = risen / apart
+            doubt = self._nominal * WIDEST_PPM / 1e6
+            low = max(self._nominal - doubt, rates[apart > 0].max(initial=-np.inf))
+            high = min(self._nominal + doubt, rates[apart < 0].min(initial=np.inf))
+            self._rate = float(low + high) / 2
+        top, bottom = float((above - self._rate * early).min()), float((below - self._rate * late).max())
+        self._tick, self._doubt = self._first + (top + bottom) / 2, (top - bottom) / 2
+        return self._doubt >= 0
 
     def unwrap(self, tick: int) -> int:
         """Return the tick nearest to the newest one known that is the same modulo 2^32."""
@@ -95,7 +119,7 @@ class BoardClock:
 
     # ------------------------------------------------------------------------------------------------- what it is now
     def _at(self, now_ns: int) -> int:
-        return self._tick + round((now_ns - self._host) * self._rate)
+        return round(self._tick + (now_ns - self._origin) * self._rate)
 
     def ticks(self, now_ns: int) -> int:
         """Return the tick of the board at an instant of the host; never less than it was.  0 before it is known."""
@@ -105,12 +129,12 @@ class BoardClock:
 
     def at_ns(self, tick: int) -> int:
         """Return the instant of the host at which the board is at a tick."""
-        return self._host + round((tick - self._tick) / self._rate)
+        return self._origin + round((tick - self._tick) / self._rate)
 
     def nanoseconds(self, now_ns: int) -> int:
         """Return how long the board has run since it was first heard, in ns of its crystal; never less than it was.
 
-        It stands while a board that began anew has not been heard.
+        It does not go on while a board that began again has not answered.
         """
         if self.known:
             self._told = max(self._told, self._lives + (self.ticks(now_ns) - self._first) * 1_000_000_000 // self.hz)

@@ -117,6 +117,7 @@ class Drive:
         self.horizon = self.horizon_ps * board.hz // PS_PER_S
         self.start_stop = None if start_stop is None else steps_a_second(start_stop)
         self.enable = enable
+        self.counted_from = 0
         self.config = config or BoardConfig(
             start_stop=board.hz // (self.start_stop or START_STOP),
             watchdog=(self.horizon_ps + WATCHDOG_PS) * board.hz // PS_PER_S,
@@ -215,7 +216,8 @@ class Drive:
     def align(self) -> None:
         """Let the present of the model be that of the board."""
         self.ticks.align(self.kernel.now, self.clock.ticks(self.wall()))
-        self._drift = self._adrift = 0  # how far off the model was at the last turn; since how many turns it is so
+        self._steady = 0  # turns since which the model is as far off as now
+        self._looked = (-1, 0)  # where the model was at the last turn, ps, and how far off, ticks
 
     def turn(self) -> None:
         """Hear the board, lay what the model has done, let what is due leave, and speak.
@@ -251,11 +253,14 @@ class Drive:
         return (self.ticks.at(self.kernel.now) >> 16) - tick
 
     def _look_for_drift(self, tick: int) -> None:
-        """Align the model if, at rest, it is steadily elsewhere: a server that was paused, a lag that was given up."""
-        drift = self._off(tick)
-        steady = abs(drift) > self.horizon // 4 and abs(drift - self._drift) < self.horizon // 50
-        self._drift, self._adrift = drift, self._adrift + 1 if steady and not self.cable.under_way else 0
-        if self._adrift >= STEADY_TURNS:
+        """Align the model if, at rest, it stands, or is steadily elsewhere: a server was paused, or gave up a lag."""
+        off, before = self._off(tick), self._looked
+        self._looked = (self.kernel.now, off)
+        if abs(off) <= self.horizon // 4 or self.cable.under_way:
+            self._steady = 0
+            return
+        self._steady = self._steady + 1 if abs(off - before[1]) < self.horizon // 50 else 0
+        if self._steady >= STEADY_TURNS or before[0] == self.kernel.now:
             self.align()
 
     def due(self) -> float:

@@ -70,6 +70,7 @@ class Driven(Protocol):
     horizon: int  # ticks
     horizon_ps: int
     start_stop: int | None  # steps/s
+    counted_from: int  # the count of the board that belongs to a feeder that has laid nothing
     enable: bool
     state: DriveState
     clock: BoardClock

@@ -99,6 +99,7 @@ class Feeder:
         self.stopped = False  # steps are not laid: the board is in HALT, or nobody knows where the motor is
         self.lost = 0  # net steps that the model has made since the count of the board was last taken over
         self.steps = self.records = 0  # that were laid
+        self.net = 0  # steps up minus steps down that were laid
         self.first_interval16 = 0  # of the motion that was laid last: from its first step to the second one
         self._changes: list[tuple[int, int, int]] = []
         self._forget()
@@ -247,6 +248,7 @@ class Feeder:
         if self._rested or not self.running:
             self._begin(ticks16)
         self.steps += len(ticks16)
+        self.net += -len(ticks16) if flags & DOWN else len(ticks16)
         for at in range(0, len(ticks16), MOST_STEPS):
             part = ticks16[at : at + MOST_STEPS]
             if not self._join(part):

@@ -33,10 +33,9 @@ HEARTBEAT = 100 * MS  # ns between round trips, or a quarter of the watchdog
 REFILL = 5 * MS  # while records wait for slots
 PATIENCE, LONGEST_PATIENCE = 5 * MS, 500 * MS  # without an answer; or three median round trips
 UNKNOWN = 20 * MS  # for a round trip, before there was one
-BEHIND = 5 * MS  # an event that is told again comes so soon behind the answer, or it was lost again
+BEHIND = 5 * MS  # a repeated event comes so soon behind the answer, or it was lost again
 RESERVE = 11  # bytes of the room that only STOP, ASK and REPEAT may take
 SMALL = 7  # bytes that one of these has
-NOISY = 1000 * MS  # so long after damage each burst has an ASK behind it, whose answer shows what was lost
 ASKS_KEPT = 8
 HOST_ROOM = 127
 
@@ -74,12 +73,11 @@ class Link(Outbox):
         self._forget_commands()
         self._base = 0  # number of the first command
         self._flight: deque[SentFrame] = deque()
-        self._ask = self._doubtful = False
+        self._ask = False
         self._silences = 0
         self._waits_since = 0  # for the first answer that is missing
         self._events = EventOrder(0)
         self._last_ask = 0
-        self._noisy_until = 0
 
     def open(self, config: BoardConfig) -> None:
         """Begin with a board, whatever it did before: HELLO, then CONFIG.  What was to be sent is forgotten."""
@@ -133,9 +131,9 @@ class Link(Outbox):
         if not (self._opening or self.is_open):
             return None
         if not self._flight:
-            if self._opening or self._stops or self._ask or (self._next() is not None and not self._doubtful):
+            if self._opening or self._stops or self._ask or self._next() is not None:
                 return self._now
-            if self._commands or self._doubtful:
+            if self._commands:
                 return self._last_ask + REFILL
             return min([self._last_ask + self._heartbeat, *(again_ns for _, again_ns in self._missing())])
         due = self._waits_since + self._patience
@@ -151,7 +149,7 @@ class Link(Outbox):
         if self._flight and now_ns - self._waits_since >= self._patience:
             self._silences += 1
             self._waits_since = now_ns
-            self._doubtful = self._ask = True
+            self._ask = True
             if self._opening:
                 self._flight.clear()
             else:
@@ -170,7 +168,7 @@ class Link(Outbox):
             if self._room >= SMALL and now_ns >= again_ns:
                 out += self._send(FrameKind.REPEAT, bytes((event,)))
                 self._flight[-1].event = event
-        while not self._stops and not self._doubtful and (command := self._next()):
+        while not self._stops and (command := self._next()):
             frame = wire.encode((self._base + self._sent) % 256, command.kind, command.payload or pack(command.records))
             if len(frame) > self._room - RESERVE:
                 break
@@ -179,9 +177,6 @@ class Link(Outbox):
             command.copies += 1
             self._note_sent(frame, (self._base + self._sent - 1) % 256, command.kind, command)
             out += frame
-        behind = self._flight and self._flight[-1].command is not None
-        if behind and now_ns < self._noisy_until and self._room >= SMALL:
-            out += self._send_ask()
         return bytes(out)
 
     def _missing(self) -> list[tuple[int, int]]:
@@ -193,7 +188,7 @@ class Link(Outbox):
         if asked:
             return False
         waits = self._commands and not self._flight and self._next() is None
-        every = REFILL if waits or self._doubtful else self._heartbeat
+        every = REFILL if waits else self._heartbeat
         return self._ask or self._now - self._last_ask >= every
 
     def _next(self) -> BoardCommand | None:
@@ -238,7 +233,6 @@ class Link(Outbox):
             if said is None:
                 self.damaged += 1  # an answer, or an event: the next answer will show it
                 self._ask = True
-                self._noisy_until = now_ns + NOISY
                 continue
             self.heard_ns = now_ns
             if isinstance(said, Answer):
@@ -258,9 +252,7 @@ class Link(Outbox):
             return
         if answer.kind == 0:
             # which frame it was is known when the last one that is under way has been answered, if it is an ASK
-            self._doubtful = True
             self._ask = not self._flight or self._flight[-1].kind != FrameKind.ASK
-            self._noisy_until = self._now + NOISY
         answer = self._unwrapped(flight, answer)
         if answer.state == BoardState.BOOT and self._configured:
             self._booted()
@@ -289,7 +281,7 @@ class Link(Outbox):
         assert self.ident is not None  # noqa: S101
         self._opening, self.is_open, self.answer = False, True, answer
         self._flight.clear()
-        self._silences, self._doubtful = 0, False
+        self._silences = 0
         self._events = EventOrder(answer.events)
         self._last_ask = self._now
         self.on_open(self.ident)
@@ -312,8 +304,6 @@ class Link(Outbox):
         self._waits_since = self._now
         while (each := self._flight.popleft()) is not flight:
             self._again(each)
-        if flight.kind == FrameKind.ASK and not any(each.kind == FrameKind.ASK for each in self._flight):
-            self._doubtful = self._ask
         if flight.kind == FrameKind.STOP and self._stops and answer.result == FrameResult.TAKEN:
             self._stops.popleft()
         if flight.event is not None:

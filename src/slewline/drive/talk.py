@@ -34,7 +34,8 @@ class Talk:
 
     def __init__(self, drive: Driven, watch: Troubles, wait: Callable[[float], object] | None) -> None:
         self.drive, self.watch, self.wait = drive, watch, wait or self._wait
-        self._heard_ns, self._silent = 0, False
+        self._heard_ns = self._looked_ns = 0
+        self._silent = self._gone = False  # the board; its port
 
     # ----------------------------------------------------------------------------------------------------- each turn
     def begin(self) -> None:
@@ -44,15 +45,18 @@ class Talk:
     def hear(self, now: int) -> None:
         """Take what the board has said; report that it is silent, once."""
         drive = self.drive
+        if now - self._looked_ns > SILENT_NS // 4:  # the program has done something else: nothing was asked
+            self._heard_ns = now
+        self._looked_ns = now
         try:
-            data = drive.port.read()
+            data = b"" if self._gone else drive.port.read()
         except OSError as error:
-            self.watch.port_lost(error)
+            self._lost(error)
             return
         if data:
             self._heard_ns, self._silent = now, False
             drive.link.receive(data, now)
-        elif drive.state != "closed" and not self._silent and now - self._heard_ns > SILENT_NS:
+        elif drive.state != "closed" and not (self._silent or self._gone) and now - self._heard_ns > SILENT_NS:
             self._silent = True
             self.watch.report(
                 "board-silent",
@@ -62,11 +66,15 @@ class Talk:
     def say(self, now: int) -> None:
         """Send what is to be sent."""
         data = self.drive.link.outgoing(now)
-        if data:
+        if data and not self._gone:
             try:
                 self.drive.port.write(data)
             except OSError as error:
-                self.watch.port_lost(error)
+                self._lost(error)
+
+    def _lost(self, error: OSError) -> None:
+        self._gone = True
+        self.watch.port_lost(error)
 
     def due(self) -> float:
         """Return in how many seconds the next turn is due at the latest."""
@@ -75,7 +83,7 @@ class Talk:
 
     def _wait(self, seconds: float) -> None:
         number = self.drive.port.fileno()
-        if number is None:
+        if number is None or self._gone:
             sleep(min(seconds, POLL_S))
         else:
             select([number], [], [], seconds)
@@ -121,6 +129,7 @@ class Talk:
             self.until(lambda: self._state() not in MOVING, SETTLE_S, "the board does not stop")
             link.open(drive.config)
         link.reset(signed(drive.axis.travel))
+        drive.counted_from = drive.axis.travel - drive.feeder.net
         value = sum((net.level or 0) << number for net, number in drive.nets())
         mask = sum(1 << number for _, number in drive.nets())
         link.outputs(mask | ENABLE, value | (ENABLE if drive.enable else 0))

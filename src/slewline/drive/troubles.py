@@ -70,6 +70,7 @@ class Troubles:
             tick = drive.clock.unwrap(event.tick)
             if event.kind == Happening.REST:
                 drive.feeder.rest(tick)
+                self._check_count(event)
             elif event.kind == Happening.HELD:
                 self._held = tick
             elif event.kind == Happening.RELEASED and self._held is not None:
@@ -104,6 +105,17 @@ class Troubles:
             )
         drive.feeder.halt()
         drive.on_stopped.stopped(event)
+
+    def _check_count(self, event: BoardEvent) -> None:
+        """The board stands: has it counted what it was sent?"""
+        drive, net = self.drive, self.drive.feeder.net
+        if not drive.feeder.running and event.position != (wanted := signed(drive.counted_from + net)):
+            self.report(
+                "count-differs",
+                f"the board has counted {signed(event.position - drive.counted_from)} steps, and was sent {net}: home "
+                "the motor, and report this",
+            )
+            drive.counted_from += event.position - wanted
 
     def _position(self, count: int) -> int:
         """Return the position register that belongs to a count of the board."""

@@ -186,7 +186,7 @@ class BoardTwin(MovingTwin):
         if lead < SOON:
             return FrameResult.LATE
         start = tick + lead - first
-        self.time, self.last_step, self.pace = start << 16, None, None
+        self.time = start << 16
         self.state = RUN
         self._load()
         for number in self._active():

@@ -14,7 +14,7 @@ from .records import DOWN, HALF, OUT, PAUSE, REST, Record
 from .wire import BoardConfig, BoardEvent, BoardState, Happening, Reflex
 
 IDLE, RUN, BRAKE, HOLD, HALT, BOOT = BoardState
-AT_ONCE = 1200  # ticks from an edge to the next step
+AT_ONCE = 1200  # ticks from an edge, or an end of a pause, to a step that was not planned
 KEPT_EVENTS = 8
 HOST = 255  # `which` of an event that no input caused
 ENABLE = 16  # among the outputs
@@ -72,14 +72,14 @@ class MovingTwin:
         return None
 
     def set_input(self, number: int, level: int, tick: int) -> None:
-        """See the level of an input at this tick; of several at one look each is told, in ascending order."""
+        """See the level of an input at this tick; of several at one look each is seen, in ascending order."""
         self.run(tick)
         if self.inputs >> number & 1 == bool(level):
             return
         self.inputs ^= 1 << number
         before = self._event
         self._edge(number, tick)
-        if self._event == before and self.state != BOOT and self.config.report >> number & 1:
+        if self._event == before and self.config.report >> number & 1:
             self._event_told(Happening.INPUT, number, tick)
 
     # ------------------------------------------------------------------------------------------------------- motion
@@ -221,7 +221,7 @@ class MovingTwin:
         reflex = self.config.reflex[number] & 15
         if reflex == Reflex.ESTOP:
             self._halt()
-            if self.config.enable_off:
+            if self.config.enable_off & 1:
                 self._set_outputs(ENABLE, 0, self.now)
             self._event_told(Happening.ESTOP, number, tick)
         elif reflex == Reflex.STOP and self.state in (RUN, BRAKE, HOLD) and self._fits(number):

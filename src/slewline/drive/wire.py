@@ -188,9 +188,9 @@ class BoardConfig:
     """How a board is to act; times in its ticks.
 
     `polarity`: 1, DIR high is up; 2, ENABLE is active low.  `active`: bit n, input n is active when high.  `report`:
-    bit n, each edge of input n is told.  `enable_off`: 1, at an emergency stop; 2, at every halt.  `reflex`: one for
-    each input.  `pattern`: phases A to D in bits 0 to 3 by the index of half steps, all zero without phases; `phase`:
-    the index now.
+    bit n, each edge of input n is reported.  `enable_off`: 1, at an emergency stop; 2, at every halt.  `reflex`: one
+    for each input.  `pattern`: phases A to D in bits 0 to 3 by the index of half steps, all zero without phases;
+    `phase`: the index now.
     """
 
     start_stop: int

@@ -1,0 +1,55 @@
+"""A drive whose bench is served: the board's crystal is the clock of the pace."""
+
+from __future__ import annotations
+
+import pytest
+
+from slewline.drive.wire import BoardState
+from slewline.links.lines.pace import Paced
+
+from .families import furnished
+from .rig import HZ, MS_NS, TwinLine, check_steps, drive_of
+
+
+class Served:
+    """A loop such as that of the server, in the time of a line."""
+
+    def __init__(self, name, ppm=0):
+        self.bench, self.x, self.host, self.seconds = furnished(name)
+        self.line = TwinLine(ppm=ppm)
+        self.drive = drive_of(self.bench, self.x, self.line)
+        self.drive.open()
+        self.pace = Paced(self.bench, 1, clock=self.drive.nanoseconds)
+        self.pace.start()
+
+    def serve(self, ms):
+        end = self.line.now + ms * MS_NS
+        while self.line.now < end:
+            while not self.pace.pass_time():
+                pass
+            self.drive.turn()
+            self.line.wait(min(self.drive.due(), self.pace.pause() or 1))
+            self.pace.present()
+
+
+@pytest.mark.parametrize("ppm", [-5000, 0, 5000])
+def test_steps_are_made_a_horizon_later(ppm):
+    each = Served("cy525 top", ppm)
+    each.serve(2800)
+    steps, made = check_steps(each.drive, each.line)
+    assert len(steps) == len(made) == 20_000 and each.line.twin.state == BoardState.IDLE
+    # a second of the model is one of the board
+    board = (each.line.tick(each.line.now) - each.line.tick(5_000_000_000)) / HZ
+    assert abs(each.bench.now_ps / 1e12 - board) < 0.05
+
+
+def test_a_server_that_was_paused_is_aligned_again():
+    each = Served("cy525 five steps")
+    each.serve(400)
+    each.pace.pause_time()
+    each.serve(700)
+    each.pace.go()
+    each.host.send("G\r")
+    each.serve(400)
+    assert len(each.line.twin.steps) == 10 and not each.drive.troubles
+    assert each.drive.state == "ok"
