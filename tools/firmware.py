@@ -79,10 +79,19 @@ def build(folder: Path) -> Firmware:
     elf, out = parts / "uno.elf", folder / NAME
     called("avr-gcc", *WORDS, "-Wl,--gc-sections", "-o", elf, *objects)
     called("avr-objcopy", "-O", "ihex", "-j", ".text", "-j", ".data", elf, out)
-    sizes = dict(zip(("text", "data", "bss"), map(int, called("avr-size", elf).splitlines()[1].split()[:3]), strict=True))
-    symbols = {line.split()[2]: int(line.split()[0], 16) for line in called("avr-nm", "--defined-only", elf).splitlines()}
+    sizes = dict(
+        zip(("text", "data", "bss"), map(int, called("avr-size", elf).splitlines()[1].split()[:3]), strict=True)
+    )
+    symbols = {
+        line.split()[2]: int(line.split()[0], 16) for line in called("avr-nm", "--defined-only", elf).splitlines()
+    }
     end, levels = (symbols[name] & 0xFFFF for name in ("_end", "levels"))  # addresses of data have a bit of their own
     return Firmware(out, sizes["text"] + sizes["data"], sizes["data"] + sizes["bss"], end, levels)
+
+
+def report(made: Firmware) -> str:
+    """Return a line that says what was built, and how large it is."""
+    return f"{made.path}: {made.flash} of {FLASH} bytes of flash, {made.ram} of {RAM} bytes of RAM"
 
 
 def main(words: list[str]) -> int:
@@ -92,7 +101,7 @@ def main(words: list[str]) -> int:
     except FirmwareError as error:
         print(f"firmware: {error}", file=sys.stderr)
         return 1
-    print(f"{made.path}: {made.flash} of {FLASH} bytes of flash, {made.ram} of {RAM} bytes of RAM")
+    print(report(made))
     return 0
 
 

@@ -262,6 +262,7 @@ def bytecode(work):
     kept.pop("PYTHONDONTWRITEBYTECODE", None)
     if work != ROOT:
         kept["HYPOTHESIS_STORAGE_DIRECTORY"] = os.path.join(work, ".hypothesis")
+        kept["SLEWLINE_BOARDS"] = os.path.join(work, "build", "boards")
     return kept
 
 
@@ -312,6 +313,18 @@ TASKS = (
         "compiled",
         "Run the long tests, and all tests over the compiled build",
         lambda work: tests(work, "-m", "long") + compiled_tests(work, "-m", "not docs"),
+    ),
+    (
+        "boards",
+        "run",
+        "Install what the firmware of boards is built and tested with, and build it",
+        lambda work: [["tools/boards.py", os.path.join(work, "build", "boards")]],
+    ),
+    (
+        "firmware",
+        "run",
+        "Build the firmware of boards into build/firmware",
+        lambda work: [["tools/firmware.py", os.path.join(work, "build", "firmware")]],
     ),
     (
         "physics",

@@ -14,6 +14,7 @@
 
 /* Bits of `mode`, as in motion.c. */
 #define NEED_MATCH 0x1F
+#define NO_STEP 0x0B /* HOP, PAUSE, STILL */
 #define LONG 4 /* the number of the bit */
 #define RAMP 5
 #define PHASES 6
@@ -27,7 +28,8 @@
 #define DOWN 0 /* numbers of bits of flags */
 #define IS_PAUSE 2
 #define IS_HALF 4
-#define RUN 1 /* a state */
+#define RUN 1 /* states */
+#define BRAKE 2
 
 
 /* What a function of C may use, behind r24, SREG and r25, which are on the stack already. */
@@ -77,10 +79,17 @@ too_late:
         RESTORE
 
 need_match:
+        lds r24, mode
+        sbrc r24, PHASES
+        rjmp phases_first
+to_match:
         SAVE
         call match
+        lds r24, state
+        cpi r24, BRAKE          ; on the way down the next step is more urgent than a byte, which can be sent again
+        breq 1f
         call serve_line         ; this was long, and the next match would come before a byte that waits
-        RESTORE
+1:      RESTORE
 
         .global TIMER1_COMPA_vect
 TIMER1_COMPA_vect:
@@ -158,32 +167,9 @@ past:   sbis PINB, PORTB1
         rjmp back
 
 ramp_or_phases:
-        sbrs r25, RAMP
-        rjmp phases
-        lds r24, interval
-        lds r25, add
-        add r24, r25
-        sts interval, r24
-        lds r24, interval+1
-        lds r25, add+1
-        adc r24, r25
-        sts interval+1, r24
-        lds r24, interval+2
-        lds r25, add+2
-        adc r24, r25
-        sts interval+2, r24
-        lds r24, interval+3
-        lds r25, add+3
-        adc r24, r25
-        sts interval+3, r24
-        brpl 1f
-        lds r24, mode           ; 32768 ticks and more: match() does the next one
-        ori r24, 1 << LONG
-        sts mode, r24
-1:      lds r25, mode
         sbrs r25, PHASES
-        rjmp end_pulse
-phases: push r30
+        rjmp ramp
+        push r30
         push r31
         lds r30, phase
         lds r24, phase_step
@@ -200,7 +186,54 @@ phases: push r30
         out PORTD, r25
         pop r31
         pop r30
+        lds r25, mode
+        sbrs r25, RAMP
         rjmp end_pulse
+ramp:   lds r24, interval
+        lds r25, add
+        add r24, r25
+        sts interval, r24
+        lds r24, interval+1
+        lds r25, add+1
+        adc r24, r25
+        sts interval+1, r24
+        lds r24, interval+2
+        lds r25, add+2
+        adc r24, r25
+        sts interval+2, r24
+        lds r24, interval+3
+        lds r25, add+3
+        adc r24, r25
+        sts interval+3, r24
+        brmi 1f
+        rjmp end_pulse
+1:      lds r24, mode           ; 32768 ticks and more: match() does the next one
+        ori r24, 1 << LONG
+        sts mode, r24
+        rjmp end_pulse
+
+/* The phases of a step come before what takes long. */
+phases_first:
+        andi r24, NO_STEP
+        brne 1f
+        push r30
+        push r31
+        lds r30, phase
+        lds r24, phase_step
+        add r30, r24
+        andi r30, 7
+        sts phase, r30
+        ldi r31, 0
+        subi r30, lo8(-(pattern))
+        sbci r31, hi8(-(pattern))
+        ld r24, Z
+        in r25, PORTD
+        andi r25, 0x0F
+        or r25, r24
+        out PORTD, r25
+        pop r31
+        pop r30
+1:      rjmp to_match
 
 /* The last step of a record, and another one with steps in the same direction follows: what the timer needs comes
    first, then the rest is loaded while the next step is on its way. */
@@ -239,6 +272,29 @@ can:    push r20
         push r21
         push r22
         push r23
+        ; the phases of the step that has been made
+        lds r25, mode
+        sbrs r25, PHASES
+        rjmp 2f
+        lds r23, phase
+        lds r24, phase_step
+        add r23, r24
+        andi r23, 7
+        sts phase, r23
+        push r30
+        push r31
+        mov r30, r23
+        ldi r31, 0
+        subi r30, lo8(-(pattern))
+        sbci r31, hi8(-(pattern))
+        ld r24, Z
+        pop r31
+        pop r30
+        in r23, PORTD
+        andi r23, 0x0F
+        or r23, r24
+        out PORTD, r23
+2:      ldd r25, Z+INTERVAL+1
         ; last = due; due += interval of the record
         ldd r20, Z+FRACTION
         lds r24, due
@@ -282,29 +338,8 @@ can:    push r20
         brpl 1f
         sbis PINB, PORTB1
         ldi r22, 1
-1:      ; the phases of the step that has been made
-        lds r25, mode
-        sbrs r25, PHASES
-        rjmp 2f
-        lds r23, phase
-        lds r24, phase_step
-        add r23, r24
-        andi r23, 7
-        sts phase, r23
-        push r30
-        push r31
-        mov r30, r23
-        ldi r31, 0
-        subi r30, lo8(-(pattern))
-        sbci r31, hi8(-(pattern))
-        ld r24, Z
-        pop r31
-        pop r30
-        in r23, PORTD
-        andi r23, 0x0F
-        or r23, r24
-        out PORTD, r23
-2:      ; flags, and with them half steps and the way of the phases: 2, or 1 in half steps, or minus that
+1:      lds r25, mode
+        ; flags, and with them half steps and the way of the phases: 2, or 1 in half steps, or minus that
         ld r24, Z
         sts flags, r24
         mov r23, r24

@@ -179,8 +179,9 @@ static void look_back(void)
         late();
 }
 
-/* Set the timer to `due`, seen from the tick `from`, which is now or not long ago. */
-static void aim(uint32_t from)
+/* Write to the timer where `due` is, or a hop on the way to it, seen from the tick `from`, which is now or not long ago.
+   Return the ticks up to `due`. */
+static inline uint32_t set_timer(uint32_t from)
 {
     uint32_t ahead = due.tick - from;
 
@@ -188,35 +189,40 @@ static void aim(uint32_t from)
         OCR1A = (uint16_t)from + HOP_TICKS;
         far = ahead - HOP_TICKS;
         mode |= HOP;
-        return;
+    } else {
+        OCR1A = due.tick;
+        mode &= ~HOP;
     }
-    OCR1A = due.tick;
-    mode &= ~HOP;
+    return ahead;
+}
+
+/* Set the timer behind a match. */
+static void aim(uint32_t from)
+{
+    uint32_t ahead = set_timer(from);
+
+    if (mode & HOP)
+        return;
     if (!(mode & PAUSE))
         TCCR1A = ARMED;
     if (ahead < HOP_TICKS)
         look_back();
 }
 
-/* The same, but not from a match: the flag of one that meant nothing must not be taken for the one that is due. */
+/* The same, but not from a match: what was written to the timer before may have come true until now, and must not be
+   taken for what is due.  That is SOON ticks away at least, so its flag cannot be lost here. */
 static void aim_anew(uint32_t from)
 {
+    set_timer(from);
     TIFR1 = _BV(OCF1A);
-    aim(from);
+    if (!(mode & (HOP | PAUSE)))
+        TCCR1A = ARMED;
 }
 
 static inline void end_pulse(void)
 {
     TCCR1A = DISARMED;
     TCCR1C = _BV(FOC1A);
-}
-
-static inline void step_phases(void)
-{
-    if (mode & PHASES) {
-        phase = (phase + phase_step) & 7;
-        show_phase();
-    }
 }
 
 /* --------------------------------------------------------------------------------------------------------- the tail */
@@ -478,18 +484,16 @@ static void play_next(uint32_t tick)
 {
     uint8_t new_flags = out->flags, was_step = !(mode & PAUSE), turns, armed = 0;
 
-    begin_record();
     turns = (new_flags ^ down) & DOWN;
+    begin_record();
     end_pulse();
     if (!turns && !(new_flags & IS_PAUSE) && interval.tick < LONG_LEAST) {
         OCR1A = due.tick;
         TCCR1A = ARMED;
         armed = 1;
     }
-    if (was_step) {
+    if (was_step)
         remember(tick);
-        step_phases();
-    }
     load_record();
     if (armed) {
         look_back();
@@ -547,7 +551,6 @@ static uint8_t go_down(uint32_t tick)
     mode &= ~BRAKING;
     left--;
     last = tick;
-    step_phases();
     place(position_now());
     if (!plays)
         return 0;
@@ -562,6 +565,55 @@ static uint8_t go_down(uint32_t tick)
     else
         aim(tick);
     return 1;
+}
+
+/* On the way down, behind a piece of it: the next one, with the timer's part first, or the end. */
+static void play_piece(uint32_t tick)
+{
+    uint32_t ticks;
+    uint16_t fraction = 0, low, steps = 1;
+
+    left = 0;
+    last = tick;
+    if (tail_count) {
+        const struct tail_entry *next = &tail[entry];
+
+        if (entry == tail_count) {
+            end_pulse();
+            halt();
+            note(HALTED, NOBODY, tick);
+            return;
+        }
+        entry++;
+        fraction = (uint16_t)(uint8_t)next->interval << 8;
+        ticks = next->interval >> 8;
+        steps = next->count;
+    } else {
+        ticks = pace + (pace >> 4);
+        if (ticks > start_stop) {
+            end_pulse();
+            halt();
+            note(HALTED, NOBODY, tick);
+            return;
+        }
+        pace = ticks;
+    }
+    interval.fraction = fraction;
+    interval.tick = ticks;
+    low = due.fraction + fraction;
+    due.fraction = low;
+    due.tick = tick + ticks + (low < fraction);
+    end_pulse();
+    if (ticks < LONG_LEAST) {
+        OCR1A = due.tick;
+        TCCR1A = ARMED;
+    }
+    chosen = steps;
+    account();
+    if (ticks < LONG_LEAST)
+        look_back();
+    else
+        aim(tick);
 }
 
 /* Behind a record, at `tick`: the next one, the next piece of the way down, or the end. */
@@ -596,20 +648,7 @@ static void go_on(uint32_t tick)
         }
         note(UNDERRUN, NOBODY, tick);
     } else {
-        /* The next piece of the way down. */
-        left--;
-        last = tick;
-        plays = tail_count ? choose_entry() : choose_longer();
-        end_pulse();
-        if (plays)
-            aim(tick);
-        step_phases();
-        if (plays) {
-            account();
-        } else {
-            halt();
-            note(HALTED, NOBODY, tick);
-        }
+        play_piece(tick);
     }
 }
 
@@ -659,13 +698,11 @@ static void ordinary_step(uint32_t tick)
     advance();
     end_pulse();
     aim(tick);
-    if (!(mode & STILL)) {
+    if (!(mode & STILL))
         grow();
-        step_phases();
-    }
 }
 
-/* Do what follows from a match; interrupts are off. */
+/* Do what follows from a match; interrupts are off.  The phases of a step are there already. */
 void match(void)
 {
     do {

@@ -10,7 +10,7 @@ from slewline.drive.records import Record
 from slewline.drive.twin import BoardTwin
 from slewline.drive.wire import Answer, BoardConfig, BoardEvent, BoardState, FrameKind, Happening, Reflex, encode
 
-from .emulated import BYTE, EmulatedBoard, Emulator
+from .emulated import EmulatedBoard, Emulator
 
 DOWN, REST, PAUSE, OUT, HALF = 1, 2, 4, 8, 16
 WHOLE, HALVES = (1, 1, 2, 2, 4, 4, 8, 8), (1, 3, 2, 6, 4, 12, 8, 9)
@@ -63,7 +63,9 @@ class Dialogue:
             self._turn()
             self._inputs(gap)
             told = board.run(board.now + gap)
-            for chunk, until in zip(self.chunks[-len(told["until"]) :] if told["until"] else [], told["until"], strict=True):
+            for chunk, until in zip(
+                self.chunks[-len(told["until"]) :] if told["until"] else [], told["until"], strict=True
+            ):
                 self.chunks[self.chunks.index(chunk)] = (until, chunk[1])
             self._hear()
         board.run(board.now + 60_000)
@@ -175,10 +177,10 @@ class Dialogue:
     def _release_stops(self) -> None:
         """Let most inputs that keep a board from running be inactive again."""
         for number in range(6):
-            if self.reflexes[number] and not (self.levels ^ self.active) >> number & 1 and self.random.random() < 0.9:
-                if self.board.now > self.quiet_until:
-                    self._edge(number, self.board.now + 10)
-                    self.quiet_until = self.board.now + 5_000
+            active = self.reflexes[number] and not (self.levels ^ self.active) >> number & 1
+            if active and self.random.random() < 0.9 and self.board.now > self.quiet_until:
+                self._edge(number, self.board.now + 10)
+                self.quiet_until = self.board.now + 5_000
 
     def _inputs(self, gap: int) -> None:
         random, now = self.random, self.board.now
@@ -205,7 +207,11 @@ class Dialogue:
                 count = random.randrange(32) << 8 | random.randrange(32) if flags & OUT else 0
                 if random.random() < 0.3:
                     flags |= REST
-                records.append(Record(flags, count, random.choice((1_000, 1_500, 5_000, 40_000, 150_000)), random.randrange(65536), 5))
+                records.append(
+                    Record(
+                        flags, count, random.choice((1_000, 1_500, 5_000, 40_000, 150_000)), random.randrange(65536), 5
+                    )
+                )
                 continue
             if what < 0.2:
                 self.down = not self.down
@@ -251,7 +257,9 @@ class Dialogue:
                 self.thirsty_until = self.board.now + 300_000
             if self.board.now < self.thirsty_until and state == BoardState.RUN:
                 return
-            if state not in (BoardState.BRAKE, BoardState.HALT) and (self.free > (50 if self.sprints else 8) or random.random() < 0.05):
+            if state not in (BoardState.BRAKE, BoardState.HALT) and (
+                self.free > (50 if self.sprints else 8) or random.random() < 0.05
+            ):
                 for _ in range(random.choice((1, 2))):
                     self._say(FrameKind.PUSH, b"".join(record.pack() for record in self._records()))
             return
@@ -273,7 +281,9 @@ class Dialogue:
         elif chance < 0.785:
             self._say(FrameKind.PUSH, b"", number=self.number + random.randrange(1, 9) & 255)
         elif chance < 0.79:
-            self._put_parts(bytes(random.randrange(1, 256) for _ in range(random.choice((1, 3, 79, 80, 81, 100)))) + b"\0")
+            self._put_parts(
+                bytes(random.randrange(1, 256) for _ in range(random.choice((1, 3, 79, 80, 81, 100)))) + b"\0"
+            )
         elif chance < 0.80 and state in (BoardState.IDLE, BoardState.HALT):
             self._configure()
         elif chance < 0.802:

@@ -235,7 +235,10 @@ class ServedBoard:
         self._folder.cleanup()
 
     def status(self) -> dict[str, Any]:
-        """Return `now` (tick), `resets`, `behind` (worst lag of the emulation, seconds), `overruns`, `dropped`, `open`."""
+        """Return `now` (tick), `resets`, `behind` (worst lag of the emulation, seconds), `overruns`, `dropped`, `open`.
+
+        `dropped` are bytes that nobody could read.
+        """
         return self._ask("status")
 
     def set_input(self, number: int, level: int) -> None:

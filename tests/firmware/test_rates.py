@@ -1,0 +1,187 @@
+"""How fast the board is, and what it takes: measured in the emulator, with bounds."""
+
+from __future__ import annotations
+
+import shutil
+from itertools import pairwise
+
+import pytest
+
+from slewline.drive import wire
+from slewline.drive.boards import UNO
+from slewline.drive.records import Record
+from slewline.drive.wire import Answer, BoardConfig, BoardEvent, FrameKind, Happening, encode
+from tools.firmware import FLASH, RAM, build
+
+from .emulated import EmulatedBoard
+
+HZ = UNO.hz
+PAUSE, REST = 4, 2
+HALVES = (1, 3, 2, 6, 4, 12, 8, 9)
+
+
+def read(board):
+    return [wire.read(wire.decode(frame[:-1])) for _, frame in board.frames]
+
+
+def events(board):
+    return [said for said in read(board) if isinstance(said, BoardEvent) and said.kind != Happening.BOOT]
+
+
+class Host:
+    """Streams records by credit, and keeps the line as busy as it is told."""
+
+    def __init__(self, emulator, records, *, busy=False, **config):
+        self.board = EmulatedBoard(emulator, polarity=1)
+        self.records, self.busy = list(records), busy
+        self.number, self.slots, self.sent, self.answered = 0, UNO.slots, [], 0
+        self.say(FrameKind.HELLO)
+        self.say(FrameKind.CONFIG, BoardConfig(16_000, **config).pack())
+        self.settle()
+        self.say(FrameKind.RESET, wire.reset_payload(0))
+        self.settle()
+
+    def say(self, kind, payload=b""):
+        frame = encode(self.number, kind, payload)
+        self.board.receive(frame, self.board.now)
+        self.sent.append(len(frame))
+        self.number += kind in wire.NUMBERED
+        self.number %= 256
+
+    def room(self):
+        return UNO.room - sum(self.sent[self.answered :])
+
+    def hear(self):
+        answers = [said for said in read(self.board) if isinstance(said, Answer)]
+        assert all(answer.result == wire.Outcome.TAKEN for answer in answers)
+        self.answered = len(answers)
+        self.slots = answers[-1].free
+
+    def settle(self):
+        self.board.run(self.board.now + 60_000)
+        self.hear()
+
+    def feed(self):
+        while self.records and self.room() >= 72 and self.slots >= 5:
+            now, self.records = self.records[:5], self.records[5:]
+            self.say(FrameKind.PUSH, b"".join(record.pack() for record in now))
+            self.slots -= len(now)
+        # A frame of records must find room among those that keep the line busy.
+        while self.busy and self.room() >= 78:
+            self.say(FrameKind.ASK)
+        if self.records and self.slots < 5 and self.room() >= 78:
+            self.say(FrameKind.ASK)
+
+    def start(self, ticks):
+        for _ in range(40):
+            busy, self.busy = self.busy, False
+            self.feed()
+            self.settle()
+            self.busy = busy
+        self.say(FrameKind.START, wire.start_payload(self.board.now + 20_000))
+        end = self.board.now + ticks
+        while self.board.now < end:
+            self.feed()
+            self.board.run(self.board.now + 8_000)
+            self.hear()
+
+
+def expected(records, first):
+    """The steps, if the first is made at this tick."""
+    times, base = [], 0
+    for record in records:
+        times += record.times(base)
+        base += record.length
+    start = (first << 16) - times[0]
+    start = (start + 0xFFFF) // 65_536 * 65_536
+    return [(start + time) >> 16 for time in times]
+
+
+def constant(interval, seconds):
+    """Slews of a hundred steps each, at one rate."""
+    return [Record(0, 100, interval) for _ in range(int(seconds * HZ / interval / 100))]
+
+
+def ramp(lowest, steps=2_000):
+    """Up to a rate in pieces of twenty steps, and down again."""
+    highest, pieces = 3_000, steps // 20
+    ratio = (lowest / highest) ** (1 / pieces)
+    up = [highest * ratio**at for at in range(pieces + 1)]
+    out = []
+    for one, other in [*pairwise(up), *pairwise(up[::-1])]:
+        out.append(Record(0, 20, int(one), 0, int((other - one) * 65_536 / 20)))
+    return out
+
+
+def streamed(emulator, records, **more):
+    """Stream records, and return the board if each step came at its tick and nothing was late."""
+    records = [*records, Record(PAUSE | REST, 0, 16_000)]
+    ticks = sum(record.length for record in records) >> 16
+    host = Host(emulator, records, **more)
+    host.start(ticks + 100_000)
+    board = host.board
+    told = [Happening(event.kind).name for event in events(board)]
+    assert told == ["REST"], told
+    assert board.rises == expected(records[:-1], board.rises[0])
+    assert board.overruns == 0
+    return board
+
+
+def test_seventy_thousand_steps_a_second(emulator):
+    board = streamed(emulator, constant(HZ // 70_000, 0.2))
+    assert len(board.rises) > 13_000
+
+
+def test_forty_five_thousand_in_a_ramp_with_the_line_busy(emulator):
+    board = streamed(emulator, ramp(HZ / 45_000), busy=True)
+    assert len(board.rises) == 4_000
+
+
+@pytest.mark.parametrize("busy, most", [(False, 12e-6), (True, 15e-6)])
+def test_phases_follow_the_steps(emulator, busy, most):
+    board = streamed(emulator, ramp(HZ / 45_000), busy=busy, pattern=HALVES)
+    delays = [tick - max(rise for rise in board.rises if rise <= tick) for tick, _ in board.phases[-2_000:]]
+    assert max(delays) <= most * HZ
+
+
+def test_a_record_for_each_step(emulator):
+    streamed(emulator, [Record(0, 1, 360 + at % 3) for at in range(60)])
+
+
+def test_the_shortest_interval_is_what_the_board_says(emulator):
+    streamed(emulator, constant(UNO.shortest, 0.05))
+    host = Host(emulator, [])
+    host.say(FrameKind.PUSH, Record(0, 100, UNO.shortest - 1).pack())
+    host.board.run(host.board.now + 60_000)
+    assert read(host.board)[-1].result == wire.Outcome.BAD_CONTENT
+
+
+@pytest.mark.parametrize("rate", [10_000, 27_000, 45_000])
+@pytest.mark.parametrize("steps, table", [(1, True), (3, True), (1, False)])
+def test_an_underrun_is_followed_by_the_way_down(emulator, rate, steps, table):
+    host = Host(emulator, ramp(HZ / rate, 800)[:40])
+    if table:
+        host.say(FrameKind.TAIL, wire.tail_payload(0, [(int(HZ / rate * 1.06**at) << 8, steps) for at in range(1, 11)]))
+    host.settle()
+    host.start(4_000_000)
+    told = [Happening(event.kind) for event in events(host.board)]
+    assert told == [Happening.UNDERRUN, Happening.HALTED], told
+    assert events(host.board)[-1].position == len(host.board.rises)
+
+
+def test_what_it_takes(firmware, emulator):
+    assert firmware.flash <= FLASH * 3 // 4
+    host = Host(emulator, ramp(HZ / 30_000), busy=True, pattern=HALVES, reflex=(4,) * 6, report=63)
+    for number in range(6):
+        host.board.set_input(number, 0, host.board.now + 400_000 + 3 * number)
+    host.start(1_000_000)
+    told = host.board.run(host.board.now + 10, end=firmware.end)
+    assert firmware.ram <= RAM
+    assert told["unused"] >= 250  # bytes that the stack has never reached
+
+
+def test_the_same_bytes_wherever_it_is_built(firmware, tmp_path):
+    place = tmp_path / "another name"
+    assert build(place).path.read_bytes() == firmware.path.read_bytes()
+    copied = shutil.copytree(place, tmp_path / "copied") / firmware.path.name
+    assert str(tmp_path).encode() not in copied.read_bytes()

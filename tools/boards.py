@@ -1,0 +1,60 @@
+"""Install what the firmware of boards is built and tested with: tools/boards.py FOLDER, which may be left out.
+
+The compiler comes with the packages of the system (.ci/install), the emulator with npm into FOLDER (build/boards), and
+then the firmware is built there.  What is there already stays.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from firmware import FirmwareError, build, report
+
+ROOT = Path(__file__).resolve().parent.parent
+EMULATOR, VERSION = "avr8js", "0.21.1"
+# Their programs, or for avr-libc, which has none, a file of it: the compiler does not bring it along.
+PACKAGES = (
+    "avr-gcc=gcc-avr",
+    "avr-objcopy=binutils-avr",
+    "/usr/lib/avr/include/avr/io.h=avr-libc",
+    "node=nodejs",
+    "npm",
+)
+
+
+def is_here(place: Path) -> bool:
+    """Return whether this very version of the emulator is in a folder."""
+    about = place / "node_modules" / EMULATOR / "package.json"
+    return about.exists() and json.loads(about.read_text())["version"] == VERSION
+
+
+def fetch(place: Path) -> int:
+    """Let npm install the emulator; nothing of it goes elsewhere."""
+    place.mkdir(parents=True, exist_ok=True)
+    words = ["install", "--prefix", str(place), "--no-save", "--no-package-lock", "--ignore-scripts"]
+    words += ["--no-audit", "--no-fund", "--silent", f"{EMULATOR}@{VERSION}"]
+    return subprocess.call([str(shutil.which("npm")), *words], cwd=place)
+
+
+def main(words: list[str]) -> int:
+    """Install, build, and say what was built."""
+    place = Path(words[0]).resolve() if words else ROOT / "build" / "boards"
+    if subprocess.call([str(ROOT / ".ci" / "install"), *PACKAGES], cwd=ROOT) != 0:
+        return 1
+    if not is_here(place) and fetch(place) != 0:
+        print(f"boards: npm could not install {EMULATOR}; the reason is above", file=sys.stderr)
+        return 1
+    try:
+        print(report(build(place.parent / "firmware")))
+    except FirmwareError as error:
+        print(f"boards: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
