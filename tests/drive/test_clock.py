@@ -109,3 +109,11 @@ def test_after_a_jump_of_the_hosts_clock_it_is_right_again() -> None:
     for second in range(11, 20):
         clock.note((second + 90) * SECOND, (second + 90) * SECOND + MS, second * 16_000_000)
     assert abs(clock.at_ns(20 * 16_000_000) - 110 * SECOND) < 2 * MS
+
+
+def test_after_a_silence_of_an_hour_ticks_are_not_a_round_behind() -> None:
+    clock = BoardClock()
+    for second in (*range(100), 3700):
+        clock.note(second * SECOND, second * SECOND + MS, second * 16_064_000 % 2**32)  # 0.4 % fast
+    assert abs(clock.ticks(3700 * SECOND) - 3700 * 16_064_000) < 40_000
+    assert clock.unwrap(3700 * 16_064_000 % 2**32) == 3700 * 16_064_000

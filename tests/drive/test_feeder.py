@@ -233,3 +233,36 @@ def test_ticks_are_exact_for_a_hundred_days():
         tick = ticks.at(ps) >> 16
         assert ticks.ps(tick) <= ps < ticks.ps(tick + 1) + 1
     assert ticks.at(3 * day + 12_345) == 7 << 16
+
+
+def test_an_output_that_changes_right_before_a_step_changes_before_it():
+    each = Bench("cy525 long ramp")
+    each.run(250 * MS)  # at the beginning of the ramp
+    train = each.x.motor.past[-1].playing.train
+    for number, before in ((4, 2 * 10**6), (40, 40 * 10**6)):
+        step = train.clock.ps(train.begin(train.begun(each.bench.now_ps) + number))
+        each.bench.at(f"{step - before} ps", lambda: each.feeder.change(1, 1))
+        each.bench.at(f"{step + 2000 * 10**6} ps", lambda: each.feeder.change(1, 0))
+    each.run(400 * MS)
+    each.check()
+    assert [value for _, value in each.twin.outputs] == [1, 0, 1, 0] and not each.outputs
+
+
+def test_another_direction_without_a_rest_in_between():
+    """Of a chip that turns round at once: its axis follows one train down behind another one up."""
+    from slewline.core.motion.train import Playing, StepTrain
+
+    each = Bench("cy525 five steps")
+    each.run(90 * MS)
+    axis, clock, kernel = each.x.motor, each.x.clock, each.bench.kernel
+    first = clock.ticks_from(kernel.now + MS)
+
+    def follow(number):
+        train = StepTrain(clock, first + number * 80_000, ((2000, 40),))
+        axis.follow(Playing(train), (1, -1)[number % 2])
+
+    for number in range(3):
+        each.bench.at(f"{clock.ps(first + number * 80_000)} ps", lambda number=number: follow(number))
+    each.run(300 * MS)
+    each.check()
+    assert len(each.twin.steps) == 125 and len({direction for _, direction, _ in each.twin.steps}) == 2

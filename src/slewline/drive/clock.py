@@ -33,6 +33,11 @@ class TickBounds:
     below: int
 
 
+def _nearest(tick: int, other: int) -> int:
+    """Return the tick nearest to another one that is the same modulo 2^32."""
+    return tick + (other - tick + WRAP // 2) // WRAP * WRAP
+
+
 class BoardClock:
     """Board ticks, which do not wrap here, and host nanoseconds.
 
@@ -67,7 +72,7 @@ class BoardClock:
         self._trips.append(received_ns - sent_ns)
         self.worst_round_trip_ns = max(self.worst_round_trip_ns, received_ns - sent_ns)
         if self.known:
-            tick = self.unwrap(tick)
+            tick = _nearest(tick, self._at((sent_ns + received_ns) // 2))  # the silence may have been long
             self._newest = max(self._newest, tick)
         else:
             self.known = True
@@ -115,7 +120,7 @@ class BoardClock:
 
     def unwrap(self, tick: int) -> int:
         """Return the tick nearest to the newest one known that is the same modulo 2^32."""
-        return tick + (self._newest - tick + WRAP // 2) // WRAP * WRAP
+        return _nearest(tick, self._newest)
 
     # ------------------------------------------------------------------------------------------------- what it is now
     def _at(self, now_ns: int) -> int:

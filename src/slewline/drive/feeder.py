@@ -19,7 +19,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from .records import DOWN, HALF, MOST_STEPS, OUT, PAUSE, REST, SHORTEST_PAUSE, Record, fit
+from .records import DOWN, HALF, MOST_STEPS, OUT, PAUSE, REST, Record, fit
 
 if TYPE_CHECKING:
     import numpy as np
@@ -30,8 +30,9 @@ if TYPE_CHECKING:
     from .ticks import TickMap
 
 TOLERANCE_TICKS = 8  # of every step
-LEAST_PAUSE = SHORTEST_PAUSE << 16
-REST_TICKS = 512  # from the last step to the instant from which on the motor may stand
+LEAST_TICKS = 1200  # of a pause, and behind one: a board is then busy for some 1000
+LEAST_PAUSE = LEAST_TICKS << 16
+REST_TICKS = 1200  # from the last step to the instant from which on the motor may stand
 SLACK_TICKS = 32  # beyond the shortest interval, between a pause and a step that is not known yet
 FIRST_INTERVAL_TICKS = 4096  # before the first step, while the second one is not known
 FIRST_RECORDS = 5  # that go before START, the others after it: a full queue that stands would wait for ever
@@ -134,7 +135,7 @@ class Feeder:
     @shortest.setter
     def shortest(self, ticks: int) -> None:
         self._shortest16 = ticks << 16
-        self._margin16 = max((ticks + SLACK_TICKS) << 16, LEAST_PAUSE)
+        self._margin16 = (max(ticks, LEAST_TICKS) + SLACK_TICKS) << 16
 
     def change(self, mask: int, value: int) -> None:
         """Outputs of the board change at this instant of the model; those of `mask`, to the bits of `value`."""
@@ -259,7 +260,7 @@ class Feeder:
         first = int(ticks16[0])
         interval = int(ticks16[1]) - first if len(ticks16) > 1 else FIRST_INTERVAL_TICKS << 16
         self.first_interval16 = interval if len(ticks16) > 1 else 0
-        interval = min(max(interval, self._shortest16 + (TOLERANCE_TICKS << 16)), self.horizon << 14)
+        interval = min(max(interval, self._margin16), self.horizon << 14)
         begin = first - interval >> 16 << 16
         if not self.running:
             self.base16, self._start, self.running = begin, begin >> 16, True

@@ -140,7 +140,7 @@ class Troubles:
         if drive.start_stop is not None:
             return drive.start_stop
         first = drive.feeder.first_interval16
-        return drive.board.hz * 65536 / first if first else 0.0
+        return drive.board.hz * 65536 / first if first else drive.board.hz / drive.config.start_stop
 
     def taken_over(self, missing: int, known: bool) -> None:
         """The chip is at rest, and has made steps that the motor has not: so many, net."""
