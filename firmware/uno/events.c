@@ -1,3 +1,5 @@
+#include <avr/interrupt.h>
+
 #include "events.h"
 #include "inputs.h"
 #include "protocol.h"
@@ -19,4 +21,20 @@ void note(uint8_t kind, uint8_t which, uint32_t tick)
     event->position = position_now();
     event->tick = tick;
     serve_line(); /* whoever has something to note is taking his time */
+}
+
+void note_in_passing(uint8_t kind, uint32_t tick)
+{
+    struct event *event = &events[next_event % EVENTS_KEPT];
+    int32_t position = position_now();
+    uint8_t inputs = levels, state_then = state;
+
+    next_event++;
+    sei();
+    event->kind = kind;
+    event->which = NOBODY;
+    event->state = state_then;
+    event->inputs = inputs;
+    event->position = position;
+    event->tick = tick;
 }

@@ -517,7 +517,7 @@ static void play_next(uint32_t tick)
 
 /* The step of `tick` was the last one of its record, or a brake waited for it: begin the way down from it, or return 0
    if there is nothing to play.  All of it in one piece, for at full rate this is the longest way to the next step. */
-static uint8_t go_down(uint32_t tick)
+static __attribute__((noinline)) uint8_t go_down(uint32_t tick)
 {
     uint32_t ticks = tick - last;
     uint16_t fraction = 0, steps = 1;
@@ -568,9 +568,9 @@ static uint8_t go_down(uint32_t tick)
 }
 
 /* On the way down, behind a piece of it: the next one, with the timer's part first, or the end. */
-static void play_piece(uint32_t tick)
+static __attribute__((noinline)) void play_piece(void)
 {
-    uint32_t ticks;
+    uint32_t tick = due.tick, ticks;
     uint16_t fraction = 0, low, steps = 1;
 
     left = 0;
@@ -616,14 +616,14 @@ static void play_piece(uint32_t tick)
         aim(tick);
 }
 
-/* Behind a record, at `tick`: the next one, the next piece of the way down, or the end. */
-static void go_on(uint32_t tick)
+/* Behind a record, at `tick`: the next one; behind a pause without one: the end, or the way down. */
+static __attribute__((noinline)) void go_on(uint32_t tick)
 {
     uint8_t plays;
 
     if (state == RUN && queued) {
         play_next(tick);
-    } else if (mode & PAUSE) {
+    } else {
         if (flags & MAY_STAND) {
             stand(IDLE);
             note(REST, NOBODY, tick);
@@ -638,17 +638,6 @@ static void go_on(uint32_t tick)
             halt();
         }
         note(UNDERRUN, NOBODY, tick);
-    } else if (state == RUN) {
-        plays = go_down(tick);
-        if (plays) {
-            if (state == RUN) /* it may have been too late */
-                set_state(BRAKE);
-        } else {
-            halt();
-        }
-        note(UNDERRUN, NOBODY, tick);
-    } else {
-        play_piece(tick);
     }
 }
 
@@ -691,8 +680,10 @@ static void hop(void)
         TCCR1A = ARMED;
 }
 
-static void ordinary_step(uint32_t tick)
+static __attribute__((noinline)) void ordinary_step(void)
 {
+    uint32_t tick = due.tick;
+
     left--;
     last = tick;
     advance();
@@ -702,8 +693,28 @@ static void ordinary_step(uint32_t tick)
         grow();
 }
 
-/* Do what follows from a match; interrupts are off.  The phases of a step are there already. */
-void match(void)
+static __attribute__((noinline)) void underrun(void)
+{
+    uint32_t tick = due.tick;
+
+    if (!go_down(tick))
+        halt();
+    else if (state == RUN) /* it may have been too late */
+        set_state(BRAKE);
+    note_in_passing(UNDERRUN, tick);
+}
+
+static __attribute__((noinline)) void brake_at_step(void)
+{
+    uint32_t tick = due.tick;
+
+    if (!go_down(tick)) {
+        halt();
+        note(HALTED, NOBODY, tick);
+    }
+}
+
+static __attribute__((noinline)) void match_in_peace(void)
 {
     do {
         uint8_t was = mode;
@@ -713,23 +724,32 @@ void match(void)
             return;
         if (was & HOP) {
             hop();
-        } else if (was & PAUSE) {
-            if (flags & SETS_OUTPUTS)
+        } else {
+            if (was & PAUSE && flags & SETS_OUTPUTS)
                 set_outputs(count >> 8, count);
             go_on(due.tick);
-        } else if (was & BRAKING) {
-            uint32_t tick = due.tick;
-
-            if (!go_down(tick)) {
-                halt();
-                note(HALTED, NOBODY, tick);
-            }
-        } else if (left == 1) {
-            go_on(due.tick);
-        } else {
-            ordinary_step(due.tick);
         }
         if (overdue)
             serve_line(); /* short pauses in a row */
     } while (overdue);
+}
+
+/* Do what follows from a match; interrupts are off.  The phases of a step are there already.  What may be followed by a
+   fast step goes its own way, with as little as possible to be saved before it. */
+void match(void)
+{
+    uint8_t was = mode;
+
+    if (was & (STILL | HOP | PAUSE))
+        match_in_peace();
+    else if (was & BRAKING)
+        brake_at_step();
+    else if (left != 1)
+        ordinary_step();
+    else if (state == BRAKE)
+        play_piece();
+    else if (!queued)
+        underrun();
+    else
+        match_in_peace();
 }
