@@ -13,7 +13,8 @@ import slewline
 from slewline.errors import UsageError
 from slewline.links.lines.pace import Lockstep
 from slewline.links.ports.pty import HINT, PLAIN
-from slewline.links.server import DEAF, Server
+from slewline.links.server import Server
+from slewline.links.serving import DEAF
 from slewline.links.sockets import system
 
 from .conftest import PATIENCE, Threaded

@@ -10,7 +10,7 @@ import serial
 import serialx
 
 import slewline
-from slewline.links.server import DEAF
+from slewline.links.serving import DEAF
 
 from .conftest import PATIENCE, Threaded
 

@@ -13,7 +13,7 @@ from slewline.build import BusHandshake, chip_class
 from slewline.core.datasheet import channel
 from slewline.core.datasheet.channel import Channel
 from slewline.errors import UsageError
-from slewline.links.server import LINES
+from slewline.links.serving import LINES
 
 CHANNELS = [kind for kind in vars(channel).values() if isinstance(kind, type) and issubclass(kind, Channel)]
 CY525 = chip_class("cy525")

@@ -7,7 +7,7 @@ import pytest
 import slewline
 from slewline.core.motion import kept
 from slewline.errors import NotRecorded, TimeError
-from slewline.links import server as served
+from slewline.links.time import exchange
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
@@ -141,7 +141,7 @@ def test_an_axis_of_cycles_forgets_in_the_midst_of_its_moves(part, monkeypatch):
 
 def test_a_server_keeps_so_many_stretches_and_counts_all_steps(monkeypatch):
     monkeypatch.setattr(kept, "FEWEST", 8)
-    monkeypatch.setattr(served, "KEPT_STRETCHES", 30)
+    monkeypatch.setattr(exchange, "KEPT_STRETCHES", 30)
     bench, x = shuttling()
     serving = Server(bench, Lockstep(bench))
     serving.stop()

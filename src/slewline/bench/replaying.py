@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from functools import partial
 from os import PathLike
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from ..chips import chip_class
 from ..core.component import input_of
@@ -145,41 +145,98 @@ def _length_at(path: str | PathLike[str], begin: int, stop: int) -> int:
         return file.tell()
 
 
+@runtime_checkable
+class Companion(Protocol):
+    """What follows a bench that plays a journal, and does there what no entry says."""
+
+    def done(self, entry: Mapping[str, Any], result: Any) -> None:
+        """Take notice of an entry that has been done, and of what an input has returned."""
+
+    def due(self, to_ps: int) -> tuple[int, Callable[[], object]] | None:
+        """Return what is to be done next, and when, if that is before the next entry and up to an instant (ps)."""
+
+
+class Player:
+    """Does the entries of a journal on a bench, each at its instant; what is to be done early waits in the kernel.
+
+    Args:
+        prepare: called with the bench, before time passes; what it returns accompanies what is done (`Companion`).
+        kept: makes a memory of a chip or part of what it is called and what it holds.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        prepare: Callable[[Bench], object] | None = None,
+        kept: Callable[[str, ReplayedStore], Any] = lambda _name, memory: memory,
+    ) -> None:
+        self.bench, self.prepare, self.kept = bench, prepare, kept
+        self.companion: Companion | None = None
+        self.early: dict[
+            int, list[tuple[Entries, Survey, int, dict[str, Any]]]
+        ] = {}  # in the first round of an instant
+
+    def take(self, found: Entries, known: Survey, number: int, entry: dict[str, Any]) -> None:
+        """Do the next entry; time passes up to it."""
+        bench, at = self.bench, entry["t"]
+        if self.prepare is not None and (entry["do"] == "run" or at > 0):
+            self.begin()
+        if entry.get("round") == 1 and entry["do"] != "store":
+            if at not in self.early:
+                self.early[at] = []
+                bench.at(f"{at} ps", partial(self._early, at))
+            self.early[at].append((found, known, number, entry))
+        else:
+            if at > bench.now_ps or self.companion is not None:
+                with _located(found, number, "the run before it"):
+                    self._pass(at)
+            self._do(found, known, number, entry)
+
+    def begin(self) -> None:
+        """Let what prepares the bench do so."""
+        if self.prepare is not None:
+            found = self.prepare(self.bench)
+            self.prepare = None
+            if isinstance(found, Companion):
+                self.companion = found
+
+    def end(self, found: Entries, number: int, stop: int) -> None:
+        """Let time pass up to an instant (ps): the last input takes effect."""
+        with _located(found, number, "the run after it"):
+            self._pass(stop)
+            self.bench.run_to(f"{stop} ps")
+
+    def _pass(self, to_ps: int) -> None:
+        """Let time pass, with what is done on the way besides entries."""
+        while self.companion is not None and (due := self.companion.due(to_ps)) is not None:
+            at, act = due
+            if at > self.bench.now_ps:
+                self.bench.run_to(f"{at} ps")
+            act()
+        if to_ps > self.bench.now_ps:
+            self.bench.run_to(f"{to_ps} ps")
+
+    def _early(self, instant: int) -> None:
+        for each in self.early.pop(instant):
+            self._do(*each)
+
+    def _do(self, found: Entries, known: Survey, number: int, entry: dict[str, Any]) -> None:
+        with _located(found, number, entry["do"]):
+            result = apply(self.bench, entry, known, self.kept)
+            if self.companion is not None:
+                self.companion.done(entry, result)
+
+
 def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Callable[[Bench], object] | None) -> Bench:
     """Let a bench repeat a journal, up to an instant."""
-    early: dict[int, list[tuple[int, dict[str, Any]]]] = {}  # what is done in the first round of an instant, in order
-
-    def do(number: int, entry: dict[str, Any]) -> None:
-        with _located(found, number, entry["do"]):
-            apply(bench, entry, known)
-
-    def begin(instant: int) -> None:
-        for number, entry in early.pop(instant):
-            do(number, entry)
-
-    number = 0
+    player, number = Player(bench, prepare), 0
     for number, entry in found:
-        at = entry["t"]
-        if at > stop:
+        if entry["t"] > stop:
             break
-        if prepare is not None and (entry["do"] == "run" or at > 0):
-            prepare(bench)
-            prepare = None
-        if entry.get("round") == 1 and entry["do"] != "store":
-            if at not in early:
-                early[at] = []
-                bench.at(f"{at} ps", partial(begin, at))
-            early[at].append((number, entry))
-        else:
-            if at > bench.now_ps:
-                with _located(found, number, "the run before it"):
-                    bench.run_to(f"{at} ps")
-            do(number, entry)
-    if prepare is not None:
-        prepare(bench)
-    with _located(found, number, "the run after it"):
-        bench.run_to(f"{stop} ps")  # the last input takes effect
-        bench.catch_up()
+        player.take(found, known, number, entry)
+    player.begin()
+    player.end(found, number, stop)
+    bench.catch_up()
     return bench
 
 
@@ -208,15 +265,23 @@ def _check_laws(path: str | PathLike[str], known: Survey, allowed: bool) -> None
     warnings.warn(f"{made}; the run may differ", OtherLaws, stacklevel=3)
 
 
-def apply(bench: Bench, entry: dict[str, Any], known: Survey) -> None:
-    """Repeat an entry."""
+def apply(
+    bench: Bench,
+    entry: dict[str, Any],
+    known: Survey,
+    kept: Callable[[str, ReplayedStore], Any] = lambda _name, memory: memory,
+) -> Any:
+    """Repeat an entry, and return what an input returns.
+
+    `kept` makes a memory of a chip or part of what it is called and what it holds.
+    """
     do = entry["do"]
     named: Callable[[str], Any] = bench.__getitem__
     if do in ("add", "part"):
         name, options = entry["name"], dict(entry["options"])
         memory = options.get("store")
         if memory is not None:
-            options["store"] = memory = ReplayedStore(bytes(memory), known.faults.get(name, {}))
+            options["store"] = memory = kept(name, ReplayedStore(bytes(memory), known.faults.get(name, {})))
         if do == "add":
             cls = known.chips[entry["part"]]
             bench.add(cls, name, entry["crystal_hz"], entry["straps"], entry["bare"], **options)
@@ -236,7 +301,7 @@ def apply(bench: Bench, entry: dict[str, Any], known: Survey) -> None:
     elif do == "connect":
         bench.connect(named(entry["part"]), [*map(named, entry["chips"])])
     elif do == "input":
-        input_of(named(entry["part"]), entry["verb"])(*entry["args"])
+        return input_of(named(entry["part"]), entry["verb"])(*entry["args"])
     elif do == "wire":
         bench.wire(entry["a"], entry["b"], entry["invert"])
     elif do == "drive":
@@ -251,6 +316,7 @@ def apply(bench: Bench, entry: dict[str, Any], known: Survey) -> None:
         bench.conclude()
     elif "host" in entry:
         tell(bench, entry["host"], do, entry["args"])
+    return None
 
 
 def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:

@@ -46,6 +46,7 @@ class Wait:
     when: Callable[[], int | None] | None = None  # the instant that follows from the present promises
     nets: Iterable[Net] = ()
     pushes: bool = False  # time that stands passes for it
+    renew: Callable[[], object] | None = None  # wait for the same on the bench that has taken the place of this one
 
     def begin(self) -> None:
         """Make the promised edges of the nets instants."""

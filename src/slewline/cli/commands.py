@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from .live.commands import debug_command, panel_command, serve_command
+from .live.commands import debug_command, drive_command, panel_command, serve_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide
 from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, path

@@ -5,7 +5,7 @@ Reset acts through a net: its change kills the firmware after all timed work of 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from types import SimpleNamespace
 from typing import Any, ClassVar
@@ -357,6 +357,10 @@ class Chip(Component, OneAxis):
             if (code, text) not in before:
                 self.finding(code, text)
         return self._left != before
+
+    def phase_patterns(self) -> Sequence[Sequence[int]]:
+        """Return the levels of the phases, phase 1 first, a row for each step; a part without phases has none."""
+        return ()
 
     @from_outside
     def motor_report(self, code: str, text: str, axis: int = 1, position: int | None = None) -> None:

@@ -16,7 +16,8 @@ class BoardModel(NamedTuple):
     """A kind of board with the firmware of slewline: its limits, and its pins by purpose.
 
     `hz`: ticks a second.  `slots`: records that its queue has.  `shortest`: least ticks between two steps.  What a
-    board says itself (IDENT) has precedence.
+    board says itself (IDENT) has precedence.  `high`, `low`: ticks for which STEP is high and low at least; `setup`,
+    `hold`: for which DIR stands at least before STEP rises, and after.
     """
 
     name: str
@@ -27,6 +28,10 @@ class BoardModel(NamedTuple):
     tail: int
     room: int
     shortest: int
+    high: int
+    low: int
+    setup: int
+    hold: int
     step: BoardPin
     dir: BoardPin
     enable: BoardPin
@@ -62,6 +67,10 @@ UNO = BoardModel(
     tail=40,
     room=127,
     shortest=224,
+    high=100,
+    low=48,
+    setup=500,
+    hold=100,
     step=BoardPin("D9", "PB1"),
     dir=BoardPin("D10", "PB2"),
     enable=BoardPin("D11", "PB3"),

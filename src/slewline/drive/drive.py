@@ -11,12 +11,14 @@ is `unknown`.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from os import PathLike
+from pathlib import Path
 from time import perf_counter_ns
 from typing import TYPE_CHECKING, Self
 
+from ..bench.rewinding import ReachablePast, take_over
 from ..bench.runner import FunctionCondition, Wait
 from ..core.time.hook import Hook
 from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
@@ -26,12 +28,16 @@ from .blackbox import BlackBox, new_folder
 from .boards import UNO, BoardModel
 from .cable import Cable
 from .clock import BoardClock
-from .driven import BoardPort, DriveState, Stopping
+from .driven import BoardPort, DriveState, Stopping, Telling
 from .feeder import Feeder, LaidOutput
 from .halting import StopChip
 from .link import Link
 from .live import Live
+from .port import opened
+from .reflexes import configured, inputs_of
+from .rewind import Rewind
 from .talk import ENABLE, Talk
+from .terminals import outputs_of, steps_a_second, usual_config
 from .ticks import TickMap
 from .troubles import Troubles, signed
 from .wire import BoardConfig, BoardEvent
@@ -45,21 +51,8 @@ if TYPE_CHECKING:
     from ..core.wires.net import Net
 
 STEADY_TURNS = 20
-WATCHDOG_PS = 50 * 10**9  # beyond the horizon, without a word from the host
-START_STOP = 500  # steps/s, of the way down of a board that has no table
+SILENT = ("drive", "run", "power", "conclude")  # inputs that tell a chip nothing
 LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
-
-
-def steps_a_second(rate: str | int) -> int:
-    """Return the steps/s of a rate such as "500 steps/s", or of a whole number.
-
-    Raises:
-        UsageError: no such rate, or 0.
-    """
-    found = re.fullmatch(r"\s*(\d{1,7})\s*(steps/s)?\s*", str(rate))
-    if found is None or not int(found[1]):
-        raise UsageError(f"rate {rate!r}; expected steps per second, such as '500 steps/s'")
-    return int(found[1])
 
 
 class Drive:
@@ -76,8 +69,12 @@ class Drive:
             first one that the chip has.
         start_stop: the rate up to which the motor may stand at once, such as "500 steps/s"; by default the first rate
             of the motion.
-        config: polarities, reflexes and phases of the board.
-        outputs: pins of the chip by the number of the board's output, 0 to 3; by default those that programs set.
+        driver: the name of the driver, such as "DM542", for its polarity and its least times.
+        inputs: what inputs of the board are wired to, by their printed names: a pin of the chip, or "estop"; with "!"
+            before it, the pin has the other level.
+        outputs: pins of the chip by the printed names of outputs; by default those that programs set.
+        self_start: a program that the chip starts by itself may move the motor.
+        config: how the board is configured, instead of what follows from chip and driver.
         board: which one.
         black_box: the folder for its sessions; True: where this system keeps what programs remember; False: none.
         clock, wait: nanoseconds of the wall clock; what waits for seconds, or until bytes have come.
@@ -99,8 +96,11 @@ class Drive:
         enable: bool = False,
         stop: str | None = None,
         start_stop: str | int | None = None,
+        driver: str | None = None,
+        inputs: Mapping[str, str] | None = None,
+        outputs: Mapping[str, str] | None = None,
+        self_start: bool = False,
         config: BoardConfig | None = None,
-        outputs: Mapping[int, str] | None = None,
         board: BoardModel = UNO,
         black_box: str | PathLike[str] | bool = True,
         clock: Callable[[], int] = perf_counter_ns,
@@ -118,11 +118,11 @@ class Drive:
         self.start_stop = None if start_stop is None else steps_a_second(start_stop)
         self.enable = enable
         self.counted_from = 0
-        self.config = config or BoardConfig(
-            start_stop=board.hz // (self.start_stop or START_STOP),
-            watchdog=(self.horizon_ps + WATCHDOG_PS) * board.hz // PS_PER_S,
-        )
-        self.outputs = self._pins_of_outputs() if outputs is None else dict(outputs)
+        usual = usual_config(board, self.chip, self.horizon_ps, self.start_stop, driver) if config is None else config
+        self.board_inputs = inputs_of(self.chip, inputs or {})
+        self.config = configured(usual, self.board_inputs, 0) if inputs else usual
+        self.outputs = outputs_of(board, self.chip, outputs)
+        self.spoken = self_start  # has anything been said to the chip, so that it may move?
         self.state: DriveState = "closed"
         self.on_event: Hook[[BoardEvent]] = Hook()  # everything that the board tells
         self.wall = clock
@@ -134,26 +134,18 @@ class Drive:
         )
         self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, lambda: self.feeder.busy)
         self.on_stopped: Stopping = StopChip(self, stop)
-        self.watch = Troubles(self)
-        self.talk = Talk(self, self.watch, wait)
+        self.rewind: Rewind | None = None
+        self.watch: Telling = (troubles := Troubles(self))
+        self.troubles = troubles.told  # what has gone wrong since the beginning, in words
+        self.talk = Talk(self, troubles, wait)
         self._live = Live(self, self.talk)
         if isinstance(port, str):
-            from .port import BoardSerial
-
-            port = BoardSerial(port, board.baud)
+            port = opened(port, board)
         self.port: BoardPort = port
         self.box: BlackBox | None = None
-        if black_box is not False and black_box is not None:
-            folder = new_folder(None if black_box is True else black_box)
+        if black_box is not False:
+            folder = new_folder() if black_box is True else Path(black_box)
             self.port = self.box = BlackBox(port, folder, clock, self.clock.ticks)
-
-    def _pins_of_outputs(self) -> dict[int, str]:
-        """The pins of the chip that programs set, by the number of an output of the board."""
-        found = {}
-        for row in self.chip.sheet.pins:
-            if row.role.startswith("output") and row.way in ("out", "both"):
-                found[int(row.role[6:]) - 1] = row.name
-        return found
 
     # ------------------------------------------------------------------------------------------------ open and closed
     def __enter__(self) -> Self:
@@ -174,10 +166,36 @@ class Drive:
             UsageError: nothing answers as a board, or another version of it.
         """
         self.bench.run(0)
+        if self.rewind is None and self.bench.journal is not None:
+            self.go_back_by(lambda new, _since_ps: take_over(new, self.bench))
         self.talk.set_up()
         for net, _ in self.nets():
             net.watch(self._output)
+        self.kernel.outside.on_input.add(self._heard)
         self._begin()
+
+    def go_back_by(
+        self, exchange: Callable[[Bench, int], object], forget: Callable[[int], object] = lambda _ps: None
+    ) -> None:
+        """Let the chip stop by its own law where the board has stopped the motor: by going back to that instant.
+
+        The bench has a journal.  Without this the chip is stopped at the present, and takes the count of the board
+        over.
+
+        Args:
+            exchange: puts another bench in the place of the present one, which did the same up to an instant (ps).
+            forget: called with an instant (ps) before which nothing is gone back to any more.
+        """
+        journal = self.bench.journal
+        if journal is None:
+            raise UsageError('going back needs a journal: Bench(journal="FILE")')
+        past, copy = ReachablePast(journal.path), Path(f"{journal.path}.other")
+        self.rewind = Rewind(self, past, exchange, self.board_inputs, copy, forget=forget)
+
+    def _heard(self, do: str, _what: object) -> None:
+        """Something comes from outside; levels and time do not let a chip move."""
+        if do not in SILENT:
+            self.spoken = True
 
     def nets(self) -> list[tuple[Net, int]]:
         """Return the nets that set outputs of the board, and the number of each output."""
@@ -204,6 +222,7 @@ class Drive:
             self.talk.finish()
             for net, _ in self.nets():
                 net.unwatch(self._output)
+            self.kernel.outside.on_input.remove(self._heard)
             self.bench.run(0)  # a journal learns how far time has gone
         self.state = "closed"
         self.port.close()
@@ -225,7 +244,11 @@ class Drive:
         It is called each 5 ms, and when bytes have come; the bench is between two runs.
         """
         now = self.wall()
+        if self.rewind is not None:
+            self.rewind.before_turn()
         self.talk.hear(now)
+        if not self.spoken and self.state == "ok" and (self.axis.moving or self.axis.travel):
+            self.watch.moved_by_itself()
         if self.state == "ok":
             tick = self.clock.ticks(now)
             self._look_for_drift(tick)
@@ -238,6 +261,10 @@ class Drive:
             self.on_stopped.turn()
         self.cable.turn(self.clock.ticks(now))
         self.talk.say(now)
+
+    def gate(self, call: Callable[[], object], ps: int) -> None:
+        """Make a call that the model makes at an instant (ps): a horizon later while something is under way."""
+        self.cable.send_at((self.ticks.at(ps) >> 16) + self.horizon, call)
 
     def catch_up(self) -> None:
         """Align the model if, at rest, the program has done something else meanwhile."""
@@ -322,9 +349,27 @@ class Drive:
 
     # -------------------------------------------------------------------------------------------------- what is asked
     @property
-    def troubles(self) -> list[str]:
-        """What has gone wrong since the drive was opened, in words."""
-        return self.watch.told
+    def introduction(self) -> str:
+        """What is driven, in a line for the user."""
+        power = "the driver is enabled" if self.enable else "a dry run: the driver stays off, until --enable"
+        return f"{self.chip.name} on a {self.board.title}, {readable(self.horizon_ps)} ahead; {power}"
+
+    @property
+    def lead_ps(self) -> int:
+        """For how long the board has something to do (ps)."""
+        return max((self.feeder.base16 >> 16) - self.clock.ticks(self.wall()), 0) * PS_PER_S // self.board.hz
+
+    def as_line(self) -> str:
+        """Return the state as a part of a line for a terminal."""
+        answer, (trip_ns, worst_ns, _) = self.link.answer, self.clock.round_trip_ns
+        count = "?" if answer is None else signed(answer.position)
+        parts = [
+            f"board {self.state} at {count}",
+            f"lead {self.lead_ps / 1e9:.0f} ms",
+            f"{self.link.free} of {self.board.slots} slots free",
+            f"{trip_ns / 1e6:.1f} ms there and back, worst {worst_ns / 1e6:.1f}",
+        ]
+        return " | ".join([*parts, *self.troubles[-1:]])
 
     def stop(self, at_once: bool = False) -> None:
         """Stop the motor, by its way down or at once; the drive is halted then."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal, Protocol
 
 if TYPE_CHECKING:
+    from ..bench import Bench
     from ..core.chip import Chip
     from ..core.motion.axis import Axis
     from ..core.time.hook import Hook
@@ -45,6 +46,9 @@ class Stopping(Protocol):
     meanwhile; `clear` when the user goes on.
     """
 
+    def expects(self, event: BoardEvent) -> bool:
+        """Return whether the chip itself stops the motor there, by its own law: that is no trouble."""
+
     def stopped(self, event: BoardEvent) -> None:
         """Take note that the board makes no more steps of the model; a way down may follow."""
 
@@ -56,6 +60,19 @@ class Stopping(Protocol):
 
     def clear(self) -> None:
         """Let the chip go on."""
+
+
+class Telling(Protocol):
+    """Reports troubles of a drive."""
+
+    def report(self, code: str, text: str, position: int | None = None) -> None:
+        """Report a trouble as a finding of the chip, and, with a position, set its register."""
+
+    def taken_over(self, missing: int, known: bool) -> None:
+        """Report that the chip has made steps that the motor has not: so many, net; set its register."""
+
+    def moved_by_itself(self) -> None:
+        """Halt the drive: the chip moves, and nobody has told it to."""
 
 
 class Driven(Protocol):
@@ -82,6 +99,7 @@ class Driven(Protocol):
     wall: Callable[[], int]  # ns
     on_event: Hook[[BoardEvent]]
     on_stopped: Stopping
+    watch: Telling
 
     def nets(self) -> list[tuple[Net, int]]:
         """Return the nets that set outputs of the board, and the number of each output."""
@@ -91,6 +109,15 @@ class Driven(Protocol):
 
     def catch_up(self) -> None:
         """Align the model if, at rest, the program has done something else meanwhile."""
+
+    def stop(self, at_once: bool = False) -> None:
+        """Stop the motor, by its way down or at once; the drive is halted then."""
+
+    def move(self, bench: Bench) -> None:
+        """Go on with another bench, which is at the same instant and has a chip of the same name."""
+
+    def resume(self, position: int, since_ps: int) -> None:
+        """Let a board that has stopped go on: it counts from a position, and makes the steps after an instant (ps)."""
 
     def take_over(self, position: int, known: bool = True) -> None:
         """Set the position register of the chip to where the board has counted the motor to be."""

@@ -200,6 +200,11 @@ class Feeder:
         self._take()
         self.stopped = False
 
+    def resume(self, since_ps: int) -> None:
+        """Lay the steps that the model makes from an instant on (ps): one of its past, after another run took over."""
+        self._changes.clear()
+        self.stopped, self.lost, self.taken_ps = False, 0, since_ps
+
     # ------------------------------------------------------------------------------------------------ from the model
     def _take(self) -> None:
         """Take what the model has done since the last time: what lies before its present is final."""

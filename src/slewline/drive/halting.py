@@ -40,6 +40,10 @@ class StopChip:
         self._position: int | None = None  # that is to be taken over
         self._acting = self._stands = False  # the chip is stopped by us; it has come to rest since
 
+    def expects(self, event: BoardEvent) -> bool:
+        """Return False: the chip knows nothing of it."""
+        return False
+
     def stopped(self, event: BoardEvent) -> None:
         """Stop the chip now."""
         self._acting, self._stands = True, False

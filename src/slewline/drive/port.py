@@ -5,21 +5,34 @@ from __future__ import annotations
 import errno
 import os
 from contextlib import suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import UsageError
 from ..extras import needs
+from .rehearsal import TWIN, TwinPort
+
+if TYPE_CHECKING:
+    from .boards import BoardModel
+    from .driven import BoardPort
 
 KEPT = 64  # bytes that were heard last, for a message that they are not those of a board
 LISTED = "python -m serial.tools.list_ports lists those there are"
+
+
+def opened(name: str, board: BoardModel) -> BoardPort:
+    """Return a port with a board, by its name; "twin" is a board of software.
+
+    Raises:
+        UsageError: it cannot be opened.
+    """
+    return TwinPort(board) if name == TWIN else BoardSerial(name, board.baud)
 
 
 class BoardSerial:
     """A serial port with a board: 8N1, for this program alone.
 
     Opening a port raises DTR, and an Uno takes a rising DTR as a reset.  HUPCL is cleared, so that DTR stays up when
-    the
-    port is closed: the board is reset once, when its cable is new, and goes on counting after that.
+    the port is closed: the board is reset once, when its cable is new, and goes on counting after that.
 
     Args:
         name: such as "/dev/ttyUSB0" or "COM3".

@@ -122,11 +122,13 @@ def way_down(axis: Axis, hz: int, most: int) -> list[tuple[int, int]]:
             rows.append((interval * count, count, interval))
         elif interval == rows[-1][2]:
             rows[-1] = rows[-1][0] + interval * count, rows[-1][1] + count, interval
-    while len(rows) > most:  # those two become one that are least apart
-        pairs = [
-            rows[n + 1][2] * (rows[n][1] + rows[n + 1][1]) - rows[n][0] - rows[n + 1][0] for n in range(len(rows) - 1)
-        ]
-        n = pairs.index(min(pairs))
-        rows[n : n + 2] = [(rows[n][0] + rows[n + 1][0], rows[n][1] + rows[n + 1][1], rows[n + 1][2])]
     clock = now.playing.train.clock
+    while len(rows) > most:  # those two become one that are least apart
+        n = min(range(len(rows) - 1), key=lambda n: apart(rows[n], rows[n + 1]))
+        rows[n : n + 2] = [(rows[n][0] + rows[n + 1][0], rows[n][1] + rows[n + 1][1], rows[n + 1][2])]
     return [(clock.ps(total) * hz * 256 // (count * PS_PER_S), count) for total, count, _ in rows]
+
+
+def apart(one: tuple[int, int, int], other: tuple[int, int, int]) -> int:
+    """Return how many clocks two rows of a way down would be off, if they were one."""
+    return other[2] * (one[1] + other[1]) - one[0] - other[0]

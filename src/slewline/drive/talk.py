@@ -113,8 +113,8 @@ class Talk:
         while not self._comes(lambda: self.drive.link.idle) and self.drive.wall() < limit:
             self.wait(POLL_S)
 
-    def set_up(self) -> None:
-        """Configure the board; its count is the travel of the model.
+    def set_up(self, position: int | None = None) -> None:
+        """Configure the board; its count is the travel of the model, or a position that is given.
 
         Raises:
             UsageError: nothing answers as a board, or another version of it; or it does not leave its halt.
@@ -128,8 +128,8 @@ class Talk:
             link.stop(1)
             self.until(lambda: self._state() not in MOVING, SETTLE_S, "the board does not stop")
             link.open(drive.config)
-        link.reset(signed(drive.axis.travel))
-        drive.counted_from = drive.axis.travel - drive.feeder.net
+        link.reset(signed(drive.axis.travel) if position is None else position)
+        drive.counted_from = (drive.axis.travel if position is None else position) - drive.feeder.net
         value = sum((net.level or 0) << number for net, number in drive.nets())
         mask = sum(1 << number for _, number in drive.nets())
         link.outputs(mask | ENABLE, value | (ENABLE if drive.enable else 0))

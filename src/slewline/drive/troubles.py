@@ -96,7 +96,9 @@ class Troubles:
         }
         rate = self._rate(tick)
         drive.state, self._final = "halted", False
-        self.report(code, f"{text.format_map(words)} (at {self._position(event.position)})")
+        expected = drive.on_stopped.expects(event)
+        if not expected:
+            self.report(code, f"{text.format_map(words)} (at {self._position(event.position)})")
         if event.kind in AT_ONCE and rate > (allowed := self._start_stop()):
             self.report(
                 "position-uncertain",
@@ -206,6 +208,18 @@ class Troubles:
         if answer.state not in (BoardState.BRAKE, BoardState.HALT, BoardState.BOOT):  # of those there is an event
             why = RESULTS.get(Outcome(answer.result), str(answer.result))
             self.report("board-refused", f"the board has refused {kind}: {why}; stop the motor, and report this")
+
+    def moved_by_itself(self) -> None:
+        """Halt the drive: the chip moves, and nobody has told it to."""
+        drive = self.drive
+        drive.state, self._final = "halted", True
+        self.report(
+            "moved-by-itself",
+            "the chip began to move before a host had said anything: a program that starts at power-up; the motor stands. "
+            "Let it by --self-start (self_start=True)",
+        )
+        drive.feeder.halt()
+        drive.on_stopped.stopped(self._unknown())
 
     def too_fast(self, error: Exception) -> None:
         """The model makes steps faster than the board can."""

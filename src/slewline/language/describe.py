@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from ..core.datasheet.channel import AdaptiveLine, FlowBus, SerialLine
 from ..core.datasheet.option import Option, flat
-from ..core.datasheet.roles import AXIS_ROLES
+from ..core.datasheet.roles import AT_ONCE, AXIS_ROLES, REFLEXES
 from ..core.datasheet.table import Pin, Sheet
 from .assemble import units
 from .dialect import Dialect, dialect_of
@@ -27,7 +27,7 @@ def describe(sheet: Sheet, command: str | None = None) -> str:
     dialect, serial = dialect_of(sheet), sheet.channel(SerialLine)
     commands = f"## Commands\n\n{dialect.table(sheet)}"
     port = _port(serial, dialect) if serial is not None else ""
-    tables = (_pins, _wires, _registers, _times, _printed, _rates, _options)
+    tables = (_at_once, _pins, _wires, _registers, _times, _printed, _rates, _options)
     parts = [_head(sheet), commands, port, _sides(sheet), *dialect.chapters(sheet), *(write(sheet) for write in tables)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -107,6 +107,7 @@ def _pins(sheet: Sheet) -> str:
         "wire to",
         "after reset",
         "when it is sampled",
+        "reflex",
         "manual",
     )
     rows = [
@@ -121,6 +122,7 @@ def _pins(sheet: Sheet) -> str:
             LEVEL[pin.tie],
             LEVEL[pin.reset],
             pin.seen,
+            pin.reflex,
             source(pin),
         )
         for pin in sheet.pins
@@ -129,7 +131,16 @@ def _pins(sheet: Sheet) -> str:
         "A part that is wired `to` the chip finds its pins by their roles. A level after a role is the one at which\n"
         "it holds, where that is not the active one."
     )
+    reflexes = [f"- {word}: {REFLEXES[word]}" for word in REFLEXES if any(pin.reflex == word for pin in sheet.pins)]
+    if reflexes:
+        note += "\n\nA reflex is what an input does to a running motor at its active level:\n\n" + "\n".join(reflexes)
     return f"## Pins\n\n{table(heads, rows)}\n\n{note}" if rows else ""
+
+
+def _at_once(sheet: Sheet) -> str:
+    rows = [(f"`{row.form}`", row.name, AT_ONCE[row.at_once]) for row in sheet.commands if row.at_once]
+    note = "They do not wait for the end of a motion; one that waits for an update does so with the update.\n\n"
+    return f"## Commands that act at once\n\n{note}{table(('command', 'name', 'it'), rows)}" if rows else ""
 
 
 def _role(pin: Pin, sheet: Sheet) -> str:

@@ -11,7 +11,7 @@ the next event or the next byte.  `call` brings a function from another thread i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future
 from functools import cached_property, partial
 from ipaddress import ip_address
@@ -22,22 +22,20 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 from ..bench.hosting import channel_over
 from ..core.chip import Chip
 from ..core.component import Finding
-from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, row_for
+from ..core.datasheet.channel import AdaptiveLine
 from ..core.datasheet.channel import SerialLine as SerialChannel
 from ..errors import UsageError
-from ..parts.hosts.adaptive_host import AdaptiveHost
-from ..parts.hosts.bus_host import BusHost
-from .lines.connectors import board, connector, uart
-from .lines.framing import FramedLine
 from .lines.line import ConnectorLine, HostLine
 from .lines.log import TranscriptFile
 from .lines.pace import Pace, Paced
 from .ports.registers import RegisterLine, RegisterPort
 from .ports.tcp import TcpPort
+from .serving import line_to
 from .sockets.address import is_loopback, parse_address
 from .sockets.loop import Loop
 from .sockets.system import fine_timer
 from .time.breakpoints import Breakpoints
+from .time.exchange import Exchanges, limit_kept
 from .time.travel import TimeTravel
 from .views.reports import FindingReports, Lateness
 from .views.views import Views
@@ -48,12 +46,7 @@ if TYPE_CHECKING:
     from .views.dialogue import Dialogue
     from .views.scope import Scope
 
-DEAF = (
-    "the UART of {chip} only receives: no command is answered; with --framing (in a bench file framing = true) ?0 "
-    "to ?3 read back"
-)
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
-KEPT_STRETCHES = 10_000  # of the past of each axis
 LOOK_S = 5.0
 
 
@@ -91,12 +84,10 @@ class Server:
         self.bench, self.pace, self.allow_remote, self.tell = bench, pace, allow_remote, tell
         self.troubles: list[str] = []  # files that take no more, and what else is wrong around the chips
         self.log = TranscriptFile(bench.kernel, log, self._trouble)
-        if bench.journal is not None:
-            bench.journal.on_failure.add(self._trouble)
         self.loop = Loop()
         self.reports = FindingReports(self.loop, self._report)
         rate = float(pace.rate) if isinstance(pace, Paced) else 1
-        self.lateness = Lateness(pace.lag, rate, lambda text: self._say("server", text))
+        self.lateness = Lateness(pace.lag, rate, lambda text: self.say("server", text))
         self.lines: dict[str, HostLine] = {}
         self.ports: list[OpenPort] = []
         self.found = 0  # findings since the beginning
@@ -106,13 +97,37 @@ class Server:
         self.views = Views(self)
         self._dialogue: Dialogue | None = None
         self.travel = TimeTravel(self)
-        bench.on_finding.add(self._finding)
-        for chip in bench.chips.values():
-            for number, motor in enumerate(chip.axes, 1):
-                motor.kept.limit(chip.axis(number).name, stretches=KEPT_STRETCHES)
+        self.exchanges = Exchanges(self)
+        self.furnish(bench)
+        limit_kept(bench)
         for owner in (*bench.chips.values(), *bench.parts.values()):
             if (on_failure := getattr(getattr(owner, "store", None), "on_failure", None)) is not None:
                 on_failure.add(self._trouble)
+
+    def furnish(self, bench: Bench) -> None:
+        """Listen to a bench."""
+        bench.on_finding.add(self.finding)
+        if bench.journal is not None:
+            bench.journal.on_failure.add(self._trouble)
+        if self._dialogue is not None and self._dialogue.bench is not bench:
+            self._dialogue.move(bench)
+        if "scope" in vars(self):
+            self.scope.move(bench)
+
+    def exchange(self, bench: Bench, since_ps: int = 0) -> None:
+        """Serve another bench from now on, at the same instant, with chips and parts of the same names.
+
+        Hosts and clients stay connected, and go on with it.  It gets the memories and the journal of the one before,
+        which does nothing outside any more.
+
+        Args:
+            since_ps: up to this instant both runs are the same.
+
+        Raises:
+            UsageError: it is at another instant, or lacks something; or another branch is shown.  Nothing has changed.
+            OSError: a memory has refused its content; nothing has changed.
+        """
+        self.exchanges.exchange(bench, since_ps)
 
     # ---------------------------------------------------------------------------------------------------- furnishing
     def line(self, *chips: Chip, framing: bool = False, over: str | None = None) -> HostLine:
@@ -131,42 +146,13 @@ class Server:
             if len(chips) > 1 and not isinstance(channel, SerialChannel):
                 has = "a line of its own" if isinstance(channel, AdaptiveLine) else "a bus"
                 raise UsageError(f"{name}: {chip.name} has {has}; give it a port of its own")
-        line = row_for(channels[0], LINES, "serves")(self, name, chips, framing, over)
+        line = line_to(self, channels[0], name, chips, framing, over)
         for other in self.lines.values():
             if any(chip in other.chips for chip in chips):
                 other.beside.append(line)
                 line.beside.append(other)
         self.lines[name] = line
         return line
-
-    def _serial_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-        """Characters, to modules that share a line."""
-        if framing:
-            raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
-        port = connector(self.bench, name, chips)
-        self.troubles += [found.text for found in port.findings]  # they are reported as findings
-        return ConnectorLine(name, chips, self.pace, self.log, port)
-
-    def _register_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-        """The registers of a board on a host port, or on a bus that works both ways."""
-        if framing:
-            raise UsageError(f"{name}: has registers of its own; leave out the framing")
-        return RegisterLine(name, chips[0], self.pace, self.log, board(self.bench, chips[0], over))
-
-    def _adaptive_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-        """Characters, to a chip that finds the rate; a character waits for CTS where the chip uses it."""
-        if framing:
-            raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
-        host = self.bench.host(chips[0], name=f"{name}_line", over=channel_over(chips[0], over).name)
-        return ConnectorLine(name, chips, self.pace, self.log, cast("AdaptiveHost", host))
-
-    def _bus_line(self, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-        """Lines of text to a host on a bus; without framing, characters to its UART."""
-        if framing:
-            host = self.bench.host(chips[0], name=f"{name}_host", over=over)
-            return FramedLine(name, chips[0], self.pace, self.log, cast("BusHost", host))
-        self._say(chips[0].name, DEAF.format(chip=chips[0].name))
-        return ConnectorLine(name, chips, self.pace, self.log, uart(self.bench, chips[0]))
 
     def _check(self, line: HostLine, port: str) -> None:
         if port not in line.ports:
@@ -193,7 +179,7 @@ class Server:
         port = PtyPort(self.loop, line, link)
         self._opened(port)
         if isinstance(line, ConnectorLine) and line.port.word.bits < 8:
-            self._say(line.name, f"{link}: {port.hint}")
+            self.say(line.name, f"{link}: {port.hint}")
         return port
 
     def serial(self, line: HostLine, device: str) -> OpenPort:
@@ -202,7 +188,7 @@ class Server:
 
         self._check(line, "serial")
         port = self._opened(
-            DevicePort(self.loop, cast("ConnectorLine", line), device, lambda text: self._say(line.name, text))
+            DevicePort(self.loop, cast("ConnectorLine", line), device, lambda text: self.say(line.name, text))
         )
         self._say_format(line, device)
         return port
@@ -217,7 +203,7 @@ class Server:
 
     def _on_tcp(self, kind: type[TcpPort], line: HostLine, address: str) -> OpenPort:
         """A line on a socket."""
-        port = self._opened(kind(self.loop, line, address, self.allow_remote, partial(self._say, line.name)))
+        port = self._opened(kind(self.loop, line, address, self.allow_remote, partial(self.say, line.name)))
         self._warn_remote(
             line.name, port.where, "any client that connects can command the module; no password is asked"
         )
@@ -228,7 +214,7 @@ class Server:
         host, _ = parse_address(where.rpartition("//")[2], True)
         if not is_loopback(host):
             reach = "every network of this machine" if ip_address(host).is_unspecified else f"the network of {host}"
-            self._say(name, f"{where}: open to {reach}; {may}")
+            self.say(name, f"{where}: open to {reach}; {may}")
 
     def _say_format(self, line: HostLine, where: str) -> None:
         """Of a line that most hosts take for 8N1."""
@@ -236,7 +222,7 @@ class Server:
         word = port.word
         if word.bits < 8:
             form = f"{port.baud} baud, {word.bits} data bits, {word.parity} parity, {word.stop} stop bits"
-            self._say(
+            self.say(
                 line.name,
                 f"{where}: the line has {form}; a host that sets another format, such as 8N1, gets E1 or no answer",
             )
@@ -355,7 +341,7 @@ class Server:
         return future.result(timeout)
 
     # -------------------------------------------------------------------------------------------------- housekeeping
-    def _say(self, line: str, text: str) -> None:
+    def say(self, line: str, text: str) -> None:
         """Tell the user something, once: on the terminal, the transcript does."""
         self.log.event(line, text)
         if not self.log.on_terminal:
@@ -367,9 +353,10 @@ class Server:
     def _trouble(self, text: str) -> None:
         if text not in self.troubles:  # what a host tries again is not reported again
             self.troubles.append(text)
-            self._say("server", text)
+            self.say("server", text)
 
-    def _finding(self, found: Finding) -> None:
+    def finding(self, found: Finding) -> None:
+        """Tell of a finding."""
         self.found += 1
         self.log.event(found.source, f"{found.code}: {found.text}")
         if not self.log.on_terminal:
@@ -388,12 +375,3 @@ class Server:
         for line in self.lines.values():
             line.look_for_ends()
         self.loop.after(LOOK_S, self._look_around)
-
-
-LINES: Mapping[type[Channel], Callable[[Server, str, Sequence[Chip], bool, str | None], HostLine]] = {
-    BusHandshake: Server._bus_line,
-    SerialChannel: Server._serial_line,
-    HostPort: Server._register_line,
-    FlowBus: Server._register_line,
-    AdaptiveLine: Server._adaptive_line,
-}  # what serves a channel

@@ -66,15 +66,15 @@ OPTIONAL: dict[str, Kind] = {  # in any entry that has them
 class Entries:
     """The entries of a journal file, with the numbers of their lines; each time from the first one on.
 
-    With `begin` it is read from a byte on at which a line begins, and numbers of lines count from there.  A last line
-    that was cut off is left out, with the warning TornJournal at the first reading.
+    With `begin` it is read from a byte on at which a line begins, and numbers of lines count from there, or on from
+    those `before` it.  A last line that was cut off is left out, with the warning TornJournal at the first reading.
 
     Raises:
         BenchFileError: not readable, or not a journal; or, while they are read, an entry that makes no sense.
     """
 
-    def __init__(self, path: str | PathLike[str], begin: int = 0) -> None:
-        self.path, self.begin = path, begin
+    def __init__(self, path: str | PathLike[str], begin: int = 0, before: int = 0) -> None:
+        self.path, self.begin, self.before = path, begin, before
         try:
             self.file: BinaryIO = opened(path)
         except BenchFileError as error:
@@ -90,7 +90,7 @@ class Entries:
         return BenchFileError(f"journal {self.path}, line {number}: {says}")
 
     def _read(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        number = found = last = 0
+        number, found, last = self.before, 0, 0
         while line := self.file.readline(LONGEST):
             number += 1
             if line == b"\n":

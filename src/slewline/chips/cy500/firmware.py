@@ -86,6 +86,6 @@ class Cy500(Cy5xx):
         """Return the periods by rate parameter, and where ramps begin."""
         return sloped.law(self.options.inferred, PERIODS)
 
-    def _patterns(self) -> Patterns:
+    def phase_patterns(self) -> Patterns:
         """Return the levels of the phases in full steps, a row a step; clockwise goes down the rows."""
         return sloped.full_steps(self.options.inferred)

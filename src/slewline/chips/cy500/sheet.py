@@ -31,12 +31,12 @@ _OWN = (
     *(Pin(number, f"nc{number}", "none", says) for number, says in ((5, "not known"), (9, "not known"), (10, "not known; no read-out"), (25, "not known"), (33, "not known; no direction output"), (39, "not known; no read-out"))),
     Pin(28, "xss", "in", "external start/stop: low runs the motor in jog mode; T loops while it is low", active=0, pull=1, seen="as a step begins; by T", where="art. T.2 J, T", role="input2", told=("", "")),
     Pin(29, "xdir", "in", "external direction after L; high: CW", active=1, pull=1, seen="as a step begins", where="art. T.2 L", told=("", "")),
-    _Pin(30, "trigger", "in", "high holds the next step", active=1, pull=1, tie=0, seen="as a step begins", where="art. T.2 O; as the CY525", role="enable", sense=0, told=("", "no further step")),
+    _Pin(30, "trigger", "in", "high holds the next step", active=1, pull=1, tie=0, seen="as a step begins", where="art. T.2 O; as the CY525", role="enable", sense=0, reflex="hold", told=("", "no further step")),
     _Pin(31, "prog", "out", "low during program entry", active=0, reset=1, where="as the CY512", role="program_entry", told=("program entry", "")),
 )
 _ITS: Mapping[str, dict[str, Any]] = {  # other than at the CY525
     "io_request": {"says": "byte strobe", "seen": "level"},
-    "abort": {"says": "ends a motion after the running step, without ramp", "seen": "as a step begins"},
+    "abort": {"says": "ends a motion after the running step, without ramp", "reflex": "stop", "seen": "as a step begins"},
     "ready": {"says": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in progress"},
     "programmable_output": {"where": "art. T.2 B, C", "trust": "stated"},
     "pulse": {"where": "art. T.2 L; as the CY525"},

@@ -31,7 +31,7 @@ class Cy525(Cy5xx):
     _motion_class = Motion
     state: Registers
 
-    def _patterns(self) -> Patterns:
+    def phase_patterns(self) -> Patterns:
         """Return the levels of the phases, a row a step; clockwise goes down the rows."""
         return PHASES
 

@@ -45,7 +45,7 @@ class Cy5xx(Chip):
         defaults = {row.name: getattr(self.options, row.name) for row in self.sheet.registers}
         self.state = self._registers_class(defaults)
         self.axes = (Axis(kernel, range(1 << 16), defaults["position"]),)
-        self._outputs = self._outputs_class(self, self.state, self._patterns(), ticks["pulse_high"])
+        self._outputs = self._outputs_class(self, self.state, self.phase_patterns(), ticks["pulse_high"])
         self._readout = ReadOut(self, self.sheet.verify_bytes, self._group_bytes)
         self._port = self._port_class(self, ticks, self._readout)
         self._motion = self._moves(ticks)
@@ -63,7 +63,7 @@ class Cy5xx(Chip):
         if self._supply.powered:
             self.start()
 
-    def _patterns(self) -> Patterns:
+    def phase_patterns(self) -> Patterns:
         """Return the levels of the phases, a row a step; clockwise goes down the rows."""
         raise NotImplementedError
 

@@ -47,15 +47,15 @@ PINS = (
     Pin(21, "v5_21", "power", "+5 V out, 100 mA", where=_PD),
     Pin(22, "mov", "out", "high while a movement is executed", active=1, reset=0, where=_PD, role="moving"),
     Pin(23, "ramp", "out", "high while a ramp is executed", active=1, reset=0, where=_PD, role="ramping"),
-    Pin(24, "enable", "in", "low holds the next step", active=1, pull=1, seen="just before each step", where=_PD, role="enable", told=("no further step", "")),
+    Pin(24, "enable", "in", "low holds the next step", active=1, pull=1, seen="just before each step", where=_PD, role="enable", reflex="hold", told=("no further step", "")),
     Pin(25, "nc25", "none", "not connected", where=_PD),
     Pin(26, "dir", "out", "high: clockwise", active=1, reset=1, where=_PD, role="direction"),
     Pin(27, "reset", "out", "resets the driver: low for 400 us", active=0, reset=1, where=_PD, role="driver_reset", told=("the driver is reset", "")),
     Pin(28, "clock", "out", "a low pulse of 1.7 us per step", active=0, reset=1, where=_PD, role="step", sense=1),
     Pin(29, "nc29", "none", "not connected", where=_PD),
-    Pin(30, "home", "in", "low: at the home position", active=0, pull=1, seen="just before each step of a homing", where=_PD, role="home", told=("at the home position", "")),
+    Pin(30, "home", "in", "low: at the home position", active=0, pull=1, seen="just before each step of a homing", where=_PD, role="home", reflex="stop back", told=("at the home position", "")),
     Pin(31, "uo1", "out", "user output 1", active=1, reset=0, where=_PD, role="output1", told=("", "")),
-    Pin(32, "eot", "in", "low: at the end of travel", active=0, pull=1, seen="just before each step of a homing", where=_PD, role="end", told=("at the end of travel", "")),
+    Pin(32, "eot", "in", "low: at the end of travel", active=0, pull=1, seen="just before each step of a homing", where=_PD, role="end", reflex="stop out", told=("at the end of travel", "")),
     Pin(33, "uo2", "out", "user output 2", active=1, reset=0, where=_PD, role="output2", told=("", "")),
     Pin(34, "ui1", "in", "user input 1", pull=1, seen="by W, U, jc, G or g, V2", where=_PD, role="input1", told=("", "")),
     Pin(35, "uo3", "out", "user output 3", active=1, reset=0, where=_PD, role="output3", told=("", "")),
@@ -106,8 +106,8 @@ def _stored(form: str, name: str, args: tuple[Arg, ...], says: str, *, room: int
     return Row(form, name, args, MS, says, _CD, program_us=MS, code=code, motion=motion, head=head, room=room, tail=tail, when=when, flow=flow, role=role)
 
 
-def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "", role: str = "") -> Row:
-    return Row(form, name, args, MS, says, _CD, stored=False, head=head, when=when, role=role)
+def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "", role: str = "", at_once: str = "") -> Row:  # fmt: skip
+    return Row(form, name, args, MS, says, _CD, stored=False, head=head, when=when, role=role, at_once=at_once)
 
 
 ROWS = (
@@ -117,7 +117,7 @@ ROWS = (
     _immediate("E", "EXECUTE", "run the program from location 0; ends programming", when="ip", role="leave"),
     _immediate("F", "FEEDBACK", "ready or busy", when="ipr", role="state"),
     _immediate("H", "HOME", "find the home position", replace(DIRECTION, optional=True), when="i"),
-    _immediate("K", "KILL", "end program and motion at once", when="ir"),
+    _immediate("K", "KILL", "end program and motion at once", when="ir", at_once="stop"),
     _stored("L0", "LOOP_START", (), "start of what a loop repeats", room=2, head="L", code=ord("l"), tail=("0", "o"), role="mark"),
     _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start; the number is that of all passes", room=2, flow="nl", role="loop"),
     _immediate("M", "MEMORIZE", "program to EEPROM", when="ip"),
@@ -129,7 +129,7 @@ ROWS = (
     _immediate("V", "VERIFY", "position (1) or user inputs and outputs (2)", Arg("what", 1, 1, 2), when="ip"),
     _stored("W", "WAIT", (INPUT,), "wait until an input is high", room=2),
     _immediate("X", "EXCHANGE", "EEPROM to program memory", when="ip"),
-    _immediate("Z", "ZERO_SPEED", "ramp down and end the program", when="ir"),
+    _immediate("Z", "ZERO_SPEED", "ramp down and end the program", when="ir", at_once="brake"),
     _stored("±", "MOVE", (Arg("steps", 3, -999_999, 999_999, sign="must", zero=False),), "move by a number of steps", room=4, code=ord("+"), motion=True),
 )
 C200_ROWS = (

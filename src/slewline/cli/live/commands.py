@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import click
@@ -11,44 +12,70 @@ from ..options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, MEMORY, 
 from ..options.values import DIRECTORY, FILE, PartName, SettingText, Strap
 
 
+Command = Callable[..., Any]
+
+
+def together(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
+    """Return options that several commands have, as one decorator."""
+
+    def decorate(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return decorate
+
+
+PORTS = together(
+    click.argument("chip", type=PartName(), required=False, is_eager=True),
+    path("--bench", metavar="FILE", help="A bench file with [[serve]] tables, instead of CHIP."),
+    path("--pty", metavar="LINK", help="On a pseudo-terminal, found by a link of this name. Linux; macOS: 8N1 only."),
+    click.option(
+        "--tcp", metavar="HOST:PORT", help="On a TCP socket, 4001 alone: of this machine; port 0: any free one."
+    ),
+    click.option("--rfc2217", metavar="HOST:PORT", help="On a TCP socket that takes rate, parity, DTR and RTS."),
+    path("--serial", metavar="DEV", help="On a serial port of this machine: /dev/ttyUSB0, COM3."),
+    click.option(
+        "--registers", metavar="HOST:PORT", help="The bus of a chip that also has a serial line: on a TCP socket."
+    ),
+    click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, which can also read back."),
+    click.option("--baud", hidden=True),
+)
+SERVED = together(
+    click.option("--control", metavar="HOST:PORT", help="JSON lines: pins, time, faults, status; from any language."),
+    click.option(
+        "--token",
+        metavar="TEXT",
+        envvar="SLEWLINE_TOKEN",
+        help="What clients of the control port must send; also taken from the environment, SLEWLINE_TOKEN.",
+    ),
+    click.option("--state", metavar="DIR", type=DIRECTORY, help="Where the EEPROMs are kept."),
+    path("--log", help="Append a transcript of all lines to F; -: on standard error."),
+    path("--journal", help="Write every input from outside, for slewline run --replay."),
+    MEMORY,
+    ANYWHERE,
+    ALLOW_CODE,
+    click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated."),
+    click.option(
+        "--option",
+        type=SettingText(),
+        multiple=True,
+        help="Option of the chip (`describe` lists them), as 'eeprom_time=20 ms'.",
+    ),
+    click.option(
+        "--allow-remote", is_flag=True, help="Other machines may connect; to the control port with --token only."
+    ),
+    click.option("--status", is_flag=True, help="Show a status line every second; else SIGUSR1 asks for one."),
+)
+
+
 @click.command(
     "serve", cls=HintingCommand, short_help="Serve chips on ports, to unmodified host software.", epilog=EXIT
 )
-@click.argument("chip", type=PartName(), required=False, is_eager=True)
-@path("--bench", metavar="FILE", help="A bench file with [[serve]] tables, instead of CHIP.")
-@path("--pty", metavar="LINK", help="On a pseudo-terminal, found by a link of this name. Linux; macOS: 8N1 only.")
-@click.option("--tcp", metavar="HOST:PORT", help="On a TCP socket, 4001 alone: of this machine; port 0: any free one.")
-@click.option("--rfc2217", metavar="HOST:PORT", help="On a TCP socket that takes rate, parity, DTR and RTS.")
-@path("--serial", metavar="DEV", help="On a serial port of this machine: /dev/ttyUSB0, COM3.")
-@click.option(
-    "--registers", metavar="HOST:PORT", help="The bus of a chip that also has a serial line: on a TCP socket."
-)
-@click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, which can also read back.")
-@click.option("--baud", hidden=True)
+@PORTS
 @click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
 @click.option("--lockstep", is_flag=True, help="Time passes only for the bytes of the line, and by `advance`.")
-@click.option("--control", metavar="HOST:PORT", help="JSON lines: pins, time, faults, status; from any language.")
-@click.option(
-    "--token",
-    metavar="TEXT",
-    envvar="SLEWLINE_TOKEN",
-    help="What clients of the control port must send; also taken from the environment, SLEWLINE_TOKEN.",
-)
-@click.option("--state", metavar="DIR", type=DIRECTORY, help="Where the EEPROMs are kept.")
-@path("--log", help="Append a transcript of all lines to F; -: on standard error.")
-@path("--journal", help="Write every input from outside, for slewline run --replay.")
-@MEMORY
-@ANYWHERE
-@ALLOW_CODE
-@click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated.")
-@click.option(
-    "--option",
-    type=SettingText(),
-    multiple=True,
-    help="Option of the chip (`describe` lists them), as 'eeprom_time=20 ms'.",
-)
-@click.option("--allow-remote", is_flag=True, help="Other machines may connect; to the control port with --token only.")
-@click.option("--status", is_flag=True, help="Show a status line every second; else SIGUSR1 asks for one.")
+@SERVED
 @click.option(
     "--panel",
     metavar="HOST:PORT",
@@ -79,6 +106,60 @@ def serve_command(**options: Any) -> int:
     from .serve import ServeCommand
 
     return ServeCommand(**options).perform()
+
+
+@click.command(
+    "drive", cls=HintingCommand, short_help="Drive a real motor: a chip, a board, and the old host.", epilog=EXIT
+)
+@PORTS
+@path("--board", metavar="PORT", required=True, help="The serial port of the board; twin: a board of software.")
+@click.option("--of", metavar="CHIP[.AXIS]", help="Whose motor it is, where a bench has several.")
+@click.option("--enable", is_flag=True, help="Switch the driver on; else it is a dry run: pulses, and no current.")
+@click.option("--driver", metavar="NAME", help="The driver, such as DM542: its polarity, and whether its times are met.")
+@click.option(
+    "--input",
+    type=SettingText(),
+    multiple=True,
+    help="What an input of the board is, such as A1=home or A0=e_stop. May be repeated.",
+)
+@click.option(
+    "--output",
+    type=SettingText(),
+    multiple=True,
+    help="What an output of the board is, such as D2=uo1; by default those that programs set. May be repeated.",
+)
+@click.option(
+    "--horizon",
+    metavar="TIME",
+    default="100 ms",
+    show_default=True,
+    help="From a step of the model to that of the motor; a pause of this machine may be shorter than that.",
+)
+@click.option("--start-stop", metavar="RATE", help="Up to which the motor may stand at once, such as '500 steps/s'.")
+@click.option(
+    "--stop",
+    type=click.Choice(["abort", "reset", "power"]),
+    help="What stops the chip when the board has stopped by itself.",
+)
+@click.option("--self-start", is_flag=True, help="A program that the chip starts by itself may move the motor.")
+@click.option("--check", is_flag=True, help="Look at link, machine and board for ten seconds; D9 is wired to D4 alone.")
+@click.option("--black-box", metavar="DIR", type=DIRECTORY, help="Where sessions are recorded, instead of the usual place.")
+@click.option("--no-black-box", is_flag=True, help="Record nothing.")
+@SERVED
+@OPTIONS
+def drive_command(**options: Any) -> int:
+    """Put a chip in the place of the one that failed: an old host on a port, a motor on a board.
+
+    This stops by itself and keeps count, and is no safety device: an E-stop must cut the supply of the driver.
+
+    The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host speaks to the chip on one of
+    the ports, as with `slewline serve`.  What goes out, steps and characters, does so a horizon later while the motor
+    moves.  A board that stops by itself, by an input, an E-stop, or because it hears nothing, says where; the drive is
+    halted then, until SIGUSR2 or `clear` on the control port lets it go on.
+    """
+    from .drive import DriveCommand
+
+    return DriveCommand(**options).perform()
 
 
 @click.command("panel", cls=HintingCommand, short_help="See a chip and work it, in a web browser.", epilog=EXIT)

@@ -68,6 +68,27 @@ ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that ar
     }
 )
 
+REFLEXES: Mapping[str, str] = (
+    MappingProxyType(  # an input that stops the motor by itself, so a board does it at once: it ...
+        {
+            "stop": "stops the motor: the running step is its last one",
+            "stop up": "does so while the motor runs in positive direction",
+            "stop down": "does so while the motor runs in negative direction",
+            "brake": "slows the motor down, and stops it",
+            "hold": "holds the motor as long as the level lasts; every step that is to come is later then",
+            "mark": "notes where the motor is, which goes on",
+            "stop out": "stops the motor on the way out of a homing",
+            "stop back": "stops the motor on the way back of a homing",
+        }
+    )
+)
+AT_ONCE: Mapping[str, str] = MappingProxyType(  # a command that does not wait for the end of what is under way: it ...
+    {
+        "stop": "stops the motor: the running step is its last one",
+        "brake": "slows the motor down, and stops it",
+    }
+)
+
 ROW_ROLES: Mapping[str, str] = MappingProxyType(  # a command that ...
     {
         "enter": "begins program entry",

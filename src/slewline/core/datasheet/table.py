@@ -15,7 +15,7 @@ from typing import Literal, Protocol, TypeVar
 from ...errors import SheetError
 from .channel import Channel
 from .option import Option
-from .roles import AXIS_ROLES, ROLES, ROW_ROLES
+from .roles import AT_ONCE, AXIS_ROLES, REFLEXES, ROLES, ROW_ROLES
 
 Trust = Literal["stated", "derived", "chosen", "inferred"]
 Way = Literal["in", "out", "both", "power", "none"]
@@ -32,6 +32,8 @@ class Pin:
     `role` is what the pin is for, in a word that all parts share (see ROLES), on axis `axis`.  `sense` is the level at
     which that holds: the active one, unless the pin is named for the contrary (ATREST is low when the motor is moving).
     A driver makes a step when its pin takes that level.
+    `reflex` is what the chip does with a running motor when an input takes its active level, in a word of REFLEXES; of
+    a pin that enables steps, when it takes the other level.
     `told` is what the transcript says when the pin becomes low, and when it becomes high: None where it is silent.
     """
 
@@ -49,13 +51,22 @@ class Pin:
     axis: int = 1
     sense: int | None = None
     told: tuple[str, str] | None = None
+    reflex: str = ""
     trust: Trust = "stated"
 
     def __post_init__(self) -> None:
+        if self.reflex and (self.reflex not in REFLEXES or self.acts is None):
+            raise SheetError(f"pin {self.name}: reflex {self.reflex!r} of no level, or none of {', '.join(REFLEXES)}")
         if self.role and self.role not in ROLES:
             raise SheetError(f"pin {self.name}: no role {self.role!r}; there are: {', '.join(ROLES)}")
         if self.sense is None:
             object.__setattr__(self, "sense", self.active)
+
+    @property
+    def acts(self) -> int | None:
+        """The level at which the reflex of the pin acts; None: it has no level."""
+        level = self.active if self.sense is None else self.sense
+        return 1 - level if self.role == "enable" and level is not None else level
 
     def plays(self, role: str, axis: int = 1) -> bool:
         """Return whether the pin has a role, on an axis if it is the role of one."""
@@ -138,6 +149,9 @@ class Row:
     accepted by the others.
 
     `role` is what the command is for, in a word that all parts share (see ROW_ROLES): texts, rules and hosts go by it.
+
+    `at_once` says what a command does to a running motor without waiting for it, in a word of AT_ONCE; one that waits
+    for an update (`buffered`) does so with the update.
     """
 
     form: str
@@ -161,11 +175,14 @@ class Row:
     buffered: bool = False
     encoder: bool = False
     role: str = ""
+    at_once: str = ""
     trust: Trust = "stated"
 
     def __post_init__(self) -> None:
         if self.role and self.role not in ROW_ROLES:
             raise SheetError(f"command {self.name}: no role {self.role!r}; there are: {', '.join(ROW_ROLES)}")
+        if self.at_once and self.at_once not in AT_ONCE:
+            raise SheetError(f"command {self.name}: at once {self.at_once!r}; allowed {', '.join(AT_ONCE)}")
         if not self.head:
             object.__setattr__(self, "head", self.form)
         if self.code < 0:

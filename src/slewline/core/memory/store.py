@@ -87,6 +87,8 @@ class JournaledStore:
         """Return the content, and begin to number the calls."""
         self._known.write(self.store.read())
         self._calls = 0
+        if isinstance(self.store, ReplayedStore):
+            self.store.begin()
         return self._known.data
 
     def read(self) -> bytes:
@@ -116,6 +118,16 @@ class JournaledStore:
     def detach(self, faults: Mapping[int, Mapping[str, Any]]) -> None:
         """Keep the content in the model from now on, with the faults of a replay (see `ReplayedStore`)."""
         self.store = ReplayedStore(self._known.data, faults, self._calls)
+
+    def attach(self, store: Store) -> None:
+        """Keep the content in another store from now on; one that holds something else gets it, others are not written.
+
+        Raises:
+            OSError: it has refused; the content stays where it is.
+        """
+        if store.read() != self._known.data:
+            store.write(self._known.data)
+        self.store = store
 
     def _told(self, call: Callable[[], T]) -> T:
         if self._calls is not None:

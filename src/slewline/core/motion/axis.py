@@ -150,6 +150,7 @@ class Axis:
         self.on_forget: Hook[[int]] = Hook()  # the past before an instant is dropped
         self.kept = Kept()
         self.forgotten = 0  # steps of the past that is not kept
+        self.homing = 0  # the direction of the way out of a homing that is in progress; 0: there is none
         self.log = Motions(kernel, self.stands, self.halt)  # what a chip reports of its motions
 
     @property

@@ -206,6 +206,12 @@ class Client:
         """Owe a reply until a condition is met, or at an instant (ps); `pushes`: a time that stands passes for it."""
         answer = self.answer_later(request)
         wait = Wait(condition.met, limit_ps, lambda met: answer(reply(met)), condition.foreseen, condition.nets, pushes)
+
+        def renew() -> None:
+            fresh = Requests(self.server, self).renewed(request, condition)
+            wait.met, wait.when, wait.nets = fresh.met, fresh.foreseen, fresh.nets
+
+        wait.renew = renew
         self.server.pace.wait(wait)
 
     def answer_later(self, request: Data) -> Callable[[Data], object]:

@@ -126,6 +126,17 @@ class TimeVerbs(Verbs):
             raise UsageError(f"until: {readable(at)} is in the past; the time is {now}; `back` goes there")
         return InstantCondition(self.bench.kernel, at)
 
+    def renewed(self, request: Data, before: Condition) -> Condition:
+        """Return the condition of a request that waits already, on the bench of this moment."""
+        by = {"until": self.condition, "step": self.next_event}.get(request["do"], lambda _request: NEVER)
+        condition = before if isinstance(before, InstantCondition) else by(request)
+        if isinstance(before, InstantCondition):
+            before.kernel = self.bench.kernel
+        if isinstance(before, Pushing):
+            return Pushing(condition, before.broken_off)
+        condition.begin()
+        return condition
+
     def do_breakpoints(self, request: Data) -> Data:
         """Replace the breakpoints, if there are any in the request; reply with those there are."""
         breakpoints = self.server.breakpoints

@@ -21,7 +21,9 @@ have gone out, or are forgotten: a motion is made with the parameters in front o
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, cast
 
 from ...bench.scripts.script_runner import TAKEN_US
 from ...core.wires.waits import first_of
@@ -30,12 +32,16 @@ from ...language.dialect import spoken_as
 from ...language.letters import Letters
 from ...parts.hosts.bus_host import BusHost
 from ..sockets.stream import CHUNK
-from .line import HostLine
+from .line import HostLine, Say
 from .log import TranscriptFile
+from .outlet import Told
 from .pace import Pace
 
 if TYPE_CHECKING:
+    from ...bench import Bench
     from ...core.chip import Chip
+    from ...core.time.kernel import Kernel
+    from ...parts.base.part import Part
     from ...parts.base.request_queue import Request
     from ...parts.hosts.ends.port import CommandPort
 
@@ -82,25 +88,37 @@ class FramedLine(HostLine):
         if text == "!":
             self._forget()
         elif text == "?":
-            self.say(f"? {'ready' if self.computer.idle and self._takes() else 'busy'}")
+            self._act(lambda computer, _, say: say(line_of(f"? {'ready' if takes(computer) else 'busy'}"), None))
         elif text[0] == "?":
             groups = [f"?{group}" for group in self.chip.sheet.verify_bytes]
             if text not in groups:
                 raise UsageError(f"{text}: allowed {', '.join(['?', *groups])}")
             self._check_room(text)
             request = self.computer.read_group(self.chip.name, int(text[1:]), None, live=None)
-            self.computer.queue.post("an answer", lambda: self._answer(text, request))
+            self._act(
+                lambda computer, request, say: computer.queue.post("an answer", partial(answer, text, request, say)),
+                request,
+            )
         else:
             self._check_room(text)
             self.computer.send(spoken_as(self.chip.sheet, Letters).sent(self.chip.sheet, text))
-            self.computer.do(self._taken)
+            self._act(lambda computer, _request, _say: computer.do(partial(taken, computer.kernel)))
 
-    def _takes(self) -> bool:
-        """Does the chip take a command now?  A program that admits no live ones leaves READY high."""
-        sheet, pins = self.chip.sheet, self.chip.pins
-        running = sheet.role("running")
-        deaf = not sheet.takes_live and running is not None and pins[running.name].level == 0
-        return pins["ready"].level == 1 and not deaf
+    def _act(self, do: Callable[[Any, Any, Say], object], request: Request[bytes] | None = None) -> None:
+        """Do something to the computer that another bench is to repeat behind the same input."""
+        if self.acts is not None:
+            self.acts.add(self.kernel.now, do)
+        do(self.computer, request, self.give)
+
+    @property
+    def part(self) -> Part:
+        """The computer."""
+        return self.computer
+
+    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
+        """End in the computer of another bench."""
+        super().move(bench, coming)
+        self.chip, self.computer = self.chips[0], cast("BusHost", bench.parts[self.computer.name])
 
     def _check_room(self, text: str) -> None:
         self.cutting = False
@@ -116,16 +134,9 @@ class FramedLine(HostLine):
         self.cutting = self.computer.queue.begun  # the next one cuts
         self.say("!")
 
-    async def _taken(self, port: CommandPort) -> None:
-        """Wait until the chip is ready again, or has been at work for so long that it moves or waits."""
-        await first_of(self.kernel, self.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
-
-    async def _answer(self, question: str, request: Request[bytes]) -> None:
-        self.say(f"{question} {request.result.hex(' ').upper()}")
-
     def say(self, text: str) -> None:
         """Send an answer, a line."""
-        self.give(text.encode("ascii", "backslashreplace") + b"\r\n")
+        self._act(lambda _computer, _request, say: say(line_of(text), None))
 
     def whole(self, data: bytes) -> bytes:
         """Return the whole lines of what has come; the beginning of the next one waits for its end."""
@@ -149,3 +160,26 @@ class FramedLine(HostLine):
     def quiet(self) -> bool:
         """Return whether everything that was sent is played, and answered."""
         return self.computer.idle
+
+
+def line_of(text: str) -> bytes:
+    """Return an answer as it goes out."""
+    return text.encode("ascii", "backslashreplace") + b"\r\n"
+
+
+def takes(computer: BusHost) -> bool:
+    """Does the chip take a command now?  A program that admits no live ones leaves READY high."""
+    sheet, pins = computer.chip.sheet, computer.chip.pins
+    running = sheet.role("running")
+    deaf = not sheet.takes_live and running is not None and pins[running.name].level == 0
+    return computer.idle and pins["ready"].level == 1 and not deaf
+
+
+async def taken(kernel: Kernel, port: CommandPort) -> None:
+    """Wait until the chip is ready again, or has been at work for so long that it moves or waits."""
+    await first_of(kernel, kernel.now + port.ps(TAKEN_US), (port.ready, 1))
+
+
+async def answer(question: str, request: Request[bytes], say: Say) -> None:
+    """Answer a question with what was read."""
+    say(line_of(f"{question} {request.result.hex(' ').upper()}"), None)

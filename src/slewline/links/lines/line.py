@@ -10,8 +10,10 @@ of the module goes out at the instant at which its last bit is over.  Both take 
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Protocol
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from ...bench.runner import Wait
 from ...core.wires.serial import Character
@@ -25,11 +27,15 @@ from ...parts.lines.rs232 import SerialPort
 from ..sockets.preamble import TEXT
 from ..sockets.stream import CHUNK
 from .log import TO_CHIP, TO_HOST, TranscriptFile
+from .outlet import Gate, Outlet, Told
 from .pace import Pace
 
 if TYPE_CHECKING:
+    from ...bench import Bench
     from ...core.chip import Chip
+    from ...parts.base.part import Part
 
+Say = Callable[[bytes, object], object]  # gives bytes to a host; None: to any
 BACKLOG = 256  # characters that may wait for their turn on the line
 ANSWER_TIMEOUT_PS = 60 * 10**12  # how long an answer is waited for, in lockstep or by a host that sends no more
 
@@ -66,6 +72,17 @@ class HostLine:
         self.detour: Detour | None = None  # where the bytes of the host go instead
         self.beside: list[HostLine] = []  # lines to the same chip
         self.coming_ends: list[str] = []  # what chips had of a line at the last check
+        self.outlet = Outlet(self._deliver)
+        self.acts: Acts | None = None  # what it does to its part besides inputs, if another bench is to repeat that
+
+    @property
+    def gate(self) -> Gate | None:
+        """What holds back bytes to the host, such as the cable of a motor that is late; None: nothing does."""
+        return self.outlet.gate
+
+    @gate.setter
+    def gate(self, gate: Gate | None) -> None:
+        self.outlet.gate = gate
 
     # ---------------------------------------------------------------------------------------------------- the host
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
@@ -115,21 +132,37 @@ class HostLine:
         limit_ps = self.kernel.now + ANSWER_TIMEOUT_PS
         if self.pace.lockstep:  # time passes for what has come, and not for a host that waits
             limit_ps = self.kernel.now if self.wait is None else self.wait.limit_ps
-        self.pace.wait(Wait(self.quiet, limit_ps, lambda _quiet: call()))
+        self.pace.wait(Wait(lambda: self.quiet() and not self.outlet.held, limit_ps, lambda _quiet: call()))
 
     def _rests(self, quiet: bool) -> None:
         self.wait = None
         if not quiet:
             self.log.event(self.name, "no answer after 60 s of virtual time; time stops here")
 
-    def give(self, data: bytes) -> None:
-        """Bytes go to the host."""
+    def give(self, data: bytes, to: object = None) -> None:
+        """Bytes go to the host, or to this one alone, unless a gate holds them back."""
+        self.outlet.say(data, self.kernel.now, to)
+
+    def _deliver(self, data: bytes, to: object) -> None:
+        if to is not None and self.host is not to:  # the next one has not asked
+            return
         self.note(TO_HOST, data)
         lost = len(data) if self.host is None else self.host(data)
         self.given += len(data) - lost
         if lost and not self.dropped:
             self.log.event(self.name, "no host is reading: characters of the module are dropped from here on")
         self.dropped += lost
+
+    # ------------------------------------------------------------------------------------------------ another bench
+    @property
+    def part(self) -> Part:
+        """The part on the bench in which the line ends."""
+        raise NotImplementedError
+
+    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
+        """End on another bench from now on, in the part of the same name; `coming` are characters on their way."""
+        self.kernel = bench.kernel
+        self.chips = tuple(bench.chips[chip.name] for chip in self.chips)
 
     # ------------------------------------------------------------------------------------------- what a kind brings
     def obey(self, on: bool) -> None:
@@ -170,6 +203,42 @@ class HostLine:
         raise NotImplementedError
 
 
+class Act(NamedTuple):
+    """What a line does to its part, at an instant (ps), behind so many inputs; see `Acts.add`."""
+
+    inputs: int
+    ps: int
+    do: Callable[[Any, Any, Say], object]
+
+
+class Acts:
+    """What a line has done to its part besides inputs, which a journal has: it waits for answers, and gives them.
+
+    Args:
+        part: its name.
+    """
+
+    def __init__(self, part: str) -> None:
+        self.part = part
+        self.inputs = 0  # of the part, since the beginning
+        self.done: deque[Act] = deque()
+        self.number = 0  # of acts since the beginning
+
+    def heard(self, do: str, what: dict[str, Any]) -> None:
+        """Count an input, which is about to be made."""
+        self.inputs += do == "input" and what["part"] == self.part
+
+    def add(self, ps: int, do: Callable[[Any, Any, Say], object]) -> None:
+        """Note what is done: a function of the part, of what its last input has returned, and of what gives answers."""
+        self.done.append(Act(self.inputs, ps, do))
+        self.number += 1
+
+    def forget(self, before_ps: int) -> None:
+        """Forget what was done up to an instant (ps)."""
+        while self.done and self.done[0].ps <= before_ps:
+            self.done.popleft()
+
+
 class ConnectorLine(HostLine):
     """A line that ends in a serial connector on the bench."""
 
@@ -184,13 +253,30 @@ class ConnectorLine(HostLine):
         port: SerialPort | SerialHost | AdaptiveHost,
     ) -> None:
         super().__init__(name, chips, pace, log)
-        self.port, self.uart = port, port.uart
-        self.mute = not port.pins["rxd"].net.drivers  # nothing can ever come from the chip
         self.coming = 0  # characters whose last bit is not over
         self.late_ps = 0  # a late character of the module comes then, and those after it not before
         spared = next((bit for chip in chips if (bit := dialect_of(chip.sheet).constant_bit) is not None), None)
         self.to_chip, self.to_host = (Noise(port.word.bits, LINKED, spared) for _ in range(2))
+        self._end_in(port)
+
+    def _end_in(self, port: SerialPort | SerialHost | AdaptiveHost) -> None:
+        self.port, self.uart = port, port.uart
+        self.mute = not port.pins["rxd"].net.drivers  # nothing can ever come from the chip
         port.on_character.add(self._character)
+
+    @property
+    def part(self) -> Part:
+        """The connector."""
+        return self.port
+
+    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
+        """End in the connector of another bench."""
+        super().move(bench, coming)
+        self.port.on_character.remove(self._character)
+        self._end_in(cast("SerialPort", bench.parts[self.port.name]))
+        self.coming = len(coming)
+        for told in coming:
+            self.kernel.call_at(told.ps, partial(self._over, told.data[0]))
 
     @property
     def baud(self) -> int | str:  # type: ignore[override]

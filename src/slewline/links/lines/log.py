@@ -49,6 +49,10 @@ class TranscriptFile:
         self.on_terminal = path == "-"
         self.reopen()
 
+    def move(self, kernel: Kernel) -> None:
+        """Take the time from another kernel."""
+        self.kernel = kernel
+
     def reopen(self) -> None:
         """Append to the file, if there is one; the transcript may have been closed before."""
         if self.path is None or self.file is not None:

@@ -29,19 +29,22 @@ may pass after an IN that finds bit 7 of the status at 0, until it is 1.  READY 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
 from ...parts.boards.board import FLOATING, Board
 from ...parts.boards.series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, Done, is_step, spelled
-from ..lines.line import HostLine
+from ..lines.line import HostLine, Say
 from ..lines.log import TO_CHIP, TO_HOST, TranscriptFile
+from ..lines.outlet import Told
 from ..lines.pace import Pace
 from ..sockets.preamble import REGISTERS
 from .tcp import Session, TcpPort
 
 if TYPE_CHECKING:
+    from ...bench import Bench
     from ...core.chip import Chip
+    from ...parts.base.part import Part
     from ...parts.base.request_queue import Request
 
 VERSION = 1
@@ -69,6 +72,7 @@ class RegisterLine(HostLine):
         self.full = False
         self.strange = False  # this host has sent what is not a request, and that was reported
         self.shown = -1  # the last status in the transcript: polls that read the same are left out
+        self.silent = False  # another bench says again what is in the transcript
 
     @property
     def greeting(self) -> bytes:
@@ -125,15 +129,15 @@ class RegisterLine(HostLine):
         board, number = self.board, len(steps) // 2
         wrong = next((at for at in range(0, len(steps), 2) if not is_step(steps[at], board.waits)), None)
         if wrong is not None:
-            self._answer(lambda: bytes([self._nobody(steps[wrong], steps[wrong + 1], "in a series ")]) * number)
+            self._answer(lambda _: bytes([self._nobody(steps[wrong], steps[wrong + 1], "in a series ")]) * number)
             return
         work = board.series(spelled(steps), POLL_PS if self.pace.lockstep else 0, on)
-        self._answer(lambda: self._worked(steps, work))
+        self._answer(lambda work: self._worked(steps, work), work)
 
     def _worked(self, steps: bytes, work: Request[Done]) -> bytes:
         """Return what a series has brought; its accesses go into the transcript."""
         answers, ends = work.result
-        if self.log.file is not None:
+        if self.log.file is not None and not self.silent:
             for request, byte, ps in zip(steps[::2], answers, ends, strict=False):
                 if request & 0xF0 == OUT:
                     self._show(TO_CHIP, request & 0x0F, byte, ps)
@@ -146,33 +150,49 @@ class RegisterLine(HostLine):
         board, offset = self.board, request & 0x0F
         if request & 0xF0 == OUT:
             board.cycle(board.base + offset, value)
-            self._answer(lambda: self._written(offset, value))
+            self._answer(lambda _: self._written(offset, value))
         elif request == HELLO:
-            self._answer(lambda: bytes([NEWEST | LOCKSTEP * self.pace.lockstep]))
+            self._answer(lambda _: bytes([NEWEST | LOCKSTEP * self.pace.lockstep]))
         elif request == POLL:
             self._series(bytes([request, value]), False)
         elif request & 0xF0 == IN or WAITS.get(request) in board.waits:
             if request in WAITS:
                 board.ready(value * MS, WAITS[request])
             access = board.cycle(board.base + offset)
-            self._answer(lambda: self._read(offset, access))
+            self._answer(lambda access: self._read(offset, access), access)
             if self.pace.lockstep and request == IN + STATUS:
                 board.ready(POLL_PS)
         else:
-            self._answer(lambda: bytes([self._nobody(request, value)]))
+            self._answer(lambda _: bytes([self._nobody(request, value)]))
 
-    def _answer(self, answers: Callable[[], bytes]) -> None:
-        """Queue an answer, for the host of this moment: the next one has not asked."""
+    def _answer(self, answers: Callable[[Any], bytes], work: Request[Any] | None = None) -> None:
+        """Queue the answer to a piece of work, for the host of this moment: the next one has not asked."""
         host = self.host
 
-        async def answer() -> None:
-            found = answers()
-            if self.host is host is not None:
-                self.give(found)
-            if self.full and self.space() > 0 and self.resume is not None:
-                self.resume()
+        def do(board: Board, work: Request[Any] | None, say: Say) -> None:
+            async def answer() -> None:
+                self.silent = board is not self.board
+                found, self.silent = answers(work), False
+                if host is not None:
+                    say(found, host)
+                if self.full and self.space() > 0 and self.resume is not None:
+                    self.resume()
 
-        self.board.queue.post("an answer", answer)
+            board.queue.post("an answer", answer)
+
+        if self.acts is not None:
+            self.acts.add(self.kernel.now, do)
+        do(self.board, work, self.give)
+
+    @property
+    def part(self) -> Part:
+        """The board."""
+        return self.board
+
+    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
+        """End in the board of another bench."""
+        super().move(bench, coming)
+        self.board = cast("Board", bench.parts[self.board.name])
 
     def _read(self, offset: int, access: Request[int]) -> bytes:
         """The byte that a read access has brought."""
@@ -181,6 +201,8 @@ class RegisterLine(HostLine):
 
     def _note(self, offset: int, byte: int, ps: int) -> None:
         """Write what was read into the transcript, if it is news."""
+        if self.silent:
+            return
         if offset != STATUS or byte != self.shown:
             self._show(TO_HOST, offset, byte, ps)
         if offset == STATUS:
@@ -191,6 +213,8 @@ class RegisterLine(HostLine):
         return bytes([byte])
 
     def _nobody(self, request: int, value: int, where: str = "") -> int:
+        if self.silent:
+            return FLOATING
         self.log.event(self.name, f"{request:02x} {value:02x} {where}is not a request")
         if not self.strange:
             self.strange = True
@@ -212,7 +236,8 @@ class RegisterLine(HostLine):
 
     def _show(self, way: str, offset: int, byte: int, ps: int) -> None:
         """An access in the transcript: "< 2 31", "> 0 5c"."""
-        self.log.write(ps, self.name, way, f"{offset:x} {byte:02x}")
+        if not self.silent:
+            self.log.write(ps, self.name, way, f"{offset:x} {byte:02x}")
 
     def space(self) -> int:
         """Return how many bytes may come now."""

@@ -52,6 +52,11 @@ class Breakpoints:
         self.arm()
         return [str(condition) for condition in conditions]
 
+    def move(self, bench: Bench) -> None:
+        """Wait for the same on another bench, from this instant on."""
+        self.bench = bench
+        self.replace(self.rows)
+
     def condition(self, row: Mapping[str, Any]) -> Condition:
         """Return what a breakpoint waits for."""
         keys = set(row) if isinstance(row, Mapping) else set()

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from ...core.messages.whole import whole
 from ...core.time.timebase import readable
@@ -25,6 +25,9 @@ from ..sockets import system
 from .branches import Answer, Branch, Checkpoint, Data, Travels
 from .roads import Road, connection, greeting
 from .worlds import fork_checkpoint
+
+if TYPE_CHECKING:
+    from ...bench import Bench
 
 DUE_S = 0.02  # of work, after which the next checkpoint is due
 CALM_S = 0.002  # before the next event, in which there is time to fork
@@ -66,6 +69,15 @@ class TimeTravel:
         self.folder = TemporaryDirectory(prefix="slewline-")
         self.known[0] = Branch(0, None, 0, 0, journal.path, 0, 0)
         self.keep()
+
+    def move(self, bench: Bench, since_ps: int) -> None:
+        """Go back in the past of another bench from now on, which before an instant (ps) was the same."""
+        self.bench = bench
+        while self.checkpoints and self.checkpoints[-1].time_ps >= since_ps:
+            self._end(self.checkpoints.pop())
+        if self.folder is not None and bench.journal is not None:
+            self.known[0].journal = bench.journal.path
+            self.keep()
 
     def look(self) -> None:
         """Make a checkpoint if it is due: called once in every turn of the server."""

@@ -48,6 +48,17 @@ class Dialogue:
         self.growing: dict[str, tuple[Entry, bytearray]] = {}  # by who says it
         for found in bench.findings:
             self.finding(found)
+        self._listen(bench)
+
+    def move(self, bench: Bench) -> None:
+        """Listen to another bench from now on, and no longer to this one."""
+        self.bench.on_finding.remove(self.finding)
+        self.bench.on_input.remove(self._input)
+        self.bench, self.kernel = bench, bench.kernel
+        self._listen(bench)
+
+    def _listen(self, bench: Bench) -> None:
+        names = self.names
         bench.on_finding.add(self.finding)
         bench.on_input.add(self._input)
         for part in bench.parts.values():

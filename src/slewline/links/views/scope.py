@@ -49,6 +49,11 @@ class Scope:
         self.points: Cells[Points] = Cells()
         self.signs: Cells[str] = Cells()
 
+    def move(self, bench: Bench) -> None:
+        """Answer what signals of another bench did."""
+        self.bench, self.recorder = bench, Recorder()
+        self.points, self.signs = Cells(), Cells()
+
     def signals(self) -> dict[str, Any]:
         """Return what can be shown: pins by owner, and quantities."""
         bench = self.bench

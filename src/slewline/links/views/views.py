@@ -36,6 +36,10 @@ class Views:
     def __init__(self, server: Viewed) -> None:
         self.server, self.bench = server, server.bench
 
+    def move(self, bench: Bench) -> None:
+        """View another bench."""
+        self.bench = bench
+
     def view(self) -> Data:
         """Return everything that a panel shows, now."""
         found: Data = {"chips": {}, "parts": {}}

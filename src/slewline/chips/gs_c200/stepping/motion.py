@@ -90,10 +90,14 @@ class Motion:
         """Find the end of travel, which lies in the direction of `sign`, then the home position, at one speed."""
         lines = self.lines
         self.begin(text)
-        for switch, way, kind in ((lines.eot, sign, "limit"), (lines.home, -sign, "home")):
-            if switch.level != 0:
-                await self.play(profile.steady(profile.period(self.counter.made.start_stop)), way, switch)
-            self.counter.log.mark(kind, input_name(switch))
+        self.counter.axis.homing = sign
+        try:
+            for switch, way, kind in ((lines.eot, sign, "limit"), (lines.home, -sign, "home")):
+                if switch.level != 0:
+                    await self.play(profile.steady(profile.period(self.counter.made.start_stop)), way, switch)
+                self.counter.log.mark(kind, input_name(switch))
+        finally:
+            self.counter.axis.homing = 0
         self.rest()
         self.lines.rest()
 

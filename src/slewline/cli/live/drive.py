@@ -1,0 +1,195 @@
+"""slewline drive: a chip in the place of the one that failed, and a board that steps its motor."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ...core.time.timebase import readable
+from ...errors import UsageError
+from ..files import say_replaced
+from .serve import ServeCommand, say, show, show_again, signals, state_directory
+
+if TYPE_CHECKING:
+    from ...bench import Bench
+    from ...core.chip import Chip
+    from ...drive.drive import Drive
+    from ...links.lines.pace import Pace
+    from ...links.server import Server
+
+CHECK_S = 10.0
+WORDS = "clear: go on after a halt; stop: stop the motor; status; end"
+
+
+@dataclass(kw_only=True)
+class DriveCommand(ServeCommand):
+    """What is to be driven, and what is to be served beside it."""
+
+    board: str
+    of: str | None
+    enable: bool
+    driver: str | None
+    input: tuple[tuple[str, str], ...]
+    output: tuple[tuple[str, str], ...]
+    horizon: str
+    start_stop: str | None
+    stop: str | None
+    self_start: bool
+    check: bool
+    black_box: str | None
+    no_black_box: bool
+    rate: str | None = None
+    lockstep: bool = False
+    panel: str | None = None
+
+    def perform(self) -> int:
+        """Do it, until a signal ends it; returns the exit status."""
+        ports = [] if self.check else self.check_options()
+        with ExitStack() as stack:
+            folder = self._folder(stack)
+            self.journal = self.journal or str(folder / "journal.jsonl")
+            say_replaced(self.journal)
+            stores = stack.enter_context(state_directory(self.state))
+            bench = self.new_bench(stores)
+            drive = self.new_drive(bench, folder)
+            if self.check:
+                return check_up(drive)
+            server = self.server(bench, drive)
+            stack.enter_context(signals(server))
+            self.open_ports(server, ports, None)
+            drive.go_back_by(server.exchange, server.exchanges.forget)
+            stack.enter_context(drive)
+            self._join(server, drive)
+            if self.status:
+                server.loop.ask(lambda: show_again(server))
+            server.run()
+        return 0
+
+    def check_options(self) -> list[tuple[str, str]]:
+        """Refuse options that exclude each other; return the ports that are asked for."""
+        if self.control and self.allow_remote:
+            raise click.UsageError(
+                "--control and --allow-remote: whoever reaches the control port can move a real motor; leave out one"
+            )
+        if self.black_box is not None and self.no_black_box:
+            raise click.UsageError("--black-box and --no-black-box: leave out one")
+        return super().check_options()
+
+    def _folder(self, stack: ExitStack) -> Path:
+        """Where the session is recorded; without a black box, where the past is kept until the end."""
+        from ...drive.blackbox import new_folder
+
+        if self.no_black_box or self.check:
+            return Path(stack.enter_context(TemporaryDirectory(prefix="slewline-")))
+        folder = new_folder(self.black_box)
+        say(f"slewline: black box: {folder}")
+        return folder
+
+    def new_drive(self, bench: Bench, folder: Path) -> Drive:
+        """Return the drive, not yet open."""
+        from ...drive.drive import Drive
+
+        chip, axis = self._motor(bench)
+        return Drive(
+            bench,
+            chip,
+            self.board,
+            axis=axis,
+            horizon=self.horizon,
+            enable=self.enable,
+            driver=self.driver,
+            inputs=dict(self.input),
+            outputs=dict(self.output) or None,
+            start_stop=self.start_stop,
+            stop=self.stop,
+            self_start=self.self_start,
+            black_box=False if self.no_black_box or self.check else folder,
+        )
+
+    def _motor(self, bench: Bench) -> tuple[Chip, int]:
+        """The chip whose motor it is, and the number of the axis."""
+        there = [f"{name}.{number}" for name, chip in bench.chips.items() for number in range(1, len(chip.axes) + 1)]
+        wanted = self.of
+        if wanted is None and len(bench.chips) == 1:
+            wanted = f"{next(iter(bench.chips))}.1"
+        name, _, number = (wanted or "").partition(".")
+        if f"{name}.{number or 1}" not in there:
+            found = "which motor is it?" if wanted is None else f"{wanted!r} has no motor"
+            raise UsageError(f"--of: {found}; there are: {', '.join(there)}")
+        return bench.chips[name], int(number or 1)
+
+    def server(self, bench: Bench, drive: Drive | None = None) -> Server:
+        """Return the server, without ports; the crystal of the board paces it."""
+        from ...links.lines.pace import Paced
+        from ...links.server import Server
+
+        pace: Pace = Paced(bench, "1", *([drive.nanoseconds] if drive is not None else []))
+        return Server(bench, pace, self.log, self.allow_remote, lambda text: say(f"slewline: {text}"))
+
+    def _join(self, server: Server, drive: Drive) -> None:
+        """Let the drive have its turns, and hold back what hosts hear until the motor is there."""
+        from ...drive.promptness import be_prompt
+
+        for line in server.lines.values():
+            line.gate = drive.gate
+
+        def again() -> None:
+            drive.turn()
+            server.loop.after(drive.due(), again)
+
+        number = drive.port.fileno()
+        if number is not None:
+            server.loop.watch(number, drive.turn)
+        server.loop.ask(again)
+        server.notes.append(drive.as_line)
+        say(f"slewline: {drive.introduction}; {be_prompt()}")
+        self._hear_user(server, drive)
+
+    def _hear_user(self, server: Server, drive: Drive) -> None:
+        """Words that are typed; SIGUSR2 is `clear`."""
+
+        def clear() -> None:
+            try:
+                drive.clear()
+            except UsageError as error:
+                say(f"slewline: {error}")
+            else:
+                say("slewline: the drive goes on")
+
+        words: dict[str, Any] = {
+            "clear": clear,
+            "stop": drive.stop,
+            "status": lambda: show(server),
+            "end": server.stop,
+        }
+
+        def typed() -> None:
+            line = sys.stdin.readline()
+            if not line:  # closed
+                server.loop.watch(sys.stdin.fileno())
+            elif word := line.strip().lower():
+                words.get(word, lambda: say(f"slewline: {word!r}; there is: {WORDS}"))()
+
+        if sys.stdin is not None and sys.stdin.isatty():
+            server.loop.watch(sys.stdin.fileno(), typed)
+            say(f"slewline: type {WORDS}")
+        if hasattr(signal, "SIGUSR2"):
+            signal.signal(signal.SIGUSR2, lambda *_: server.loop.ask(clear))
+
+
+def check_up(drive: Drive) -> int:
+    """Look at link, machine and board; return the exit status."""
+    from ...drive.check import checked
+
+    with drive:
+        found = checked(drive, CHECK_S, say)
+    for line in found.lines:
+        click.echo(line)
+    return 0 if found.good else 1

@@ -1,0 +1,88 @@
+"""Looking at a board before it drives anything: link, crystal, this machine, and the board's own pulses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+from .promptness import Lateness, be_prompt, measured, recommended_ms
+from .wire import BoardEvent, Happening
+
+if TYPE_CHECKING:
+    from .drive import Drive
+
+PULSES, INTERVAL = 1000, 1600  # of the self-test: 10,000 steps/s
+SELF_TEST_S = 1.0
+
+
+class Checkup(NamedTuple):
+    """What was found: round trips and lateness in ms, ppm of the crystal, pulses that came back; None: no answer."""
+
+    name: str
+    priority: str
+    late: Lateness
+    round_trip_ms: tuple[float, float]  # median, worst
+    offset_ppm: float
+    damaged: int
+    horizon_ms: int
+    counted: int | None
+
+    @property
+    def good(self) -> bool:
+        """Is all as it must be?"""
+        return self.counted == PULSES and not self.damaged
+
+    @property
+    def lines(self) -> list[str]:
+        """What a user reads, a line for each thing."""
+        late, (median, worst) = self.late, self.round_trip_ms
+        if self.counted == PULSES:
+            pulses = f"{PULSES} pulses sent, {PULSES} counted"
+        elif not self.counted:
+            pulses = f"{PULSES} pulses sent, none counted: connect D9 to D4, and nothing else to either, then try again"
+        else:
+            pulses = f"{PULSES} pulses sent, {self.counted} counted: a loose wire from D9 to D4, or a board that is faulty"
+        return [
+            f"board     {self.name}; its crystal differs from this machine's clock by {self.offset_ppm:+.0f} ppm",
+            f"link      {median:.1f} ms there and back, {worst:.1f} ms at worst; {self.damaged} frames damaged",
+            f"machine   wakes {late.median:.2f} ms late, {late.p99:.2f} ms in the worst of 100, {late.worst:.1f} ms at "
+            f"worst; {self.priority}",
+            f'horizon   --horizon "{self.horizon_ms} ms" is enough for this machine, as far as was seen',
+            f"pulses    {pulses}",
+        ]
+
+
+def checked(drive: Drive, seconds: float, tell: Callable[[str], object]) -> Checkup:
+    """Look at an open drive for so many seconds of the wall clock.
+
+    Args:
+        tell: called with what goes on.
+    """
+    priority = be_prompt()
+    tell(f"slewline: looking for {seconds:g} s")
+    late = measured(seconds, drive.wall, drive.talk.wait, drive.turn)
+    _, worst_ns, median_ns = drive.clock.round_trip_ns
+    counted: list[int] = []
+
+    def hear(event: BoardEvent) -> None:
+        if event.kind == Happening.CHECKED:
+            counted.append(event.position)
+
+    drive.on_event.add(hear)
+    drive.link.check(PULSES, INTERVAL)
+    end = drive.wall() + round(SELF_TEST_S * 1e9)
+    while not counted and drive.wall() < end:
+        drive.turn()
+        drive.talk.wait(0.001)
+    drive.on_event.remove(hear)
+    trip = median_ns / 1e6, worst_ns / 1e6
+    return Checkup(
+        drive.board.title,
+        priority,
+        late,
+        trip,
+        drive.clock.offset_ppm,
+        drive.link.damaged,
+        recommended_ms(late.worst, trip[1]),
+        counted[0] if counted else None,
+    )

@@ -1,0 +1,92 @@
+"""Step drivers: how long a pulse must be, how long DIR must stand before and after it, and which level enables.
+
+The figures are those that the data sheets guarantee, at the pins of the driver.  Modules with optocouplers are wired as
+on the page of each board: the inputs marked - to ground, those marked + to the board.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from ..core.messages.near import hint
+from ..core.time.timebase import readable
+from ..errors import UnknownName, UsageError
+
+NS = 1000  # ps
+
+
+class StepDriver(NamedTuple):
+    """A driver with inputs STEP and DIR.
+
+    `high_ps`, `low_ps`: the least time that STEP must be high and low; `setup_ps`, `hold_ps`: how long DIR must stand
+    before STEP rises, and after; `enabled`: the level at which it drives the motor; `source`: the data sheet.
+    """
+
+    name: str
+    high_ps: int
+    low_ps: int
+    setup_ps: int
+    hold_ps: int
+    enabled: int
+    source: str
+
+
+def _row(name: str, times_ns: tuple[int, int, int, int], enabled: int, source: str) -> StepDriver:
+    high, low, setup, hold = (time * NS for time in times_ns)
+    return StepDriver(name, high, low, setup, hold, enabled, source)
+
+
+STEP_DRIVERS: Mapping[str, StepDriver] = MappingProxyType(
+    {
+        row.name: row
+        for row in (
+            _row("A4988", (1000, 1000, 200, 200), 0, "Allegro, A4988 data sheet: timing of STEP, setup and hold"),
+            _row("DRV8825", (1900, 1900, 650, 650), 0, "Texas Instruments, DRV8825 data sheet: timing requirements"),
+            _row("TMC2209", (100, 100, 20, 20), 0, "Trinamic, TMC2209 data sheet: STEP/DIR interface timing"),
+            _row("TB6600", (2200, 2200, 5000, 5000), 0, "Toshiba, TB6600HG data sheet: clock; DIR as usual for optocouplers"),
+            _row("DM542", (2500, 2500, 5000, 5000), 0, "Leadshine, DM542 manual: sequence chart of control signals"),
+            _row("L297", (500, 500, 1000, 4000), 1, "SGS-Thomson, L297 data sheet: clock time, set-up and hold time"),
+        )
+    }
+)
+
+
+def step_driver(name: str) -> StepDriver:
+    """Return a driver by its name; capitals do not count.
+
+    Raises:
+        UnknownName: there is none of this name.
+    """
+    for known, row in STEP_DRIVERS.items():
+        if known.lower() == name.lower():
+            return row
+    there = ", ".join(STEP_DRIVERS)
+    raise UnknownName(
+        f"driver {name!r}; known: {there}{hint(name, STEP_DRIVERS)}; for another one leave it out, and compare its data "
+        "sheet with the times of the board"
+    )
+
+
+def check_pulse(driver: StepDriver, high_ps: int, low_ps: int, setup_ps: int, hold_ps: int) -> None:
+    """Check that what a board guarantees is enough for a driver.
+
+    Args:
+        high_ps, low_ps, setup_ps, hold_ps: the least times that the board guarantees, ps.
+
+    Raises:
+        UsageError: one of them is too short.
+    """
+    rows = (
+        ("STEP is high", high_ps, driver.high_ps),
+        ("STEP is low", low_ps, driver.low_ps),
+        ("DIR stands before STEP", setup_ps, driver.setup_ps),
+        ("DIR stands after STEP", hold_ps, driver.hold_ps),
+    )
+    for what, has, needs in rows:
+        if has < needs:
+            raise UsageError(
+                f"driver {driver.name}: {what} for {readable(has)} at least, and it needs {readable(needs)}; use another "
+                "driver"
+            )

@@ -1,0 +1,56 @@
+"""A board of software, as fast as the clock of this computer: the name of its port is `twin`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter_ns
+
+from .boards import UNO, BoardModel
+from .twin import BoardTwin
+
+TWIN = "twin"
+KEPT_STEPS = 100_000
+
+
+class TwinPort:
+    """The port of a board that is not there: what a user tries without any hardware.
+
+    Args:
+        model: which board.
+        clock: nanoseconds of the wall clock.
+    """
+
+    name = TWIN
+
+    def __init__(self, model: BoardModel = UNO, clock: Callable[[], int] = perf_counter_ns) -> None:
+        self.model, self.clock = model, clock
+        self.began_ns = clock()
+        self.twin = BoardTwin(model)
+
+    def _present(self) -> int:
+        """The tick that has come."""
+        tick = (self.clock() - self.began_ns) * self.model.hz // 10**9
+        self.twin.run(tick)
+        self.twin.look_for_silence(tick)
+        for past in (self.twin.steps, self.twin.phases, self.twin.outputs):
+            if len(past) > 2 * KEPT_STEPS:
+                del past[:-KEPT_STEPS]
+        return tick
+
+    def fileno(self) -> None:
+        """Return None: there is nothing to wait for."""
+
+    def write(self, data: bytes) -> int:
+        """Take bytes for the board, all of them; return how many."""
+        tick = self._present()
+        self.twin.receive(data, tick)
+        return len(data)
+
+    def read(self) -> bytes:
+        """Return what the board has sent since the last call."""
+        self._present()
+        return self.twin.take()
+
+    def close(self) -> None:
+        """Take the supply away."""
+        self.twin.power_up(self._present())

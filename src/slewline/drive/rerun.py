@@ -1,0 +1,68 @@
+"""Another run of a chip: why it is made, where its motion comes to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from ..bench import Bench
+    from ..core.motion.axis import Axis
+    from .driven import Driven
+
+
+class Cause(NamedTuple):
+    """Why the board has stopped: inputs with their instants of the model (ps), the first one is what stopped it."""
+
+    entries: Sequence[Mapping[str, Any]]
+    without: tuple[int, ...] = ()
+    lead_ps: int = 0  # so much before the motor stops the first one comes
+
+    def at(self, instant: int) -> list[dict[str, Any]]:
+        """Return the inputs, with the first one moved so that it acts at an instant (ps); none comes before it."""
+        first = instant - self.lead_ps
+        return [
+            {**entry, "t": first if number == 0 else max(int(entry["t"]), first)}
+            for number, entry in enumerate(self.entries)
+        ]
+
+
+class Rewound(NamedTuple):
+    """Another run, and what it has come to."""
+
+    bench: Bench
+    instant: int  # at which the chip was told (ps)
+    since_ps: int  # when the first input came
+    missing: int  # how many steps it has made too few, in the direction of the motion; below 0: too many
+    rest_ps: int  # when the last one was
+    stands: bool  # the motion has come to its end
+
+
+def following(tried: Mapping[int, Rewound], step: int) -> int:
+    """Return behind which step to try next: where the missing steps would be none, if each step counted as before."""
+    others = [each for each in tried if each != step]
+    missing = tried[step].missing
+    if others:
+        near = min(others, key=lambda each: abs(each - step))
+        if gained := tried[near].missing - missing:
+            return step + round(missing * (step - near) / gained)
+    return step + missing
+
+
+def named(drive: Driven, text: str) -> str:
+    """Return the name of the command that a chip works on, from the text by which it says so."""
+    forms = {row.form: row.name for row in drive.chip.sheet.commands}
+    return forms.get(text, forms.get(text.partition(" ")[0], ""))
+
+
+def travelled(axis: Axis, start: int, stop: int) -> tuple[list[int], list[int], int]:
+    """Return the steps of an axis at start <= t <= stop (ps): instants, travel after each, and the last direction."""
+    times: list[int] = []
+    travel: list[int] = []
+    sign = 0
+    for stretch, train, a, b in axis.played(start, stop):
+        if b > a:
+            sign = stretch.sign
+            times += train.begins(a, b).tolist()
+            travel += [stretch.travel + sign * (number + 1) for number in range(a, b)]
+    return times, travel, sign

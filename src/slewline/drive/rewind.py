@@ -1,0 +1,344 @@
+"""What a chip does when inputs of the board stop the motor: its own law, at the instant at which they changed.
+
+    model     ......m.............. now          the present; the board is a horizon behind it
+    board     ......| stops at k                 by its reflex, at once, and tells when that was
+    rewound         |....... now'                another bench, in which the pin changed at m; it stops at k by itself
+
+The motor stands meanwhile.  What the first run has said after m has not left the cable.  *The count wins over the
+stamp*: where the law of the chip looks at the pin between stamp and step, the model would make a step more or less than
+the board has; then the input is moved past the next look, until the counts agree.  Where no instant gives that count,
+the nearest run is taken, and the position register is set to where the motor is.  If the chip does not stop, or going
+back would cost more time than is allowed, or the stamp is older than the last rest, the chip is stopped at the present,
+and takes the count of the board over: the finding is `late-input`.
+
+A command of the host that acts at once (`at_once` of its row) goes to the board past the horizon, and is moved as well.
+An input that holds the motor makes all that is to come later, on the board and in the cable; the chip need not know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..bench.rewinding import ReachablePast, driven, given
+from ..core.time.timebase import readable
+from ..errors import SlewlineError, UsageError
+from .reflexes import BoardInput, configured, way_down
+from .rerun import Cause, Rewound, following, named, travelled
+from .troubles import HOST
+from .wire import BoardEvent, Happening
+
+if TYPE_CHECKING:
+    from ..bench import Bench
+    from ..core.motion.axis import Axis
+    from ..core.motion.plan import Plan
+    from .driven import Driven, Stopping
+
+STOPS = (Happening.STOPPED, Happening.BRAKED)
+TRIES = 5
+REST_PS = 5 * 10**12  # in which a chip comes to rest that was told to
+SLICE_PS = 10**10
+MOST_NS = 10_000_000  # of a turn, in which the past is followed
+MEASURED = 10  # entries that tell what one costs
+LOOK_BACK_PS = 10**12  # in which the step is found at which the board has stopped
+ALLOWED_S = 0.25  # of a usual machine, that going back may cost
+WRITES = ("write", "send")  # inputs by which bytes of a host come
+
+
+class Rewind:
+    """Lets a chip stop where the board has, at the instant at which it has: `drive.on_stopped` of a drive.
+
+    Args:
+        past: of the bench; it is followed from here.
+        exchange: puts another bench in the place of the present one, which did the same up to an instant (ps); the
+            drive follows by itself.
+        inputs: of the board.
+        copy: a file for the journal of the other bench.
+        forget: called with an instant (ps) before which nothing is gone back to any more.
+        allowed_s: seconds of a usual machine that going back may cost.
+    """
+
+    def __init__(
+        self,
+        drive: Driven,
+        past: ReachablePast,
+        exchange: Callable[[Bench, int], object],
+        inputs: Sequence[BoardInput],
+        copy: str | PathLike[str],
+        *,
+        forget: Callable[[int], object] = lambda _ps: None,
+        allowed_s: float = ALLOWED_S,
+    ) -> None:
+        self.drive, self.past, self.exchange, self.copy = drive, past, exchange, Path(copy)
+        self.forget, self.allowed_s = forget, allowed_s
+        self.otherwise: Stopping = drive.on_stopped  # who stops the chip where this does not
+        self.inputs = {each.number: each for each in inputs}
+        self.levels: dict[int, int] = {}  # of pins, as they were last told
+        self.edges: list[tuple[BoardInput, int, int]] = []  # since the board has stopped: level, instant of the model
+        self.stop: BoardEvent | None = None  # what has stopped it
+        self.final: BoardEvent | None = None  # how it stands
+        self.command: tuple[int, str] | None = None  # of the host, that has stopped it: when, and what it was
+        self.plan: Plan | None = None  # whose way down the board has
+        self.tail: list[tuple[int, int]] = []
+        self.homing = 0  # for which the board is configured
+        self.rewinds = 0
+        self.config = drive.config
+        drive.config = configured(drive.config, inputs, 0)
+        drive.on_event.add(self.event)
+        drive.chip.on_command.add(self.commanded)
+        drive.on_stopped = self
+
+    # ------------------------------------------------------------------------------------------------------ each turn
+    def before_turn(self) -> None:
+        """Follow the past, and prepare the board for a homing that begins: called before each turn of the drive."""
+        drive = self.drive
+        if drive.state != "ok":
+            return
+        if not self.levels and drive.link.answer is not None:
+            self._see(drive.link.answer.inputs)
+        if not drive.cable.under_way and not drive.axis.moving and drive.kernel.now > self.past.since_ps + SLICE_PS:
+            before, played, began = drive.kernel.now - 1, self.past.played, drive.wall()
+            if self.past.follow(before, lambda: drive.wall() > began + MOST_NS):
+                self.forget(before)
+            if (more := self.past.played - played) > MEASURED and (spent := drive.wall() - began) > 0:
+                self.past.entry_s = spent / more / 10**9
+        self._send_way_down()
+        homing = drive.axis.homing
+        if homing != self.homing and drive.link.idle and not drive.feeder.running:
+            self.homing = homing
+            drive.config = configured(self.config, self.inputs.values(), homing)
+            drive.link.configure(drive.config)
+
+    def _send_way_down(self) -> None:
+        """Let the board have the way down of the motion that the chip makes, if that is another one."""
+        drive = self.drive
+        plan = drive.axis.past[-1].plan
+        if plan is None or plan is self.plan or not drive.axis.moving or drive.link.ident is None:
+            return
+        self.plan = plan
+        entries = way_down(drive.axis, drive.board.hz, drive.link.ident.tail)
+        if entries and entries != self.tail:
+            self.tail = entries
+            drive.link.tail(entries)
+
+    def _see(self, inputs: int) -> None:
+        """Put the pins to the levels that the inputs of the board have, as bits."""
+        for number, each in self.inputs.items():
+            self.levels[number] = each.level(inputs)
+            if each.pin:
+                self.drive.chip.pin(each.pin).drive(self.levels[number])
+
+    def commanded(self, text: str) -> None:
+        """Hear of a command of the host; one that acts at once goes to the board at once."""
+        drive = self.drive
+        row = next(
+            (row for row in drive.chip.sheet.commands if row.at_once and row.name in (text, named(drive, text))), None
+        )
+        if row is None or drive.state != "ok" or not drive.feeder.running or self.command is not None:
+            return
+        self.command = drive.kernel.now, text
+        drive.stop(at_once=row.at_once == "stop")
+
+    def event(self, event: BoardEvent) -> None:
+        """Hear of the board: levels of inputs."""
+        drive = self.drive
+        instant = self._instant(event)
+        for number, each in self.inputs.items():
+            level = each.level(event.inputs)
+            before, self.levels[number] = self.levels.get(number, 1 - each.acts), level
+            if not each.pin or level == before:
+                continue
+            if event.kind in STOPS and event.which == number:
+                self.edges = [(each, level, instant)]
+            elif self.stop is not None:
+                self.edges.append((each, level, instant))
+            elif event.kind == Happening.MARK and event.which == number and drive.cable.under_way:
+                self._mark(each, level, instant)
+            elif event.kind not in (Happening.HELD, Happening.RELEASED) and not self._stops(event):
+                drive.chip.pin(each.pin).drive(level)
+
+    def _stops(self, event: BoardEvent) -> bool:
+        return event.kind in STOPS and event.which in self.inputs
+
+    def _instant(self, event: BoardEvent) -> int:
+        """The instant of the model that belongs to what has happened on the board (ps)."""
+        drive = self.drive
+        late = drive.horizon if drive.cable.under_way or self.stop is not None else 0
+        return min(max(drive.ticks.ps(drive.clock.unwrap(event.tick) - late), 1), drive.kernel.now)
+
+    # ------------------------------------------------------------------------------------------------- what was stopped
+    def expects(self, event: BoardEvent) -> bool:
+        """Return whether the chip itself would have stopped the motor."""
+        if event.kind not in STOPS:
+            return False
+        each = self.inputs.get(event.which)
+        return (each is not None and bool(each.pin)) or (event.which == HOST and self.command is not None)
+
+    def stopped(self, event: BoardEvent) -> None:
+        """Take note that the board has stopped, or is on its way down."""
+        if not self.expects(event):
+            self.command = None
+            self.otherwise.stopped(event)
+            return
+        self.stop = event
+        each = self.inputs.get(event.which)
+        if each is not None and not self.edges:  # it was active before, against another direction
+            self.edges = [(each, each.acts, self._instant(event))]
+
+    def halted(self, event: BoardEvent) -> None:
+        """Take note that the count is final."""
+        if self.stop is None:
+            self.otherwise.halted(event)
+        else:
+            self.final = event
+
+    def turn(self) -> None:
+        """Go back, if the count is final."""
+        if self.stop is None:
+            self.otherwise.turn()
+            return
+        if self.final is None:
+            return
+        stop, final, edges = self.stop, self.final, self.edges
+        try:
+            why = self._go_back(stop, final.position)
+        except (SlewlineError, OSError) as error:
+            why = str(error)
+        self.stop, self.final, self.edges, self.command = None, None, [], None
+        if why:
+            self.drive.watch.report(
+                "late-input",
+                f"an input stopped the motor, and the chip hears of it at the present: {why}; it is stopped now, and "
+                "takes the count of the board over",
+            )
+            for each, level, _ in edges:
+                self.drive.chip.pin(each.pin).drive(level)
+            self.otherwise.stopped(stop)
+            self.otherwise.halted(final)
+
+    def clear(self) -> None:
+        """Let the chip go on that was stopped otherwise."""
+        self.otherwise.clear()
+
+    # ------------------------------------------------------------------------------------------------------ going back
+    def _cause(self, stop: BoardEvent, instant: int) -> Cause:
+        """What the chip is told.
+
+        Raises:
+            UsageError: the bytes of a command are not to be found.
+        """
+        if stop.which != HOST or self.command is None:
+            return Cause([driven(f"{self.drive.chip.name}.{each.pin}", level, at) for each, level, at in self.edges])
+        heard, text = self.command
+        found = None
+        for offset, entry in self.past.entries():
+            if entry["do"] == "input" and entry["verb"] in WRITES and entry["t"] <= heard:
+                found = offset, entry
+        if found is None:
+            raise UsageError(f"the bytes of {text} are not in the journal since the last rest")
+        offset, entry = found
+        moved = given(entry["part"], entry["verb"], entry["args"], instant)
+        return Cause([moved], (offset,), max(heard - int(entry["t"]), 0))
+
+    def _go_back(self, stop: BoardEvent, position: int) -> str:
+        """Put the chip to where the board is, by going back; return why that cannot be done, or ""."""
+        drive = self.drive
+        now, instant = drive.kernel.now, self._instant(stop)
+        cause = self._cause(stop, instant)
+        times, travel, sign = travelled(drive.axis, max(instant - LOOK_BACK_PS, 0), now)
+        if not times:
+            return "the motor made no step"
+        wanted = [at for at, there in zip(times, travel, strict=True) if there == stop.position]
+        if wanted:  # the step behind which the board was told to stop
+            at = min(wanted, key=lambda step: abs(step - instant))
+            after = times[times.index(at) + 1] if at != times[-1] else now
+            instant = min(max(instant, at), after - 1)
+        tried: dict[int, Rewound] = {}  # by the step behind which the first input comes
+        step = sum(at <= instant for at in times) - 1
+        while len(tried) < TRIES and step not in tried:
+            at = instant if not tried else times[step] + 1
+            if at - cause.lead_ps <= self.past.since_ps:
+                return f"{readable(at)} is before the last rest"
+            found = tried[step] = self._run(cause, at, now, position, sign)
+            if not found.missing:
+                return self._take(found, sign)
+            step = min(max(following(tried, step), 0), len(times) - 1)
+        best = min(tried.values(), key=lambda each: abs(each.missing))
+        if best.stands:
+            return self._take(self._run(cause, best.instant, now, position, sign), sign)
+        return f"the law of the chip does not stop at the count of the board, {position}"
+
+    def _run(self, cause: Cause, instant: int, now: int, position: int, sign: int) -> Rewound:
+        """Run again with the inputs at an instant; compare where the chip comes to rest with a count of the board."""
+        drive = self.drive
+        bench = self.past.rewound(cause.at(instant), now, self.copy, without=cause.without, allowed_s=self.allowed_s)
+        axis: Axis = bench.chips[drive.chip.name].axis(drive.axis_number).motor
+        missing, rest = self._missing(axis, instant, now, position, sign)
+        if axis.moving and rest >= now - SLICE_PS:  # where it comes to rest is still to come
+            end = now + REST_PS
+            while axis.moving and bench.now_ps < end:
+                bench.run_to(f"{bench.now_ps + SLICE_PS} ps")
+            missing, rest = self._missing(axis, instant, bench.now_ps, position, sign)
+            if not missing:  # which has gone too far
+                with_it = cause.at(instant)
+                bench = self.past.rewound(with_it, now, self.copy, without=cause.without, allowed_s=self.allowed_s)
+        stands = not axis.moving or rest < axis.kernel.now - SLICE_PS
+        return Rewound(bench, instant, instant - cause.lead_ps, missing, rest, stands)
+
+    @staticmethod
+    def _missing(axis: Axis, instant: int, now: int, position: int, sign: int) -> tuple[int, int]:
+        """How many steps are missing where a motion in this direction ended, and when its last step was."""
+        times, travel, _ = travelled(axis, max(instant - LOOK_BACK_PS, 0), now)
+        if not times:
+            return (position - axis.travel) * sign, instant
+        last, before = times[0], travel[0]
+        for at, there in zip(times, travel, strict=True):
+            if at > instant and (there - before) * sign < 0:
+                break  # the way back
+            last, before = at, there
+        return (position - before) * sign, last
+
+    def _take(self, found: Rewound, sign: int) -> str:
+        """Go on with another bench, where the motor stands."""
+        drive = self.drive
+        drive.chip.on_command.remove(self.commanded)
+        self.exchange(found.bench, found.since_ps)
+        drive.move(found.bench)
+        drive.chip.on_command.add(self.commanded)
+        if found.bench.journal is not None:
+            self.past.moved(found.bench.journal.path)
+        self.rewinds += 1
+        self.homing = drive.axis.homing
+        drive.config = configured(self.config, self.inputs.values(), self.homing)
+        if found.missing:
+            drive.watch.taken_over(-found.missing * sign, True)
+        times, travel, _ = travelled(drive.axis, found.rest_ps, drive.kernel.now)
+        drive.resume(travel[0] if times else drive.axis.travel, found.rest_ps)
+        return ""
+
+    # ------------------------------------------------------------------------------------------------------------ marks
+    def _mark(self, each: BoardInput, level: int, instant: int) -> None:
+        """Let the chip see an edge where the motor was, and goes on; at the present, if that would change its steps."""
+        drive = self.drive
+        name = f"{drive.chip.name}.{each.pin}"
+        now, why = drive.kernel.now, "it is before the last rest"
+        if instant > self.past.since_ps:
+            try:
+                bench = self.past.rewound([driven(name, level, instant)], now, self.copy, allowed_s=self.allowed_s)
+                axis = bench.chips[drive.chip.name].axis(drive.axis_number).motor
+                if travelled(axis, instant, now) == travelled(drive.axis, instant, now):
+                    self.exchange(bench, instant)
+                    drive.move(bench)
+                    if bench.journal is not None:
+                        self.past.moved(bench.journal.path)
+                    self.rewinds += 1
+                    return
+                why = "the motor would not have gone on"
+            except (SlewlineError, OSError) as error:
+                why = str(error)
+        drive.watch.report(
+            "late-input", f"{each.pin} changed at {readable(instant)}, and is seen at the present: {why}"
+        )
+        drive.chip.pin(each.pin).drive(level)

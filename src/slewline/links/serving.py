@@ -1,0 +1,89 @@
+"""How each kind of channel is served: the line to a chip, and the part in which it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol, cast
+
+from ..bench.hosting import channel_over
+from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, row_for
+from ..core.datasheet.channel import SerialLine as SerialChannel
+from ..errors import UsageError
+from .lines.connectors import board, connector, uart
+from .lines.framing import FramedLine
+from .lines.line import ConnectorLine, HostLine
+from .ports.registers import RegisterLine
+
+if TYPE_CHECKING:
+    from ..bench import Bench
+    from ..core.chip import Chip
+    from ..parts.hosts.adaptive_host import AdaptiveHost
+    from ..parts.hosts.bus_host import BusHost
+    from .lines.log import TranscriptFile
+    from .lines.pace import Pace
+
+DEAF = (
+    "the UART of {chip} only receives: no command is answered; with --framing (in a bench file framing = true) ?0 "
+    "to ?3 read back"
+)
+
+
+class Serves(Protocol):
+    """A server that makes a line."""
+
+    bench: Bench
+    pace: Pace
+    log: TranscriptFile
+    troubles: list[str]
+
+    def say(self, line: str, text: str) -> None:
+        """Tell the user something."""
+
+
+def line_to(
+    server: Serves, channel: Channel, name: str, chips: Sequence[Chip], framing: bool, over: str | None
+) -> HostLine:
+    """Return a line to chips on a channel."""
+    return row_for(channel, LINES, "serves")(server, name, chips, framing, over)
+
+
+def serial_line(server: Serves, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
+    """Return characters, to modules that share a line."""
+    if framing:
+        raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
+    port = connector(server.bench, name, chips)
+    server.troubles += [found.text for found in port.findings]  # they are reported as findings
+    return ConnectorLine(name, chips, server.pace, server.log, port)
+
+
+def register_line(server: Serves, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
+    """Return the registers of a board on a host port, or on a bus that works both ways."""
+    if framing:
+        raise UsageError(f"{name}: has registers of its own; leave out the framing")
+    return RegisterLine(name, chips[0], server.pace, server.log, board(server.bench, chips[0], over))
+
+
+def adaptive_line(server: Serves, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
+    """Return characters, to a chip that finds the rate; a character waits for CTS where the chip uses it."""
+    if framing:
+        raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
+    host = server.bench.host(chips[0], name=f"{name}_line", over=channel_over(chips[0], over).name)
+    return ConnectorLine(name, chips, server.pace, server.log, cast("AdaptiveHost", host))
+
+
+def bus_line(server: Serves, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
+    """Return lines of text to a host on a bus; without framing, characters to its UART."""
+    if framing:
+        host = server.bench.host(chips[0], name=f"{name}_host", over=over)
+        return FramedLine(name, chips[0], server.pace, server.log, cast("BusHost", host))
+    server.say(chips[0].name, DEAF.format(chip=chips[0].name))
+    return ConnectorLine(name, chips, server.pace, server.log, uart(server.bench, chips[0]))
+
+
+LINES: Mapping[type[Channel], Callable[[Serves, str, Sequence[Chip], bool, str | None], HostLine]] = {
+    BusHandshake: bus_line,
+    SerialChannel: serial_line,
+    HostPort: register_line,
+    FlowBus: register_line,
+    AdaptiveLine: adaptive_line,
+}  # what serves a channel

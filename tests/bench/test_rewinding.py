@@ -1,0 +1,184 @@
+"""Going back in one process: what is refused, what becomes of memories, and what it costs.
+
+That the new run is the right one, to the bit, is a law: tests/laws/test_going_back.py.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import slewline
+from slewline.bench.rewinding import ReachablePast, TooLong, driven, take_over
+from slewline.core.memory.store import Memory
+from slewline.errors import BenchFileError, StoreError, UsageError
+
+MS = 10**9
+STRAPS = {"chs": 0, "br0": 0, "br1": 0, "br2": 0}
+
+
+class Disk(Memory):
+    """A store that counts what is written, and refuses while it is `full`."""
+
+    writes = 0
+    full = False
+
+    def write(self, data: bytes) -> None:
+        if self.full:
+            raise StoreError("disk full")
+        self.writes += 1
+        super().write(data)
+
+
+def module(folder: Path, disk: Disk) -> slewline.Bench:
+    """A module that memorises a program of three steps at 100 ms, and asks for its position at 500 ms."""
+    bench = slewline.Bench(journal=folder / "journal")
+    x = bench.add("gs-c200s", "x", straps=STRAPS, store=disk)
+    host = bench.host(x, name="h")
+    host.send("Po\rS50\rT200\rR90\r+3\rPx\r")
+    bench.run("100 ms")
+    host.send("M\r")
+    bench.run("400 ms")
+    host.send("V1\r")
+    bench.run("50 ms")
+    return bench
+
+
+def power(on: bool, at_ps: int) -> dict[str, Any]:
+    return {"do": "power", "t": at_ps, "round": 1, "chip": "x", "on": on}
+
+
+def test_what_is_stored_again_in_the_same_way_is_not_written_twice(tmp_path: Path) -> None:
+    disk = Disk()
+    bench = module(tmp_path, disk)
+    writes, content = disk.writes, disk.data
+    assert b"+" in content or len(content) > 3
+    past = ReachablePast(tmp_path / "journal")
+    past.follow(50 * MS)
+    new = past.rewound([driven("x.ui1", 0, 60 * MS)], bench.now_ps, tmp_path / "copy")
+    assert disk.writes == writes  # a bench that is not taken yet has no file
+    take_over(new, bench)
+    assert (disk.writes, disk.data) == (writes, content)
+    new["h"].send("Po\r+4\rPx\rM\r")
+    new.run("500 ms")
+    assert disk.writes > writes and disk.data != content
+    again = slewline.replay(tmp_path / "journal")
+    assert again["x"].program == new["x"].program and again.now_ps == new.now_ps
+
+
+def test_what_the_new_run_has_not_stored_is_no_longer_there(tmp_path: Path) -> None:
+    disk = Disk()
+    bench = module(tmp_path, disk)
+    content = disk.data
+    past = ReachablePast(tmp_path / "journal")
+    new = past.rewound([power(False, 90 * MS)], bench.now_ps, tmp_path / "copy")
+    assert disk.data == content
+    take_over(new, bench)
+    assert disk.data != content
+
+
+def test_a_disk_that_refuses_leaves_everything_as_it_was(tmp_path: Path) -> None:
+    disk = Disk()
+    bench = module(tmp_path, disk)
+    content = disk.data
+    new = ReachablePast(tmp_path / "journal").rewound([power(False, 90 * MS)], bench.now_ps, tmp_path / "copy")
+    disk.full = True
+    with pytest.raises(StoreError):
+        take_over(new, bench)
+    disk.full = False
+    assert disk.data == content
+    bench["h"].send("Po\r+4\rPx\rM\r")
+    bench.run("500 ms")
+    assert disk.data != content
+    assert (tmp_path / "copy").exists() and bench.journal is not None
+
+
+def test_a_write_that_the_disk_has_refused_is_refused_again(tmp_path: Path) -> None:
+    disk = Disk()
+    bench = slewline.Bench(journal=tmp_path / "journal")
+    x = bench.add("gs-c200s", "x", straps=STRAPS, store=disk)
+    host = bench.host(x, name="h")
+    host.send("Po\rS50\rT200\rR90\r+3\rPx\r")
+    bench.run("100 ms")
+    disk.full = True
+    host.send("M\r")
+    bench.run("400 ms")
+    disk.full = False
+    heard = bytes(host.received)
+    past = ReachablePast(tmp_path / "journal")
+    past.follow(90 * MS)  # the fault comes after that
+    new = past.rewound([driven("x.ui1", 0, 95 * MS)], bench.now_ps, tmp_path / "copy")
+    assert bytes(new["h"].received) == heard and b"E" in heard
+    take_over(new, bench)
+    new["h"].send("M\r")
+    new.run("400 ms")
+    assert new["h"].received.endswith(b"Y\r")
+    assert slewline.replay(tmp_path / "journal")["h"].received == new["h"].received
+
+
+def test_inputs_that_are_impossible_now_are_refused_with_their_line(tmp_path: Path) -> None:
+    bench = slewline.Bench(journal=tmp_path / "journal")
+    bench.add("cy525", "x")
+    bench.run("10 ms")
+    bench.part("motor", "m", to="x")
+    bench.run("10 ms")
+    past = ReachablePast(tmp_path / "journal")
+    past.follow(4 * MS)
+    part = {"do": "part", "t": 5 * MS, "round": 1, "kind": "motor", "name": "m", "to": None, "options": {}}
+    with pytest.raises(BenchFileError, match=r"copy, line 5: the bench has a 'm' already"):
+        past.rewound([part], bench.now_ps, tmp_path / "copy")
+    assert not (tmp_path / "copy").exists()
+    with pytest.raises(BenchFileError, match=r"x \(cy525\) has no pin 'abrot'.*did you mean"):
+        past.rewound([driven("x.abrot", 0, 5 * MS)], bench.now_ps, tmp_path / "copy")
+    bench.run("1 ms")
+    new = past.rewound([driven("x.abort", 0, 5 * MS)], bench.now_ps, tmp_path / "copy")
+    assert new.pin("x.abort").level == 0 and bench.pin("x.abort").level == 1
+
+
+@pytest.mark.parametrize("at", [0, 21 * MS])
+def test_only_the_past_can_be_gone_back_to(at: int, tmp_path: Path) -> None:
+    bench = slewline.Bench(journal=tmp_path / "journal")
+    bench.add("cy525", "x")
+    bench.run("20 ms")
+    past = ReachablePast(tmp_path / "journal")
+    with pytest.raises(UsageError, match="allowed: after 0, up to 20 ms"):
+        past.rewound([driven("x.abort", 0, at)], bench.now_ps, tmp_path / "copy")
+    with pytest.raises(UsageError, match="no input"):
+        past.rewound([], bench.now_ps, tmp_path / "copy")
+    (tmp_path / "mine").write_text("a letter")
+    with pytest.raises(BenchFileError, match="is not a journal"):
+        past.rewound([driven("x.abort", 0, MS)], bench.now_ps, tmp_path / "mine")
+    assert (tmp_path / "mine").read_text() == "a letter"
+
+
+def test_what_would_take_too_long_is_refused_before_it_begins(tmp_path: Path) -> None:
+    bench = slewline.Bench(journal=tmp_path / "journal")
+    host = bench.host(bench.add("cy525", "x"), name="h")
+    for _ in range(100):
+        host.send("B\r")
+        bench.run("10 ms")
+    past = ReachablePast(tmp_path / "journal", shadows=1)
+    past.entry_s = 0.01
+    cost = past.cost(900 * MS)
+    assert cost.entries == 203 and cost.seconds == pytest.approx(2.03) and cost.size > 8000
+    with pytest.raises(TooLong, match=r"203 inputs .*about 2\.030 s; allowed 1\.000 s"):
+        past.rewound([driven("x.abort", 0, 900 * MS)], bench.now_ps, tmp_path / "copy", allowed_s=1)
+    calls = 0
+
+    def enough() -> bool:
+        nonlocal calls
+        calls += 1
+        return calls % 50 == 0
+
+    turns = 1
+    while not past.follow(890 * MS, enough):
+        turns += 1
+    assert turns == 4 and past.since_ps == 890 * MS
+    assert past.cost(900 * MS).entries < 25
+    new = past.rewound([driven("x.abort", 0, 900 * MS)], bench.now_ps, tmp_path / "copy", allowed_s=1)
+    assert new.pin("x.abort").level == 0
+    assert past.since_ps == -1  # there was one shadow alone
+    past.follow(890 * MS)
+    assert past.since_ps == 890 * MS

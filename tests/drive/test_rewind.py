@@ -1,0 +1,235 @@
+"""Inputs of the board that stop the motor: chip, host and board agree on where it stands, whatever the phase."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+import slewline
+from slewline.bench.rewinding import ReachablePast, take_over
+from slewline.drive.drive import Drive
+from slewline.drive.reflexes import configured, inputs_of
+from slewline.drive.rewind import Rewind
+from slewline.drive.wire import BoardConfig, Reflex
+from slewline.errors import UsageError
+
+from .families import GSC
+from .rig import HZ, TwinLine, check_steps, drive_of
+
+MS = 10**9
+SET_UP = "I3\rPo\rS50\rT300\rR90\r%sPx\rE\r"
+CASES = {  # part, options, text, text at 200 ms, pin, level, ms
+    "cy500 abort": ("cy500", {}, "R 200\rF 10\rN 900\rG\r", "", "abort", 0, (150, 600)),
+    "cy525 abort": ("cy525", {}, "A 0\rF 40\rR 75\rS 200\rZ 1\rN 1200\rG\r", "", "abort", 0, (150, 330)),
+    "cy525 long ramp": ("cy525", {}, "A 0\rF 10\rR 120\rS 120\rZ 1\rN 6000\rG\r", "", "abort", 0, (150, 900)),
+    "cy545 limit": ("cy545", {}, "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "", "cw_limit", 0, (150, 700)),
+    "cy545 stop": ("cy545", {}, "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "", "inhibit_abort", 0, (150, 700)),
+    "mc1451a mark": (
+        "mc1451a",
+        {},
+        "SET_POS 9000\nSET_VEL 10000 steps/s\nSET_ACC 40000 steps/s2\nUPDATE%s",
+        "",
+        "home1",
+        0,
+        (300, 700),
+    ),
+    "gs-c200s homing": ("gs-c200s", GSC, SET_UP % "", "H\r", "eot", 0, (300, 700)),
+}
+
+
+RAMPS = ("cy525 abort", "cy525 long ramp", "cy545 stop")
+
+
+class Driven:
+    """A chip that a board follows, with an input of the board on a pin."""
+
+    def __init__(self, folder, name, rnd, *, wiring=None, edge_ms=None):
+        part, options, text, later, self.pin, self.level, self.span = CASES[name]
+        self.bench = slewline.Bench(journal=folder / "journal")
+        x = self.bench.add(part, "x", **options)
+        self.host = self.bench.host(x, name="h")
+        self.host.send(text)
+        if later:
+            self.bench.at("200 ms", lambda: self.host.send(later))
+        self.line = TwinLine(rnd)
+        self.wired = inputs_of(x, wiring or {"A0": self.pin})
+        self.drive: Drive = drive_of(
+            self.bench, x, self.line, start_stop=30000 if "stop" in self.wired[0].reflex else None
+        )
+        self.past = ReachablePast(folder / "journal", shadows=3)
+        self.rewind = Rewind(self.drive, self.past, self.exchange, self.wired, folder / "copy")
+        for number, each in enumerate(self.wired):
+            self.line.twin.inputs |= (1 - each.acts ^ each.inverted) << number
+        self.exchanged = 0
+        turn = self.drive.turn
+
+        def both():
+            self.rewind.before_turn()
+            turn()
+
+        self.drive.turn = both  # type: ignore[method-assign]
+
+    def exchange(self, bench, _since_ps):
+        take_over(bench, self.bench)
+        self.bench, self.exchanged = bench, self.exchanged + 1
+
+    @property
+    def x(self):
+        return self.bench["x"]
+
+    def edge(self, level, number=0):
+        """An edge at an input of the board, now."""
+        line = self.line
+        line.twin.set_input(number, level, max(line.tick(line.now), line.twin.now))
+
+
+def signature(bench, stop):
+    x = bench["x"]
+    return x.steps(0, stop).positions.tolist(), dict(x.registers)
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if "mark" not in name])
+def test_the_chip_stops_where_the_board_has(name, tmp_path):
+    rnd = Random(name)
+    off, differing = [], 0
+    for number in range(25):
+        (folder := tmp_path / str(number)).mkdir()
+        rig = Driven(folder, name, rnd)
+        drive, line = rig.drive, rig.line
+        with drive:
+            drive.run(f"{rnd.randrange(*rig.span) * 1000 + rnd.randrange(1000)} us")
+            rig.edge(rig.level)
+            tick = line.twin.now
+            instant = drive.ticks.ps(tick - drive.horizon)
+            drive.run("900 ms")
+            assert rig.exchanged == 1, (number, drive.troubles, rig.rewind.tail, line.twin.steps[-3:])
+            assert drive.state == "ok" and all("taken-over" in each for each in drive.troubles), drive.troubles
+            if "homing" in name:
+                assert rig.x.moving  # on its way back
+                rig.x.pin("home").drive(0)
+                drive.run("300 ms")
+                continue
+            drive.run("200 ms")
+            nearly = bool(drive.troubles)  # the law has no instant at which the count is that of the board
+            assert line.twin.position == rig.x.travel
+            assert len(line.twin.steps) == rig.x.position or rig.x.sheet.part == "cy500"
+            differing += nearly
+            # the law of the chip, without any board
+            straight = slewline.Bench()
+            part, options, text, *_ = CASES[name]
+            x = straight.add(part, "x", **options)
+            straight.host(x).send(text)
+            straight.pin(f"x.{rig.pin}").drive(rig.level, at=instant)
+            straight.run_to("3 s")
+            off.append(rig.x.travel - x.travel)
+    if name in RAMPS:  # a board may begin its way down a level of the ramp from where the chip does
+        assert differing <= 20 and sum(abs(each) <= 1 for each in off) >= 5, off
+    else:
+        assert not differing and all(abs(each) <= 1 for each in off), off
+
+
+def test_a_command_that_acts_at_once_stops_the_motor_at_once(tmp_path):
+    rnd = Random("K")
+    for number, (command, rate) in enumerate([("K", 50), ("Z", 50)] * 5):
+        (folder := tmp_path / str(number)).mkdir()
+        rig = Driven(folder, "gs-c200s homing", rnd)
+        rig.host.send(f"Po\rS50\rT{rate}\rR90\r+5000\rPx\rE\r")
+        drive, line = rig.drive, rig.line
+        with drive:
+            drive.run(f"{rnd.randrange(700, 900)} ms")
+            assert rig.x.moving
+            rig.host.send(command + "\r")
+            before = line.now
+            drive.run("300 ms")
+            assert rig.exchanged == 1 and not rig.x.moving, drive.troubles
+            assert drive.state == "ok" and not drive.troubles
+            assert line.twin.position == rig.x.travel == len(line.twin.steps)
+            assert line.twin.steps[-1][0] < line.tick(before) + 25 * HZ // 1000  # and not a horizon later
+            rig.bench["h"].send("V1\r")
+            drive.run("200 ms")
+            assert rig.bench["h"].received.endswith(b"V%+d\r" % rig.x.position)
+        assert slewline.replay(folder / "journal")["x"].travel == rig.x.travel
+
+
+def test_what_cannot_be_gone_back_to_is_taken_over_at_the_present(tmp_path):
+    rig = Driven(tmp_path, "cy545 limit", Random(3))
+    rig.rewind.allowed_s = 0
+    with rig.drive as drive:
+        drive.run("500 ms")
+        rig.edge(0)
+        drive.run("500 ms")
+        assert drive.state == "halted" and not rig.exchanged
+        assert drive.troubles[0].startswith("late-input: ") and "allowed 0.000 s" in drive.troubles[0]
+        assert rig.x.position == rig.line.twin.position == len(rig.line.twin.steps)
+
+
+def test_an_emergency_stop_is_not_the_chips(tmp_path):
+    rig = Driven(tmp_path, "cy545 limit", Random(4), wiring={"A0": "cw_limit", "A5": "estop"})
+    rig.line.twin.inputs = 0b000001  # the contact of the emergency stop is closed to ground
+    with rig.drive as drive:
+        drive.run("500 ms")
+        rig.edge(1, 5)
+        drive.run("500 ms")
+        assert drive.state == "halted" and not rig.exchanged
+        assert any(each.startswith("e-stop") for each in drive.troubles)
+
+
+def test_an_input_that_holds_makes_all_later(tmp_path):
+    rig = Driven(tmp_path, "cy525 abort", Random(5), wiring={"A0": "abort", "A1": "step_inhibit"})
+    with rig.drive as drive:
+        drive.run("250 ms")
+        rig.edge(1, 1)
+        drive.run("40 ms")
+        made = len(rig.line.twin.steps)
+        drive.run("10 ms")
+        assert len(rig.line.twin.steps) == made
+        rig.edge(0, 1)
+        drive.run("500 ms")
+        assert not drive.troubles and not rig.exchanged and drive.state == "ok"
+        assert len(rig.line.twin.steps) == rig.x.travel == 1200
+        assert rig.line.twin.state == 0
+
+
+def test_a_mark_is_seen_where_the_motor_was_and_the_motor_goes_on(tmp_path, monkeypatch):
+    for number, more in enumerate(("", "\nSET_AUTO_UPDATE_ON\nSTOP\nSET_EXT_BRK")):
+        (folder := tmp_path / str(number)).mkdir()
+        part, options, text, *rest = CASES["mc1451a mark"]
+        monkeypatch.setitem(CASES, "marked", (part, options, text % more, *rest))
+        rig = Driven(folder, "marked", Random(6))
+        with rig.drive as drive:
+            drive.run("500 ms")
+            rig.edge(0)
+            at = drive.ticks.ps(rig.line.twin.now - drive.horizon)
+            drive.run("60 ms")
+            events = rig.x.registers["status"] if "status" in rig.x.registers else None
+            if not more:
+                assert rig.exchanged == 1 and not drive.troubles
+                (edge,) = [entry for _, entry in rig.past.entries() if entry["do"] == "drive" and entry["t"] > MS]
+                assert edge["pin"] == "x.home1" and abs(edge["t"] - at) < MS
+                drive.run("1 s")
+                check_steps(drive, rig.line)
+                assert len(rig.line.twin.steps) == rig.x.travel == 9000
+            else:  # the chip would have stopped, and the board did not know that
+                assert not rig.exchanged and drive.troubles[0].startswith("late-input: home1 changed at"), events
+                drive.run("1 s")
+                assert len(rig.line.twin.steps) == rig.x.travel < 9000
+
+
+def test_inputs_that_are_wired_wrongly_are_refused():
+    x = slewline.Bench().add("cy525", "x")
+    for wiring, says in (
+        ({"A6": "abort"}, "allowed A0 to A5"),
+        ({"A0": "abrot"}, "did you mean abort"),
+        ({"A0": "pulse"}, "no input of x"),
+        ({"A0": "abort", "A1": "!abort"}, "another input already"),
+    ):
+        with pytest.raises(UsageError, match=says):
+            inputs_of(x, wiring)
+    inputs = inputs_of(x, {"A1": "!abort", "A0": "step_inhibit", "A5": "estop", "A2": "wait"})
+    config = configured(BoardConfig(1000), inputs, 0)
+    assert config.reflex == (Reflex.HOLD, Reflex.BRAKE, 0, 0, 0, Reflex.ESTOP)
+    assert config.active & 0b100011 == 0b100011 and config.report == 0b100111
+    g = inputs_of(slewline.Bench().add("gs-c200s", "x"), {"A0": "eot", "A1": "home"})
+    assert configured(BoardConfig(1000), g, 0).reflex[:2] == (0, 0)
+    assert configured(BoardConfig(1000), g, -1).reflex[:2] == (Reflex.STOP | 32, Reflex.STOP | 16)
