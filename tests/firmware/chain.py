@@ -39,7 +39,6 @@ class EmulatedLine:
         seed: of latencies and pauses.
         ppm: how much faster the crystal of the board is than the clock of the host.
         pauses: the probability that a wait of the host becomes a pause, and the longest one, in ms.
-        polarity: what CONFIG will say.
     """
 
     name = "emulated"
@@ -50,10 +49,9 @@ class EmulatedLine:
         seed: int = 0,
         ppm: int = 300,
         pauses: tuple[float, float] = (0, 0),
-        polarity: int = 1,
     ) -> None:
         self.random, self.ppm, self.pauses = Random(seed), ppm, pauses
-        self.board = EmulatedBoard(emulator, polarity)
+        self.board, self.polarity = EmulatedBoard(emulator), 0
         self.now = self.began = 5_000_000_000  # ns of the host; of the board's power-up
         self.back: list[tuple[int, bytes]] = []  # on their way to the host: ns, bytes
         self.down_at = 0  # when the last bytes for the board arrive
@@ -151,8 +149,10 @@ class EmulatedLine:
 
 def drive_of(bench: Bench, x: Chip, line: EmulatedLine, **options: Any) -> Drive:
     """A drive on a line."""
-    options.setdefault("black_box", None)
-    return Drive(bench, x, line, clock=line.wall, wait=line.wait, **options)
+    options = {"black_box": False, "self_start": True, **options}
+    drive = Drive(bench, x, line, clock=line.wall, wait=line.wait, **options)
+    line.polarity = line.board.polarity = drive.config.polarity
+    return drive
 
 
 def wanted(drive: Drive) -> tuple[np.ndarray, np.ndarray]:

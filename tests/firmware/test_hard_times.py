@@ -118,8 +118,11 @@ def test_a_line_that_damages_one_frame_in_a_hundred_loses_no_step(emulator, name
         line.damage = unharmed
 
 
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize(
-    "seeds", [range(1), pytest.param(range(1, 12), marks=pytest.mark.long)], ids=["few", "many"]
+    "seeds",
+    [range(1), pytest.param(range(1, 12), marks=pytest.mark.long)],
+    ids=lambda seeds: f"{seeds[0]} to {seeds[-1]}",
 )
 @pytest.mark.parametrize("name", STREAMS)
 def test_a_line_that_damages_one_byte_in_a_hundred_is_slow_or_dry_and_the_count_is_exact(emulator, name, seeds):
@@ -149,8 +152,11 @@ def test_a_line_that_damages_one_byte_in_a_hundred_is_slow_or_dry_and_the_count_
     print(f"{name}: {dry} of {len(seeds)} dry")
 
 
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize(
-    "seeds", [range(4), pytest.param(range(4, 100), marks=pytest.mark.long)], ids=["few", "many"]
+    "seeds",
+    [range(3), *(pytest.param(range(at, at + 20), marks=pytest.mark.long) for at in range(3, 203, 20))],
+    ids=lambda seeds: f"{seeds[0]} to {seeds[-1]}",
 )
 def test_a_host_that_is_killed_at_any_instant(emulator, seeds):
     for seed in seeds:

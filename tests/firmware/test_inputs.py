@@ -124,13 +124,14 @@ def lawful(case, edges, until_ms):
     return x
 
 
-def each_phase(count):
-    return pytest.mark.parametrize(
-        "seeds", [range(FEW), pytest.param(range(FEW, count), marks=pytest.mark.long)], ids=["few", "many"]
-    )
+def each_phase(test):
+    """A few phases in the normal run, the others in long ones, not too many at a time."""
+    others = [pytest.param(range(at, min(at + 20, MANY)), marks=pytest.mark.long) for at in range(FEW, MANY, 20)]
+    given = pytest.mark.parametrize("seeds", [range(FEW), *others], ids=lambda seeds: f"{seeds[0]} to {seeds[-1]}")
+    return pytest.mark.timeout(600)(given(test))
 
 
-@each_phase(MANY)
+@each_phase
 @pytest.mark.parametrize("name", CASES)
 def test_the_motor_stops_where_the_chip_would_have(emulator, name, seeds):
     case = CASES[name]
@@ -184,7 +185,7 @@ def farthest(x):
     return int(way[np.abs(way).argmax()])
 
 
-@each_phase(MANY)
+@each_phase
 def test_a_motor_that_is_held_loses_no_step(emulator, seeds):
     case = InputCase(
         "cy525", {}, "A 0\rF 10\rR 110\rS 200\rZ 1\rN 3000\rG\r", "step_inhibit", 1, Reflex.HOLD, (60, 400), Happening.HELD
@@ -223,7 +224,7 @@ def test_a_motor_that_is_held_loses_no_step(emulator, seeds):
     assert max(found) <= 1 and min(found) >= -1, found
 
 
-@each_phase(MANY)
+@each_phase
 def test_a_mark_has_the_position_of_its_edge(emulator, seeds):
     case = InputCase("mc1451a", {}, AT_45_K, "home1", 0, Reflex.MARK, (60, 600), Happening.MARK)
     found = []
