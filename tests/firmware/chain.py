@@ -207,16 +207,6 @@ def events(line: EmulatedLine) -> list[wire.BoardEvent]:
     return [each for each in told if isinstance(each, wire.BoardEvent)]
 
 
-def pattern_of(x: Chip) -> tuple[int, ...]:
-    """Return the phases of a chip by the index of half steps, phase 1 in bit 0."""
-    rows = x._patterns()  # type: ignore[attr-defined]
-    whole = [sum(level << n for n, level in enumerate(row)) for row in rows]
-    if len(whole) == 8:
-        return tuple(whole)
-    both = zip(whole, (*whole[1:], whole[0]), strict=True)
-    return tuple(value for one, after in both for value in (one, one | after))
-
-
 def phase_lags(board: EmulatedBoard) -> tuple[np.ndarray, list[int]]:
     """Return how long after each step the phases have changed, in ticks, and what they are then.
 

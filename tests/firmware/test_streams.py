@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.drive.wire import BoardConfig, BoardState
+from slewline.drive.wire import BoardState
 from tests.drive.families import SCRIPTS, furnished
 
 from .chain import (
@@ -17,7 +17,6 @@ from .chain import (
     dir_times,
     drive_of,
     off,
-    pattern_of,
     phase_lags,
     pulse_widths,
     said,
@@ -38,7 +37,7 @@ SHORT = {  # part of a text, what it is instead, seconds
 }
 STEP_LEAST, STEP_MOST = 80, 640  # ticks, of a pulse
 DIR_LEAST = 320  # ticks: 20 us, set-up and hold
-PHASES_WITHIN_US = 11
+PHASES_WITHIN_US = 12
 OUTPUTS_WITHIN_US = 60
 
 
@@ -181,8 +180,7 @@ def test_phases_follow_each_step(emulator, part):
     shown = []
     for number in range(1, 5):
         x.pin(f"phase{number}").net.watch(lambda _net: shown.append((bench.now_ps, levels(x))))
-    config = BoardConfig(HZ // 500, HZ // 5, pattern=pattern_of(x))
-    with drive_of(bench, x, line, config=config) as drive:
+    with drive_of(bench, x, line) as drive:
         drive.run("1200 ms" if part == "cy525" else "2500 ms")
         check(drive, line)
         assert x.idle and getattr(x.state, "half", False) is (part == "cy512")
