@@ -85,6 +85,7 @@ need_match:
 to_match:
         SAVE
         call match
+        cli                     ; match() may have let interrupts in at its end
         lds r24, state
         cpi r24, BRAKE          ; on the way down the next step is more urgent than a byte, which can be sent again
         breq 1f

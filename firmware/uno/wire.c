@@ -96,8 +96,11 @@ static void transmit(uint8_t byte)
     while (next == sending_tail)
         ;
     sending[sending_head] = byte;
+    /* In one piece: a long look in between could send all there is, and then nothing would be sent as a byte. */
+    cli();
     sending_head = next;
     UCSR0B |= _BV(UDRIE0);
+    sei();
 }
 
 #define PAYLOAD_MOST 15

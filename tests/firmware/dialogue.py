@@ -17,7 +17,8 @@ WHOLE, HALVES = (1, 1, 2, 2, 4, 4, 8, 8), (1, 3, 2, 6, 4, 12, 8, 9)
 
 # Bounds, in ticks of 62.5 ns; measured, and rounded up.
 TAKEN_WITHIN = 60_000  # of the end of a frame, or of the answer before it; eight events may be told first
-SEEN_WITHIN = 1_400  # of an edge of an input
+SEEN_WITHIN = 2_500  # of an edge of an input; usually some 200
+SILENT_WITHIN = 2_500  # silence is noticed
 SHOWN_WITHIN = 2_000  # phases and outputs; these are longest behind a START at which inputs act
 PULSE_LEAST = 80
 
@@ -255,6 +256,8 @@ class Dialogue:
         elif chance < (0.6 if state != BoardState.RUN or self.free < 30 else 0.8):
             if state == BoardState.RUN and random.random() < 0.04:
                 self.thirsty_until = self.board.now + 300_000
+                if random.random() < 0.5:
+                    self._say(FrameKind.PUSH, Record(PAUSE | REST | DOWN * self.down, 0, 1_000).pack())
             if self.board.now < self.thirsty_until and state == BoardState.RUN:
                 return
             if state not in (BoardState.BRAKE, BoardState.HALT) and (
@@ -264,8 +267,8 @@ class Dialogue:
                     self._say(FrameKind.PUSH, b"".join(record.pack() for record in self._records()))
             return
         chance = random.uniform(0.55, 1.1)
-        if chance < 0.55:
-            pass
+        if chance < 0.56 and state == BoardState.IDLE:
+            self._say(FrameKind.RESET, wire.reset_payload(7))
         elif chance < 0.65:
             self._say(FrameKind.ASK, number=random.randrange(256))
         elif chance < 0.70:
@@ -292,7 +295,9 @@ class Dialogue:
     def _tail(self) -> None:
         random = self.random
         first = random.choice((0, 0, 0, 3, 10))
-        interval = random.choice((1 << 16, self.fastest << 8, int(self.interval) << 8)) + random.randrange(256)
+        interval = random.choice((1 << 16, self.fastest << 8, int(self.interval) << 8)) + random.choice(
+            (0, random.randrange(256))
+        )
         entries = []
         for _ in range(random.randint(1, 10)):
             entries.append((interval, random.choice((1, 1, 2, 5))))
@@ -329,6 +334,7 @@ def told_to_twin(board: EmulatedBoard, chunks: list[tuple[int, bytes]]) -> Board
             number = (what ^ twin.inputs).bit_length() - 1
             twin.set_input(number, what >> number & 1, tick)
         else:
+            assert 0 <= tick - twin.last_frame - twin.config.watchdog <= SILENT_WITHIN
             twin.look_for_silence(tick)
     twin.run(board.now)
     return twin

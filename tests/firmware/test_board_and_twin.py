@@ -87,7 +87,7 @@ def enough(kinds, steps, runs):
     """A law about things that never happen would say nothing."""
     for happening in Happening:
         if happening not in (Happening.LATE, Happening.CHECKED):
-            assert kinds[happening] >= runs // 100, happening
+            assert kinds[happening] >= runs // 200, happening
     assert kinds[Happening.LATE] == 0
     assert steps > 40 * runs
 
