@@ -266,9 +266,9 @@ def bytecode(work):
     return kept
 
 
-def tests(work, *more):
+def tests(work, *more):  # with two processors: while one test waits, two others compute
     kept = [] if work == ROOT else ["-p", "no:cacheprovider"]
-    return [["-m", "pytest", "-n", "2"] + kept + list(more)]
+    return [["-m", "pytest", "-n", "3", "--dist", "worksteal"] + kept + list(more)]
 
 
 def compiled_tests(work, *more):

@@ -21,10 +21,11 @@ TESTS = Path(__file__).parents[1]
 
 @pytest.fixture(scope="module")
 def marked() -> dict[str, set[str]]:
-    """Of each test function, all texts in its decorators."""
+    """Of each test function in a file that names a quirk, all texts in its decorators."""
+    named = re.compile("|".join(re.escape(quirk.id) for quirk in QUIRKS))
     found: dict[str, set[str]] = {}
-    for path in TESTS.rglob("test_*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for source in (path.read_text(encoding="utf-8") for path in TESTS.rglob("test_*.py")):
+        for node in ast.walk(ast.parse(source)) if named.search(source) else ():
             if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
                 texts = {
                     inner.value

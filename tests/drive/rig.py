@@ -8,9 +8,9 @@ from random import Random
 
 import numpy as np
 
-from slewline.drive.boards import UNO
+from slewline.drive.board.boards import UNO
+from slewline.drive.board.twin import BoardTwin
 from slewline.drive.drive import Drive
-from slewline.drive.twin import BoardTwin
 
 HZ = 16_000_000
 MS_NS = 1_000_000
@@ -116,7 +116,7 @@ class TwinLine:
 
 def drive_of(bench, x, line, **options):
     """A drive on a line."""
-    options.setdefault("black_box", None)
+    options.setdefault("black_box", False)
     return Drive(bench, x, line, clock=line.wall, wait=line.wait, **options)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import slewline
 from slewline.drive.blackbox import JOURNAL, KEPT_SESSIONS, BlackBox, new_folder, read_line, state_folder
-from slewline.drive.wire import Decoder, FrameKind
+from slewline.drive.board.wire import Decoder, FrameKind
 from slewline.errors import UsageError
 
 from .families import furnished
@@ -22,7 +22,7 @@ def test_it_has_every_byte_of_the_line_with_its_times(tmp_path):
     with drive_of(bench, x, line, black_box=tmp_path) as drive:
         drive.run_until_rest()
         folder = drive.box.folder
-    assert folder.parent == tmp_path
+    assert folder == tmp_path
     rows = read_line(folder)
     assert [row[0] for row in rows] == sorted(row[0] for row in rows)
     sent = b"".join(data for *_, way, data in rows if way == ">")

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from slewline.drive.clock import BoardClock
+from slewline.drive.board.clock import BoardClock
 
 MS, SECOND = 1_000_000, 1_000_000_000
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.drive.boards import UNO
-from slewline.drive.troubles import signed
-from slewline.drive.wire import BoardState, Happening
+from slewline.drive.board.boards import UNO
+from slewline.drive.board.wire import BoardState, Happening
+from slewline.drive.stopping.troubles import signed
 from slewline.errors import Timeout, UsageError
 
 from .families import SCRIPTS, furnished
@@ -235,7 +235,7 @@ def test_a_board_without_supply_is_silent():
 
 
 def test_an_emergency_stop_at_full_rate_leaves_the_position_uncertain():
-    from slewline.drive.wire import BoardConfig, Reflex
+    from slewline.drive.board.wire import BoardConfig, Reflex
 
     config = BoardConfig(HZ // 500, HZ // 5, reflex=(0, 0, int(Reflex.ESTOP), 0, 0, 0), active=4)
     bench, x, _, _ = furnished("cy525 top")

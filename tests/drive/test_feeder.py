@@ -8,11 +8,9 @@ from random import Random
 import numpy as np
 import pytest
 
-from slewline.drive.feeder import Feeder, LaidOutput
-from slewline.drive.records import OUT, PAUSE, REST, pack
-from slewline.drive.ticks import TickMap
-from slewline.drive.twin import BoardTwin
-from slewline.drive.wire import (
+from slewline.drive.board.records import OUT, PAUSE, REST, pack
+from slewline.drive.board.twin import BoardTwin
+from slewline.drive.board.wire import (
     BoardConfig,
     BoardState,
     Decoder,
@@ -24,6 +22,8 @@ from slewline.drive.wire import (
     reset_payload,
     start_payload,
 )
+from slewline.drive.feeder import Feeder, LaidOutput
+from slewline.drive.ticks import TickMap
 
 from .families import SCRIPTS, furnished
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from slewline.drive import wire
-from slewline.drive.records import PAUSE, REST, Record
-from slewline.drive.wire import Answer, BoardConfig, BoardEvent, BoardState, FrameKind, FrameResult, Happening
+from slewline.drive.board import wire
+from slewline.drive.board.records import PAUSE, REST, Record
+from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, BoardState, FrameKind, FrameResult, Happening
 from slewline.errors import UsageError
 
 from .pipe import MS, Pipe

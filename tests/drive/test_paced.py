@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from slewline.drive.wire import BoardState
+from slewline.drive.board.wire import BoardState
 from slewline.links.lines.pace import Paced
 
 from .families import furnished

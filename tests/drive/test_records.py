@@ -7,8 +7,8 @@ from itertools import accumulate
 
 import pytest
 
-from slewline.drive import records
-from slewline.drive.records import DOWN, HALF, OUT, PAUSE, PER_TICK, REST, Record, fit, length, pauses
+from slewline.drive.board import records
+from slewline.drive.board.records import DOWN, HALF, OUT, PAUSE, PER_TICK, REST, Record, fit, length, pauses
 from slewline.errors import UsageError
 
 SHORTEST = 224

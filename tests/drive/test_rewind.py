@@ -7,11 +7,10 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.bench.rewinding import ReachablePast, take_over
+from slewline.bench.rewinding import take_over
+from slewline.drive.board.wire import BoardConfig, Reflex
 from slewline.drive.drive import Drive
-from slewline.drive.reflexes import configured, inputs_of
-from slewline.drive.rewind import Rewind
-from slewline.drive.wire import BoardConfig, Reflex
+from slewline.drive.stopping.reflexes import configured, inputs_of
 from slewline.errors import UsageError
 
 from .families import GSC
@@ -53,26 +52,26 @@ class Driven:
         if later:
             self.bench.at("200 ms", lambda: self.host.send(later))
         self.line = TwinLine(rnd)
-        self.wired = inputs_of(x, wiring or {"A0": self.pin})
+        wired = wiring or {"A0": self.pin}
+        self.wired = inputs_of(x, wired)
         self.drive: Drive = drive_of(
-            self.bench, x, self.line, start_stop=30000 if "stop" in self.wired[0].reflex else None
+            self.bench, x, self.line, inputs=wired, start_stop=30000 if "stop" in self.wired[0].reflex else None
         )
-        self.past = ReachablePast(folder / "journal", shadows=3)
-        self.rewind = Rewind(self.drive, self.past, self.exchange, self.wired, folder / "copy")
+        self.drive.go_back_by(self)
+        self.rewind = self.drive.rewind
         for number, each in enumerate(self.wired):
             self.line.twin.inputs |= (1 - each.acts ^ each.inverted) << number
         self.exchanged = 0
-        turn = self.drive.turn
-
-        def both():
-            self.rewind.before_turn()
-            turn()
-
-        self.drive.turn = both  # type: ignore[method-assign]
 
     def exchange(self, bench, _since_ps):
         take_over(bench, self.bench)
         self.bench, self.exchanged = bench, self.exchanged + 1
+
+    def listen(self, bench):
+        pass
+
+    def forget(self, before_ps):
+        pass
 
     @property
     def x(self):
@@ -202,10 +201,11 @@ def test_a_mark_is_seen_where_the_motor_was_and_the_motor_goes_on(tmp_path, monk
             rig.edge(0)
             at = drive.ticks.ps(rig.line.twin.now - drive.horizon)
             drive.run("60 ms")
-            events = rig.x.registers["status"] if "status" in rig.x.registers else None
+            events = rig.x.registers.get("status")
             if not more:
                 assert rig.exchanged == 1 and not drive.troubles
-                (edge,) = [entry for _, entry in rig.past.entries() if entry["do"] == "drive" and entry["t"] > MS]
+                entries = [entry for _, entry in rig.rewind.past.entries()]
+                (edge,) = [entry for entry in entries if entry["do"] == "drive" and entry["t"] > MS]
                 assert edge["pin"] == "x.home1" and abs(edge["t"] - at) < MS
                 drive.run("1 s")
                 check_steps(drive, rig.line)

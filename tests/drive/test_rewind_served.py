@@ -7,9 +7,6 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.bench.rewinding import ReachablePast
-from slewline.drive.reflexes import inputs_of
-from slewline.drive.rewind import Rewind
 from slewline.links.lines.pace import Paced
 from slewline.links.server import Server
 
@@ -39,19 +36,14 @@ class Machine:
                 self.bench.wire(f"{name}.out", f"x.{name}")
             self.open()
             return
-        self.drive = drive_of(self.bench, x, self.line, start_stop=4000)
+        self.drive = drive_of(self.bench, x, self.line, start_stop=4000, inputs={"A0": "eot", "A1": "home"})
         self.server = Server(self.bench, Paced(self.bench, clock=self.drive.nanoseconds))
         self.served = self.server.line(x)
-        self.past = ReachablePast(folder / "journal", self.server.exchanges.listen, 3)
+        self.drive.go_back_by(self.server.exchanges)
+        self.rewind = self.drive.rewind
         self.server.exchanges.begin()
-        inputs = inputs_of(x, {"A0": "eot", "A1": "home"})
-        self.rewind = Rewind(
-            self.drive, self.past, self.server.exchange, inputs, folder / "copy", forget=self.server.exchanges.forget
-        )
         self.line.twin.inputs = 0b01  # the motor stands at 0, which is home
-        self.served.gate = lambda call, ps: self.drive.cable.send_at(
-            (self.drive.ticks.at(ps) >> 16) + self.drive.horizon, call
-        )
+        self.served.gate = self.drive.gate
         wait = self.line.pass_to
 
         def pass_to(ns):
@@ -83,7 +75,6 @@ class Machine:
         while not self.server.pace.pass_time():
             pass
         if self.driven:
-            self.rewind.before_turn()
             self.drive.turn()
         self.server.loop.serve(self.server.loop.sleep(0))
         try:

@@ -6,11 +6,21 @@ from collections.abc import Sequence
 
 import pytest
 
-from slewline.drive import wire
-from slewline.drive.boards import UNO
-from slewline.drive.records import DOWN, HALF, OUT, PAUSE, REST, Record, pack
-from slewline.drive.twin import BoardTwin
-from slewline.drive.wire import Answer, BoardConfig, BoardEvent, BoardState, Decoder, Frame, FrameKind, Happening, Ident
+from slewline.drive.board import wire
+from slewline.drive.board.boards import UNO
+from slewline.drive.board.records import DOWN, HALF, OUT, PAUSE, REST, Record, pack
+from slewline.drive.board.twin import BoardTwin
+from slewline.drive.board.wire import (
+    Answer,
+    BoardConfig,
+    BoardEvent,
+    BoardState,
+    Decoder,
+    Frame,
+    FrameKind,
+    Happening,
+    Ident,
+)
 
 STOP, BRAKE, HOLD, MARK, ESTOP = range(1, 6)
 UPWARDS, DOWNWARDS = 16, 32

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from slewline.drive.under_way import EventOrder
-from slewline.drive.wire import BoardEvent
+from slewline.drive.board.under_way import EventOrder
+from slewline.drive.board.wire import BoardEvent
 
 
 def event(number: int, tick: int = 0) -> BoardEvent:

@@ -6,8 +6,8 @@ import random
 
 import pytest
 
-from slewline.drive import wire
-from slewline.drive.wire import Answer, BoardConfig, BoardEvent, Damaged, Decoder, Frame, FrameKind, Ident
+from slewline.drive.board import wire
+from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, Damaged, Decoder, Frame, FrameKind, Ident
 from slewline.errors import UsageError
 
 

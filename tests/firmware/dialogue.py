@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from random import Random
 
-from slewline.drive import wire
-from slewline.drive.boards import UNO
-from slewline.drive.records import Record
-from slewline.drive.twin import BoardTwin
-from slewline.drive.wire import Answer, BoardConfig, BoardEvent, BoardState, FrameKind, Happening, Reflex, encode
+from slewline.drive.board import wire
+from slewline.drive.board.boards import UNO
+from slewline.drive.board.records import Record
+from slewline.drive.board.twin import BoardTwin
+from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, BoardState, FrameKind, Happening, Reflex, encode
 
 from .emulated import EmulatedBoard, Emulator
 

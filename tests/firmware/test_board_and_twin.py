@@ -10,8 +10,8 @@ from collections import Counter
 
 import pytest
 
-from slewline.drive import wire
-from slewline.drive.wire import Answer, BoardEvent, Happening
+from slewline.drive.board import wire
+from slewline.drive.board.wire import Answer, BoardEvent, Happening
 
 from .dialogue import PULSE_LEAST, SEEN_WITHIN, SHOWN_WITHIN, TAKEN_WITHIN, Dialogue, told_to_twin
 

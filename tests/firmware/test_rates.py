@@ -7,10 +7,10 @@ from itertools import pairwise
 
 import pytest
 
-from slewline.drive import wire
-from slewline.drive.boards import UNO
-from slewline.drive.records import Record
-from slewline.drive.wire import Answer, BoardConfig, BoardEvent, FrameKind, Happening, encode
+from slewline.drive.board import wire
+from slewline.drive.board.boards import UNO
+from slewline.drive.board.records import Record
+from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, FrameKind, Happening, encode
 from tools.firmware import FLASH, RAM, build
 
 from .emulated import EmulatedBoard

@@ -8,9 +8,9 @@ import time
 import pytest
 import serial
 
-from slewline.drive import wire
-from slewline.drive.records import Record
-from slewline.drive.wire import Answer, BoardConfig, BoardEvent, FrameKind, Happening, Ident, encode
+from slewline.drive.board import wire
+from slewline.drive.board.records import Record
+from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, FrameKind, Happening, Ident, encode
 
 from .served import ServedBoard
 

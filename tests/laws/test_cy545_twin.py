@@ -13,7 +13,9 @@ from .twins import agree, compared, hashes_are_free, ties_are_free
 ENDS = {("G", "done"), ("G", "stopped"), ("G", "limit"), ("G", "cut"), ("H", "done"), ("H", "limit"), ("J", "done")}
 
 
-@pytest.mark.parametrize("block", range(4))
+@pytest.mark.parametrize(
+    "block", [0, 1, pytest.param(2, marks=pytest.mark.long), pytest.param(3, marks=pytest.mark.long)]
+)
 def test_fast_path_and_twin_agree(block: int) -> None:
     kinds: Counter[str] = Counter()
     ends: set[tuple[str, str]] = set()

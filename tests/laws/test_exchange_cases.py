@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import pytest
@@ -55,6 +56,7 @@ AT_ONE: dict[str, list[tuple[int, str, tuple[Any, ...]]]] = {  # so long behind 
     "listen": [(0, "listen", ())],
     "look": [(0, "look", ())],
 }
+ALONE = {"record", "edges", "power", "halt", "send", "word", "listen"}  # never done within a run
 ONLY = {"load": ("reads", "writes", "keeps"), "halt": ("speaks",)}
 NAMES = {
     "reads": {"RD": "x.rd", "DB": "memory.db", "DB0": "x.db0", "RESET": 1},
@@ -70,6 +72,7 @@ OF = {
 }
 
 
+@cache
 def instants(what: str) -> list[int]:
     """The edges of a few exchanges, and what lies beside and between them."""
     make, dialogue = OF[what]
@@ -83,21 +86,29 @@ def instants(what: str) -> list[int]:
     return sorted({at + beside for at in found for beside in (-1, 0, 1, 20 * NS)})
 
 
-@pytest.mark.parametrize("within", [False, True])
+@pytest.mark.parametrize("every", [3, pytest.param(1, marks=pytest.mark.long)])
 @pytest.mark.parametrize(
-    ("what", "how"),
-    [(what, how) for what in OF for how in AT_ONE if what in ONLY.get(how, ("reads", "writes", "speaks"))],
+    ("what", "how", "within"),
+    [
+        (what, how, within)
+        for what in OF
+        for how, does in AT_ONE.items()
+        for within in ((False,) if ALONE.issuperset(act[1] for act in does) else (False, True))
+        if what in ONLY.get(how, ("reads", "writes", "speaks"))
+    ],
 )
-def test_what_happens_at_any_edge_leaves_what_it_leaves_edge_by_edge(what: str, how: str, within: bool) -> None:
+def test_what_happens_at_any_edge_leaves_what_it_leaves_edge_by_edge(
+    what: str, how: str, within: bool, every: int
+) -> None:
+    """At every third instant, from another one on for each way to disturb it; the long run takes all of them."""
     make, quiet = OF[what]
-    for at in instants(what):
+    for at in instants(what)[list(AT_ONE).index(how) % every :: every]:
         acts = []
         for late, does, args in AT_ONE[how]:
             named = tuple(NAMES[what].get(arg, arg) if isinstance(arg, str) else arg for arg in args)
             if does == "drive":
                 named = (*named, 0)
-            alone = does in ("record", "edges", "power", "halt", "send", "word", "listen")
-            acts.append(Act(at + late, does, named, within and not alone))
+            acts.append(Act(at + late, does, named, within and does not in ALONE))
         dialogue = Dialogue(at, quiet.part, quiet.sent, quiet.options, max(at + 130 * US, quiet.until_ps // 2), acts)
         fast = played(make, dialogue)
         found = differences(fast, played(make, dialogue, "recorded" if at % 3 else "played", at))

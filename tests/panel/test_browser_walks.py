@@ -166,7 +166,9 @@ def host_program(url):
             process.kill()
 
 
-@pytest.mark.parametrize("attached", [False, True], ids=["serve", "attach"])
+@pytest.mark.parametrize(
+    "attached", [pytest.param(False, id="serve"), pytest.param(True, id="attach", marks=pytest.mark.long)]
+)
 def test_a_program_is_taken_back_and_goes_the_other_way(walk, attached, tmp_path):
     own = ["--control", "127.0.0.1:0", "--journal", tmp_path / "journal"] if attached else ["--panel", "127.0.0.1:0"]
     serve = ("serve", "gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import signal
 import socket
@@ -10,11 +11,13 @@ import subprocess
 import sys
 
 import pytest
+from starlette.websockets import WebSocket
 from websockets.exceptions import ConnectionClosed
 
+from slewline.panel.relay import Access, Relay
 from tests.links.conftest import PATIENCE
 
-from .conftest import PanelProcess, ask, lab
+from .conftest import CONTROL_TOKEN, PanelProcess, ask, lab
 
 
 @pytest.fixture
@@ -131,3 +134,31 @@ def test_a_panel_for_other_machines_wants_the_token_to_read_too(served):
         page.recv(PATIENCE)
     assert "token" in closed.value.rcvd.reason
     panel.close()
+
+
+@pytest.mark.parametrize("taken", [0, 1])
+def test_a_page_that_goes_while_something_is_sent_to_it_ends_without_a_word(served, taken):
+    """After so many messages; whoever reads from it next finds it gone, in the same turn of the loop."""
+
+    async def relayed():
+        said = []
+        heard = iter([{"type": "websocket.connect"}, {"type": "websocket.receive", "text": '{"token": "t"}'}])
+
+        async def receive():
+            await asyncio.sleep(0)
+            if (message := next(heard, None)) is None:
+                return {"type": "websocket.receive", "text": json.dumps({"id": 1, "do": "view"})}
+            return message
+
+        async def send(message):
+            if message["type"] == "websocket.send":
+                if len(said) == taken:
+                    raise OSError
+                said.append(message)
+
+        page = WebSocket({"type": "websocket", "headers": []}, receive, send)
+        address, _, port = served.where.rpartition(":")
+        await Relay(page, Access(address, int(port), "t", CONTROL_TOKEN)).run()
+        return len(said)
+
+    assert asyncio.run(asyncio.wait_for(relayed(), PATIENCE)) == taken

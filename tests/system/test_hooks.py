@@ -16,7 +16,7 @@ import slewline
 from slewline.bench.scripts.script import run_script
 from slewline.chips.mc1451a.axis.pin_edges import PinEdges
 from slewline.core.time.hook import Hook
-from slewline.drive.wire import BoardConfig
+from slewline.drive.board.wire import BoardConfig
 from slewline.errors import StoreError
 from slewline.links.lines.store import FileStore
 from tests.drive.pipe import Pipe
@@ -230,12 +230,12 @@ def test_two_hear_everything_and_a_third_is_removed_from_inside_a_call(name: str
 def test_every_hook_of_the_house_is_told_here_and_no_attribute_is_a_place_for_one_listener() -> None:
     """An instance attribute `on_...` is a Hook, or the truth of something (on_bus)."""
     hooks = set()
-    for path in SOURCES.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+    for path, source in ((path, path.read_text("utf-8")) for path in SOURCES.rglob("*.py")):
+        for node in ast.walk(ast.parse(source)) if "on_" in source else ():
             if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Attribute | ast.Name):
-                target, kind = node.target, ast.unparse(node.annotation)
-                name = target.attr if isinstance(target, ast.Attribute) else target.id
+                name = node.target.attr if isinstance(node.target, ast.Attribute) else node.target.id
                 if name.startswith("on_"):
+                    kind = ast.unparse(node.annotation)
                     assert kind.startswith("Hook["), f"{path.name}: {name} is a {kind}"
                     hooks.add(name)
     assert hooks == {name.split()[0] for name in HOOKS}

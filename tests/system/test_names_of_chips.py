@@ -57,6 +57,8 @@ def docstrings(tree: ast.AST) -> set[int]:
 
 def named(source: str, whole: bool, family: str = "") -> Iterator[tuple[int, str]]:
     """Where a source names a chip: line and text; in docstrings and comments only if `whole`; not `family`."""
+    if not NAMED.search(source):
+        return
     said = docstrings(ast.parse(source))
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         spoken = token.type == tokenize.COMMENT or (token.type == tokenize.STRING and token.start[0] in said)

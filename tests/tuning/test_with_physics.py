@@ -46,6 +46,7 @@ def test_a_pool_of_processes_finds_the_same() -> None:
         assert found(pool) == alone()
 
 
+@pytest.mark.long  # each worker of a cluster compiles the motor, as each process of the pool does
 @pytest.mark.filterwarnings("ignore")
 def test_a_cluster_finds_the_same(cluster: Cluster) -> None:
     with dask(cluster.address) as workers:

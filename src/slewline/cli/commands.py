@@ -309,7 +309,7 @@ def chips_command(**options: Any) -> int:
     return chips(**options)
 
 
-for live in (serve_command, panel_command, debug_command):
+for live in (serve_command, drive_command, panel_command, debug_command):
     cli.add_command(live)
 
 

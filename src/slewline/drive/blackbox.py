@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, TextIO
 from ..errors import UsageError
 
 if TYPE_CHECKING:
-    from .driven import BoardPort
+    from .board.port import BoardPort
 
 MOST_BYTES = 8 << 20  # of each file of the line
 KEPT_SESSIONS = 20

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
+from .board.wire import BoardEvent, Happening
 from .promptness import Lateness, be_prompt, measured, recommended_ms
-from .wire import BoardEvent, Happening
 
 if TYPE_CHECKING:
     from .drive import Drive
@@ -41,7 +41,9 @@ class Checkup(NamedTuple):
         elif not self.counted:
             pulses = f"{PULSES} pulses sent, none counted: connect D9 to D4, and nothing else to either, then try again"
         else:
-            pulses = f"{PULSES} pulses sent, {self.counted} counted: a loose wire from D9 to D4, or a board that is faulty"
+            pulses = (
+                f"{PULSES} pulses sent, {self.counted} counted: a loose wire from D9 to D4, or a board that is faulty"
+            )
         return [
             f"board     {self.name}; its crystal differs from this machine's clock by {self.offset_ppm:+.0f} ppm",
             f"link      {median:.1f} ms there and back, {worst:.1f} ms at worst; {self.damaged} frames damaged",

@@ -25,22 +25,22 @@ from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
 from ..core.wires.pin import Condition
 from ..errors import Timeout, UsageError
 from .blackbox import BlackBox, new_folder
-from .boards import UNO, BoardModel
+from .board.boards import UNO, BoardModel
+from .board.clock import BoardClock
+from .board.link import Link
+from .board.port import BoardPort, opened
+from .board.wire import BoardConfig, BoardEvent
 from .cable import Cable
-from .clock import BoardClock
-from .driven import BoardPort, DriveState, Stopping, Telling
+from .driven import DriveState, Exchanging, Stopping, Telling
 from .feeder import Feeder, LaidOutput
-from .halting import StopChip
-from .link import Link
 from .live import Live
-from .port import opened
-from .reflexes import configured, inputs_of
-from .rewind import Rewind
+from .stopping.halting import StopChip
+from .stopping.reflexes import configured, inputs_of
+from .stopping.rewind import Rewind
+from .stopping.troubles import Troubles, signed
 from .talk import ENABLE, Talk
 from .terminals import outputs_of, steps_a_second, usual_config
 from .ticks import TickMap
-from .troubles import Troubles, signed
-from .wire import BoardConfig, BoardEvent
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -51,8 +51,26 @@ if TYPE_CHECKING:
     from ..core.wires.net import Net
 
 STEADY_TURNS = 20
+SHADOWS = 3  # of the past, each for one more try
 SILENT = ("drive", "run", "power", "conclude")  # inputs that tell a chip nothing
 LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
+
+
+class Alone:
+    """Exchanges of a drive whose bench nothing else uses: `drive.bench` is another one then."""
+
+    def __init__(self, drive: Drive) -> None:
+        self.drive = drive
+
+    def exchange(self, bench: Bench, since_ps: int) -> None:
+        """Go on with another bench."""
+        take_over(bench, self.drive.bench)
+
+    def listen(self, bench: Bench) -> None:
+        """Do nothing: nobody hears what a bench does."""
+
+    def forget(self, before_ps: int) -> None:
+        """Do nothing: nothing is kept."""
 
 
 class Drive:
@@ -76,7 +94,8 @@ class Drive:
         self_start: a program that the chip starts by itself may move the motor.
         config: how the board is configured, instead of what follows from chip and driver.
         board: which one.
-        black_box: the folder for its sessions; True: where this system keeps what programs remember; False: none.
+        black_box: the folder of the session; True: a new one where this system keeps what programs remember; False:
+            there is none.
         clock, wait: nanoseconds of the wall clock; what waits for seconds, or until bytes have come.
 
     Raises:
@@ -122,7 +141,8 @@ class Drive:
         self.board_inputs = inputs_of(self.chip, inputs or {})
         self.config = configured(usual, self.board_inputs, 0) if inputs else usual
         self.outputs = outputs_of(board, self.chip, outputs)
-        self.spoken = self_start  # has anything been said to the chip, so that it may move?
+        # Has anything been said to the chip, so that it may move?
+        self.spoken = self_start or bench.now_ps > 0 or any(not part.idle for part in bench.parts.values())
         self.state: DriveState = "closed"
         self.on_event: Hook[[BoardEvent]] = Hook()  # everything that the board tells
         self.wall = clock
@@ -145,6 +165,7 @@ class Drive:
         self.box: BlackBox | None = None
         if black_box is not False:
             folder = new_folder() if black_box is True else Path(black_box)
+            folder.mkdir(parents=True, exist_ok=True)
             self.port = self.box = BlackBox(port, folder, clock, self.clock.ticks)
 
     # ------------------------------------------------------------------------------------------------ open and closed
@@ -167,30 +188,27 @@ class Drive:
         """
         self.bench.run(0)
         if self.rewind is None and self.bench.journal is not None:
-            self.go_back_by(lambda new, _since_ps: take_over(new, self.bench))
+            self.go_back_by(Alone(self))
         self.talk.set_up()
         for net, _ in self.nets():
             net.watch(self._output)
         self.kernel.outside.on_input.add(self._heard)
         self._begin()
 
-    def go_back_by(
-        self, exchange: Callable[[Bench, int], object], forget: Callable[[int], object] = lambda _ps: None
-    ) -> None:
+    def go_back_by(self, exchanges: Exchanging) -> None:
         """Let the chip stop by its own law where the board has stopped the motor: by going back to that instant.
 
-        The bench has a journal.  Without this the chip is stopped at the present, and takes the count of the board
-        over.
+        Without this the chip is stopped at the present, and takes the count of the board over.  It needs a journal.
 
         Args:
-            exchange: puts another bench in the place of the present one, which did the same up to an instant (ps).
-            forget: called with an instant (ps) before which nothing is gone back to any more.
+            exchanges: puts another bench in the place of the present one.
         """
         journal = self.bench.journal
         if journal is None:
             raise UsageError('going back needs a journal: Bench(journal="FILE")')
-        past, copy = ReachablePast(journal.path), Path(f"{journal.path}.other")
-        self.rewind = Rewind(self, past, exchange, self.board_inputs, copy, forget=forget)
+        past = ReachablePast(journal.path, exchanges.listen, SHADOWS)
+        copy = Path(f"{journal.path}.other")
+        self.rewind = Rewind(self, past, exchanges.exchange, self.board_inputs, copy, forget=exchanges.forget)
 
     def _heard(self, do: str, _what: object) -> None:
         """Something comes from outside; levels and time do not let a chip move."""
@@ -346,6 +364,35 @@ class Drive:
             raise UsageError(
                 "the drive is closed; write: with slewline.Drive(bench, x, port) as drive: drive.run('2 s')"
             )
+
+    def move(self, bench: Bench) -> None:
+        """Go on with another bench, which is at the same instant and has a chip of the same name."""
+        for net, _ in self.nets():
+            with suppress(ValueError, KeyError):
+                net.unwatch(self._output)
+        self.kernel.outside.on_input.remove(self._heard)
+        self.bench, self.kernel = bench, bench.kernel
+        self.kernel.outside.on_input.add(self._heard)
+        self.chip = bench.chips[self.chip.name]
+        self.axis = self.chip.axis(self.axis_number).motor
+        self.feeder.axis, self.feeder.kernel = self.axis, bench.kernel
+        for net, _ in self.nets():
+            net.watch(self._output)
+
+    def resume(self, position: int, since_ps: int) -> None:
+        """Let a board that has stopped go on: it counts from a position, and makes the steps after an instant (ps).
+
+        Raises:
+            UsageError: the board does not follow: an emergency stop is active.
+        """
+        self.talk.set_up(position)
+        present = self.clock.ticks(self.wall())
+        following = self.axis.times(since_ps + 1, self.kernel.now)
+        first = int(following[0]) if len(following) else self.kernel.now
+        self.ticks.align(first, present - 3 * self.horizon // 4 if len(following) else present)
+        self.feeder.resume(max(since_ps + 1, 0))
+        self.state = "ok"
+        self.talk.begin()
 
     # -------------------------------------------------------------------------------------------------- what is asked
     @property

@@ -12,31 +12,16 @@ if TYPE_CHECKING:
     from ..core.time.hook import Hook
     from ..core.time.kernel import Kernel
     from ..core.wires.net import Net
-    from .boards import BoardModel
+    from .board.boards import BoardModel
+    from .board.clock import BoardClock
+    from .board.link import Link
+    from .board.port import BoardPort
+    from .board.wire import BoardConfig, BoardEvent
     from .cable import Cable
-    from .clock import BoardClock
     from .feeder import Feeder
-    from .link import Link
     from .ticks import TickMap
-    from .wire import BoardConfig, BoardEvent
 
 DriveState = Literal["closed", "ok", "halted", "unknown"]
-
-
-class BoardPort(Protocol):
-    """Where the bytes of a board come from and go to; nothing waits."""
-
-    def read(self) -> bytes:
-        """Return what has come since the last call."""
-
-    def write(self, data: bytes) -> int:
-        """Send bytes, or keep them until they can be sent; return how many."""
-
-    def fileno(self) -> int | None:
-        """Return what a loop can wait for; None: nothing."""
-
-    def close(self) -> None:
-        """Close it."""
 
 
 class Stopping(Protocol):
@@ -62,6 +47,19 @@ class Stopping(Protocol):
         """Let the chip go on."""
 
 
+class Exchanging(Protocol):
+    """Puts another bench in the place of the present one, such as a server that has hosts on its ports."""
+
+    def exchange(self, bench: Bench, since_ps: int) -> None:
+        """Go on with another bench, which did the same as the present one up to an instant (ps)."""
+
+    def listen(self, bench: Bench) -> object:
+        """Hear what another bench does, before it does anything."""
+
+    def forget(self, before_ps: int) -> None:
+        """Take note that no other bench begins before an instant (ps)."""
+
+
 class Telling(Protocol):
     """Reports troubles of a drive."""
 
@@ -70,6 +68,9 @@ class Telling(Protocol):
 
     def taken_over(self, missing: int, known: bool) -> None:
         """Report that the chip has made steps that the motor has not: so many, net; set its register."""
+
+    def too_fast(self, error: Exception) -> None:
+        """Halt the drive: the model makes steps faster than the board can."""
 
     def moved_by_itself(self) -> None:
         """Halt the drive: the chip moves, and nobody has told it to."""

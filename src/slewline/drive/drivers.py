@@ -45,7 +45,12 @@ STEP_DRIVERS: Mapping[str, StepDriver] = MappingProxyType(
             _row("A4988", (1000, 1000, 200, 200), 0, "Allegro, A4988 data sheet: timing of STEP, setup and hold"),
             _row("DRV8825", (1900, 1900, 650, 650), 0, "Texas Instruments, DRV8825 data sheet: timing requirements"),
             _row("TMC2209", (100, 100, 20, 20), 0, "Trinamic, TMC2209 data sheet: STEP/DIR interface timing"),
-            _row("TB6600", (2200, 2200, 5000, 5000), 0, "Toshiba, TB6600HG data sheet: clock; DIR as usual for optocouplers"),
+            _row(
+                "TB6600",
+                (2200, 2200, 5000, 5000),
+                0,
+                "Toshiba, TB6600HG data sheet: clock; DIR as usual for optocouplers",
+            ),
             _row("DM542", (2500, 2500, 5000, 5000), 0, "Leadshine, DM542 manual: sequence chart of control signals"),
             _row("L297", (500, 500, 1000, 4000), 1, "SGS-Thomson, L297 data sheet: clock time, set-up and hold time"),
         )
@@ -64,8 +69,8 @@ def step_driver(name: str) -> StepDriver:
             return row
     there = ", ".join(STEP_DRIVERS)
     raise UnknownName(
-        f"driver {name!r}; known: {there}{hint(name, STEP_DRIVERS)}; for another one leave it out, and compare its data "
-        "sheet with the times of the board"
+        f"driver {name!r}; known: {there}{hint(name, STEP_DRIVERS)}; for another one leave it out, and compare its "
+        "data sheet with the times of the board"
     )
 
 
@@ -87,6 +92,6 @@ def check_pulse(driver: StepDriver, high_ps: int, low_ps: int, setup_ps: int, ho
     for what, has, needs in rows:
         if has < needs:
             raise UsageError(
-                f"driver {driver.name}: {what} for {readable(has)} at least, and it needs {readable(needs)}; use another "
-                "driver"
+                f"driver {driver.name}: {what} for {readable(has)} at least, and it needs {readable(needs)}; use "
+                "another driver"
             )

@@ -19,7 +19,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from .records import DOWN, HALF, MOST_STEPS, OUT, PAUSE, REST, Record, fit
+from .board.records import DOWN, HALF, MOST_STEPS, OUT, PAUSE, REST, Record, fit
 
 if TYPE_CHECKING:
     import numpy as np

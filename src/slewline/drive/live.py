@@ -22,16 +22,16 @@ class Live:
 
     def keep_up(self, until: int, wait: Wait | None) -> bool:
         """Let the model keep up with the board up to an instant (ps); return whether a wait was met before."""
-        drive, kernel = self.drive, self.drive.kernel
+        drive = self.drive  # its bench may be exchanged in a turn
         drive.catch_up()
         drive.turn()
         while True:
-            goal = min(max(drive.ticks.ps(drive.clock.ticks(drive.wall())), kernel.now), until)
+            goal = min(max(drive.ticks.ps(drive.clock.ticks(drive.wall())), drive.kernel.now), until)
             met = self._pass(goal, wait)
             drive.turn()
-            if met or kernel.now >= until:
+            if met or drive.kernel.now >= until:
                 return met
-            self.talk.wait(min(self.talk.due(), max((until - kernel.now) / PS_PER_S, LEAST_WAIT_S)))
+            self.talk.wait(min(self.talk.due(), max((until - drive.kernel.now) / PS_PER_S, LEAST_WAIT_S)))
 
     def _pass(self, goal: int, wait: Wait | None) -> bool:
         """Run the bench up to an instant (ps), or until a wait is met; return whether it is."""

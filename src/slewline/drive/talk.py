@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 from ..core.time.timebase import readable
 from ..errors import UsageError
-from .troubles import signed
-from .wire import BoardState, Ident
+from .board.wire import BoardState, Ident
+from .stopping.troubles import signed
 
 if TYPE_CHECKING:
     from .driven import Driven
-    from .troubles import Troubles
+    from .stopping.troubles import Troubles
 
 TURN_S, POLL_S = 0.005, 0.001
 SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 0.1
@@ -128,8 +128,9 @@ class Talk:
             link.stop(1)
             self.until(lambda: self._state() not in MOVING, SETTLE_S, "the board does not stop")
             link.open(drive.config)
-        link.reset(signed(drive.axis.travel) if position is None else position)
-        drive.counted_from = (drive.axis.travel if position is None else position) - drive.feeder.net
+        travel = drive.axis.travel if position is None else position
+        link.reset(signed(travel))
+        drive.counted_from = travel - drive.feeder.net
         value = sum((net.level or 0) << number for net, number in drive.nets())
         mask = sum(1 << number for _, number in drive.nets())
         link.outputs(mask | ENABLE, value | (ENABLE if drive.enable else 0))

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 from ..core.messages.near import hint
 from ..core.time.timebase import PS_PER_S
 from ..errors import UsageError
+from .board.wire import BoardConfig
 from .drivers import check_pulse, step_driver
-from .wire import BoardConfig
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
-    from .boards import BoardModel
+    from .board.boards import BoardModel
 
 START_STOP = 500  # steps/s, of the way down of a board that has no table
 WATCHDOG_PS = 50 * 10**9  # beyond the horizon, without a word from the host
@@ -46,13 +46,17 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
     rows = {row.name: row for row in chip.sheet.pins if row.way in ("out", "both")}
     if wiring is None:
         roles = {row.role: row.name for row in rows.values()}
-        return {number: roles[f"output{number + 1}"] for number in range(len(printed)) if f"output{number + 1}" in roles}
+        return {
+            number: roles[f"output{number + 1}"] for number in range(len(printed)) if f"output{number + 1}" in roles
+        }
     found = {}
     for name, pin in wiring.items():
         if name.upper() not in printed:
             raise UsageError(f"output {name!r} of the board; allowed {', '.join(printed)}")
         if pin not in rows:
-            raise UsageError(f"output {name}: {pin!r} is no output of {chip.name}; allowed {', '.join(rows)}{hint(pin, rows)}")
+            raise UsageError(
+                f"output {name}: {pin!r} is no output of {chip.name}; allowed {', '.join(rows)}{hint(pin, rows)}"
+            )
         found[printed.index(name.upper())] = pin
     return found
 
@@ -76,7 +80,9 @@ def pattern_of(chip: Chip) -> tuple[int, ...]:
     whole = [sum(level << n for n, level in enumerate(row)) for row in chip.phase_patterns()]
     if len(whole) in (0, 8):
         return tuple(whole) or (0,) * 8
-    return tuple(value for one, after in zip(whole, (*whole[1:], whole[0]), strict=True) for value in (one, one | after))
+    return tuple(
+        value for one, after in zip(whole, (*whole[1:], whole[0]), strict=True) for value in (one, one | after)
+    )
 
 
 def usual_config(

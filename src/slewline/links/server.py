@@ -88,6 +88,7 @@ class Server:
         self.reports = FindingReports(self.loop, self._report)
         rate = float(pace.rate) if isinstance(pace, Paced) else 1
         self.lateness = Lateness(pace.lag, rate, lambda text: self.say("server", text))
+        self.notes: list[Callable[[], str]] = []  # what a status line has of others, such as a drive
         self.lines: dict[str, HostLine] = {}
         self.ports: list[OpenPort] = []
         self.found = 0  # findings since the beginning

@@ -21,7 +21,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from ..links.control.requests import READING
 
@@ -166,6 +166,10 @@ class Relay:
             await self.hang_up(error)
         except OSError:
             await self.hang_up(Hangup(GONE, "The server has ended the connection."))
+        except (WebSocketDisconnect, RuntimeError):
+            # The page has gone while something was sent to it; whoever asks it next is told so by the latter.
+            if self.page.application_state is WebSocketState.CONNECTED:
+                raise
         finally:
             for task in list(self.waits):
                 task.cancel()

@@ -19,8 +19,9 @@ EXAMPLES = ROOT / "examples"
 PAGE = ROOT / "docs/howto/debug.md"
 SIZES = {"80x24": (80, 24), "200x50": (200, 50)}
 KEYS = {" ": "space", ":": "colon", "/": "slash", ".": "full_stop", "+": "plus", "-": "minus", "_": "underscore"}
-QUIET = 4  # looks, 50 ms apart, at which nothing has changed: events come as often
-LONGEST = 400
+LOOK_S = 0.02  # from one look to the next
+QUIET = 2  # looks at which the screen is at rest and has not changed: it is drawn beside the keys
+LONGEST = 2000  # looks
 
 
 class Walk:
@@ -36,16 +37,27 @@ class Walk:
         return "".join(f"{row.text.rstrip()}\n" for row in rows)
 
     async def settle(self) -> str:
-        """Wait until nothing changes any more; return what is seen."""
+        """Wait until all is done and drawn; return what is seen."""
         seen, quiet = "", 0
         for _ in range(LONGEST):
-            await self.pilot.pause(0.05)
-            drawn = self.session.drawn_ps == self.session.now_ps and not self.session.doing
-            quiet = quiet + 1 if drawn and self.screen == seen else 0
+            await self.pilot.pause(LOOK_S)
+            quiet = quiet + 1 if await self.is_at_rest() and self.screen == seen else 0
             seen = self.screen
             if quiet >= QUIET:
                 return seen
         raise AssertionError(f"it does not come to rest:\n{seen}")
+
+    async def is_at_rest(self) -> bool:
+        """Ask whether nothing is under way, and the screen shows what the server has: however slow either is."""
+        session, client = self.session, self.session.client
+        drawing = 1  # of the curves, as long as it is connected
+        if session.doing or len(session._tasks) > drawing or any(not each.is_finished for each in self.app.workers):
+            return False
+        if client.view != (await client.request("view"))["view"]:
+            return False
+        if (await client.request("said", start=max(session.entries, default=-1) + 1))["entries"]:
+            return False
+        return session.drawn_ps == session.now_ps and not self.app.changed
 
     async def press(self, *keys: str) -> str:
         """Press keys one after the other, each when the one before has done its work; return what is seen."""
@@ -63,7 +75,7 @@ class Walk:
     async def stopped(self, why: str) -> str:
         """Wait until time stands for a reason; return what is seen."""
         for _ in range(LONGEST):
-            await self.pilot.pause(0.05)
+            await self.pilot.pause(LOOK_S)
             if why in self.session.why:
                 return await self.settle()
         raise AssertionError(f"it does not stop at {why!r}:\n{self.screen}")

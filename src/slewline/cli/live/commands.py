@@ -11,7 +11,6 @@ from ..options.kinds import HintingCommand
 from ..options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, MEMORY, OPTIONS, path
 from ..options.values import DIRECTORY, FILE, PartName, SettingText, Strap
 
-
 Command = Callable[..., Any]
 
 
@@ -115,7 +114,9 @@ def serve_command(**options: Any) -> int:
 @path("--board", metavar="PORT", required=True, help="The serial port of the board; twin: a board of software.")
 @click.option("--of", metavar="CHIP[.AXIS]", help="Whose motor it is, where a bench has several.")
 @click.option("--enable", is_flag=True, help="Switch the driver on; else it is a dry run: pulses, and no current.")
-@click.option("--driver", metavar="NAME", help="The driver, such as DM542: its polarity, and whether its times are met.")
+@click.option(
+    "--driver", metavar="NAME", help="The driver, such as DM542: its polarity, and whether its times are met."
+)
 @click.option(
     "--input",
     type=SettingText(),
@@ -143,7 +144,9 @@ def serve_command(**options: Any) -> int:
 )
 @click.option("--self-start", is_flag=True, help="A program that the chip starts by itself may move the motor.")
 @click.option("--check", is_flag=True, help="Look at link, machine and board for ten seconds; D9 is wired to D4 alone.")
-@click.option("--black-box", metavar="DIR", type=DIRECTORY, help="Where sessions are recorded, instead of the usual place.")
+@click.option(
+    "--black-box", metavar="DIR", type=DIRECTORY, help="Where sessions are recorded, instead of the usual place."
+)
 @click.option("--no-black-box", is_flag=True, help="Record nothing.")
 @SERVED
 @OPTIONS
@@ -152,10 +155,10 @@ def drive_command(**options: Any) -> int:
 
     This stops by itself and keeps count, and is no safety device: an E-stop must cut the supply of the driver.
 
-    The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host speaks to the chip on one of
-    the ports, as with `slewline serve`.  What goes out, steps and characters, does so a horizon later while the motor
-    moves.  A board that stops by itself, by an input, an E-stop, or because it hears nothing, says where; the drive is
-    halted then, until SIGUSR2 or `clear` on the control port lets it go on.
+    The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host speaks to the chip on one
+    of the ports, as with `slewline serve`.  What goes out, steps and characters, does so a horizon later while the
+    motor moves.  A board that stops by itself, by an input, an E-stop, or because it hears nothing, says where; the
+    drive is halted then, until somebody types `clear`, or sends SIGUSR2.
     """
     from .drive import DriveCommand
 

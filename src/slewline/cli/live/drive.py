@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...core.time.timebase import readable
 from ...errors import UsageError
 from ..files import say_replaced
 from .serve import ServeCommand, say, show, show_again, signals, state_directory
@@ -64,8 +63,9 @@ class DriveCommand(ServeCommand):
             server = self.server(bench, drive)
             stack.enter_context(signals(server))
             self.open_ports(server, ports, None)
-            drive.go_back_by(server.exchange, server.exchanges.forget)
+            drive.go_back_by(server.exchanges)
             stack.enter_context(drive)
+            server.exchanges.begin()
             self._join(server, drive)
             if self.status:
                 server.loop.ask(lambda: show_again(server))

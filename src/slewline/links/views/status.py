@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ...core.time.timebase import PS_PER_S
@@ -24,6 +25,7 @@ class Serving(Protocol):
     pace: Pace
     lines: dict[str, HostLine]
     found: int
+    notes: list[Callable[[], str]]
     troubles: list[str]
 
     def steps_of(self, chip: Chip) -> int:
@@ -108,4 +110,4 @@ def as_line(server: Serving) -> str:
         parts.append(f"{server.found} findings")
     if isinstance(server.pace, Paced):
         parts.append(f"{lag.late} of {lag.events} events late, worst {lag.worst_ns / 1e6:.1f} ms")
-    return " | ".join([*parts, *server.troubles])
+    return " | ".join([*parts, *(note() for note in server.notes), *server.troubles])

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..errors import UsageError
+from ...errors import UsageError
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip
-    from .driven import Driven
-    from .wire import BoardEvent
+    from ...core.chip import Chip
+    from ..board.wire import BoardEvent
+    from ..driven import Driven
 
 WAYS = ("abort", "reset", "power")  # in which a chip can be stopped
 

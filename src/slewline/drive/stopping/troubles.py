@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from ..core.time.timebase import readable
-from .wire import Answer, BoardEvent, BoardState, FrameKind, Happening, Outcome
+from ...core.time.timebase import readable
+from ..board.wire import Answer, BoardEvent, BoardState, FrameKind, Happening, Outcome
 
 if TYPE_CHECKING:
-    from ..core.motion.axis import Axis
-    from .driven import Driven
+    from ...core.motion.axis import Axis
+    from ..driven import Driven
 
 HOST = 255  # as the input of an event: the host has ordered it
 TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by what a board tells
@@ -215,8 +215,8 @@ class Troubles:
         drive.state, self._final = "halted", True
         self.report(
             "moved-by-itself",
-            "the chip began to move before a host had said anything: a program that starts at power-up; the motor stands. "
-            "Let it by --self-start (self_start=True)",
+            "the chip began to move before a host had said anything: a program that starts at power-up; the motor "
+            "stands. Let it by --self-start (self_start=True)",
         )
         drive.feeder.halt()
         drive.on_stopped.stopped(self._unknown())

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from ..errors import UsageError
+from ...errors import UsageError
 from . import wire
 from .records import Record
 from .wire import ENTRIES_A_FRAME, BoardConfig, FrameKind

@@ -8,7 +8,7 @@ from enum import IntEnum
 from struct import Struct
 from typing import NamedTuple
 
-from ..errors import UsageError
+from ...errors import UsageError
 from .frames import Damaged, Decoder, Frame, crc, encode, stuff, unstuff
 
 __all__ = ["Damaged", "Decoder", "Frame", "crc", "encode", "stuff", "unstuff"]  # the wire has one door

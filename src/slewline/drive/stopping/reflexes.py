@@ -14,14 +14,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..core.messages.near import hint
-from ..core.time.timebase import PS_PER_S
-from ..errors import UsageError
-from .wire import INPUTS, BoardConfig, Reflex
+from ...core.messages.near import hint
+from ...core.time.timebase import PS_PER_S
+from ...errors import UsageError
+from ..board.wire import INPUTS, BoardConfig, Reflex
 
 if TYPE_CHECKING:
-    from ..core.chip import Chip
-    from ..core.motion.axis import Axis
+    from ...core.chip import Chip
+    from ...core.motion.axis import Axis
 
 ESTOP = "estop"
 REFLEX: Mapping[str, int] = {  # of a board, by the reflex of a pin

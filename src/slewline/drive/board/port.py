@@ -5,18 +5,33 @@ from __future__ import annotations
 import errno
 import os
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
-from ..errors import UsageError
-from ..extras import needs
+from ...errors import UsageError
+from ...extras import needs
 from .rehearsal import TWIN, TwinPort
 
 if TYPE_CHECKING:
     from .boards import BoardModel
-    from .driven import BoardPort
 
 KEPT = 64  # bytes that were heard last, for a message that they are not those of a board
 LISTED = "python -m serial.tools.list_ports lists those there are"
+
+
+class BoardPort(Protocol):
+    """Where the bytes of a board come from and go to; nothing waits."""
+
+    def read(self) -> bytes:
+        """Return what has come since the last call."""
+
+    def write(self, data: bytes) -> int:
+        """Send bytes, or keep them until they can be sent; return how many."""
+
+    def fileno(self) -> int | None:
+        """Return what a loop can wait for; None: nothing."""
+
+    def close(self) -> None:
+        """Close it."""
 
 
 def opened(name: str, board: BoardModel) -> BoardPort:

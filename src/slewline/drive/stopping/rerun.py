@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from ..bench import Bench
-    from ..core.motion.axis import Axis
-    from .driven import Driven
+    from ...bench import Bench
+    from ...core.motion.axis import Axis
+    from ..driven import Driven
 
 
 class Cause(NamedTuple):
@@ -38,15 +38,19 @@ class Rewound(NamedTuple):
     stands: bool  # the motion has come to its end
 
 
-def following(tried: Mapping[int, Rewound], step: int) -> int:
-    """Return behind which step to try next: where the missing steps would be none, if each step counted as before."""
-    others = [each for each in tried if each != step]
-    missing = tried[step].missing
-    if others:
-        near = min(others, key=lambda each: abs(each - step))
-        if gained := tried[near].missing - missing:
-            return step + round(missing * (step - near) / gained)
-    return step + missing
+def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
+    """Return which instant to try next (ps): between one that is too early and one too late, if there are both.
+
+    With one of them alone so many steps on as are missing; None: there are none.
+    """
+    early = max((at for at, found in tried.items() if found.missing > 0), default=None)
+    late = min((at for at, found in tried.items() if found.missing < 0), default=None)
+    if early is not None and late is not None:
+        missing, more = tried[early].missing, -tried[late].missing
+        return early + (late - early) * missing // (missing + more)
+    last = [*tried][-1]
+    step = sum(at <= last for at in times) - 1 + tried[last].missing
+    return times[step] + 1 if 0 <= step < len(times) else None
 
 
 def named(drive: Driven, text: str) -> str:

@@ -22,22 +22,22 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..bench.rewinding import ReachablePast, driven, given
-from ..core.time.timebase import readable
-from ..errors import SlewlineError, UsageError
+from ...bench.rewinding import ReachablePast, driven, given
+from ...core.time.timebase import readable
+from ...errors import SlewlineError, UsageError
+from ..board.wire import BoardEvent, Happening
 from .reflexes import BoardInput, configured, way_down
 from .rerun import Cause, Rewound, following, named, travelled
 from .troubles import HOST
-from .wire import BoardEvent, Happening
 
 if TYPE_CHECKING:
-    from ..bench import Bench
-    from ..core.motion.axis import Axis
-    from ..core.motion.plan import Plan
-    from .driven import Driven, Stopping
+    from ...bench import Bench
+    from ...core.motion.axis import Axis
+    from ...core.motion.plan import Plan
+    from ..driven import Driven, Stopping
 
 STOPS = (Happening.STOPPED, Happening.BRAKED)
-TRIES = 5
+TRIES = 6
 REST_PS = 5 * 10**12  # in which a chip comes to rest that was told to
 SLICE_PS = 10**10
 MOST_NS = 10_000_000  # of a turn, in which the past is followed
@@ -255,16 +255,15 @@ class Rewind:
             at = min(wanted, key=lambda step: abs(step - instant))
             after = times[times.index(at) + 1] if at != times[-1] else now
             instant = min(max(instant, at), after - 1)
-        tried: dict[int, Rewound] = {}  # by the step behind which the first input comes
-        step = sum(at <= instant for at in times) - 1
-        while len(tried) < TRIES and step not in tried:
-            at = instant if not tried else times[step] + 1
-            if at - cause.lead_ps <= self.past.since_ps:
-                return f"{readable(at)} is before the last rest"
-            found = tried[step] = self._run(cause, at, now, position, sign)
+        tried: dict[int, Rewound] = {}  # by the instant at which the chip is told
+        told: int | None = instant
+        while told is not None and len(tried) < TRIES and told not in tried:
+            if told - cause.lead_ps <= self.past.since_ps:
+                return f"{readable(told)} is before the last rest"
+            found = tried[told] = self._run(cause, told, now, position, sign)
             if not found.missing:
                 return self._take(found, sign)
-            step = min(max(following(tried, step), 0), len(times) - 1)
+            told = following(tried, times)
         best = min(tried.values(), key=lambda each: abs(each.missing))
         if best.stands:
             return self._take(self._run(cause, best.instant, now, position, sign), sign)

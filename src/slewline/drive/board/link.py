@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from ..core.time.hook import Hook
+from ...core.time.hook import Hook
 from . import wire
 from .clock import BoardClock
 from .outbox import AT_ONCE, BoardCommand, Outbox

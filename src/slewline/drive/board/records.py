@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..errors import UsageError
+from ...errors import UsageError
 from .wire import RECORD_BYTES
 
 if TYPE_CHECKING:
