@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from slewline.drive.drive import Drive
-from slewline.drive.frames import encode
-from slewline.drive.records import Record
-from slewline.drive.wire import BoardConfig, FrameKind, reset_payload, start_payload
+from slewline.drive.board.frames import encode
+from slewline.drive.board.records import Record
+from slewline.drive.board.wire import BoardConfig, FrameKind, reset_payload, start_payload
 from tests.drive.families import furnished
 from tools.firmware import FLASH, RAM, Firmware, build
 

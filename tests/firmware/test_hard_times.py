@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.drive.wire import BoardState, Happening
+from slewline.drive.board.wire import BoardState, Happening
 from tests.drive.families import SCRIPTS, furnished
 
 from .chain import WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, unharmed, wanted

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.drive.reflexes import way_down
-from slewline.drive.wire import BoardConfig, BoardState, Happening, Reflex
+from slewline.drive.stopping.reflexes import way_down
+from slewline.drive.board.wire import BoardConfig, BoardState, Happening, Reflex
 from tests.drive.families import GSC
 
 from .chain import HZ, WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, wanted

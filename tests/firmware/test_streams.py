@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.drive.wire import BoardState
+from slewline.drive.board.wire import BoardState
 from tests.drive.families import SCRIPTS, furnished
 
 from .chain import (
