@@ -33,15 +33,20 @@ CASES = {
     "cy545 limit": Return(
         "cy545", {}, "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "", "cw_limit", 0, (100, 600), "? P\r", "{}"
     ),
-    "cy525 abort": Return(
-        "cy525", {}, "A 0\rF 10\rR 120\rS 200\rZ 1\rN 9000\rG\r", "", "abort", 0, (380, 950), "", ""
-    ),
+    "cy525 abort": Return("cy525", {}, "A 0\rF 10\rR 120\rS 200\rZ 1\rN 9000\rG\r", "", "abort", 0, (380, 950), "", ""),
     "gs-c200s homing": Return(
         "gs-c200s", GSC, "I3\rPo\rS50\rT300\rR90\rPx\rE\r", "H\r", "eot", 0, (320, 700), "V1\r", "V{:+d}\r"
     ),
     "mc1451a limit": Return(
-        "mc1451a", {}, "LMTS_ON\nSET_VEL 1000 steps/s\nSET_ACC 10000 steps/s2\nSET_POS 2000\nUPDATE", "", "poslimit1", 1,
-        (160, 600), "", "",
+        "mc1451a",
+        {},
+        "LMTS_ON\nSET_VEL 1000 steps/s\nSET_ACC 10000 steps/s2\nSET_POS 2000\nUPDATE",
+        "",
+        "poslimit1",
+        1,
+        (160, 600),
+        "",
+        "",
     ),
 }
 

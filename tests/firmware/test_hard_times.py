@@ -227,4 +227,3 @@ def test_a_board_whose_supply_is_pulled(emulator, off_ms):
             assert codes(x).count("board-silent") == 1
         drive.clear()
         goes_on(drive, line, host)
-
