@@ -144,7 +144,7 @@ class Drive:
         self.talk = Talk(self, troubles, wait)
         self._live = Live(self, self.talk)
         if isinstance(port, str):
-            port = opened(port, board)
+            port = opened(port, board, [each.number for each in self.board_inputs if not each.pin])
         self.port: BoardPort = port
         self.box: BlackBox | None = None
         if black_box is not False:
@@ -367,6 +367,11 @@ class Drive:
         self.talk.begin()
 
     # -------------------------------------------------------------------------------------------------- what is asked
+    @property
+    def count(self) -> int | None:
+        """Steps that the board has counted, up minus down, as it last said; None: unknown."""
+        return self.link.counted
+
     def stop(self, at_once: bool = False) -> None:
         """Stop the motor, by its way down or at once; the drive is halted then."""
         self._check_open()
