@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slewline.drive import frames, wire
-from slewline.drive.boards import UNO
+from slewline.drive.board import frames, wire
+from slewline.drive.board.boards import UNO
 from slewline.drive.drive import Drive
 
 from .emulated import EmulatedBoard, Emulator

@@ -1,7 +1,8 @@
-"""Figures of real motors, measured on the emulated board and printed as one table: python -m tests.firmware.figures [FILE]
+"""Figures of real motors, measured on the emulated board, as one table: python -m tests.firmware.figures [FILE]
 
 Time of the host is that of its processor, in `Drive.turn` (records, frames, events) and in the model; the emulator is
-not in it.  Load of the board: what the rounds of its main loop show, beside those of one that moves slowly and hears nothing.
+not in it.  Load of the board: what the rounds of its main loop show, beside those of one that moves slowly
+and hears nothing.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from slewline.drive.board.frames import encode
+from slewline.drive.board.records import Record
+from slewline.drive.board.wire import BoardConfig, FrameKind, reset_payload, start_payload
 from slewline.drive.drive import Drive
-from slewline.drive.frames import encode
-from slewline.drive.records import Record
-from slewline.drive.wire import BoardConfig, FrameKind, reset_payload, start_payload
 from tests.drive.families import furnished
 from tools.firmware import FLASH, RAM, Firmware, build
 
@@ -192,7 +193,7 @@ def measured(name: str, firmware: Firmware, head: int, rounds: float) -> Figures
 def table(firmware: Firmware, rows: list[Figures]) -> str:
     """Return the figures as a table of a page."""
     out = [
-        f"Firmware of the Uno: {firmware.flash:,} of {FLASH:,} bytes of flash, {firmware.ram:,} of {RAM:,} bytes of RAM; "
+        f"Firmware of the Uno: {firmware.flash:,} of {FLASH:,} bytes of flash, {firmware.ram:,} of {RAM:,} of RAM; "
         f"{min(row.unused for row in rows)} bytes beyond stack and data were never touched.",
         "",
         "| stream | steps | steps/s | records, of them in the worst second, 50 ms | bytes/s to the board, to the host |"
@@ -201,8 +202,8 @@ def table(firmware: Firmware, rows: list[Figures]) -> str:
     ]
     out += [
         f"| {row.title} | {row.steps:,} | {row.fastest:,.0f} | {row.records}, {row.records_s}, {row.records_50_ms} | "
-        f"{row.down_s:,.0f}, {row.up_s:,.0f} | {row.worst_ticks / 16:.2f} us | {row.drive_ms:.0f}, {row.model_ms:.1f} | "
-        f"{row.interrupts:.0%}, {row.load:.0%}, {row.load_50_ms:.0%} |"
+        f"{row.down_s:,.0f}, {row.up_s:,.0f} | {row.worst_ticks / 16:.2f} us | "
+        f"{row.drive_ms:.0f}, {row.model_ms:.1f} | {row.interrupts:.0%}, {row.load:.0%}, {row.load_50_ms:.0%} |"
         for row in rows
     ]
     return "\n".join(out)

@@ -14,8 +14,6 @@ from tests.drive.families import GSC
 from .chain import EmulatedLine, drive_of, said
 from .test_inputs import each_phase
 
-RAMPS_WITHIN = 60  # steps from the chip's law, in a ramp whose levels share 40 entries
-
 
 class Return(NamedTuple):
     """A motion, and an edge somewhere in it; `asked` is what a host asks for its position, `answered` what it hears."""
@@ -35,15 +33,20 @@ CASES = {
     "cy545 limit": Return(
         "cy545", {}, "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "", "cw_limit", 0, (100, 600), "? P\r", "{}"
     ),
-    "cy525 abort": Return(
-        "cy525", {}, "A 0\rF 10\rR 120\rS 200\rZ 1\rN 9000\rG\r", "", "abort", 0, (380, 950), "", ""
-    ),
+    "cy525 abort": Return("cy525", {}, "A 0\rF 10\rR 120\rS 200\rZ 1\rN 9000\rG\r", "", "abort", 0, (380, 950), "", ""),
     "gs-c200s homing": Return(
-        "gs-c200s", GSC, "I3\rPo\rS50\rT300\rR90\rPx\rE\r", "H\r", "eot", 0, (320, 700), "V1\r", "V%{:+d}\r"
+        "gs-c200s", GSC, "I3\rPo\rS50\rT300\rR90\rPx\rE\r", "H\r", "eot", 0, (320, 700), "V1\r", "V{:+d}\r"
     ),
     "mc1451a limit": Return(
-        "mc1451a", {}, "LMTS_ON\nSET_VEL 1000 steps/s\nSET_ACC 10000 steps/s2\nSET_POS 2000\nUPDATE", "", "poslimit1", 1,
-        (160, 600), "", "",
+        "mc1451a",
+        {},
+        "LMTS_ON\nSET_VEL 1000 steps/s\nSET_ACC 10000 steps/s2\nSET_POS 2000\nUPDATE",
+        "",
+        "poslimit1",
+        1,
+        (160, 600),
+        "",
+        "",
     ),
 }
 
@@ -51,7 +54,7 @@ CASES = {
 class Returning:
     """A chip with a journal, which an emulated board follows."""
 
-    def __init__(self, emulator, folder, name, seed):
+    def __init__(self, emulator, folder, name, seed, **options):
         self.case = case = CASES[name]
         self.random = Random(f"{name} {seed}")
         self.bench = slewline.Bench(journal=folder / "journal")
@@ -64,8 +67,8 @@ class Returning:
         self.wiring = {"A0": case.pin} | ({"A1": "home"} if "homing" in name else {})
         self.line.board.set_input(0, 1 - case.level, 0)
         self.line.stop_host(1)
-        stop = {"start_stop": 30_000} if case.part in ("cy545", "gs-c200s") else {}
-        self.drive = drive_of(self.bench, x, self.line, inputs=self.wiring, **stop)
+        stop = {} if case.part == "cy525" else {"start_stop": 30_000}
+        self.drive = drive_of(self.bench, x, self.line, inputs=self.wiring, **(stop | options))
 
     @property
     def x(self):
@@ -125,7 +128,8 @@ def test_after_going_back_all_agree(emulator, tmp_path, name, seeds):
                 found.append(way - lawful(case, instant))
         assert slewline.replay(folder / "journal")["x"].travel == rig.x.travel
     print(name, "steps off the law:", {n: found.count(n) for n in sorted(set(found))})
-    assert all(abs(each) <= 1 for each in found), found
+    most = 2 if name == "cy525 abort" else 1  # its way down on the board is a step longer: see test_inputs
+    assert all(abs(each) <= most for each in found), found
 
 
 def lawful(case, instant):
@@ -137,3 +141,15 @@ def lawful(case, instant):
     x.pin(case.pin).drive(case.level, at=instant)
     bench.run_to("3 s")
     return x.travel
+
+
+def test_a_dead_stop_above_the_start_stop_rate_leaves_the_position_uncertain(emulator, tmp_path):
+    rig = Returning(emulator, tmp_path, "mc1451a limit", 0, start_stop=500)
+    with rig.drive as drive:
+        drive.run("400 ms")
+        rig.edge(1)
+        drive.run("500 ms")
+        assert drive.rewind.rewinds == 1 and drive.state == "ok"
+        assert [each.partition(":")[0] for each in drive.troubles] == ["position-uncertain"]
+        assert [found.code for found in rig.x.findings] == ["position-uncertain"]
+        agree(rig)

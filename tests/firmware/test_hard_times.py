@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.drive.wire import BoardState, Happening
+from slewline.drive.board.wire import BoardState, Happening
 from tests.drive.families import SCRIPTS, furnished
 
 from .chain import WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, unharmed, wanted
@@ -227,4 +227,3 @@ def test_a_board_whose_supply_is_pulled(emulator, off_ms):
             assert codes(x).count("board-silent") == 1
         drive.clear()
         goes_on(drive, line, host)
-

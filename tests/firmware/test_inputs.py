@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.drive.reflexes import way_down
-from slewline.drive.wire import BoardConfig, BoardState, Happening, Reflex
+from slewline.drive.board.wire import BoardConfig, BoardState, Happening, Reflex
+from slewline.drive.stopping.reflexes import way_down
 from tests.drive.families import GSC
 
 from .chain import HZ, WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, wanted
@@ -40,7 +40,9 @@ class InputCase(NamedTuple):
 
 AT_45_K = "SET_VEL 45000 steps/s\nSET_ACC 400000 steps/s2\nSET_POS 60000\nUPDATE"
 CASES = {
-    "limit of a cy545": InputCase("cy545", {}, "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "cw_limit", 0, Reflex.STOP, (60, 400)),
+    "limit of a cy545": InputCase(
+        "cy545", {}, "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "cw_limit", 0, Reflex.STOP, (60, 400)
+    ),
     "limit of a cy545 at 27 k": InputCase(
         "cy545",
         {"rate_table": "27k", "fixed_baud": 9600},
@@ -51,8 +53,13 @@ CASES = {
         (500, 800),
     ),
     "limit of an mc1451a": InputCase(
-        "mc1451a", {}, "SET_VEL 1000 steps/s\nSET_ACC 10000 steps/s2\nSET_POS 2000\nUPDATE", "poslimit1", 1,
-        Reflex.STOP | Reflex.UPWARDS, (60, 500),
+        "mc1451a",
+        {},
+        "SET_VEL 1000 steps/s\nSET_ACC 10000 steps/s2\nSET_POS 2000\nUPDATE",
+        "poslimit1",
+        1,
+        Reflex.STOP | Reflex.UPWARDS,
+        (60, 500),
     ),
     "e-stop at 10 k": InputCase(
         "gs-c200s", GSC, "I3\rPo\rS100\rT1000\rR255\r+8000\rPx\rE\r", "", 1, Reflex.ESTOP, (100, 700), Happening.ESTOP
@@ -80,9 +87,7 @@ class DrivenInput:
         self.line = EmulatedLine(emulator, seed)
         self.line.board.set_input(0, 1 - case.level, 0)
         self.line.stop_host(1)
-        config = BoardConfig(
-            HZ // 500, HZ // 5, active=case.level, report=1, reflex=(int(case.reflex), 0, 0, 0, 0, 0)
-        )
+        config = BoardConfig(HZ // 500, HZ // 5, active=case.level, report=1, reflex=(int(case.reflex), 0, 0, 0, 0, 0))
         self.drive = drive_of(self.bench, self.x, self.line, config=config)
         self.random = Random(f"{case.part} {case.pin} {seed}")
 
@@ -147,7 +152,7 @@ def test_the_motor_stops_where_the_chip_would_have(emulator, name, seeds):
             tick = rig.edge(case.level)
             instant = rig.instant(tick)
             moving_ms = 130 if case.happening != Happening.BRAKED else 700
-            due, ways = wanted(drive)
+            due, _ways = wanted(drive)
             drive.run(f"{moving_ms} ms")
             made = np.array(line.board.rises)
             stop, *rest = [each for each in events(line) if each.kind == case.happening]
@@ -188,7 +193,14 @@ def farthest(x):
 @each_phase
 def test_a_motor_that_is_held_loses_no_step(emulator, seeds):
     case = InputCase(
-        "cy525", {}, "A 0\rF 10\rR 110\rS 200\rZ 1\rN 3000\rG\r", "step_inhibit", 1, Reflex.HOLD, (60, 400), Happening.HELD
+        "cy525",
+        {},
+        "A 0\rF 10\rR 110\rS 200\rZ 1\rN 3000\rG\r",
+        "step_inhibit",
+        1,
+        Reflex.HOLD,
+        (60, 400),
+        Happening.HELD,
     )
     found = []
     for seed in seeds:
