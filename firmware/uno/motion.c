@@ -572,10 +572,9 @@ static __attribute__((noinline)) uint8_t go_down(uint32_t tick)
         settle_tail();
     if (flags & HAS_WAY && !(remain = way_now())) {
         plays = 0;
-    } else if (remain && tail_count) {
+    } else if (plays && remain && tail_count) {
         uint16_t skip = skipped(remain);
 
-        plays = 1;
         first = behind(skip, hint);
         steps = tail[first].up_to - skip;
     } else if (!plays || ticks >= start_stop) {
@@ -594,8 +593,10 @@ static __attribute__((noinline)) uint8_t go_down(uint32_t tick)
         const struct tail_entry *next = &tail[first];
 
         entry = first + 1;
-        fraction = (uint16_t)(uint8_t)next->interval << 8;
-        ticks = next->interval >> 8;
+        if (ticks <= next->interval >> 8) { /* never faster than before */
+            ticks = next->interval >> 8;
+            fraction = (uint16_t)(uint8_t)next->interval << 8;
+        }
     }
     end_pulse();
     if (plays && ticks < LONG_LEAST) {
@@ -642,6 +643,10 @@ static __attribute__((noinline)) void play_piece(void)
         entry++;
         fraction = (uint16_t)(uint8_t)next->interval << 8;
         ticks = next->interval >> 8;
+        if (ticks < pace) {
+            ticks = pace;
+            fraction = 0;
+        }
     } else {
         ticks = pace + (pace >> 4);
         if (ticks > start_stop) {

@@ -12,6 +12,9 @@ and from where in the table on, says the record of that step, if it is one with 
 
     table    (i0, 3) (i1, 2) (i2, 4)    WAY 5  ->  i1 i2 i2 i2 i2, the last five steps; WAY 0 -> none, it stands
 
+An interval of the table that is shorter than the last two steps were apart becomes as long as that: a brake does not
+make the motor faster.  Behind the first step of a run there is no way down.
+
 Where the record does not say it (motions that begin while the motor moves, ramps without levels, pauses), the pace
 decides: the tail is all entries that are slower than the last two steps were apart; without a table each interval is
 1/16 longer than the one before, up to the one at which the motor may stand.
@@ -189,14 +192,14 @@ class MovingTwin:
         pace, start_stop = self.pace, self.config.start_stop
         out, time = [], 0
         way = None if self.record is None else self.record.way(self.record.count - self.left - 1)
-        if way == 0:
+        if pace is None or way == 0:
             return []
         if way is not None and self.table:
             for interval in [interval for interval, count in self.table for _ in range(count)][-way:]:
-                time += interval
+                time += max(interval, pace << 8)
                 out.append(time >> 8)
             return out
-        if pace is None or pace >= start_stop:
+        if pace >= start_stop:
             return []
         if self.table:
             first = next((at for at, (interval, _) in enumerate(self.table) if interval > pace << 8), len(self.table))
