@@ -39,6 +39,7 @@ from .stopping.halting import StopChip
 from .stopping.reflexes import configured, inputs_of
 from .stopping.rewind import Rewind
 from .stopping.troubles import Troubles, signed
+from .stopping.ways import WaysDown
 from .talk import ENABLE, Talk
 from .terminals import outputs_of, steps_a_second, usual_config
 from .ticks import TickMap
@@ -133,8 +134,12 @@ class Drive:
         self.clock = BoardClock(board.hz)
         self.link = Link(self.clock)
         self.ticks = TickMap(board.hz)
+        self.ways = WaysDown(self)
         self.feeder = Feeder(
-            self.axis, self.kernel, self.link, self.ticks, self.horizon, board.shortest, self._put, self._half
+            *(self.axis, self.kernel, self.link, self.ticks, self.horizon, board.shortest),
+            self._put,
+            self._half,
+            self.ways.pieces,
         )
         self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, lambda: self.feeder.busy)
         self.stopping: Stopping = StopChip(self, stop)
@@ -254,6 +259,7 @@ class Drive:
         if self.state == "ok":
             tick = self.clock.ticks(now)
             self._look_for_drift(tick)
+            self.ways.turn()
             try:
                 self.feeder.turn(tick)
             except UsageError as error:  # faster than the board can
