@@ -399,7 +399,7 @@ class Drive:
     def introduction(self) -> str:
         """What is driven, in a line for the user."""
         power = "the driver is enabled" if self.enable else "a dry run: the driver stays off, until --enable"
-        return f"{self.chip.name} on a {self.board.title}, {readable(self.horizon_ps)} ahead; {power}"
+        return f"{self.chip.name} on an {self.board.title}, {readable(self.horizon_ps)} ahead; {power}"
 
     @property
     def lead_ps(self) -> int:

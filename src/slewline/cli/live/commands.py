@@ -121,7 +121,7 @@ def serve_command(**options: Any) -> int:
     "--input",
     type=SettingText(),
     multiple=True,
-    help="What an input of the board is, such as A1=home or A0=e_stop. May be repeated.",
+    help="What an input of the board is, such as A1=home or A0=estop. May be repeated.",
 )
 @click.option(
     "--output",
