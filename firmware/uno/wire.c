@@ -53,7 +53,7 @@ static int8_t end_of_chunk(void)
     int8_t verdict = 0;
 
     if (encoded) {
-        verdict = hopeless || group || decoded < 4 || crc ? -1 : 1;
+        verdict = hopeless || group || decoded < 4 || crc != 0xF0B8 ? -1 : 1;
         frame_length = decoded - 2;
     }
     encoded = decoded = group = implied = hopeless = 0;
@@ -116,6 +116,7 @@ void send(uint8_t number, uint8_t kind, const void *payload, uint8_t length)
     memcpy(plain + 2, payload, length);
     for (i = 0; i < total - 2; i++)
         check = _crc_ccitt_update(check, plain[i]);
+    check = ~check;
     plain[i] = check;
     plain[i + 1] = check >> 8;
     /* Each group: how far it is to the next 0, which itself is left out, and what lies before it. */

@@ -6,6 +6,7 @@ from random import Random
 
 from slewline.drive.board import wire
 from slewline.drive.board.boards import UNO
+from slewline.drive.board.frames import decode
 from slewline.drive.board.records import Record
 from slewline.drive.board.twin import BoardTwin
 from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, BoardState, FrameKind, Happening, Reflex, encode
@@ -76,7 +77,7 @@ class Dialogue:
 
     def _hear(self) -> None:
         for chunk in self.board.take().split(b"\0")[:-1]:
-            said = wire.read(wire.decode(chunk))  # type: ignore[arg-type]
+            said = wire.read(decode(chunk))  # type: ignore[arg-type]
             if isinstance(said, Answer):
                 self.unanswered.pop(0)
                 self.state, self.free = BoardState(said.state), said.free
@@ -314,7 +315,7 @@ def told_to_twin(board: EmulatedBoard, chunks: list[tuple[int, bytes]]) -> Board
     left = [chunk for _, chunk in chunks if chunk]
     boot = None
     for at, (_, frame) in enumerate(board.frames):
-        said = wire.read(wire.decode(frame[:-1]))  # type: ignore[arg-type]
+        said = wire.read(decode(frame[:-1]))  # type: ignore[arg-type]
         if isinstance(said, Answer):
             told.append((said.tick, at, left.pop(0)))
         elif isinstance(said, BoardEvent) and said.kind == Happening.WATCHDOG:

@@ -11,6 +11,7 @@ from collections import Counter
 import pytest
 
 from slewline.drive.board import wire
+from slewline.drive.board.frames import decode
 from slewline.drive.board.wire import Answer, BoardEvent, Happening
 
 from .dialogue import PULSE_LEAST, SEEN_WITHIN, SHOWN_WITHIN, TAKEN_WITHIN, Dialogue, told_to_twin
@@ -27,8 +28,8 @@ def compare(emulator, seed):
     end = dialogue.end  # what is near the end may be on the way
     assert board.overruns == 0
 
-    frames = [wire.read(wire.decode(frame[:-1])) for _, frame in board.frames]
-    expected = [wire.read(wire.decode(chunk)) for chunk in bytes(twin.sent).split(b"\0")[:-1]]
+    frames = [wire.read(decode(frame[:-1])) for _, frame in board.frames]
+    expected = [wire.read(decode(chunk)) for chunk in bytes(twin.sent).split(b"\0")[:-1]]
     for at, (one, other) in enumerate(zip(frames, expected, strict=False)):
         assert one == other, f"seed {seed}, frame {at}"
     assert all(said.tick >= end for said in expected[len(frames) :]), f"seed {seed}"
@@ -80,7 +81,7 @@ def in_time(dialogue, board):
 
 
 def read(row):
-    return wire.read(wire.decode(row[1][:-1]))
+    return wire.read(decode(row[1][:-1]))
 
 
 def enough(kinds, steps, runs):

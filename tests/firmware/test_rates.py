@@ -9,6 +9,7 @@ import pytest
 
 from slewline.drive.board import wire
 from slewline.drive.board.boards import UNO
+from slewline.drive.board.frames import decode
 from slewline.drive.board.records import Record
 from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, FrameKind, Happening, encode
 from tools.firmware import FLASH, RAM, build
@@ -21,7 +22,7 @@ HALVES = (1, 3, 2, 6, 4, 12, 8, 9)
 
 
 def read(board):
-    return [wire.read(wire.decode(frame[:-1])) for _, frame in board.frames]
+    return [wire.read(decode(frame[:-1])) for _, frame in board.frames]
 
 
 def events(board):

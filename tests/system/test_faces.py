@@ -86,7 +86,7 @@ def test_a_face_has_the_names_that_it_lists_and_no_others(face) -> None:
 # ------------------------------------------------------------------------------------------------------ public names
 PAGES = Path(__file__).parents[2] / "docs/reference"
 FOR_USERS, FOR_AUTHORS = ("api.md", "parts.md"), ("api.md", "parts.md", "build.md")
-MOST = {Chip: 85, Host: 63, object: 48}  # public names of a chip, of a host, of anything else
+MOST = {Chip: 86, Host: 63, object: 48}  # public names of a chip, of a host, of anything else
 GIVEN = {"prom": {"image": b"\xff"}, "switch": {"low": 0}}  # to parts that must be told something
 
 

@@ -173,6 +173,7 @@ LONGER = {
     "core/motion/axis.py": "one past, and all that is asked of it",
     "core/wires/net.py": "drivers and nets commit together, on the path that everything takes",
     "core/wires/views.py": "one small class for each way in which promises compose",
+    "drive/drive.py": "the parameters of a drive, and all that is asked of it",
     "language/ramps.py": "what a calculator is asked, and the search, over the same values",
 }
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from .board.wire import BoardEvent, Happening
-from .promptness import Lateness, be_prompt, measured, recommended_ms
+from .promptness import WakingDelays, measured, recommended_ms
 
 if TYPE_CHECKING:
     from .drive import Drive
@@ -20,7 +20,7 @@ class Checkup(NamedTuple):
 
     name: str
     priority: str
-    late: Lateness
+    late: WakingDelays
     round_trip_ms: tuple[float, float]  # median, worst
     offset_ppm: float
     damaged: int
@@ -54,13 +54,13 @@ class Checkup(NamedTuple):
         ]
 
 
-def checked(drive: Drive, seconds: float, tell: Callable[[str], object]) -> Checkup:
+def checked(drive: Drive, seconds: float, priority: str, tell: Callable[[str], object]) -> Checkup:
     """Look at an open drive for so many seconds of the wall clock.
 
     Args:
+        priority: what this process was given.
         tell: called with what goes on.
     """
-    priority = be_prompt()
     tell(f"slewline: looking for {seconds:g} s")
     late = measured(seconds, drive.wall, drive.talk.wait, drive.turn)
     _, worst_ns, median_ns = drive.clock.round_trip_ns

@@ -18,12 +18,12 @@ from pathlib import Path
 from time import perf_counter_ns
 from typing import TYPE_CHECKING, Self
 
-from ..bench.rewinding import ReachablePast, take_over
-from ..bench.runner import FunctionCondition, Wait
+from ..bench.rewinding import ReachablePast
+from ..bench.runner import FunctionCondition
 from ..core.time.hook import Hook
 from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
 from ..core.wires.pin import Condition
-from ..errors import Timeout, UsageError
+from ..errors import UsageError
 from .blackbox import BlackBox, new_folder
 from .board.boards import UNO, BoardModel
 from .board.clock import BoardClock
@@ -31,9 +31,10 @@ from .board.link import Link
 from .board.port import BoardPort, opened
 from .board.wire import BoardConfig, BoardEvent
 from .cable import Cable
-from .driven import DriveState, Exchanging, Stopping, Telling
+from .driven import DriveState, Exchanger, Stopping, Telling
 from .feeder import Feeder, LaidOutput
 from .live import Live
+from .stopping.alone import Alone
 from .stopping.halting import StopChip
 from .stopping.reflexes import configured, inputs_of
 from .stopping.rewind import Rewind
@@ -54,23 +55,6 @@ STEADY_TURNS = 20
 SHADOWS = 3  # of the past, each for one more try
 SILENT = ("drive", "run", "power", "conclude")  # inputs that tell a chip nothing
 LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
-
-
-class Alone:
-    """Exchanges of a drive whose bench nothing else uses: `drive.bench` is another one then."""
-
-    def __init__(self, drive: Drive) -> None:
-        self.drive = drive
-
-    def exchange(self, bench: Bench, since_ps: int) -> None:
-        """Go on with another bench."""
-        take_over(bench, self.drive.bench)
-
-    def listen(self, bench: Bench) -> None:
-        """Do nothing: nobody hears what a bench does."""
-
-    def forget(self, before_ps: int) -> None:
-        """Do nothing: nothing is kept."""
 
 
 class Drive:
@@ -153,7 +137,7 @@ class Drive:
             self.axis, self.kernel, self.link, self.ticks, self.horizon, board.shortest, self._put, self._half
         )
         self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, lambda: self.feeder.busy)
-        self.on_stopped: Stopping = StopChip(self, stop)
+        self.stopping: Stopping = StopChip(self, stop)
         self.rewind: Rewind | None = None
         self.watch: Telling = (troubles := Troubles(self))
         self.troubles = troubles.told  # what has gone wrong since the beginning, in words
@@ -195,7 +179,7 @@ class Drive:
         self.kernel.outside.on_input.add(self._heard)
         self._begin()
 
-    def go_back_by(self, exchanges: Exchanging) -> None:
+    def go_back_by(self, exchanges: Exchanger) -> None:
         """Let the chip stop by its own law where the board has stopped the motor: by going back to that instant.
 
         Without this the chip is stopped at the present, and takes the count of the board over.  It needs a journal.
@@ -276,7 +260,7 @@ class Drive:
                 self.watch.too_fast(error)
         elif self.state != "closed":
             self.feeder.turn(0)
-            self.on_stopped.turn()
+            self.stopping.turn()
         self.cable.turn(self.clock.ticks(now))
         self.talk.say(now)
 
@@ -332,19 +316,7 @@ class Drive:
             Timeout: it is not met in time.
         """
         self._check_open()
-        if not isinstance(condition, Condition):
-            condition = FunctionCondition(condition, getattr(condition, "__name__", "the condition"))
-        condition.begin()
-        limit = self.kernel.now + picoseconds(timeout)
-        wait = Wait(condition.met, limit, when=condition.foreseen, nets=condition.nets)
-        wait.begin()
-        try:
-            met = self._live.keep_up(limit, wait)
-        finally:
-            wait.end()
-            self.bench.run(0)
-        if not met:
-            raise Timeout(f"waited {readable(picoseconds(timeout))} for {condition}; the drive is {self.state}")
+        self._live.until(condition, timeout)
 
     def run_until_rest(self, timeout: Time = "60 s") -> None:
         """Let time pass until the motor stands and nothing is under way.
@@ -395,29 +367,6 @@ class Drive:
         self.talk.begin()
 
     # -------------------------------------------------------------------------------------------------- what is asked
-    @property
-    def introduction(self) -> str:
-        """What is driven, in a line for the user."""
-        power = "the driver is enabled" if self.enable else "a dry run: the driver stays off, until --enable"
-        return f"{self.chip.name} on an {self.board.title}, {readable(self.horizon_ps)} ahead; {power}"
-
-    @property
-    def lead_ps(self) -> int:
-        """For how long the board has something to do (ps)."""
-        return max((self.feeder.base16 >> 16) - self.clock.ticks(self.wall()), 0) * PS_PER_S // self.board.hz
-
-    def as_line(self) -> str:
-        """Return the state as a part of a line for a terminal."""
-        answer, (trip_ns, worst_ns, _) = self.link.answer, self.clock.round_trip_ns
-        count = "?" if answer is None else signed(answer.position)
-        parts = [
-            f"board {self.state} at {count}",
-            f"lead {self.lead_ps / 1e9:.0f} ms",
-            f"{self.link.free} of {self.board.slots} slots free",
-            f"{trip_ns / 1e6:.1f} ms there and back, worst {worst_ns / 1e6:.1f}",
-        ]
-        return " | ".join([*parts, *self.troubles[-1:]])
-
     def stop(self, at_once: bool = False) -> None:
         """Stop the motor, by its way down or at once; the drive is halted then."""
         self._check_open()
@@ -438,12 +387,12 @@ class Drive:
             raise UsageError("the drive is not halted: there is nothing to clear")
         if self.axis.moving:
             raise UsageError(f"{self.chip.name} is in motion; wait until it is at rest, then clear the drive")
-        self.on_stopped.turn()
+        self.stopping.turn()
         if self.feeder.lost and self.state == "halted":
             self.take_over(signed(self.axis.travel - self.feeder.lost))
         self.talk.set_up()
         self._begin()
-        self.on_stopped.clear()
+        self.stopping.clear()
 
     def take_over(self, position: int, known: bool = True) -> None:
         """Set the position register of the chip to where the board has counted the motor to be.

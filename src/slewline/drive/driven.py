@@ -47,7 +47,7 @@ class Stopping(Protocol):
         """Let the chip go on."""
 
 
-class Exchanging(Protocol):
+class Exchanger(Protocol):
     """Puts another bench in the place of the present one, such as a server that has hosts on its ports."""
 
     def exchange(self, bench: Bench, since_ps: int) -> None:
@@ -79,6 +79,7 @@ class Telling(Protocol):
 class Driven(Protocol):
     """A drive, as its pieces see it."""
 
+    bench: Bench
     chip: Chip
     axis: Axis
     axis_number: int
@@ -99,7 +100,7 @@ class Driven(Protocol):
     port: BoardPort
     wall: Callable[[], int]  # ns
     on_event: Hook[[BoardEvent]]
-    on_stopped: Stopping
+    stopping: Stopping
     watch: Telling
 
     def nets(self) -> list[tuple[Net, int]]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from ..core.time.timebase import PS_PER_S
+from ..bench.runner import FunctionCondition, Wait
+from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
+from ..core.wires.pin import Condition
+from ..errors import Timeout
 
 if TYPE_CHECKING:
-    from ..bench.runner import Wait
     from .driven import Driven
     from .talk import Talk
 
@@ -32,6 +35,27 @@ class Live:
             if met or drive.kernel.now >= until:
                 return met
             self.talk.wait(min(self.talk.due(), max((until - drive.kernel.now) / PS_PER_S, LEAST_WAIT_S)))
+
+    def until(self, condition: Condition | Callable[[], bool], timeout: Time) -> None:
+        """Let the model keep up with the board until a condition is met.
+
+        Raises:
+            Timeout: it is not met in time.
+        """
+        drive = self.drive
+        if not isinstance(condition, Condition):
+            condition = FunctionCondition(condition, getattr(condition, "__name__", "the condition"))
+        condition.begin()
+        limit = drive.kernel.now + picoseconds(timeout)
+        wait = Wait(condition.met, limit, when=condition.foreseen, nets=condition.nets)
+        wait.begin()
+        try:
+            met = self.keep_up(limit, wait)
+        finally:
+            wait.end()
+            drive.bench.run(0)
+        if not met:
+            raise Timeout(f"waited {readable(picoseconds(timeout))} for {condition}; the drive is {drive.state}")
 
     def _pass(self, goal: int, wait: Wait | None) -> bool:
         """Run the bench up to an instant (ps), or until a wait is met; return whether it is."""

@@ -1,11 +1,8 @@
-"""How prompt this process is: what makes it so, and how late it wakes."""
+"""How late a process wakes, and which horizon that needs."""
 
 from __future__ import annotations
 
-import gc
-import os
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from time import perf_counter_ns, sleep
 from typing import NamedTuple
 
@@ -14,24 +11,7 @@ HORIZONS_MS = (20, 50, 100, 250, 500, 1000)
 SAFETY = 3  # times the worst that was seen in some seconds: a day has worse
 
 
-def be_prompt() -> str:
-    """Let this process wake as promptly as the system allows; return in words what it was given.
-
-    The garbage collector forgets everything that is there now, so that it never again looks through all of it: with
-    three million objects such a look takes 450 ms.  A real-time priority needs leave: CAP_SYS_NICE or `ulimit -r 1`.
-    """
-    gc.collect()
-    gc.freeze()
-    with suppress(AttributeError, OSError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
-        return "real-time priority (SCHED_FIFO)"
-    with suppress(AttributeError, OSError):
-        os.nice(-10)
-        return "priority -10"
-    return "no priority above others"
-
-
-class Lateness(NamedTuple):
+class WakingDelays(NamedTuple):
     """How late this process woke, in ms: half of the times, 99 of 100, and the worst."""
 
     median: float
@@ -39,11 +19,11 @@ class Lateness(NamedTuple):
     worst: float
 
 
-def of_many(late_ms: Sequence[float]) -> Lateness:
+def of_many(late_ms: Sequence[float]) -> WakingDelays:
     """Return the figures of many times, ms, one at least."""
     ordered = sorted(late_ms)
     last = len(ordered) - 1
-    return Lateness(ordered[last // 2], ordered[last * 99 // 100], ordered[last])
+    return WakingDelays(ordered[last // 2], ordered[last * 99 // 100], ordered[last])
 
 
 def measured(
@@ -51,7 +31,7 @@ def measured(
     clock: Callable[[], int] = perf_counter_ns,
     nap: Callable[[float], object] = sleep,
     each: Callable[[], object] = lambda: None,
-) -> Lateness:
+) -> WakingDelays:
     """Sleep for two milliseconds, over and over, and measure how late each sleep ends.
 
     Args:

@@ -158,7 +158,7 @@ def drive_command(**options: Any) -> int:
     The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host speaks to the chip on one
     of the ports, as with `slewline serve`.  What goes out, steps and characters, does so a horizon later while the
     motor moves.  A board that stops by itself, by an input, an E-stop, or because it hears nothing, says where; the
-    drive is halted then, until somebody types `clear`, or sends SIGUSR2.
+    drive is halted then, until `clear` is typed, or SIGUSR2 comes.
     """
     from .drive import DriveCommand
 

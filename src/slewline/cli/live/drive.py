@@ -81,7 +81,8 @@ class DriveCommand(ServeCommand):
         """Refuse options that exclude each other; return the ports that are asked for."""
         if self.control and self.allow_remote:
             raise click.UsageError(
-                "--control and --allow-remote: whoever reaches the control port can move a real motor; leave out one"
+                "--control and --allow-remote: any client that reaches the control port can move a real motor; leave "
+                "out one"
             )
         if self.black_box is not None and self.no_black_box:
             raise click.UsageError("--black-box and --no-black-box: leave out one")
@@ -146,7 +147,8 @@ class DriveCommand(ServeCommand):
 
     def _join(self, server: Server, drive: Drive) -> None:
         """Let the drive have its turns, and hold back what hosts hear until the motor is there."""
-        from ...drive.promptness import be_prompt
+        from ...drive.status import as_line, introduction
+        from ...links.sockets.system import be_prompt
 
         for line in server.lines.values():
             line.gate = drive.gate
@@ -163,12 +165,13 @@ class DriveCommand(ServeCommand):
         if number is not None:
             server.loop.watch(number, drive.turn)
         server.loop.ask(begin)
-        server.notes.append(drive.as_line)
-        say(f"slewline: {drive.introduction}; {be_prompt()}")
+        server.notes.append(lambda: as_line(drive))
+        say(f"slewline: {introduction(drive)}; {be_prompt()}")
         self._hear_user(server, drive)
 
     def _hear_user(self, server: Server, drive: Drive) -> None:
         """Words that are typed; SIGUSR2 is `clear`."""
+        from ...links.sockets.system import numbers
 
         def clear() -> None:
             try:
@@ -195,8 +198,8 @@ class DriveCommand(ServeCommand):
         if sys.stdin is not None and sys.stdin.isatty():
             server.loop.watch(sys.stdin.fileno(), typed)
             say(f"slewline: type {WORDS}")
-        if hasattr(signal, "SIGUSR2"):
-            signal.signal(signal.SIGUSR2, lambda *_: server.loop.ask(clear))
+        for number in numbers("SIGUSR2"):
+            signal.signal(number, lambda *_: server.loop.ask(clear))
 
 
 @contextmanager
@@ -212,9 +215,10 @@ def kept_if_it_begins(folder: Path) -> Iterator[None]:
 def check_up(drive: Drive) -> int:
     """Look at link, machine and board; return the exit status."""
     from ...drive.check import checked
+    from ...links.sockets.system import be_prompt
 
     with drive:
-        found = checked(drive, CHECK_S, say)
+        found = checked(drive, CHECK_S, be_prompt(), say)
     for line in found.lines:
         click.echo(line)
     return 0 if found.good else 1

@@ -48,7 +48,7 @@ WRITES = ("write", "send")  # inputs by which bytes of a host come
 
 
 class Rewind:
-    """Lets a chip stop where the board has, at the instant at which it has: `drive.on_stopped` of a drive.
+    """Lets a chip stop where the board has, at the instant at which it has: `drive.stopping` of a drive.
 
     Args:
         past: of the bench; it is followed from here.
@@ -73,7 +73,7 @@ class Rewind:
     ) -> None:
         self.drive, self.past, self.exchange, self.copy = drive, past, exchange, Path(copy)
         self.forget, self.allowed_s = forget, allowed_s
-        self.otherwise: Stopping = drive.on_stopped  # who stops the chip where this does not
+        self.otherwise: Stopping = drive.stopping  # who stops the chip where this does not
         self.inputs = {each.number: each for each in inputs}
         self.levels: dict[int, int] = {}  # of pins, as they were last told
         self.edges: list[tuple[BoardInput, int, int]] = []  # since the board has stopped: level, instant of the model
@@ -88,7 +88,7 @@ class Rewind:
         drive.config = configured(drive.config, inputs, 0)
         drive.on_event.add(self.event)
         drive.chip.on_command.add(self.commanded)
-        drive.on_stopped = self
+        drive.stopping = self
 
     # ------------------------------------------------------------------------------------------------------ each turn
     def before_turn(self) -> None:

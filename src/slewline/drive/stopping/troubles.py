@@ -81,7 +81,7 @@ class Troubles:
                 self._stopped(event, tick)
         if drive.state == "halted" and event.state == BoardState.HALT and not self._final:
             self._final = True
-            drive.on_stopped.halted(event)
+            drive.stopping.halted(event)
 
     _final = False  # the board stands, and its count has been heard
 
@@ -96,7 +96,7 @@ class Troubles:
         }
         rate = self._rate(tick)
         drive.state, self._final = "halted", False
-        expected = drive.on_stopped.expects(event)
+        expected = drive.stopping.expects(event)
         if not expected:
             self.report(code, f"{text.format_map(words)} (at {self._position(event.position)})")
         if event.kind in AT_ONCE and rate > (allowed := self._start_stop()):
@@ -106,7 +106,7 @@ class Troubles:
                 "steps; home it",
             )
         drive.feeder.halt()
-        drive.on_stopped.stopped(event)
+        drive.stopping.stopped(event)
 
     def _check_count(self, event: BoardEvent) -> None:
         """The board stands: has it counted what it was sent?"""
@@ -172,7 +172,7 @@ class Troubles:
         drive.feeder.halt()
         drive.cable.flush()
         if before == "ok":
-            drive.on_stopped.stopped(self._unknown())
+            drive.stopping.stopped(self._unknown())
 
     def _unknown(self) -> BoardEvent:
         """The event of a board that has lost its count."""
@@ -193,7 +193,7 @@ class Troubles:
         drive.cable.flush()  # its ticks are those of the board's life before
         drive.link.open(drive.config)  # it does not move, and tells the time again
         if before == "ok":
-            drive.on_stopped.stopped(self._unknown())
+            drive.stopping.stopped(self._unknown())
 
     def refused(self, answer: Answer) -> None:
         """The board has not taken a frame."""
@@ -219,7 +219,7 @@ class Troubles:
             "stands. Let it by --self-start (self_start=True)",
         )
         drive.feeder.halt()
-        drive.on_stopped.stopped(self._unknown())
+        drive.stopping.stopped(self._unknown())
 
     def too_fast(self, error: Exception) -> None:
         """The model makes steps faster than the board can."""

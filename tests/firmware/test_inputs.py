@@ -1,0 +1,259 @@
+"""Inputs of the board: the motor stops where the chip would have stopped it, and the count is that of the pulses."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import slewline
+from slewline.drive.board.wire import BoardConfig, BoardState, Happening, Reflex
+from slewline.drive.stopping.reflexes import way_down
+from tests.drive.families import GSC
+
+from .chain import HZ, WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, wanted
+
+FEW, MANY = 5, 100
+WAY_DOWN_WITHIN = 3000  # ticks that a step of a ramp may be off whose levels share 40 entries
+STAMP_WITHIN = 1400  # ticks from an edge to the instant that the board tells
+
+
+class InputCase(NamedTuple):
+    """A motion, and an edge that comes somewhere in it.
+
+    `pin`: of the chip, whose law is the right one; "" if it is the board's own.  `level`: the one at which it acts.
+    `span`: ms of the model, from the beginning.
+    """
+
+    part: str
+    options: dict
+    text: str
+    pin: str
+    level: int
+    reflex: int
+    span: tuple[int, int]
+    happening: int = Happening.STOPPED
+    later: str = ""  # what the host sends at 200 ms
+
+
+AT_45_K = "SET_VEL 45000 steps/s\nSET_ACC 400000 steps/s2\nSET_POS 60000\nUPDATE"
+CASES = {
+    "limit of a cy545": InputCase(
+        "cy545", {}, "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "cw_limit", 0, Reflex.STOP, (60, 400)
+    ),
+    "limit of a cy545 at 27 k": InputCase(
+        "cy545",
+        {"rate_table": "27k", "fixed_baud": 9600},
+        "+\rF 10\rR 255\rS 250\rN 30000\rG\r",
+        "cw_limit",
+        0,
+        Reflex.STOP,
+        (500, 800),
+    ),
+    "limit of an mc1451a": InputCase(
+        "mc1451a",
+        {},
+        "SET_VEL 1000 steps/s\nSET_ACC 10000 steps/s2\nSET_POS 2000\nUPDATE",
+        "poslimit1",
+        1,
+        Reflex.STOP | Reflex.UPWARDS,
+        (60, 500),
+    ),
+    "e-stop at 10 k": InputCase(
+        "gs-c200s", GSC, "I3\rPo\rS100\rT1000\rR255\r+8000\rPx\rE\r", "", 1, Reflex.ESTOP, (100, 700), Happening.ESTOP
+    ),
+    "e-stop at 45 k": InputCase("mc1451a", {}, AT_45_K, "", 1, Reflex.ESTOP, (60, 500), Happening.ESTOP),
+    "abort of a cy525": InputCase(
+        "cy525", {}, "A 0\rF 10\rR 120\rS 200\rZ 1\rN 9000\rG\r", "abort", 0, Reflex.BRAKE, (280, 850), Happening.BRAKED
+    ),
+    "homing of a gs-c200s": InputCase(
+        "gs-c200s", GSC, "I3\rPo\rS50\rT300\rR90\rPx\rE\r", "eot", 0, Reflex.STOP, (250, 700), later="H\r"
+    ),
+    "homing of a cy545": InputCase(
+        "cy545", {"rate_table": "27k", "fixed_baud": 9600}, "F 200\rH 0\r", "usrb0", 1, Reflex.STOP, (60, 500)
+    ),
+}
+
+
+class DrivenInput:
+    """A chip that an emulated board follows; input 0 of the board is the pin of a case."""
+
+    def __init__(self, emulator, case, seed):
+        self.case = case
+        self.bench = slewline.Bench()
+        self.x, _ = chip_of(self.bench, case)
+        self.line = EmulatedLine(emulator, seed)
+        self.line.board.set_input(0, 1 - case.level, 0)
+        self.line.stop_host(1)
+        config = BoardConfig(HZ // 500, HZ // 5, active=case.level, report=1, reflex=(int(case.reflex), 0, 0, 0, 0, 0))
+        self.drive = drive_of(self.bench, self.x, self.line, config=config)
+        self.random = Random(f"{case.part} {case.pin} {seed}")
+
+    def edge(self, level, tick=None):
+        """Let an edge come at input 0, some ticks from now; return its tick."""
+        board = self.line.board
+        tick = board.now + self.random.randrange(40, 4000) if tick is None else tick
+        board.set_input(0, level, tick)
+        return tick
+
+    def run_to(self, ms):
+        """Run to somewhere in a millisecond of the model."""
+        self.drive.run(ms * 10**9 + self.random.randrange(10**9) - self.bench.now_ps)
+
+    def instant(self, tick):
+        """The instant of the model that belongs to a tick of the board (ps)."""
+        return self.drive.ticks.ps(tick - self.drive.horizon)
+
+
+def chip_of(bench, case):
+    """The chip of a case, and its host, which has queued its text."""
+    x = bench.add(case.part, name="x", **case.options)
+    host = bench.host(x, over="serial") if case.part == "cy545" else bench.host(x)
+    if case.pin:
+        x.pin(case.pin).drive(1 - case.level)
+    host.send(case.text)
+    if case.later:
+        bench.at("200 ms", lambda: host.send(case.later))
+    return x, host
+
+
+def lawful(case, edges, until_ms):
+    """How far the chip goes by itself if its pin has edges at some instants (ps, level)."""
+    bench = slewline.Bench()
+    x, _ = chip_of(bench, case)
+    for ps, level in edges:
+        x.pin(case.pin).drive(level, at=ps)
+    bench.run_to(f"{until_ms} ms")
+    return x
+
+
+def each_phase(test):
+    """A few phases in the normal run, the others in long ones, not too many at a time."""
+    others = [pytest.param(range(at, min(at + 20, MANY)), marks=pytest.mark.long) for at in range(FEW, MANY, 20)]
+    given = pytest.mark.parametrize("seeds", [range(FEW), *others], ids=lambda seeds: f"{seeds[0]} to {seeds[-1]}")
+    return pytest.mark.timeout(600)(given(test))
+
+
+@each_phase
+@pytest.mark.parametrize("name", CASES)
+def test_the_motor_stops_where_the_chip_would_have(emulator, name, seeds):
+    case = CASES[name]
+    found = []
+    for seed in seeds:
+        rig = DrivenInput(emulator, case, seed)
+        drive, line = rig.drive, rig.line
+        with drive:
+            rig.run_to(rig.random.randrange(*case.span))
+            if case.reflex == Reflex.BRAKE:
+                drive.link.tail(shortened(way_down(drive.axis, HZ, drive.link.ident.tail)))
+            drive.run("110 ms")
+            tick = rig.edge(case.level)
+            instant = rig.instant(tick)
+            moving_ms = 130 if case.happening != Happening.BRAKED else 700
+            due, _ways = wanted(drive)
+            drive.run(f"{moving_ms} ms")
+            made = np.array(line.board.rises)
+            stop, *rest = [each for each in events(line) if each.kind == case.happening]
+            assert not rest and stop.which == 0 and tick <= stop.tick < tick + STAMP_WITHIN
+            last = said(line)
+            assert last.state == BoardState.HALT
+            assert last.position == sum(way for _, way in line.board.steps)  # exact, in all
+            if case.happening != Happening.BRAKED:
+                assert made[-1] <= stop.tick and stop.position == last.position
+                assert (made > tick).sum() <= 1 + (stop.tick - tick) * len(made) / made[-1]
+            before = made[made <= tick]
+            assert np.abs(before - due[: len(before)]).max() <= WITHIN_TICKS
+            if case.pin:
+                x = lawful(case, [(instant, case.level)], int(instant / 1e9) + moving_ms)
+                found.append(last.position - farthest(x))
+                if case.happening == Happening.BRAKED and not found[-1]:
+                    lawfully = drive.ticks.many(x.steps().times_ps) / 65536 + drive.horizon
+                    assert np.abs(made - lawfully).max() < WAY_DOWN_WITHIN
+            else:
+                found.append(int((made > tick).sum()))
+            assert rig.drive.state == "halted"
+    print(name, "steps off the law:", {n: found.count(n) for n in sorted(set(found))})
+    assert max(found) <= 1 and min(found) >= -1, found
+
+
+def shortened(entries):
+    """A way down without its last step: behind the last interval of a plan there is none."""
+    *rest, (interval, count) = entries
+    return [*rest, (interval, count - 1)] if count > 1 else rest
+
+
+def farthest(x):
+    """How far a chip has gone that may have turned back then."""
+    way = np.cumsum(x.steps().directions)
+    return int(way[np.abs(way).argmax()])
+
+
+@each_phase
+def test_a_motor_that_is_held_loses_no_step(emulator, seeds):
+    case = InputCase(
+        "cy525",
+        {},
+        "A 0\rF 10\rR 110\rS 200\rZ 1\rN 3000\rG\r",
+        "step_inhibit",
+        1,
+        Reflex.HOLD,
+        (60, 400),
+        Happening.HELD,
+    )
+    found = []
+    for seed in seeds:
+        rig = DrivenInput(emulator, case, seed)
+        drive, line = rig.drive, rig.line
+        with drive:
+            rig.run_to(rig.random.randrange(*case.span))
+            drive.run("110 ms")
+            tick = rig.edge(1)
+            due, _ = wanted(drive)
+            instant = rig.instant(tick)
+            length = rig.random.randrange(HZ // 1000, HZ // 20)
+            released = rig.edge(0, tick + length)
+            edges = [(instant, 1), (rig.instant(released), 0)]
+            drive.run("1200 ms")
+            assert drive.state == "ok" and not drive.troubles and rig.x.idle
+            made = np.array(line.board.rises)
+            assert len(made) == len(rig.x.steps()) == 3000 == said(line).position
+            held, free = [each for each in events(line) if each.kind in (Happening.HELD, Happening.RELEASED)]
+            late = free.tick - held.tick
+            assert 0 <= held.tick - tick < STAMP_WITHIN and abs(late - length) < STAMP_WITHIN
+            before = int((made <= held.tick).sum())
+            now_due, _ = wanted(drive)
+            assert np.abs(made[:before] - due[:before]).max() <= WITHIN_TICKS
+            assert np.abs(made[before + 1 :] - now_due[before + 1 :]).max() <= WITHIN_TICKS
+            assert not ((made > held.tick) & (made < released)).any()
+            # the law of the chip: the step that is under way is lengthened
+            x = lawful(case, edges, 2500)
+            steps = x.steps().times_ps
+            gap = int(np.argmax(np.diff(steps) - np.diff(rig.x.steps().times_ps)[: len(steps) - 1])) + 1
+            found.append(before - gap)
+    print("held:", {n: found.count(n) for n in sorted(set(found))})
+    assert max(found) <= 1 and min(found) >= -1, found
+
+
+@each_phase
+def test_a_mark_has_the_position_of_its_edge(emulator, seeds):
+    case = InputCase("mc1451a", {}, AT_45_K, "home1", 0, Reflex.MARK, (60, 600), Happening.MARK)
+    found = []
+    for seed in seeds:
+        rig = DrivenInput(emulator, case, seed)
+        drive, line = rig.drive, rig.line
+        with drive:
+            rig.run_to(rig.random.randrange(*case.span))
+            drive.run("110 ms")
+            tick = rig.edge(0)
+            drive.run("40 ms")
+            (mark,) = [each for each in events(line) if each.kind == Happening.MARK]
+            made = np.array(line.board.rises)
+            assert np.abs(off(drive, line)).max() <= WITHIN_TICKS
+            assert 0 <= mark.tick - tick < STAMP_WITHIN
+            assert mark.position == (made <= mark.tick).sum()
+            found.append(mark.position - int((made <= tick).sum()))
+            assert drive.state == "ok"
+    print("marks:", {n: found.count(n) for n in sorted(set(found))})
+    assert max(found) <= 1 and min(found) >= 0, found
