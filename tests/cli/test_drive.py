@@ -54,7 +54,10 @@ MOVE = (*SPEEDS, "+400")
             ["output D2: 'uo9' is no output of gs_c200s; allowed ", "did you mean uo3?"],
         ),
         ((*DRIVE, "--board", "twin", "--output", "D9=uo1"), ["output 'D9' of the board; allowed D2, "]),
-        ((*DRIVE, "--board", "twin", "--start-stop", "fast"), ["rate 'fast'; expected steps per second", "500 steps/s"]),
+        (
+            (*DRIVE, "--board", "twin", "--start-stop", "fast"),
+            ["rate 'fast'; expected steps per second", "500 steps/s"],
+        ),
         ((*DRIVE, "--board", "twin", "--stop", "abort"), ["stop='abort'; allowed 'power'"]),
         ((*DRIVE, "--board", "twin", "--of", "y"), ["--of: 'y' has no motor; there are: gs_c200s.1"]),
         ((*DRIVE, "--board", "twin", "--of", "gs_c200s.2"), ["--of: 'gs_c200s.2' has no motor"]),

@@ -143,6 +143,11 @@ def serve_command(**options: Any) -> int:
     help="What stops the chip when the board has stopped by itself.",
 )
 @click.option("--self-start", is_flag=True, help="A program that the chip starts by itself may move the motor.")
+@click.option(
+    "--keep-count",
+    is_flag=True,
+    help="The position register begins at the count of a board that has gone on since a session before.",
+)
 @click.option("--check", is_flag=True, help="Look at link, machine and board for ten seconds; D9 is wired to D4 alone.")
 @click.option(
     "--black-box", metavar="DIR", type=DIRECTORY, help="Where sessions are recorded, instead of the usual place."

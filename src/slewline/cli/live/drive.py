@@ -43,6 +43,7 @@ class DriveCommand(ServeCommand):
     start_stop: str | None
     stop: str | None
     self_start: bool
+    keep_count: bool
     check: bool
     black_box: str | None
     no_black_box: bool
@@ -114,6 +115,7 @@ class DriveCommand(ServeCommand):
             start_stop=self.start_stop,
             stop=self.stop,
             self_start=self.self_start,
+            keep_count=self.keep_count,
             black_box=False if self.no_black_box or self.check else folder,
         )
 
