@@ -1,4 +1,4 @@
-"""`slewline drive` and `slewline serve` as processes: what they say, what is typed, signals, and a host on their port."""
+"""`slewline drive` and `slewline serve` as processes: what they say, what is typed, signals, and a host."""
 
 from __future__ import annotations
 

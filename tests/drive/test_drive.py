@@ -10,7 +10,6 @@ import pytest
 import slewline
 from slewline.drive.board.boards import UNO
 from slewline.drive.board.wire import BoardState, Happening
-from slewline.drive.stopping.troubles import signed
 from slewline.errors import Timeout, UsageError
 
 from .families import SCRIPTS, furnished

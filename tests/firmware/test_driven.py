@@ -7,6 +7,7 @@ import random
 import signal
 import time
 from contextlib import contextmanager
+from itertools import pairwise
 
 import pytest
 
@@ -61,13 +62,13 @@ def until_it_stands(board, seconds=20):
 def gaps(board):
     """The intervals between the last steps, in ticks."""
     ticks = [tick for tick, _ in board.steps()[-41:]]
-    return [after - before for before, after in zip(ticks, ticks[1:], strict=False)]
+    return [after - before for before, after in pairwise(ticks)]
 
 
 def stood_by_its_way_down(board):
-    """Whether the last intervals grow up to the start-stop rate, to 2 ticks: a motor that stands at once loses steps."""
+    """Whether the last intervals grow up to the start-stop rate, to 2 ticks, as those of a way down do."""
     found = gaps(board)[-30:]
-    grow = all(after >= before - 2 for before, after in zip(found, found[1:], strict=False))
+    grow = all(after >= before - 2 for before, after in pairwise(found))
     return grow and found[-1] > HZ // 1_500
 
 

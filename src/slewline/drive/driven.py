@@ -64,7 +64,7 @@ class FoundBoard(NamedTuple):
     """What a board was as it was opened: its state, its count, and whether it was in motion."""
 
     state: int
-    count: int
+    counted: int
     moving: bool
 
 

@@ -137,8 +137,8 @@ class Talk:
         answer, travel = link.answer, drive.axis.travel if position is None else position
         found = FoundBoard(self._state(), answer.position if answer is not None else 0, moving)
         # A new board counts from 0, as its chip does; another one goes on: its count is that of the motor.
-        drive.count_origin = found.count - travel
-        link.reset(signed(found.count))
+        drive.count_origin = found.counted - travel
+        link.reset(signed(found.counted))
         drive.counted_from = travel - drive.feeder.net
         value = sum((net.level or 0) << number for net, number in drive.nets())
         mask = sum(1 << number for _, number in drive.nets())

@@ -147,13 +147,13 @@ class Troubles:
 
     def goes_on(self, found: FoundBoard, keep_count: bool) -> None:
         """A board is opened: was it in use before, and where is its motor?"""
-        if found.state == BoardState.BOOT or not (found.count or found.moving or found.state == BoardState.HALT):
+        if found.state == BoardState.BOOT or not (found.counted or found.moving or found.state == BoardState.HALT):
             return
         axis = self.drive.axis
         stood = "was in motion, and has been stopped" if found.moving else "stands"
-        has = f"the board has kept its supply since it was used last: the motor {stood} at its count {found.count}"
-        if keep_count and axis.low <= found.count < axis.low + axis.modulus:
-            self.report("board-went-on", f"{has}; the position register is set to that", found.count)
+        has = f"the board has kept its supply since it was used last: the motor {stood} at its count {found.counted}"
+        if keep_count and axis.low <= found.counted < axis.low + axis.modulus:
+            self.report("board-went-on", f"{has}; the position register is set to that", found.counted)
             return
         why = f"; the register has {axis.low} to {axis.low + axis.modulus - 1}" if keep_count else ""
         self.report(
