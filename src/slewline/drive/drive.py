@@ -77,6 +77,8 @@ class Drive:
             before it, the pin has the other level.
         outputs: pins of the chip by the printed names of outputs; by default those that programs set.
         self_start: a program that the chip starts by itself may move the motor.
+        keep_count: a board that has gone on since a session before knows where the motor is: the position register
+            begins at its count.
         config: how the board is configured, instead of what follows from chip and driver.
         board: which one.
         black_box: the folder of the session; True: a new one where this system keeps what programs remember; False:
@@ -104,6 +106,7 @@ class Drive:
         inputs: Mapping[str, str] | None = None,
         outputs: Mapping[str, str] | None = None,
         self_start: bool = False,
+        keep_count: bool = False,
         config: BoardConfig | None = None,
         board: BoardModel = UNO,
         black_box: str | PathLike[str] | bool = True,
@@ -121,7 +124,8 @@ class Drive:
         self.horizon = self.horizon_ps * board.hz // PS_PER_S
         self.start_stop = None if start_stop is None else steps_a_second(start_stop)
         self.enable = enable
-        self.counted_from = 0
+        self.counted_from = self.count_origin = 0
+        self.keep_count = keep_count
         usual = usual_config(board, self.chip, self.horizon_ps, self.start_stop, driver) if config is None else config
         self.board_inputs = inputs_of(self.chip, inputs or {})
         self.config = configured(usual, self.board_inputs, 0) if inputs else usual
@@ -178,7 +182,7 @@ class Drive:
         self.bench.run(0)
         if self.rewind is None and self.bench.journal is not None:
             self.go_back_by(Alone(self))
-        self.talk.set_up()
+        self.watch.goes_on(self.talk.set_up(), self.keep_count)
         for net, _ in self.nets():
             net.watch(self._output)
         self.kernel.outside.on_input.add(self._heard)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from ..bench import Bench
@@ -60,6 +60,14 @@ class Exchanger(Protocol):
         """Take note that no other bench begins before an instant (ps)."""
 
 
+class FoundBoard(NamedTuple):
+    """What a board was as it was opened: its state, its count, and whether it was in motion."""
+
+    state: int
+    counted: int
+    moving: bool
+
+
 class Telling(Protocol):
     """Reports troubles of a drive."""
 
@@ -68,6 +76,9 @@ class Telling(Protocol):
 
     def taken_over(self, missing: int, known: bool) -> None:
         """Report that the chip has made steps that the motor has not: so many, net; set its register."""
+
+    def goes_on(self, found: FoundBoard, keep_count: bool) -> None:
+        """Report that a board was in use before; with `keep_count`, set the register of the chip to its count."""
 
     def too_fast(self, error: Exception) -> None:
         """Halt the drive: the model makes steps faster than the board can."""
@@ -89,6 +100,7 @@ class Driven(Protocol):
     horizon: int  # ticks
     horizon_ps: int
     start_stop: int | None  # steps/s
+    count_origin: int  # the count of the board where the travel of the model is 0
     counted_from: int  # the count of the board that belongs to a feeder that has laid nothing
     enable: bool
     state: DriveState

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from ..core.time.timebase import readable
 from ..errors import UsageError
 from .board.wire import BoardState, Ident
+from .driven import FoundBoard
 from .stopping.troubles import signed
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 TURN_S, POLL_S = 0.005, 0.001
 SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 0.1
+WAY_DOWN_S = 20.0  # of a motion whose host is gone
 SAMPLES = 8  # round trips before the clock of the board is believed
 SILENT_NS = 500_000_000
 VERSION = 1  # of the firmware
@@ -113,8 +115,11 @@ class Talk:
         while not self._comes(lambda: self.drive.link.idle) and self.drive.wall() < limit:
             self.wait(POLL_S)
 
-    def set_up(self, position: int | None = None) -> None:
-        """Configure the board; its count is the travel of the model, or a position that is given.
+    def set_up(self, position: int | None = None) -> FoundBoard:
+        """Configure the board, and return what it was; a board that has a count keeps it.
+
+        Args:
+            position: the travel of the model that belongs to this count; None: its travel now.
 
         Raises:
             UsageError: nothing answers as a board, or another version of it; or it does not leave its halt.
@@ -124,12 +129,16 @@ class Talk:
         self.until(lambda: link.is_open, SET_UP_S, "no board answers")
         if link.ident is not None:
             self._check(link.ident)
-        if self._state() in MOVING:  # for a host that is gone
+        if moving := self._state() in MOVING:  # for a host that is gone
             link.stop(1)
-            self.until(lambda: self._state() not in MOVING, SETTLE_S, "the board does not stop")
+            self.until(lambda: self._state() not in MOVING, WAY_DOWN_S, "the board does not stop")
             link.open(drive.config)
-        travel = drive.axis.travel if position is None else position
-        link.reset(signed(travel))
+            self.until(lambda: link.is_open, SET_UP_S, "no board answers")
+        answer, travel = link.answer, drive.axis.travel if position is None else position
+        found = FoundBoard(self._state(), answer.position if answer is not None else 0, moving)
+        # A new board counts from 0, as its chip does; another one goes on: its count is that of the motor.
+        drive.count_origin = found.counted - travel
+        link.reset(signed(found.counted))
         drive.counted_from = travel - drive.feeder.net
         value = sum((net.level or 0) << number for net, number in drive.nets())
         mask = sum(1 << number for _, number in drive.nets())
@@ -144,6 +153,7 @@ class Talk:
             link.ask()
             before = link.answer
             self.until(lambda: link.answer is not before, SETTLE_S, "the board does not answer")  # noqa: B023
+        return found
 
     def _state(self) -> int:
         """The state of the board in its last answer."""

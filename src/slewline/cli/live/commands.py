@@ -121,7 +121,7 @@ def serve_command(**options: Any) -> int:
     "--input",
     type=SettingText(),
     multiple=True,
-    help="What an input of the board is, such as A1=home or A0=e_stop. May be repeated.",
+    help="What an input of the board is, such as A1=home or A0=estop. May be repeated.",
 )
 @click.option(
     "--output",
@@ -143,6 +143,11 @@ def serve_command(**options: Any) -> int:
     help="What stops the chip when the board has stopped by itself.",
 )
 @click.option("--self-start", is_flag=True, help="A program that the chip starts by itself may move the motor.")
+@click.option(
+    "--keep-count",
+    is_flag=True,
+    help="The position register begins at the count of a board that has gone on since a session before.",
+)
 @click.option("--check", is_flag=True, help="Look at link, machine and board for ten seconds; D9 is wired to D4 alone.")
 @click.option(
     "--black-box", metavar="DIR", type=DIRECTORY, help="Where sessions are recorded, instead of the usual place."

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import signal
 import sys
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from shutil import rmtree
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
@@ -41,6 +43,7 @@ class DriveCommand(ServeCommand):
     start_stop: str | None
     stop: str | None
     self_start: bool
+    keep_count: bool
     check: bool
     black_box: str | None
     no_black_box: bool
@@ -53,18 +56,21 @@ class DriveCommand(ServeCommand):
         ports = [] if self.check else self.check_options()
         with ExitStack() as stack:
             folder = self._folder(stack)
-            self.journal = self.journal or str(folder / "journal.jsonl")
-            say_replaced(self.journal)
-            stores = stack.enter_context(state_directory(self.state))
-            bench = self.new_bench(stores)
-            drive = self.new_drive(bench, folder)
-            if self.check:
-                return check_up(drive)
-            server = self.server(bench, drive)
-            stack.enter_context(signals(server))
-            self.open_ports(server, ports, None)
-            drive.go_back_by(server.exchanges)
-            stack.enter_context(drive)
+            with kept_if_it_begins(folder):
+                self.journal = self.journal or str(folder / "journal.jsonl")
+                say_replaced(self.journal)
+                stores = stack.enter_context(state_directory(self.state))
+                bench = self.new_bench(stores)
+                drive = self.new_drive(bench, folder)
+                if self.check:
+                    return check_up(drive)
+                server = self.server(bench, drive)
+                stack.enter_context(signals(server))
+                self.open_ports(server, ports, None)  # their lines are parts of the bench, which is to be whole
+                drive.go_back_by(server.exchanges)
+                self._open(stack, server, drive)
+            if not (self.no_black_box or self.check):
+                say(f"slewline: black box: {folder}")
             server.exchanges.begin()
             self._join(server, drive)
             if self.status:
@@ -89,9 +95,7 @@ class DriveCommand(ServeCommand):
 
         if self.no_black_box or self.check:
             return Path(stack.enter_context(TemporaryDirectory(prefix="slewline-")))
-        folder = new_folder(self.black_box)
-        say(f"slewline: black box: {folder}")
-        return folder
+        return new_folder(self.black_box)
 
     def new_drive(self, bench: Bench, folder: Path) -> Drive:
         """Return the drive, not yet open."""
@@ -111,6 +115,7 @@ class DriveCommand(ServeCommand):
             start_stop=self.start_stop,
             stop=self.stop,
             self_start=self.self_start,
+            keep_count=self.keep_count,
             black_box=False if self.no_black_box or self.check else folder,
         )
 
@@ -134,6 +139,14 @@ class DriveCommand(ServeCommand):
         pace: Pace = Paced(bench, "1", *([drive.nanoseconds] if drive is not None else []))
         return Server(bench, pace, self.log, self.allow_remote, lambda text: say(f"slewline: {text}"))
 
+    def _open(self, stack: ExitStack, server: Server, drive: Drive) -> None:
+        """Make friends with the board; without one, the ports are closed again."""
+        try:
+            stack.enter_context(drive)
+        except BaseException:
+            server.close()
+            raise
+
     def _join(self, server: Server, drive: Drive) -> None:
         """Let the drive have its turns, and hold back what hosts hear until the motor is there."""
         from ...drive.status import as_line, introduction
@@ -146,10 +159,14 @@ class DriveCommand(ServeCommand):
             drive.turn()
             server.loop.after(drive.due(), again)
 
+        def begin() -> None:
+            drive.align()  # the server has begun later than the board was opened
+            again()
+
         number = drive.port.fileno()
         if number is not None:
             server.loop.watch(number, drive.turn)
-        server.loop.ask(again)
+        server.loop.ask(begin)
         server.notes.append(lambda: as_line(drive))
         say(f"slewline: {introduction(drive)}; {be_prompt()}")
         self._hear_user(server, drive)
@@ -193,6 +210,16 @@ class DriveCommand(ServeCommand):
             say(f"slewline: type {WORDS}")
         for number in numbers("SIGUSR2"):
             signal.signal(number, lambda *_: server.loop.ask(clear))
+
+
+@contextmanager
+def kept_if_it_begins(folder: Path) -> Iterator[None]:
+    """Remove the folder of a session that does not begin: a mistake must not push another black box out."""
+    try:
+        yield
+    except BaseException:
+        rmtree(folder, ignore_errors=True)
+        raise
 
 
 def check_up(drive: Drive) -> int:

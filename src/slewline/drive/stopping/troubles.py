@@ -10,7 +10,7 @@ from ..board.wire import Answer, BoardEvent, BoardState, FrameKind, Happening, O
 
 if TYPE_CHECKING:
     from ...core.motion.axis import Axis
-    from ..driven import Driven
+    from ..driven import Driven, FoundBoard
 
 HOST = 255  # as the input of an event: the host has ordered it
 TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by what a board tells
@@ -66,6 +66,7 @@ class Troubles:
         """Hear what has happened on the board."""
         drive = self.drive
         drive.on_event(event)
+        event = event._replace(position=signed(event.position - drive.count_origin))  # as the model counts
         if drive.state == "ok":
             tick = drive.clock.unwrap(event.tick)
             if event.kind == Happening.REST:
@@ -155,6 +156,23 @@ class Troubles:
             return drive.start_stop
         first = drive.feeder.first_interval16
         return drive.board.hz * 65536 / first if first else drive.board.hz / drive.config.start_stop
+
+    def goes_on(self, found: FoundBoard, keep_count: bool) -> None:
+        """A board is opened: was it in use before, and where is its motor?"""
+        if found.state == BoardState.BOOT or not (found.counted or found.moving or found.state == BoardState.HALT):
+            return
+        axis = self.drive.axis
+        stood = "was in motion, and has been stopped" if found.moving else "stands"
+        has = f"the board has kept its supply since it was used last: the motor {stood} at its count {found.counted}"
+        if keep_count and axis.low <= found.counted < axis.low + axis.modulus:
+            self.report("board-went-on", f"{has}; the position register is set to that", found.counted)
+            return
+        why = f"; the register has {axis.low} to {axis.low + axis.modulus - 1}" if keep_count else ""
+        self.report(
+            "board-went-on",
+            f"{has}, which the model does not know{why}: home it; or begin again with --keep-count (keep_count=True), "
+            "which sets the position register to that count",
+        )
 
     def taken_over(self, missing: int, known: bool) -> None:
         """The chip is at rest, and has made steps that the motor has not: so many, net."""

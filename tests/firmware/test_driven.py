@@ -1,0 +1,132 @@
+"""`slewline drive` as a process, on a board that is firmware in an emulator, behind a port, in real time."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import time
+from contextlib import contextmanager
+from itertools import pairwise
+
+import pytest
+
+from tests.drive.process import ModuleHost, Slewline
+
+from .served import HZ, ServedBoard
+
+pytestmark = [pytest.mark.posix, pytest.mark.timeout(120)]
+
+GSC = ("gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0")
+FAST = ("S50", "T970", "R400")  # 500 to 9,700 steps/s
+
+
+@pytest.fixture
+def board(firmware):
+    with ServedBoard(firmware) as board:
+        yield board
+
+
+@contextmanager
+def driven(board, folder, *words, chip=GSC, **options):
+    """A drive on the board, and the address of its port."""
+    with Slewline("drive", *chip, "--board", board.port, *words, folder=folder, **options) as drive:
+        yield drive, drive.ready()
+
+
+def net(board):
+    """Where the motor is, by the edges of STEP since the last power-up: DIR is low upwards."""
+    return sum(1 if level == 0 else -1 for _, level in board.steps())
+
+
+def until_it_moves(board, steps, seconds=20):
+    """Wait until so many edges have been made since the last power-up."""
+    limit = time.monotonic() + seconds
+    while len(board.steps()) < steps:
+        assert time.monotonic() < limit, len(board.steps())
+        time.sleep(0.02)
+
+
+def until_it_stands(board, seconds=20):
+    """Wait until no more edges come; return how many there are."""
+    limit = time.monotonic() + seconds
+    before = len(board.steps())
+    while True:
+        time.sleep(0.15)
+        if (count := len(board.steps())) == before:
+            return count
+        assert time.monotonic() < limit
+        before = count
+
+
+def gaps(board):
+    """The intervals between the last steps, in ticks."""
+    ticks = [tick for tick, _ in board.steps()[-41:]]
+    return [after - before for before, after in pairwise(ticks)]
+
+
+def stood_by_its_way_down(board):
+    """Whether the last intervals grow up to the start-stop rate, to 2 ticks, as those of a way down do."""
+    found = gaps(board)[-30:]
+    grow = all(after >= before - 2 for before, after in pairwise(found))
+    return grow and found[-1] > HZ // 1_500
+
+
+# ------------------------------------------------------------------------------------------------- the host is killed
+def killed(board, folder, seconds, count):
+    """Kill a host so many seconds after the first step of a motion, on a board that has a count from before, or None.
+
+    Return the count of the board then.
+    """
+    with driven(board, folder, "--no-black-box") as (drive, where), ModuleHost(where) as host:
+        if count is not None:
+            stood = drive.hears(r"gs_c200s: board-went-on: .* the motor stands at its count (-?\d+), which the model")
+            assert int(stood[1]) == count == net(board)
+            assert "--keep-count" in drive.text
+            assert drive.count() == count
+        host.program(*FAST, "g+")
+        until_it_moves(board, len(board.steps()) + 1)
+        time.sleep(seconds)
+        os.kill(drive.process.pid, signal.SIGKILL)
+    made = until_it_stands(board)
+    assert stood_by_its_way_down(board), gaps(board)
+    assert made == net(board) > (count or 0)
+    return made
+
+
+def goes_on(board, folder, count):
+    """Check that another host finds the count of the board, and moves its motor."""
+    before = len(board.steps())
+    with driven(board, folder, "--no-black-box") as (drive, where), ModuleHost(where) as host:
+        drive.hears(rf"board-went-on: .* stands at its count {count}, which the model does not know: home it")
+        host.program(*FAST, "-25")
+        host.until_ready()
+        assert host.position() == -25
+        assert drive.stands() == count - 25 == net(board)
+        assert len(board.steps()) == before + 25
+        assert drive.end() == 0
+    with driven(board, folder, "--no-black-box", "--keep-count") as (drive, where), ModuleHost(where) as host:
+        drive.hears(rf"stands at its count {count - 25}; the position register is set to that")
+        assert host.position() == count - 25
+        assert drive.end() == 0
+
+
+def kill_again_and_again(board, folder, times, seed):
+    rnd = random.Random(seed)
+    count = None
+    for _ in range(times):
+        count = killed(board, folder, rnd.uniform(0.0, 0.4), count)
+    goes_on(board, folder, count)
+    # The first one who opens the port resets the board; nobody does after that.
+    assert board.status()["resets"] == 1
+
+
+def test_a_host_that_is_killed_leaves_a_board_that_knows_its_count(board, tmp_path):
+    kill_again_and_again(board, tmp_path, 3, 7)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3000)
+@pytest.mark.parametrize("seed", range(10))
+def test_two_hundred_hosts_are_killed_in_motion(board, tmp_path, seed):
+    kill_again_and_again(board, tmp_path, 20, seed)
