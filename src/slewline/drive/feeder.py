@@ -390,10 +390,8 @@ class Feeder:
     def _send(self) -> None:
         """Hand over what has been laid in this turn."""
         batch, self._batch = self._batch, []
-        if not batch:
-            return
         self.records += len(batch)
-        if self._start is not None:
+        if batch and self._start is not None:
             self.link.push(batch[:FIRST_RECORDS])
             self.link.start(self._start)
             self._started, self._start, batch = self._start, None, batch[FIRST_RECORDS:]
