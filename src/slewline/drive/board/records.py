@@ -64,7 +64,8 @@ class Record(NamedTuple):
 
     def way(self, step: int) -> int | None:
         """Return how many steps a way down from a step has, counted from 0; None: it does not say."""
-        return (self.add & 0xFFFF) + step * self.slope if self.flags & WAY and not self.flags & PAUSE else None
+        says = self.flags & WAY and not self.flags & PAUSE
+        return (self.add & 0xFFFF) + step * self.slope if says else None
 
     @property
     def first(self) -> int:
@@ -158,8 +159,8 @@ def fit(
     """Return records whose steps are within a tolerance of instants; all in 1/65536 tick, but `shortest` in ticks.
 
     Each record is as long as it can be, and begins where the arithmetic of the board will be, so errors do not add up.
-    `base` is where the first one begins.  Before a step that is more than 2^31 ticks away there are pauses.  `even`: the
-    intervals of each record are the same.
+    `base` is where the first one begins.  Before a step that is more than 2^31 ticks away there are pauses.
+    `even`: the intervals of each record are the same.
 
     Raises:
         UsageError: steps follow one another faster than the board can make them.

@@ -243,6 +243,6 @@ def spread(shortest: int, start_stop: int, most: int) -> Entries:
     left = most - len(out)
     if start_stop <= interval:
         return [each for each in out if each[0] <= start_stop << 8]
-    ratio = (start_stop / interval) ** (1 / left)
+    ratio = (start_stop / interval) ** (1 / (left - 1))
     count = max(round(log(ratio) / log(17 / 16)), 1)
-    return out + [(int(interval * ratio**n * 256), count) for n in range(1, left + 1)]
+    return out + [(round(interval * ratio**n * 256), count) for n in range(left)]
