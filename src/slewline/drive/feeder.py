@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .ticks import TickMap
 
 TOLERANCE_TICKS = 8  # of every step
+FAST_TICKS = 640  # between steps
 LEAST_TICKS = 1200  # of a pause, and behind one: a board is then busy for some 1000
 LEAST_PAUSE = LEAST_TICKS << 16
 REST_TICKS = 1200  # from the last step to the instant from which on the motor may stand
@@ -382,8 +383,12 @@ class Feeder:
 
     def _push(self, record: Record) -> None:
         """Push a record that is a fit to steps."""
-        self._batch.append(record if self._way < 0 else record.with_way(self._way, self._slope))
-        self._way += self._slope * record.count
+        if self._way < 0:
+            self._batch.append(record)
+        else:  # where steps are fast a brake makes one more of them, and is shorter by that
+            more = 1 + self._slope if record.interval < FAST_TICKS else 0
+            self._batch.append(record.with_way(max(self._way - more, 0), self._slope))
+            self._way += self._slope * record.count
         self.base16 += record.length
         self._interval16, self._add = record.last + record.add, record.add
 

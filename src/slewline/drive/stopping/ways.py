@@ -16,6 +16,7 @@ that change too fast for a record each, nothing is said; then the pace of the mo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from math import log
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.motion.plan import Runs, mirrored, steps, tail
@@ -233,13 +234,15 @@ def too_short(entries: Entries) -> int | None:
 def spread(shortest: int, start_stop: int, most: int) -> Entries:
     """Return a way down from any rate to the one at which the motor may stand, for trains that have no plan.
 
-    It slows down by some 1/16 a step, as a board without a table does; but where steps are fast, by less.
+    It slows down by some 1/16 a step, as a board without a table does, but by a few steps at a time.
     """
-    if start_stop <= shortest:
-        return []
-    ratio = (start_stop / shortest) ** (1 / (most - 1))
     out: Entries = []
-    for n in range(1, most):
-        interval = shortest * ratio**n
-        out.append((int(interval * 256), FAST_STEPS if interval < FAST_TICKS else 2))
-    return out
+    interval = float(shortest)
+    while (interval := interval * 17 / 16 * 17 / 16 * 17 / 16) < FAST_TICKS:
+        out.append((int(interval * 256), FAST_STEPS))
+    left = most - len(out)
+    if start_stop <= interval:
+        return [each for each in out if each[0] <= start_stop << 8]
+    ratio = (start_stop / interval) ** (1 / (left - 1))
+    count = max(round(log(ratio) / log(17 / 16)), 1)
+    return out + [(round(interval * ratio**n * 256), count) for n in range(left)]
