@@ -11,6 +11,10 @@ from itertools import pairwise
 
 import pytest
 
+from slewline.drive.blackbox import read_line
+from slewline.drive.board import wire
+from slewline.drive.board.frames import Decoder, Frame
+from slewline.drive.board.wire import Answer, BoardEvent, Happening
 from tests.drive.process import ModuleHost, Slewline
 
 from .served import HZ, ServedBoard
@@ -72,6 +76,13 @@ def stood_by_its_way_down(board):
     return grow and found[-1] > HZ // 1_500
 
 
+def heard(box):
+    """What the board has said, as a black box has it."""
+    decoder = Decoder()
+    data = b"".join(data for _, _, way, data in read_line(box) if way == "<")
+    return [wire.read(frame) for frame in decoder.feed(data) if isinstance(frame, Frame)]
+
+
 # ------------------------------------------------------------------------------------------------- the host is killed
 def killed(board, folder, seconds, count):
     """Kill a host so many seconds after the first step of a motion, on a board that has a count from before, or None.
@@ -130,3 +141,79 @@ def test_a_host_that_is_killed_leaves_a_board_that_knows_its_count(board, tmp_pa
 @pytest.mark.parametrize("seed", range(10))
 def test_two_hundred_hosts_are_killed_in_motion(board, tmp_path, seed):
     kill_again_and_again(board, tmp_path, 20, seed)
+
+
+# ------------------------------------------------------------------------------------------ line, supply, and machine
+def clear_and_move(drive, host, board, count):
+    """Let a drive go on whose module has been stopped by its supply, and move its motor from a count on."""
+    drive.clear()
+    host.program(*FAST, "-25")
+    host.until_ready()
+    assert drive.stands() == count - 25 == net(board)
+    assert host.position() == -25
+
+
+def test_a_host_that_stands_for_half_a_second_runs_the_board_dry_and_the_count_is_right(board, tmp_path):
+    with driven(board, tmp_path, "--no-black-box") as (drive, where), ModuleHost(where) as host:
+        host.program(*FAST, "g+")
+        until_it_moves(board, 3_000)
+        drive.signal(signal.SIGSTOP)
+        made = until_it_stands(board)  # nobody tells it anything
+        drive.signal(signal.SIGCONT)
+        assert stood_by_its_way_down(board), gaps(board)
+        said = drive.hears(r"gs_c200s: (underrun: the board ran dry|host-silent: the board has not heard)")
+        assert "underrun" in said[0], "it ran dry before its watchdog was due"
+        drive.hears("position-uncertain: the chip was stopped by reset or supply: its position is lost; home it")
+        assert drive.stands() == made == net(board) == len(board.steps())
+        clear_and_move(drive, host, board, made)
+        assert drive.end() == 0
+
+
+def test_on_a_line_that_damages_a_byte_in_a_hundred_no_step_is_lost(board, tmp_path):
+    with driven(board, tmp_path, "--no-black-box", "--horizon", "300 ms") as (drive, where), ModuleHost(where) as host:
+        host.program(*FAST, "+20000")
+        until_it_moves(board, 1)
+        board.damage(0.01, seed=5)
+        until_it_moves(board, 17_000)
+        board.damage(0)
+        host.until_ready()
+        assert drive.stands() == 20_000 == net(board) == host.position()
+        assert "gs_c200s: " not in drive.text.replace("gs_c200s: socket", ""), "a finding"
+        assert drive.end() == 0
+
+
+def test_a_supply_that_is_gone_stops_the_motor_and_its_count_is_lost(board, tmp_path):
+    with driven(board, tmp_path, "--no-black-box") as (drive, where), ModuleHost(where) as host:
+        host.program(*FAST, "g+")
+        until_it_moves(board, 2_000)
+        board.supply(False)
+        made = len(board.steps())
+        drive.hears("gs_c200s: board-silent: the board has not answered for 500 ms: look for its cable and its supply")
+        assert "board halted at " in drive.status()
+        board.supply(True)
+        drive.hears("gs_c200s: board-reset: the board was reset, or lost its supply: its count is lost, and nobody")
+        assert "board unknown at ? | " in drive.status()
+        time.sleep(0.3)
+        assert [len(life) for life in board.lives()][-2:] == [made, 0], "it moves by itself"
+        clear_and_move(drive, host, board, 0)
+        assert drive.end() == 0
+
+
+def test_a_cable_that_is_pulled_takes_the_supply_with_it_and_clear_opens_the_port_again(board, tmp_path):
+    with driven(board, tmp_path, "--black-box", "boxes") as (drive, where), ModuleHost(where) as host:
+        host.program(*FAST, "g+")
+        until_it_moves(board, 2_000)
+        board.unplug()
+        made = len(board.steps())
+        drive.hears(r"gs_c200s: port-lost: the port of the board is gone \(.*\): nobody knows where the motor is; put")
+        assert "board unknown at ? | " in drive.status()
+        drive.signal(signal.SIGUSR2)
+        drive.hears(f"slewline: {board.port}: no such port; name the port of the board")
+        board.plug()
+        clear_and_move(drive, host, board, 0)
+        assert made in [len(life) for life in board.lives()[:-1]]
+        assert drive.end() == 0
+    (box,) = (tmp_path / "boxes").iterdir()
+    kinds = [said.kind for said in heard(box) if isinstance(said, BoardEvent)]
+    assert kinds.count(Happening.BOOT) == 2  # as the port was opened, and as it was opened again
+    assert max(said.position for said in heard(box) if isinstance(said, Answer)) > 1_000

@@ -383,8 +383,8 @@ class Drive:
         After a reset of the board that is a guess: home the motor then.
 
         Raises:
-            UsageError: nothing is halted; the chip is in motion; or the board does not follow: an emergency stop is
-            active.
+            UsageError: nothing is halted; the chip is in motion; or the board does not follow: its port is still gone,
+            or an emergency stop is active.
         """
         self._check_open()
         if self.state == "ok":
@@ -394,6 +394,7 @@ class Drive:
         self.stopping.turn()
         if self.feeder.lost and self.state == "halted":
             self.take_over(signed(self.axis.travel - self.feeder.lost))
+        self.talk.reopen()
         self.talk.set_up()
         self._begin()
         self.stopping.clear()

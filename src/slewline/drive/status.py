@@ -25,7 +25,7 @@ def lead_ps(drive: Drive) -> int:
 def as_line(drive: Drive) -> str:
     """Return the state: lead, credit, round trips, and the last trouble."""
     answer, (trip_ns, worst_ns, _) = drive.link.answer, drive.clock.round_trip_ns
-    count = "?" if answer is None else signed(answer.position)
+    count = "?" if answer is None or drive.state == "unknown" else signed(answer.position)
     parts = [
         f"board {drive.state} at {count}",
         f"lead {lead_ps(drive) / 1e9:.0f} ms",
