@@ -36,6 +36,7 @@ class Talk:
 
     def __init__(self, drive: Driven, watch: Troubles, wait: Callable[[float], object] | None) -> None:
         self.drive, self.watch, self.wait = drive, watch, wait or self._wait
+        self.nap = wait or sleep  # whatever comes meanwhile
         self._heard_ns = self._looked_ns = 0
         self._silent = self._gone = False  # the board; its port
 
