@@ -12,6 +12,7 @@ docs/reference/cli.md           commands and options
 docs/reference/control.md       the requests of the control port
 docs/reference/parts.md         the parts around a chip
 docs/reference/motors.md        motors, drivers and loads, and the texts that are understood
+docs/reference/boards.md        boards that drive real motors: pins, times, drivers, messages
 docs/reference/conformance_*.md facts and their tests
 
 And one file that goes with the package: src/slewline/links/control/control.schema.json, the requests once more.
@@ -40,6 +41,8 @@ from slewline.chips.cy545 import sheet as cy545
 from slewline.cli.commands import cli
 from slewline.core.chip import Chip
 from slewline.core.datasheet.roles import ROLES
+from slewline.drive.board import boards, wire
+from slewline.drive.drivers import STEP_DRIVERS
 from slewline.errors import WiringError
 from slewline.language.describe import describe, option_table, table
 from slewline.language.lines import usage
@@ -403,6 +406,82 @@ A text has names and figures between commas, `inertia 68 g cm2, friction 10 mNm`
 """
 
 
+BOARDS_PAGE = """\
+# Boards
+
+A board makes the steps of a [real motor](../howto/real_motors.md). An Arduino Uno and a Nano have the same processor,
+the same pins and the same firmware, which `make boards` builds: the application alone, the same bytes wherever it is
+built.
+"""
+TIMES_NOTE = """\
+Times up to 45,000 steps/s, measured in an emulator of the processor; it takes up to 70,000 steps/s, STEP being low for
+1.3 us then. The times of drivers are those of their data sheets.
+"""
+WIRE_NOTE = """\
+500,000 baud, 8N1. A frame is `number u8, kind u8, payload, CRC-16/X-25 u16`, stuffed by COBS, and a 00 behind it; all
+fields are little-endian. Each frame of the host has one ANSWER. Numbered frames are taken in their order alone; ANSWER
+has the number that is wanted next. A record is `flags u8, count u16, interval u32 ticks, fraction u16, add i32`,
+fraction and add in 1/65536 tick. The firmware holds parts of avr-libc, whose notice is below.
+"""
+AVR_LIBC = """\
+## Notice of avr-libc
+
+The firmware is linked with start-up code and functions of avr-libc, which is under a three-clause BSD licence
+(copyright by its many authors, who give no warranty of any kind, as its licence says in full), and of libgcc, under the
+GPL with the runtime library exception. To pass the .hex on is to pass that notice on: Debian has it in
+`avr-libc/copyright`.
+"""
+
+
+def boards_page() -> str:
+    """Pins and times of the boards, step drivers, and the messages of the wire."""
+    board = boards.UNO
+    pins = [
+        (board.step, "STEP; high for one step"),
+        (board.dir, "DIR"),
+        (board.enable, "ENABLE of the driver; open until a host has configured the board"),
+        *((pin, f"phase {'ABCD'[n]}, for a driver without STEP") for n, pin in enumerate(board.phases)),
+        *((pin, f"output {n}") for n, pin in enumerate(board.outputs)),
+        *((pin, f"input {n}, with a pull-up") for n, pin in enumerate(board.inputs)),
+        (board.led, "LED: on, unless the motor may stand"),
+    ]
+    times = [
+        (what, f"{ticks * 1e6 / board.hz:.1f}")
+        for what, ticks in (
+            ("STEP is high", board.high), ("STEP is low", board.low),
+            ("DIR stands before STEP", board.setup), ("DIR stands after STEP", board.hold),
+        )
+    ]  # fmt: skip
+    rows = (
+        (
+            f"`{row.name}`", *(f"{ps / 1e6:g}" for ps in (row.high_ps, row.low_ps, row.setup_ps, row.hold_ps)),
+            "high" if row.enabled else "low", row.source,
+        )
+        for row in STEP_DRIVERS.values()
+    )  # fmt: skip
+    kinds = (
+        (f"{kind:#04x}" if kind >= 128 else str(int(kind)), kind.name, "yes" if kind in wire.NUMBERED else "")
+        for kind in wire.FrameKind
+    )
+    named = (
+        (title, ", ".join(f"{int(each)} {each.name}" for each in kind))
+        for title, kind in (
+            ("state", wire.BoardState), ("event", wire.Happening),
+            ("result", wire.FrameResult), ("reflex", wire.Reflex),
+        )
+    )  # fmt: skip
+    named_pins = ((pin.printed, pin.port, says) for pin, says in pins)
+    columns = ("driver", "high, us", "low", "DIR before", "DIR after", "ENABLE is active", "source")
+    return "\n\n".join(
+        (
+            f"{NOTE}{BOARDS_PAGE}\n## Pins", table(("board", "processor", "what it is"), named_pins),
+            "## Drivers", TIMES_NOTE.strip(), table(("the board, at least", "us"), times), table(columns, rows),
+            "## Messages", WIRE_NOTE.strip(), table(("kind", "frame", "numbered"), kinds),
+            table(("numbers of a", ""), named), AVR_LIBC,
+        )
+    )  # fmt: skip
+
+
 def motors_page() -> str:
     """The rows of motors and drivers with their sources, and what texts and tables may have."""
     sources = list(dict.fromkeys(row.source for row in motors.MOTORS.values()))
@@ -475,6 +554,7 @@ FILES = {
     "../src/slewline/links/control/control.schema.json": control_schema,
     "reference/parts.md": parts_page,
     "reference/motors.md": motors_page,
+    "reference/boards.md": boards_page,
     **{f"reference/conformance_{folder}.md": partial(conformance_page, folder) for folder in conformance.tables()},
 }
 

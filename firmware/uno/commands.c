@@ -132,10 +132,16 @@ static uint8_t is_good_record(const struct record *record)
             return 0;
         return record->flags < 32 && record->interval >= 256 && record->interval < 0x80000000;
     }
-    if (record->flags >= 32 || record->flags & (MAY_STAND | SETS_OUTPUTS) || !record->count)
+    if (record->flags & ~(DOWN | IS_HALF | HAS_WAY) || !record->count)
         return 0;
     if (!is_possible(record->interval))
         return 0;
+    if (record->flags & HAS_WAY) {
+        uint16_t way = record->add, more = record->count - 1;
+        int16_t slope = record->add >> 16;
+
+        return !slope || (slope == 1 && (uint16_t)(way + more) >= way) || (slope == -1 && way >= more);
+    }
     if (!record->add)
         return 1;
     /* The last interval: 48 bits, the product in two pieces of 32 by 16. */
@@ -283,22 +289,27 @@ static void take_config(void)
 static void take_tail_frame(void)
 {
     uint8_t first = PAYLOAD[0], n = (LENGTH - 1) / sizeof(struct tail_entry), i;
-    const struct tail_entry *entries = (const struct tail_entry *)(PAYLOAD + 1);
-    uint32_t least = (uint32_t)SHORTEST << 8, tick;
+    struct tail_entry *entries = (struct tail_entry *)(PAYLOAD + 1);
+    uint32_t least = (uint32_t)SHORTEST << 8, tick, steps = 0;
     uint8_t result = TAKEN;
 
     if (n < 1 || n > 10 || LENGTH != 1 + n * sizeof(struct tail_entry) || first > tail_count) {
         result = BAD_CONTENT;
     } else {
-        if (first)
+        if (first) {
             least = tail[first - 1].interval; /* no less than SHORTEST */
+            steps = tail[first - 1].up_to;
+        }
         for (i = 0; i < n; i++) {
-            if (entries[i].interval < least || !entries[i].count)
+            if (entries[i].interval < least || !entries[i].up_to)
                 result = BAD_CONTENT;
             least = entries[i].interval;
+            entries[i].up_to = steps += entries[i].up_to;
         }
         if (result == TAKEN && first + n > TAIL_MOST)
             result = NO_ROOM;
+        else if (steps > 0xFFFF)
+            result = BAD_CONTENT;
     }
     tick = enter();
     if (state == BRAKE || state == BOOT)

@@ -28,6 +28,7 @@
 #define DOWN 0 /* numbers of bits of flags */
 #define IS_PAUSE 2
 #define IS_HALF 4
+#define HAS_WAY 6
 #define RUN 1 /* states */
 #define BRAKE 2
 
@@ -357,7 +358,22 @@ can:    push r20
         sbrc r23, RAMP
         ori r25, 1 << RAMP
         ; interval, and the one behind the step that is due now
-        ldd r24, Z+ADD
+        sbrs r23, HAS_WAY
+        rjmp 9f
+        ldd r24, Z+ADD          ; the interval remains, and `add` is a way down
+        sts way, r24
+        ldd r24, Z+ADD+1
+        sts way+1, r24
+        ldd r24, Z+ADD+2
+        sts way_slope, r24
+        sts interval, r20
+        sts interval+1, r21
+        ldd r20, Z+INTERVAL
+        sts interval+2, r20
+        ldd r20, Z+INTERVAL+1
+        sts interval+3, r20
+        rjmp 3f
+9:      ldd r24, Z+ADD
         sts add, r24
         add r20, r24
         sts interval, r20

@@ -52,6 +52,8 @@ uint16_t count;             /* steps of the record; in a pause the word with mas
 uint8_t flags;              /* of the record */
 int32_t end;                /* position behind the record */
 uint8_t stepped;            /* there is a last step that a pace may count from */
+uint16_t way;               /* steps of a way down from the first step of the record, if it has one */
+int8_t way_slope;           /* and how many more from each next one: -1, 0, 1 */
 
 static struct record *in = queue; /* where the main loop writes */
 static uint32_t far;              /* ticks from the next hop to `due` */
@@ -276,10 +278,46 @@ static uint8_t slower(uint32_t ticks, uint8_t from)
     return from;
 }
 
-/* Begin where the main loop saw the pace last, for a search from one end could last longer than a step does. */
+/* Return how many steps the table has before those that remain on a way down. */
+static inline uint16_t skipped(uint16_t remain)
+{
+    uint16_t all = tail[tail_count - 1].up_to;
+
+    return all > remain ? all - remain : 0;
+}
+
+/* Return the entry with the step that comes behind so many; there is one. */
+static uint8_t behind(uint16_t steps, uint8_t from)
+{
+    if (from >= tail_count)
+        from = tail_count - 1;
+    while (from && tail[from - 1].up_to > steps)
+        from--;
+    while (tail[from].up_to <= steps)
+        from++;
+    return from;
+}
+
+/* Return the steps of an entry. */
+static inline uint16_t steps_of(uint8_t at)
+{
+    return at ? tail[at].up_to - tail[at - 1].up_to : tail[0].up_to;
+}
+
+/* Return how many steps a way down from the step that is due has. */
+static inline uint16_t way_now(void)
+{
+    uint16_t made = count - left;
+
+    return way_slope > 0 ? way + made : way_slope < 0 ? way - made : way;
+}
+
+/* Begin where the main loop saw the pace last, or the way down, for a search from one end could last longer than a step
+   does. */
 void refresh_hint(void)
 {
     uint32_t ticks;
+    uint16_t remain = 0;
     uint8_t moving, found;
 
     if (!tail_count)
@@ -287,9 +325,11 @@ void refresh_hint(void)
     cli();
     moving = state == RUN && !(mode & (PAUSE | STILL));
     ticks = due.tick - last;
+    if (flags & HAS_WAY)
+        remain = way_now();
     sei();
     if (moving) {
-        found = slower(ticks, hint);
+        found = remain ? behind(skipped(remain), hint) : slower(ticks, hint);
         hint = found;
     }
 }
@@ -304,10 +344,10 @@ static uint8_t choose_entry(void)
 
     if (entry == tail_count)
         return 0;
+    chosen = steps_of(entry);
     entry++;
     interval.fraction = (uint16_t)(uint8_t)next->interval << 8;
     interval.tick = next->interval >> 8;
-    chosen = next->count;
     advance();
     return 1;
 }
@@ -397,7 +437,7 @@ void prepare(uint8_t ahead, const struct record *record)
     struct record *free = place_in_queue(ahead);
 
     *free = *record;
-    if (record->add && !(record->flags & IS_PAUSE))
+    if (record->add && !(record->flags & (IS_PAUSE | HAS_WAY)))
         free->flags |= RAMP;
 }
 
@@ -437,7 +477,12 @@ static void load_record(void)
             end -= count;
         else
             end += count;
-        add = record->add;
+        if (flags & HAS_WAY) {
+            way = record->add;
+            way_slope = record->add >> 16;
+        } else {
+            add = record->add;
+        }
         mode |= flags & RAMP;
         grow();
     }
@@ -520,28 +565,38 @@ static void play_next(uint32_t tick)
 static __attribute__((noinline)) uint8_t go_down(uint32_t tick)
 {
     uint32_t ticks = tick - last;
-    uint16_t fraction = 0, steps = 1;
-    uint8_t plays = stepped || left != count;
+    uint16_t fraction = 0, steps = 1, remain = 0;
+    uint8_t plays = stepped || left != count, first = 0;
 
     if (fresh.count)
         settle_tail();
-    if (!plays || ticks >= start_stop) {
+    if (flags & HAS_WAY && !(remain = way_now())) {
+        plays = 0;
+    } else if (plays && remain && tail_count) {
+        uint16_t skip = skipped(remain);
+
+        first = behind(skip, hint);
+        steps = tail[first].up_to - skip;
+    } else if (!plays || ticks >= start_stop) {
         plays = 0;
     } else if (tail_count) {
-        uint8_t first = slower(ticks, hint);
-        const struct tail_entry *next = &tail[first];
-
-        if (first == tail_count) {
+        first = slower(ticks, hint);
+        if (first == tail_count)
             plays = 0;
-        } else {
-            entry = first + 1;
-            fraction = (uint16_t)(uint8_t)next->interval << 8;
-            ticks = next->interval >> 8;
-            steps = next->count;
-        }
+        else
+            steps = steps_of(first);
     } else {
         ticks += ticks >> 4;
         plays = ticks <= start_stop;
+    }
+    if (plays && tail_count) {
+        const struct tail_entry *next = &tail[first];
+
+        entry = first + 1;
+        if (ticks <= next->interval >> 8) { /* never faster than before */
+            ticks = next->interval >> 8;
+            fraction = (uint16_t)(uint8_t)next->interval << 8;
+        }
     }
     end_pulse();
     if (plays && ticks < LONG_LEAST) {
@@ -584,10 +639,14 @@ static __attribute__((noinline)) void play_piece(void)
             note(HALTED, NOBODY, tick);
             return;
         }
+        steps = next->up_to - next[-1].up_to; /* there is one before it */
         entry++;
         fraction = (uint16_t)(uint8_t)next->interval << 8;
         ticks = next->interval >> 8;
-        steps = next->count;
+        if (ticks < pace) {
+            ticks = pace;
+            fraction = 0;
+        }
     } else {
         ticks = pace + (pace >> 4);
         if (ticks > start_stop) {

@@ -19,10 +19,11 @@ struct record {
     int32_t add;
 };
 
-/* As on the line; the interval is in 1/256 tick. */
+/* The interval is in 1/256 tick.  On the line the second field is a count of steps; in the table it is how many there
+   are up to the end of the entry. */
 struct tail_entry {
     uint32_t interval;
-    uint16_t count;
+    uint16_t up_to;
 };
 
 extern volatile uint8_t state;

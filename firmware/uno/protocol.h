@@ -31,6 +31,7 @@ enum reflex { REFLEX_NONE, REFLEX_STOP, REFLEX_BRAKE, REFLEX_HOLD, REFLEX_MARK, 
 #define IS_PAUSE 4
 #define SETS_OUTPUTS 8
 #define IS_HALF 16
+#define HAS_WAY 64 /* `add` of a record of one interval is a way down: u16 steps from its first step, i16 more each */
 
 #define ENABLE_OUTPUT 16 /* in masks and values of outputs, beside the user's bits 0..3 */
 

@@ -47,7 +47,7 @@ static inline void put(uint8_t byte)
     crc = _crc_ccitt_update(crc, byte);
 }
 
-/* With its own CRC behind it a sound frame has the CRC 0. */
+/* CRC-16/X-25: behind a sound frame with its own CRC the register is 0xF0B8. */
 static int8_t end_of_chunk(void)
 {
     int8_t verdict = 0;

@@ -45,6 +45,7 @@ class Dialogue:
         self.board = board = EmulatedBoard(self.emulator, polarity=random.randrange(4))
         self.restless = random.choice((0.02, 0.02, 0.08, 0.3))  # how often an input changes in a turn
         self.sprints = random.random() < 0.5  # long records, fast, few of other kinds
+        self.ways = random.random() < 0.5  # records say how long their way down is
         board.run(1_000)  # it has looked at its inputs
         self.chunks: list[tuple[int, bytes]] = []  # tick of the last byte, bytes without the zero
         self.edges: list[tuple[int, int]] = []
@@ -233,6 +234,10 @@ class Dialogue:
             record = Record(DOWN * self.down | half, count, interval, random.randrange(65536), add)
             if not record.good(self.fastest) or abs(add) >= 2**31:
                 record = record._replace(add=0)
+            if self.ways:
+                record = record.with_way(random.choice((0, 1, 4, 9, 30, 200)), random.choice((0, 0, 1, -1, -1)))
+                if not record.good(self.fastest) and random.random() < 0.99:
+                    record = record.with_way(count, -1)
             self.interval = max(self.fastest, (record.last >> 16))
             records.append(record)
         if random.random() < 0.01:

@@ -1,6 +1,6 @@
 """A host program as it may have been for thirty years: homes a GS-C200S, moves it, stops it, reads where it is.
 
-    python old_host.py /dev/ttyS0
+python old_host.py /dev/ttyS0
 """
 
 import sys

@@ -31,7 +31,7 @@ class Return(NamedTuple):
 
 CASES = {
     "cy545 limit": Return(
-        "cy545", {}, "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "", "cw_limit", 0, (100, 600), "? P\r", "{}"
+        "cy545", {}, "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "", "cw_limit", 0, (150, 600), "? P\r", "{}"
     ),
     "cy525 abort": Return("cy525", {}, "A 0\rF 10\rR 120\rS 200\rZ 1\rN 9000\rG\r", "", "abort", 0, (380, 950), "", ""),
     "gs-c200s homing": Return(

@@ -7,9 +7,9 @@ import pytest
 import slewline
 from slewline.core.motion import kept
 from slewline.errors import NotRecorded, TimeError
-from slewline.links.time import exchange
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
+from slewline.links.time import exchange
 
 NOW, SINCE = 3 * 10**12, 25 * 10**11
 STRAPS = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}

@@ -39,6 +39,7 @@ from .stopping.halting import StopChip
 from .stopping.reflexes import configured, inputs_of
 from .stopping.rewind import Rewind
 from .stopping.troubles import Troubles, signed
+from .stopping.ways import WaysDown
 from .talk import ENABLE, Talk
 from .terminals import outputs_of, steps_a_second, usual_config
 from .ticks import TickMap
@@ -137,10 +138,14 @@ class Drive:
         self.clock = BoardClock(board.hz)
         self.link = Link(self.clock)
         self.ticks = TickMap(board.hz)
+        self.ways = WaysDown(self)
         self.feeder = Feeder(
-            self.axis, self.kernel, self.link, self.ticks, self.horizon, board.shortest, self._put, self._half
+            *(self.axis, self.kernel, self.link, self.ticks, self.horizon, board.shortest),
+            self._put,
+            self._half,
+            self.ways.pieces,
         )
-        self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, lambda: self.feeder.busy)
+        self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, self._under_way)
         self.stopping: Stopping = StopChip(self, stop)
         self.rewind: Rewind | None = None
         self.watch: Telling = (troubles := Troubles(self))
@@ -148,7 +153,7 @@ class Drive:
         self.talk = Talk(self, troubles, wait)
         self._live = Live(self, self.talk)
         if isinstance(port, str):
-            port = opened(port, board)
+            port = opened(port, board, [each.number for each in self.board_inputs if not each.pin])
         self.port: BoardPort = port
         self.box: BlackBox | None = None
         if black_box is not False:
@@ -258,6 +263,7 @@ class Drive:
         if self.state == "ok":
             tick = self.clock.ticks(now)
             self._look_for_drift(tick)
+            self.ways.turn()
             try:
                 self.feeder.turn(tick)
             except UsageError as error:  # faster than the board can
@@ -265,8 +271,13 @@ class Drive:
         elif self.state != "closed":
             self.feeder.turn(0)
             self.stopping.turn()
-        self.cable.turn(self.clock.ticks(now))
+        present, until = self.clock.ticks(now), None if self.rewind is None else self.rewind.going_back_to
+        self.cable.turn(present if until is None else min(present, until))
         self.talk.say(now)
+
+    def _under_way(self) -> bool:
+        """Are steps under way, or is it open where the motor comes to rest, and what its host is told then?"""
+        return self.feeder.busy or (self.rewind is not None and self.rewind.going_back_to is not None)
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
         """Make a call that the model makes at an instant (ps): a horizon later while something is under way."""
@@ -371,6 +382,11 @@ class Drive:
         self.talk.begin()
 
     # -------------------------------------------------------------------------------------------------- what is asked
+    @property
+    def count(self) -> int | None:
+        """Steps that the board has counted, up minus down, as it last said; None: unknown."""
+        return self.link.counted
+
     def stop(self, at_once: bool = False) -> None:
         """Stop the motor, by its way down or at once; the drive is halted then."""
         self._check_open()

@@ -16,7 +16,7 @@ laid, so errors of rounding do not add up.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from .board.records import DOWN, HALF, MOST_STEPS, OUT, PAUSE, REST, Record, fit
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ..core.motion.axis import Axis
+    from ..core.motion.axis import Axis, Segment
     from ..core.time.kernel import Kernel
     from .ticks import TickMap
 
@@ -50,10 +50,15 @@ class RecordSink(Protocol):
 
 
 class LaidSteps(NamedTuple):
-    """Steps of one direction: their ticks, in 1/65536 tick, ascending."""
+    """Steps of one direction: their ticks, in 1/65536 tick, ascending.
+
+    The way down from the first one has `way` steps, -1 if that is not known, and from each next one `slope` more.
+    """
 
     flags: int
     ticks16: NDArray[np.int64]
+    way: int
+    slope: int
 
 
 class LaidOutput(NamedTuple):
@@ -76,6 +81,8 @@ class Feeder:
         shortest: the least interval between two steps, in ticks.
         put: called with outputs that change while the motor stands, or between steps too close for a pause.
         half: returns whether the chip makes half steps now.
+        ways: yields the steps of a stretch, from one on and before another, in pieces: from where to where, how many
+            steps the way down from the first of them has, -1 if that is not known, and how many more from each next.
     """
 
     def __init__(
@@ -88,11 +95,12 @@ class Feeder:
         shortest: int,
         put: Callable[[LaidOutput], object] = lambda _output: None,
         half: Callable[[], bool] = lambda: False,
+        ways: Callable[[Segment, int, int], Iterable[tuple[int, int, int, int]]] = lambda _, a, b: [(a, b, -1, 0)],
     ) -> None:
         import numpy as np
 
         self.axis, self.kernel, self.link, self.ticks, self.horizon = axis, kernel, link, ticks, horizon
-        self._put, self._half = put, half
+        self._put, self._half, self._ways = put, half, ways
         self.shortest = shortest
         self._none: NDArray[np.int64] = np.empty(0, np.int64)
         self.taken_ps = kernel.now  # the steps before this instant are taken
@@ -113,6 +121,7 @@ class Feeder:
         self._items: deque[LaidSteps | LaidOutput] = deque()
         self._open, self._record = self._none, Record(0, 0, 0, 0, 0)
         self._interval16 = self._add = 0  # with which the last record would go on; 0: not known
+        self._way, self._slope = -1, 0  # of the first open step
         self._rests: deque[int] = deque()
         self._batch: list[Record] = []
         self._start: int | None = None
@@ -126,6 +135,11 @@ class Feeder:
             return False
         now = self.kernel.now
         return self.running or bool(self._items) or (now >= self.taken_ps and self.axis.count(self.taken_ps, now) > 0)
+
+    @property
+    def interval16(self) -> int:
+        """The last interval that was laid, in 1/65536 tick; 0: none since a pause."""
+        return self._record.last if len(self._open) else self._interval16
 
     @property
     def shortest(self) -> int:
@@ -172,7 +186,7 @@ class Feeder:
         self._rests = deque(at + ticks for at in self._rests)
         self._start = None if self._start is None else self._start + ticks
         self._items = deque(
-            LaidSteps(item.flags, item.ticks16 + more)
+            item._replace(ticks16=item.ticks16 + more)
             if isinstance(item, LaidSteps)
             else item._replace(tick16=item.tick16 + more)
             for item in self._items
@@ -220,14 +234,15 @@ class Feeder:
                 self.lost += stretch.sign * (b - a)  # it goes on, and the motor does not
                 continue
             flags = half | (DOWN if stretch.sign < 0 else 0)
-            ticks16 = self.ticks.many(train.begins(a, b)) + horizon16
-            while outputs and outputs[0].tick16 < ticks16[-1]:
-                before = int(ticks16.searchsorted(outputs[0].tick16, "right"))
-                if before:
-                    self._items.append(LaidSteps(flags, ticks16[:before]))
-                self._items.append(outputs.popleft())
-                ticks16 = ticks16[before:]
-            self._items.append(LaidSteps(flags, ticks16))
+            for first, end, way, slope in self._ways(stretch, a, b):
+                ticks16 = self.ticks.many(train.begins(first, end)) + horizon16
+                while outputs and outputs[0].tick16 < ticks16[-1]:
+                    before = int(ticks16.searchsorted(outputs[0].tick16, "right"))
+                    if before:
+                        self._items.append(LaidSteps(flags, ticks16[:before], way, slope))
+                    self._items.append(outputs.popleft())
+                    ticks16, way = ticks16[before:], way + before * slope
+                self._items.append(LaidSteps(flags, ticks16, way, slope))
         self._items.extend(outputs)
 
     # -------------------------------------------------------------------------------------------------- to the board
@@ -246,10 +261,12 @@ class Feeder:
                 items.appendleft(item)
                 break
 
-    def _lay_steps(self, flags: int, ticks16: NDArray[np.int64]) -> None:
-        if flags != self._flags:
+    def _lay_steps(self, flags: int, ticks16: NDArray[np.int64], way: int, slope: int) -> None:
+        goes_on = self._way + self._slope * len(self._open), self._slope
+        if flags != self._flags or (way, slope) != goes_on:
             self._close()
             self._interval16 = 0
+            self._way, self._slope = way, slope
         self._flags = flags
         if self._rested or not self.running:
             self._begin(ticks16)
@@ -304,8 +321,9 @@ class Feeder:
         import numpy as np
 
         steps = np.concatenate((self._open, ticks16))
+        tolerance = TOLERANCE_TICKS << 16
         *whole, self._record = fit(
-            steps, self.base16, tolerance=TOLERANCE_TICKS << 16, flags=self._flags, shortest=self.shortest
+            steps, self.base16, tolerance=tolerance, flags=self._flags, shortest=self.shortest, even=self._way >= 0
         )
         for record in whole:
             self._push(record)
@@ -364,7 +382,8 @@ class Feeder:
 
     def _push(self, record: Record) -> None:
         """Push a record that is a fit to steps."""
-        self._batch.append(record)
+        self._batch.append(record if self._way < 0 else record.with_way(self._way, self._slope))
+        self._way += self._slope * record.count
         self.base16 += record.length
         self._interval16, self._add = record.last + record.add, record.add
 

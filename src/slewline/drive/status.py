@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..core.time.timebase import PS_PER_S, readable
-from .stopping.troubles import signed
 
 if TYPE_CHECKING:
     from .drive import Drive
@@ -24,10 +23,10 @@ def lead_ps(drive: Drive) -> int:
 
 def as_line(drive: Drive) -> str:
     """Return the state: lead, credit, round trips, and the last trouble."""
-    answer, (trip_ns, worst_ns, _) = drive.link.answer, drive.clock.round_trip_ns
-    count = "?" if answer is None or drive.state == "unknown" else signed(answer.position)
+    trip_ns, worst_ns, _ = drive.clock.round_trip_ns
+    count = None if drive.state == "unknown" else drive.link.counted
     parts = [
-        f"board {drive.state} at {count}",
+        f"board {drive.state} at {'?' if count is None else count}",
         f"lead {lead_ps(drive) / 1e9:.0f} ms",
         f"{drive.link.free} of {drive.board.slots} slots free",
         f"{trip_ns / 1e6:.1f} ms there and back, worst {worst_ns / 1e6:.1f}",

@@ -179,6 +179,7 @@ class DriveCommand(ServeCommand):
 
     def _hear_user(self, server: Server, drive: Drive) -> None:
         """Words that are typed; SIGUSR2 is `clear`."""
+        from ...drive.board.rehearsal import TwinPort
         from ...links.sockets.system import numbers
 
         def clear() -> None:
@@ -201,6 +202,13 @@ class DriveCommand(ServeCommand):
             if not line:  # closed
                 server.loop.watch(sys.stdin.fileno())
             elif word := line.strip().lower():
+                work(word)
+
+        def work(word: str) -> None:
+            name, equals, level = word.partition("=")
+            if equals and isinstance(drive.port, TwinPort) and level in ("0", "1"):
+                drive.port.set_input(name, int(level))
+            else:
                 words.get(word, lambda: say(f"slewline: {word!r}; there is: {WORDS}"))()
 
         if sys.stdin is not None and sys.stdin.isatty():

@@ -75,6 +75,7 @@ REFLEXES: Mapping[str, str] = (
             "stop up": "does so while the motor runs in positive direction",
             "stop down": "does so while the motor runs in negative direction",
             "brake": "slows the motor down, and stops it",
+            "brake back": "slows the motor down by as many steps as it has sped up, and stops it",
             "hold": "holds the motor as long as the level lasts; every step that is to come is later then",
             "mark": "notes where the motor is, which goes on",
             "stop out": "stops the motor on the way out of a homing",

@@ -61,6 +61,7 @@ class Link(Outbox):
         self.on_refused: Hook[[Answer]] = Hook()
         self.ident: Ident | None = None
         self.answer: Answer | None = None
+        self.counted: int | None = None  # by the board, as it last said: signed 32 bits
         self.damaged = self.resent = 0
         self.heard_ns: int | None = None  # when the last frame came
         self._decoder = Decoder()
@@ -257,7 +258,7 @@ class Link(Outbox):
         if answer.state == BoardState.BOOT and self._configured:
             self._booted()
             return
-        self.answer = answer
+        self.answer, self.counted = answer, answer.position
         taken = (answer.wanted - self._base) % 256
         if taken <= self._sent:
             self._take(taken)
@@ -280,6 +281,7 @@ class Link(Outbox):
     def _opened(self, answer: Answer) -> None:
         assert self.ident is not None  # noqa: S101
         self._opening, self.is_open, self.answer = False, True, answer
+        self.counted = answer.position
         self._flight.clear()
         self._silences = 0
         self._events = EventOrder(answer.events)
@@ -342,6 +344,8 @@ class Link(Outbox):
 
     def _report(self) -> None:
         while self.is_open and (event := self._events.take()):
+            if self.answer is None or event.tick >= self.answer.tick:
+                self.counted = event.position
             self.on_event(event)
 
     def _booted(self) -> None:

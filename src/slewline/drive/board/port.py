@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+from collections.abc import Iterable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -34,13 +35,21 @@ class BoardPort(Protocol):
         """Close it."""
 
 
-def opened(name: str, board: BoardModel) -> BoardPort:
+def opened(name: str, board: BoardModel, closed: Iterable[int] = ()) -> BoardPort:
     """Return a port with a board, by its name; "twin" is a board of software.
+
+    Args:
+        closed: inputs of a board of software that are closed, to ground; the others are open.
 
     Raises:
         UsageError: it cannot be opened.
     """
-    return TwinPort(board) if name == TWIN else BoardSerial(name, board.baud)
+    if name != TWIN:
+        return BoardSerial(name, board.baud)
+    port = TwinPort(board)
+    for number in closed:
+        port.set_input(board.inputs[number].printed, 0)
+    return port
 
 
 class BoardSerial:

@@ -17,7 +17,7 @@ from .wire import RECORD_BYTES
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-DOWN, REST, PAUSE, OUT, HALF = 1, 2, 4, 8, 16  # flags
+DOWN, REST, PAUSE, OUT, HALF, WAY = 1, 2, 4, 8, 16, 64  # flags
 
 PER_TICK = 65_536
 MOST_STEPS = 65_535  # of a record
@@ -25,13 +25,17 @@ SHORTEST_PAUSE, LONGEST = 256, 2**31 - 1  # ticks
 STEEPEST = 2**31 - 1  # of `add`, up and down
 _LONG_PAUSE = 2**30  # ticks, of which a longer gap is made
 
+MOST_WAY = 65_535  # steps
+
 _RECORD = Struct("<BHIHi")
 
 
 class Record(NamedTuple):
     """Steps, each interval `add` longer than the one before, or one interval without a step (PAUSE).
 
-    `interval` is in ticks, `fraction` and `add` in 1/65536 tick.
+    `interval` is in ticks, `fraction` and `add` in 1/65536 tick.  With WAY the interval does not change, and `add` says
+    how many steps a way down from the first step has (low 16 bits), and how many more from each next one (high 16 bits,
+    signed: -1, 0 or 1).
     """
 
     flags: int
@@ -44,6 +48,24 @@ class Record(NamedTuple):
         """Return its 13 bytes."""
         return _RECORD.pack(*self)
 
+    def with_way(self, way: int, slope: int) -> Record:
+        """Return a record of one interval that says how long the way down from its first step is, and from the next."""
+        return self._replace(flags=self.flags | WAY, add=slope << 16 | way)
+
+    @property
+    def growth(self) -> int:
+        """How much longer each interval is than the one before, in 1/65536 tick."""
+        return 0 if self.flags & WAY else self.add
+
+    @property
+    def slope(self) -> int:
+        """How many steps more the way down from each step has, with WAY."""
+        return self.add >> 16
+
+    def way(self, step: int) -> int | None:
+        """Return how many steps a way down from a step has, counted from 0; None: it does not say."""
+        return (self.add & 0xFFFF) + step * self.slope if self.flags & WAY and not self.flags & PAUSE else None
+
     @property
     def first(self) -> int:
         """The first interval, in 1/65536 tick."""
@@ -52,14 +74,14 @@ class Record(NamedTuple):
     @property
     def last(self) -> int:
         """The last interval, in 1/65536 tick."""
-        return self.first if self.flags & PAUSE else self.first + (self.count - 1) * self.add
+        return self.first if self.flags & PAUSE else self.first + (self.count - 1) * self.growth
 
     @property
     def length(self) -> int:
         """How long it is in all, in 1/65536 tick."""
         if self.flags & PAUSE:
             return self.first
-        return self.count * self.first + self.count * (self.count - 1) // 2 * self.add
+        return self.count * self.first + self.count * (self.count - 1) // 2 * self.growth
 
     def times(self, base: int) -> Iterator[int]:
         """Yield the instants of its steps, in 1/65536 tick, if it begins at `base`."""
@@ -69,7 +91,7 @@ class Record(NamedTuple):
         for _ in range(self.count):
             base += interval
             yield base
-            interval += self.add
+            interval += self.growth
 
     def good(self, shortest: int) -> bool:
         """Return whether a board takes it whose steps have at least so many ticks between them."""
@@ -78,7 +100,12 @@ class Record(NamedTuple):
             sets = max(masks) < 32 if self.flags & OUT else self.count == 0
             return sets and self.flags < 32 and SHORTEST_PAUSE <= self.interval <= LONGEST
         ends = self.first >> 16, self.last >> 16
-        return not self.flags & ~(DOWN | HALF) and self.count > 0 and shortest <= min(ends) and max(ends) <= LONGEST
+        if self.flags & WAY:
+            last = self.way(self.count - 1) or 0
+            if abs(self.slope) > 1 or not 0 <= last <= MOST_WAY:
+                return False
+        known = not self.flags & ~(DOWN | HALF | WAY)
+        return known and self.count > 0 and shortest <= min(ends) and max(ends) <= LONGEST
 
 
 def unpack(payload: bytes) -> list[Record]:
@@ -126,11 +153,13 @@ def fit(
     tolerance: int = 8 * PER_TICK,
     flags: int = 0,
     shortest: int = 224,
+    even: bool = False,
 ) -> list[Record]:
     """Return records whose steps are within a tolerance of instants; all in 1/65536 tick, but `shortest` in ticks.
 
     Each record is as long as it can be, and begins where the arithmetic of the board will be, so errors do not add up.
-    `base` is where the first one begins.  Before a step that is more than 2^31 ticks away there are pauses.
+    `base` is where the first one begins.  Before a step that is more than 2^31 ticks away there are pauses.  `even`:
+    the intervals of each record are the same.
 
     Raises:
         UsageError: steps follow one another faster than the board can make them.
@@ -144,7 +173,7 @@ def fit(
             out.append(Record(flags | PAUSE, 0, _LONG_PAUSE))
             base += _LONG_PAUSE << 16
             continue
-        count, first, add = _longest(offsets, tolerance, shortest << 16)
+        count, first, add = _longest(offsets, tolerance, shortest << 16, 0 if even else STEEPEST)
         if not count:
             raise UsageError(
                 f"step {at} of {len(instants)}: {offsets[0] / PER_TICK:g} ticks behind the one before; expected "
@@ -160,12 +189,12 @@ def fit(
 Found = tuple[int, int, int]  # steps, first interval, add
 
 
-def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int) -> Found:
+def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest: int) -> Found:
     """Return the longest record for the steps at these offsets from its beginning; of 0 steps if there is none."""
     most = len(offsets)
     low, high = offsets - tolerance, offsets + tolerance
     best: Found = (0, 0, 0)
-    bounds = (-STEEPEST, STEEPEST)  # of `add`, proved by the steps that are in the record for sure
+    bounds = (-steepest, steepest)  # of `add`, proved by the steps that are in the record for sure
     too_many, trial = most + 1, 1
     while best[0] + 1 < too_many:
         found, proved = _through(low[:trial], high[:trial], shortest, bounds, best[2])

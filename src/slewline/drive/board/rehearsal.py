@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from time import perf_counter_ns
 
+from ...errors import UsageError
 from .boards import UNO, BoardModel
 from .frames import Decoder, Frame
 from .twin import BoardTwin
@@ -39,6 +40,17 @@ class TwinPort:
             if len(past) > 2 * KEPT_STEPS:
                 del past[:-KEPT_STEPS]
         return tick
+
+    def set_input(self, name: str, level: int) -> None:
+        """Set an input of the board, such as "A1", as a switch would: 0 is closed, to ground; 1 is open.
+
+        Raises:
+            UsageError: no such input, or level.
+        """
+        printed = [pin.printed for pin in self.model.inputs]
+        if name.upper() not in printed or level not in (0, 1):
+            raise UsageError(f"input {name!r}, level {level!r}; allowed {', '.join(printed)}, and 0 (closed), 1 (open)")
+        self.twin.set_input(printed.index(name.upper()), level, self._present())
 
     def fileno(self) -> None:
         """Return None: there is nothing to wait for."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from . import wire
 from .boards import UNO, BoardModel
-from .records import unpack
+from .records import MOST_WAY, unpack
 from .twin_motion import BOOT, BRAKE, HALT, HOLD, HOST, IDLE, RUN, MovingTwin
 from .wire import (
     NUMBERED,
@@ -224,5 +224,7 @@ class BoardTwin(MovingTwin):
             return FrameResult.BAD_CONTENT
         if first + len(entries) > self.model.tail:
             return FrameResult.NO_ROOM
+        if sum(count for _, count in self.table[:first] + entries) > MOST_WAY:
+            return FrameResult.BAD_CONTENT
         self.table[first:] = entries
         return FrameResult.TAKEN

@@ -1,4 +1,23 @@
-"""The motion of a board step by step: records, brake and tail, reflexes, holds, outputs; and the events of all that.
+r"""The motion of a board step by step: records, brake and tail, reflexes, holds, outputs; and the events of all that.
+
+A brake makes the step that is scheduled, and then the tail: steps of the table that the host has sent last.  How many,
+and from where in the table on, says the record of that step, if it is one with WAY: a count of steps, which changes by
+-1, 0 or 1 with each step.  So a board goes down from any step by the law of its chip, which it does not know:
+
+    rate        ________
+              _/        \_           up        the way back: less than the whole table, longer with each step or level
+            _/            \_         at the top  the whole table
+           /                \        down      what is left of the plan's own way down, shorter with each step
+    WAY    0 1 2 .. N N N .. 2 1 0
+
+    table    (i0, 3) (i1, 2) (i2, 4)    WAY 5  ->  i1 i2 i2 i2 i2, the last five steps; WAY 0 -> none, it stands
+
+An interval of the table that is shorter than the last two steps were apart becomes as long as that: a brake does not
+make the motor faster.  Behind the first step of a run there is no way down.
+
+Where the record does not say it (motions that begin while the motor moves, ramps without levels, pauses), the pace
+decides: the tail is all entries that are slower than the last two steps were apart; without a table each interval is
+1/16 longer than the one before, up to the one at which the motor may stand.
 
 Ticks are whole numbers that do not wrap; on the wire they are modulo 2^32.  What a twin cannot know it is given: when
 the main loop takes a frame, when an edge of an input is seen, when it looks for silence.
@@ -105,7 +124,7 @@ class MovingTwin:
         self.time += self.interval
         if not self.record.flags & PAUSE:
             self._step(tick)
-            self.interval += self.record.add
+            self.interval += self.record.growth
             self.left -= 1
             if self.state == BRAKE:
                 self._begin_tail(tick, tick)
@@ -171,9 +190,17 @@ class MovingTwin:
     def _way_down(self) -> list[int]:
         """Return the steps of the tail, in ticks from the last step."""
         pace, start_stop = self.pace, self.config.start_stop
-        if pace is None or pace >= start_stop:
-            return []
         out, time = [], 0
+        way = None if self.record is None else self.record.way(self.record.count - self.left - 1)
+        if pace is None or way == 0:
+            return []
+        if way is not None and self.table:
+            for interval in [interval for interval, count in self.table for _ in range(count)][-way:]:
+                time += max(interval, pace << 8)
+                out.append(time >> 8)
+            return out
+        if pace >= start_stop:
+            return []
         if self.table:
             first = next((at for at, (interval, _) in enumerate(self.table) if interval > pace << 8), len(self.table))
             for interval, count in self.table[first:]:

@@ -15,13 +15,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.messages.near import hint
-from ...core.time.timebase import PS_PER_S
 from ...errors import UsageError
 from ..board.wire import INPUTS, BoardConfig, Reflex
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
-    from ...core.motion.axis import Axis
 
 ESTOP = "estop"
 REFLEX: Mapping[str, int] = {  # of a board, by the reflex of a pin
@@ -30,6 +28,7 @@ REFLEX: Mapping[str, int] = {  # of a board, by the reflex of a pin
     "stop up": Reflex.STOP | Reflex.UPWARDS,
     "stop down": Reflex.STOP | Reflex.DOWNWARDS,
     "brake": Reflex.BRAKE,
+    "brake back": Reflex.BRAKE,
     "hold": Reflex.HOLD,
     "mark": Reflex.MARK,
 }
@@ -97,38 +96,3 @@ def configured(config: BoardConfig, inputs: Iterable[BoardInput], homing: int) -
         report |= 1 << each.number
         reflex[each.number] = each.code(homing)
     return replace(config, active=active, report=report, reflex=tuple(map(int, reflex)))
-
-
-def way_down(axis: Axis, hz: int, most: int) -> list[tuple[int, int]]:
-    """Return the way down of the motion that an axis makes, as the tail of a board: intervals in 1/256 tick, counts.
-
-    It is that of the plan: the runs behind its shortest interval, or, of a motion that has none, those before it, from
-    the last one on.  A board has room for `most` entries, so neighbours may share one.  Empty: there is no ramp.
-    """
-    now = axis.past[-1]
-    if now.plan is None or now.playing is None:
-        return []
-    runs = now.plan.runs
-    if not runs:
-        return []
-    least = min(interval for interval, _ in runs)
-    at = max(number for number, (interval, _) in enumerate(runs) if interval == least)
-    down = [run for run in runs[at + 1 :] if run[0] > least]
-    if not down:
-        down = [run for run in runs[:at] if run[0] > least][::-1]
-    rows: list[tuple[int, int, int]] = []  # sum of intervals, count, the longest interval
-    for interval, count in down:
-        if not rows or interval > rows[-1][2]:
-            rows.append((interval * count, count, interval))
-        elif interval == rows[-1][2]:
-            rows[-1] = rows[-1][0] + interval * count, rows[-1][1] + count, interval
-    clock = now.playing.train.clock
-    while len(rows) > most:  # those two become one that are least apart
-        n = min(range(len(rows) - 1), key=lambda n: apart(rows[n], rows[n + 1]))
-        rows[n : n + 2] = [(rows[n][0] + rows[n + 1][0], rows[n][1] + rows[n + 1][1], rows[n + 1][2])]
-    return [(clock.ps(total) * hz * 256 // (count * PS_PER_S), count) for total, count, _ in rows]
-
-
-def apart(one: tuple[int, int, int], other: tuple[int, int, int]) -> int:
-    """Return how many clocks two rows of a way down would be off, if they were one."""
-    return other[2] * (one[1] + other[1]) - one[0] - other[0]

@@ -26,14 +26,13 @@ from ...bench.rewinding import ReachablePast, driven, given
 from ...core.time.timebase import readable
 from ...errors import SlewlineError, UsageError
 from ..board.wire import BoardEvent, Happening
-from .reflexes import BoardInput, configured, way_down
+from .reflexes import BoardInput, configured
 from .rerun import Cause, Rewound, following, named, travelled
 from .troubles import HOST
 
 if TYPE_CHECKING:
     from ...bench import Bench
     from ...core.motion.axis import Axis
-    from ...core.motion.plan import Plan
     from ..driven import Driven, Stopping
 
 STOPS = (Happening.STOPPED, Happening.BRAKED)
@@ -41,6 +40,7 @@ TRIES = 6
 REST_PS = 5 * 10**12  # in which a chip comes to rest that was told to
 SLICE_PS = 10**10
 MOST_NS = 10_000_000  # of a turn, in which the past is followed
+LINE_MS = 20  # before a stop: a command is that old when the board hears of it, and so is what the chip has said since
 MEASURED = 10  # entries that tell what one costs
 LOOK_BACK_PS = 10**12  # in which the step is found at which the board has stopped
 ALLOWED_S = 0.25  # of a usual machine, that going back may cost
@@ -80,8 +80,6 @@ class Rewind:
         self.stop: BoardEvent | None = None  # what has stopped it
         self.final: BoardEvent | None = None  # how it stands
         self.command: tuple[int, str] | None = None  # of the host, that has stopped it: when, and what it was
-        self.plan: Plan | None = None  # whose way down the board has
-        self.tail: list[tuple[int, int]] = []
         self.homing = 0  # for which the board is configured
         self.rewinds = 0
         self.config = drive.config
@@ -104,24 +102,11 @@ class Rewind:
                 self.forget(before)
             if (more := self.past.played - played) > MEASURED and (spent := drive.wall() - began) > 0:
                 self.past.entry_s = spent / more / 10**9
-        self._send_way_down()
         homing = drive.axis.homing
         if homing != self.homing and drive.link.idle and not drive.feeder.running:
             self.homing = homing
             drive.config = configured(self.config, self.inputs.values(), homing)
             drive.link.configure(drive.config)
-
-    def _send_way_down(self) -> None:
-        """Let the board have the way down of the motion that the chip makes, if that is another one."""
-        drive = self.drive
-        plan = drive.axis.past[-1].plan
-        if plan is None or plan is self.plan or not drive.axis.moving or drive.link.ident is None:
-            return
-        self.plan = plan
-        entries = way_down(drive.axis, drive.board.hz, drive.link.ident.tail)
-        if entries and entries != self.tail:
-            self.tail = entries
-            drive.link.tail(entries)
 
     def _see(self, inputs: int) -> None:
         """Put the pins to the levels that the inputs of the board have, as bits."""
@@ -186,6 +171,13 @@ class Rewind:
         each = self.inputs.get(event.which)
         if each is not None and not self.edges:  # it was active before, against another direction
             self.edges = [(each, each.acts, self._instant(event))]
+
+    @property
+    def going_back_to(self) -> int | None:
+        """The tick from which on nothing may leave the cable, for it may be taken back; None: there is none."""
+        if self.stop is None:
+            return None
+        return self.drive.clock.unwrap(self.stop.tick) - self.drive.board.hz * LINE_MS // 1000
 
     def halted(self, event: BoardEvent) -> None:
         """Take note that the count is final."""

@@ -81,6 +81,8 @@ class Troubles:
                 drive.cable.lengthen(late)
             elif event.kind in TROUBLES:
                 self._stopped(event, tick)
+        elif drive.state == "halted" and not self._final and event.kind in AT_ONCE:
+            self._cut_short(event)
         if drive.state == "halted" and event.state == BoardState.HALT and not self._final:
             self._final = True
             drive.stopping.halted(event)
@@ -109,6 +111,16 @@ class Troubles:
             )
         drive.feeder.halt()
         drive.stopping.stopped(event)
+
+    def _cut_short(self, event: BoardEvent) -> None:
+        """Something has stopped the motor at once on its way down."""
+        code, text = TROUBLES[event.kind]
+        cause = "the host" if event.which == HOST else f"input {event.which}"
+        self.report(code, f"on the way down: {text.format_map({'cause': cause})} (at {self._position(event.position)})")
+        self.report(
+            "position-uncertain",
+            "the motor stood at once on its way down, at a rate that is not known: it may have lost steps; home it",
+        )
 
     def _check_count(self, event: BoardEvent) -> None:
         """The board stands: has it counted what it was sent?"""

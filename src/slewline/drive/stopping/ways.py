@@ -1,0 +1,245 @@
+"""Ways down: what a board is told of how its chip would slow down, from each step of a motion.
+
+    table     the plan's own way down, intervals and counts: sent once a motion
+    a record  how many steps of it remain, from each of its steps on (WAY)
+
+A chip whose input slows the motor down does so by a law of its own, in a word of REFLEXES:
+
+    brake         down the levels below the one of the step that is over, each in full; at the top the whole way, and in
+                  the way down what is left of it
+    brake back    back by as many steps as it has come up; it ends at the first rate, at the first step of it
+
+The board makes the step that is scheduled, and then the way down.  Of a plan that does not begin at rest, or has levels
+that change too fast for a record each, nothing is said; then the pace of the motor decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+from ...core.motion.plan import Runs, mirrored, steps, tail
+from ...core.time.timebase import PS_PER_S
+from ..board.records import MOST_WAY
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+    from ...core.motion.axis import Axis, Segment
+    from ...core.motion.plan import Leg, Plan
+    from ..driven import Driven
+
+LEVELS, BACK = "brake", "brake back"  # words of REFLEXES
+QUEUE_LEVELS = 40  # that a board takes at any rate
+LEVEL_PS = 1_250_000_000  # in which a longer ramp may change its level: some 800 records a second
+FAST_TICKS, FAST_STEPS = 640, 3  # entries of faster steps have so many: a board needs that long for an entry
+Entries = list[tuple[int, int]]  # intervals in 1/256 tick, counts
+
+
+class WayPiece(NamedTuple):
+    """Steps of a plan, from `first` on and before `end`; the way down from the first has `way` steps.
+
+    From each next one it has `slope` more: -1, 0, 1.  `way` is -1 where that is not known.
+    """
+
+    first: int
+    end: int
+    way: int
+    slope: int
+
+
+def law_of(chip: Chip) -> str:
+    """Return by which law a chip slows its motor down at an input, in a word of REFLEXES; "": no input does."""
+    words = {row.reflex for row in chip.sheet.pins}
+    return BACK if BACK in words else LEVELS if LEVELS in words else ""
+
+
+def way_pieces(plan: Plan, law: str) -> list[WayPiece]:
+    """Return the ways down from all steps of a plan that begins at rest."""
+    found = [WayPiece(0, 1, 0, 0)]
+    up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
+    slow = up[0][0] if up else 0  # the interval at which a way back ends
+    done = 0  # steps of the way up that a way back would have
+    for leg in plan.legs:
+        first = leg.first
+        for interval, count in leg.runs:
+            end = first + count
+            if law == LEVELS:
+                way, slope = (leg.end - first - 2, -1) if leg.name == "down" else (below(up, interval) - 1, 0)
+            elif interval == slow or not up or leg.name not in ("up", "slew", "down"):
+                way, slope = 0, 0
+            elif leg.name == "up":
+                way, slope = done + 1, 1
+                done += count
+            elif leg.name == "slew":
+                way, slope = done, 0
+            else:
+                way, slope = fast(leg, first, slow) - 1, -1
+            _add(found, WayPiece(first + 1, end + 1, way, slope))
+            first = end
+    return found
+
+
+def below(up: Runs, interval: int) -> int:
+    """Return how many steps of a way up have longer intervals."""
+    return sum(count for each, count in up if each > interval)
+
+
+def fast(leg: Leg, step: int, slow: int) -> int:
+    """Return how many steps of a leg are not at the first rate, from a step of the plan on."""
+    return sum(count for each, count in tail(leg.runs, step - leg.first) if each != slow)
+
+
+def _add(found: list[WayPiece], piece: WayPiece) -> None:
+    """Add a piece behind others; no way is shorter than 0."""
+    first, end, way, slope = piece
+    if slope < 0 and end > first + way + 1:  # the last ones would be
+        zero = max(first + way + 1, first)
+        if zero > first:
+            _add(found, WayPiece(first, zero, way, slope))
+        _add(found, WayPiece(zero, end, 0, 0))
+        return
+    way = max(way, 0)
+    last = found[-1]
+    if last.slope == slope and last.way + (first - last.first) * slope == way:
+        found[-1] = last._replace(end=end)
+    else:
+        found.append(WayPiece(first, end, way, slope))
+
+
+class WaysDown:
+    """Tells the board of a drive the ways down of its chip: tables by `turn`, and what records say by `pieces`."""
+
+    def __init__(self, drive: Driven) -> None:
+        self.drive = drive
+        self.law = law_of(drive.chip)
+        self.tail: Entries = []  # that the board has
+        self._ident: object = None  # of the board that has it
+        self._plan: Plan | None = None
+        self._told: Plan | None = None  # of which there are pieces
+        self._pieces: list[WayPiece] = []
+
+    def turn(self) -> None:
+        """Let the board have the way down of the motion that the chip makes, if that is another one."""
+        drive = self.drive
+        ident = drive.link.ident
+        if ident is None or not drive.axis.moving:
+            return
+        if ident is not self._ident:
+            self._ident, self._plan, self.tail = ident, None, []
+        plan = drive.axis.past[-1].plan
+        entries: Entries = []
+        if plan is not None and plan is not self._plan:
+            entries = way_down(drive.axis, drive.board.hz, ident.tail, self.law)
+        elif plan is None and 0 < drive.feeder.interval16 >> 16 < FAST_TICKS and self._plan is None and not self.tail:
+            entries = spread(drive.board.shortest, drive.config.start_stop, ident.tail)
+        self._plan = plan
+        if entries and entries != self.tail:
+            self.tail = entries
+            drive.link.tail(entries)
+
+    def pieces(self, stretch: Segment, a: int, b: int) -> Iterator[WayPiece]:
+        """Yield the steps a ... b-1 of the train of a stretch by how long the ways down from them are."""
+        plan = stretch.plan
+        if plan is None or not plan.legs or not self.law or stretch.playing is None:
+            yield WayPiece(a, b, -1, 0)
+            return
+        if plan is not self._told:
+            self._told, self._pieces = plan, way_pieces(plan, self.law)
+            if not sayable(plan, self._pieces, stretch.playing.train.clock.ps):
+                self._pieces = []
+        offset = stretch.step
+        if not self._pieces or not from_rest(self.drive.axis, stretch):
+            yield WayPiece(a, b, -1, 0)
+            return
+        for first, end, way, slope in self._pieces:
+            start, stop = max(first - offset, a), min(end - offset, b)
+            if start < stop:
+                yield WayPiece(start, stop, way + (start + offset - first) * slope, slope)
+        if (known := max(self._pieces[-1].end - offset, a)) < b:
+            yield WayPiece(known, b, 0, 0)
+
+
+def sayable(plan: Plan, pieces: list[WayPiece], ps: Callable[[int], int]) -> bool:
+    """Return whether records can say the ways down of a plan: not too many of them, nor too long ones."""
+    up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
+    if any(max(way, way + slope * (end - first - 1)) > MOST_WAY for first, end, way, slope in pieces):
+        return False
+    return len(up) <= QUEUE_LEVELS or ps(sum(interval * count for interval, count in up)) >= LEVEL_PS * len(up)
+
+
+def from_rest(axis: Axis, stretch: Segment) -> bool:
+    """Return whether the plan of a stretch began a motion, rather than changed one."""
+    past = axis.past
+    at = next((number for number in range(len(past) - 1, -1, -1) if past[number] is stretch), 0)
+    while at and past[at].step and past[at - 1].plan is stretch.plan:
+        at -= 1
+    if past[at].step:
+        return False
+    before = next((past[number].start for number in range(at - 1, -1, -1) if past[number].playing is not None), -1)
+    return bool(axis.log.starts(before + 1, past[at].start))
+
+
+# -------------------------------------------------------------------------------------------------------------- tables
+def way_down(axis: Axis, hz: int, most: int, law: str = "") -> Entries:
+    """Return the way down of the motion that an axis makes, as the tail of a board.
+
+    It is the last leg of the plan that goes down, or, of a motion that has none, its way up, mirrored; but the last
+    interval leads to no step.  A board has room for `most` entries, so neighbours may share one.  Empty: there is no
+    ramp.
+    """
+    now = axis.past[-1]
+    if now.plan is None or now.playing is None:
+        return []
+    up, down = ([leg.runs for leg in now.plan.legs if leg.name == name] for name in ("up", "down"))
+    way = down[-1] if down else mirrored(up[-1]) if up else ()
+    if law == BACK:
+        way = tuple(run for run in way if not up or run[0] != up[0][0][0])
+    elif way:
+        way = (*way[:-1], (way[-1][0], way[-1][1] - 1))
+    rows: list[tuple[int, int, int]] = []  # sum of intervals, count, the longest interval
+    for interval, count in way:
+        if count and (not rows or interval > rows[-1][2]):
+            rows.append((interval * count, count, interval))
+        elif count:
+            rows[-1] = rows[-1][0] + interval * count, rows[-1][1] + count, max(interval, rows[-1][2])
+    if steps(tuple((row[2], row[1]) for row in rows)) > MOST_WAY:
+        return []
+    while len(rows) > most:  # those two become one that are least apart
+        join(rows, min(range(len(rows) - 1), key=lambda n: apart(rows[n], rows[n + 1])))
+    clock = now.playing.train.clock
+    entries = [(clock.ps(total) * hz * 256 // (count * PS_PER_S), count) for total, count, _ in rows]
+    while (at := too_short(entries)) is not None:
+        (one, n), (other, m) = entries[at : at + 2]
+        entries[at : at + 2] = [((one * n + other * m) // (n + m), n + m)]
+    return entries
+
+
+def join(rows: list[tuple[int, int, int]], n: int) -> None:
+    """Make one of a row and the next one."""
+    rows[n : n + 2] = [(rows[n][0] + rows[n + 1][0], rows[n][1] + rows[n + 1][1], rows[n + 1][2])]
+
+
+def apart(one: tuple[int, int, int], other: tuple[int, int, int]) -> int:
+    """Return how many clocks two rows of a way down would be off, if they were one."""
+    return other[2] * (one[1] + other[1]) - one[0] - other[0]
+
+
+def too_short(entries: Entries) -> int | None:
+    """Return an entry, not the last one, that a board could not follow with the next one in time."""
+    fast = FAST_TICKS << 8
+    return next((n for n, (each, count) in enumerate(entries[:-1]) if each < fast and count < FAST_STEPS), None)
+
+
+def spread(shortest: int, start_stop: int, most: int) -> Entries:
+    """Return a way down from any rate to the one at which the motor may stand, for trains that have no plan.
+
+    It slows down by some 1/16 a step, as a board without a table does; but where steps are fast, by less.
+    """
+    if start_stop <= shortest:
+        return []
+    ratio = (start_stop / shortest) ** (1 / (most - 1))
+    out: Entries = []
+    for n in range(1, most):
+        interval = shortest * ratio**n
+        out.append((int(interval * 256), FAST_STEPS if interval < FAST_TICKS else 2))
+    return out

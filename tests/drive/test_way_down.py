@@ -1,0 +1,81 @@
+"""A brake in every phase of a motion: the board goes down by the law of the chip, to the step."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import NamedTuple
+
+import pytest
+
+import slewline
+
+from . import test_rewind
+from .test_rewind import Driven
+
+S_PS = 10**12
+FEW, MANY = 4, 100
+
+
+class BrakeCase(NamedTuple):
+    """A chip, its motion, and the pin that ends it."""
+
+    part: str
+    text: str
+    pin: str
+    level: int = 0
+
+    def alone(self, *edges):
+        """The chip without a board."""
+        bench = slewline.Bench()
+        x = bench.add(self.part, "x")
+        bench.host(x).send(self.text)
+        for at in edges:
+            bench.pin(f"x.{self.pin}").drive(self.level, at=at)
+        bench.run_to("4 s")
+        return x
+
+
+CASES = {
+    "cy500": BrakeCase("cy500", "R 200\rF 10\rN 60\rG\r", "abort"),
+    "cy525": BrakeCase("cy525", "A 0\rF 40\rR 75\rS 200\rZ 1\rN 1200\rG\r", "abort"),
+    "cy525 long ramp": BrakeCase("cy525", "A 0\rF 10\rR 120\rS 120\rZ 1\rN 6000\rG\r", "abort"),
+    "cy525 fast": BrakeCase("cy525", "A 0\rF 20\rR 127\rS 255\rZ 1\rN 5000\rG\r", "abort"),
+    "cy545": BrakeCase("cy545", "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "inhibit_abort"),
+    "cy545 slew": BrakeCase("cy545", "F 60\rR 120\rS 200\r+\rN 2500\rG\r", "inhibit_abort"),
+}
+
+
+def each_phase(test):
+    """A few phases in the normal run, all of them in long ones."""
+    others = [pytest.param(range(at, min(at + 20, MANY)), marks=pytest.mark.long) for at in range(FEW, MANY, 20)]
+    given = pytest.mark.parametrize("phases", [range(FEW), *others], ids=lambda each: f"{each[0]} to {each[-1]}")
+    return pytest.mark.timeout(600)(given(test))
+
+
+@each_phase
+@pytest.mark.parametrize("name", CASES)
+def test_the_board_stops_within_a_step_of_the_chip_in_all_phases(name, phases, tmp_path, monkeypatch):
+    case = CASES[name]
+    monkeypatch.setitem(test_rewind.CASES, name, (case.part, {}, case.text, "", case.pin, case.level, (0, 0)))
+    steps = case.alone().steps()
+    first, last = int(steps.times_ps[1]), int(steps.times_ps[-1])
+    for phase in phases:
+        rnd = Random(f"{name} {phase}")
+        # Phases follow one another by the golden ratio, so the first few lie in all parts of the motion.
+        share = phase * 0.618034 % 1
+        ps = first + int((last - first) * share) + rnd.randrange(10**8)
+        (folder := tmp_path / str(phase)).mkdir()
+        rig = Driven(folder, name, rnd)
+        drive, line = rig.drive, rig.line
+        with drive:
+            drive.run(f"{ps + drive.horizon_ps} ps")
+            rig.edge(case.level)
+            instant = drive.ticks.ps(line.twin.now - drive.horizon)
+            drive.run("2 s")
+            straight = case.alone(instant)
+            off = len(line.twin.steps) - len(straight.steps())
+            assert abs(off) <= 1, (phase, share, off)
+            assert drive.state == "ok", drive.troubles
+            assert all("taken-over" in each for each in drive.troubles), drive.troubles
+            count = len(line.twin.steps)
+            assert line.twin.position == rig.x.travel == rig.x.position == count or case.part == "cy500"
