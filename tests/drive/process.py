@@ -77,7 +77,7 @@ class Slewline:
                     if found := re.search(pattern, line):
                         return found
                 left = limit - time.monotonic()
-                assert left > 0 and (self._reader.is_alive() or left > seconds), f"no {pattern!r} in:\n{self.text}"
+                assert left > 0, f"no {pattern!r} in:\n{self.text}"
                 if not self._reader.is_alive():
                     raise AssertionError(f"it has ended without {pattern!r}:\n{self.text}")
                 self._more.wait(min(left, 0.2))

@@ -139,6 +139,28 @@ def test_outputs_change_in_the_order_of_the_steps_and_at_rest_at_once():
 
 
 # ------------------------------------------------------------------------------------------------------------ troubles
+def test_a_line_that_is_dead_for_a_second_stops_the_chip_and_the_count_is_taken_over_when_it_is_back():
+    bench, x, host, _ = furnished("cy525 top")
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        drive.run("700 ms")
+        line.damage = lambda data: b""
+        drive.run("800 ms")
+        assert "board-silent" in codes(x) and drive.state == "halted"  # nobody is told that the motor goes on
+        assert not x.motor.moving
+        assert "position-taken-over" not in codes(x)  # nobody knows
+        made = len(line.twin.steps)
+        assert line.twin.state == BoardState.HALT
+        line.damage = lambda data: data
+        drive.run("500 ms")
+        assert codes(x).count("position-taken-over") == 1 and codes(x).count("board-silent") == 1
+        assert line.twin.position == len(line.twin.steps) == made == x.position
+        drive.clear()
+        host.send("N 50\rG\r")
+        drive.run_until_rest()
+        assert line.twin.position == made + 50 == x.position
+
+
 def test_a_host_that_is_stopped_for_500_ms_runs_the_board_dry_and_the_count_is_exact():
     bench, x, host, _ = furnished("cy525 top")
     line = TwinLine()

@@ -169,6 +169,8 @@ class Server:
             self.reset()
         elif what == "damage":
             self.rate, self.chance = more["rate"], random.Random(more["seed"])
+        elif what == "loop":
+            self.emulator.ask(loop=more["on"])
         elif what == "steps":
             lives = [*self.lives, self.board]
             return {"lives": [[life.rises, life.directions] for life in lives], "now": self.board.now}
@@ -260,6 +262,10 @@ class ServedBoard:
     def damage(self, rate: float, seed: int = 0) -> None:
         """From now on let this part of all bytes, both ways, lose a bit."""
         self._ask("damage", rate=rate, seed=seed)
+
+    def loop(self, on: bool) -> None:
+        """Wire STEP to the input that counts it, or not."""
+        self._ask("loop", on=on)
 
     def lives(self) -> list[list[tuple[int, int]]]:
         """Return the steps of each life, from power-up to power-up: tick and level of DIR."""

@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import signal
+import subprocess
+import sys
+import threading
 import time
 from contextlib import contextmanager
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
+from slewline.cli.main import invoke
+from slewline.drive.blackbox import read_line
+from slewline.drive.board import wire
+from slewline.drive.board.frames import Decoder, Frame
+from slewline.drive.board.wire import Answer, BoardEvent, Happening
 from tests.drive.process import ModuleHost, Slewline
 
 from .served import HZ, ServedBoard
@@ -72,6 +82,13 @@ def stood_by_its_way_down(board):
     return grow and found[-1] > HZ // 1_500
 
 
+def heard(box):
+    """What the board has said, as a black box has it."""
+    decoder = Decoder()
+    data = b"".join(data for _, _, way, data in read_line(box) if way == "<")
+    return [wire.read(frame) for frame in decoder.feed(data) if isinstance(frame, Frame)]
+
+
 # ------------------------------------------------------------------------------------------------- the host is killed
 def killed(board, folder, seconds, count):
     """Kill a host so many seconds after the first step of a motion, on a board that has a count from before, or None.
@@ -130,3 +147,209 @@ def test_a_host_that_is_killed_leaves_a_board_that_knows_its_count(board, tmp_pa
 @pytest.mark.parametrize("seed", range(10))
 def test_two_hundred_hosts_are_killed_in_motion(board, tmp_path, seed):
     kill_again_and_again(board, tmp_path, 20, seed)
+
+
+# ------------------------------------------------------------------------------------------ line, supply, and machine
+def clear_and_move(drive, host, board, count):
+    """Let a drive go on whose module has been stopped by its supply, and move its motor from a count on."""
+    drive.clear()
+    host.program(*FAST, "-25")
+    host.until_ready()
+    assert drive.stands() == count - 25 == net(board)
+    assert host.position() == -25
+
+
+def test_a_host_that_stands_for_half_a_second_runs_the_board_dry_and_the_count_is_right(board, tmp_path):
+    with driven(board, tmp_path, "--no-black-box") as (drive, where), ModuleHost(where) as host:
+        host.program(*FAST, "g+")
+        until_it_moves(board, 3_000)
+        drive.signal(signal.SIGSTOP)
+        made = until_it_stands(board)  # nobody tells it anything
+        drive.signal(signal.SIGCONT)
+        assert stood_by_its_way_down(board), gaps(board)
+        said = drive.hears(r"gs_c200s: (underrun: the board ran dry|host-silent: the board has not heard)")
+        assert "underrun" in said[0], "it ran dry before its watchdog was due"
+        drive.hears("position-uncertain: the chip was stopped by reset or supply: its position is lost; home it")
+        assert drive.stands() == made == net(board) == len(board.steps())
+        clear_and_move(drive, host, board, made)
+        assert drive.end() == 0
+
+
+def test_on_a_line_that_damages_a_byte_in_a_hundred_no_step_is_lost(board, tmp_path):
+    with driven(board, tmp_path, "--no-black-box", "--horizon", "300 ms") as (drive, where), ModuleHost(where) as host:
+        host.program(*FAST, "+20000")
+        until_it_moves(board, 1)
+        board.damage(0.01, seed=5)
+        until_it_moves(board, 17_000)
+        board.damage(0)
+        host.until_ready()
+        assert drive.stands() == 20_000 == net(board) == host.position()
+        assert "gs_c200s: " not in drive.text.replace("gs_c200s: socket", ""), "a finding"
+        assert drive.end() == 0
+
+
+def test_a_supply_that_is_gone_stops_the_motor_and_its_count_is_lost(board, tmp_path):
+    with driven(board, tmp_path, "--no-black-box") as (drive, where), ModuleHost(where) as host:
+        host.program(*FAST, "g+")
+        until_it_moves(board, 2_000)
+        board.supply(False)
+        made = len(board.steps())
+        drive.hears("gs_c200s: board-silent: the board has not answered for 500 ms: look for its cable and its supply")
+        assert "board halted at " in drive.status()
+        board.supply(True)
+        drive.hears("gs_c200s: board-reset: the board was reset, or lost its supply: its count is lost, and nobody")
+        assert "board unknown at ? | " in drive.status()
+        time.sleep(0.3)
+        assert [len(life) for life in board.lives()][-2:] == [made, 0], "it moves by itself"
+        clear_and_move(drive, host, board, 0)
+        assert drive.end() == 0
+
+
+def test_a_cable_that_is_pulled_takes_the_supply_with_it_and_clear_opens_the_port_again(board, tmp_path):
+    with driven(board, tmp_path, "--black-box", "boxes") as (drive, where), ModuleHost(where) as host:
+        host.program(*FAST, "g+")
+        until_it_moves(board, 2_000)
+        board.unplug()
+        made = len(board.steps())
+        drive.hears(r"gs_c200s: port-lost: the port of the board is gone \(.*\): nobody knows where the motor is; put")
+        assert "board unknown at ? | " in drive.status()
+        drive.signal(signal.SIGUSR2)
+        drive.hears(f"slewline: {board.port}: no such port; name the port of the board")
+        board.plug()
+        clear_and_move(drive, host, board, 0)
+        assert made in [len(life) for life in board.lives()[:-1]]
+        assert drive.end() == 0
+    (box,) = (tmp_path / "boxes").iterdir()
+    kinds = [said.kind for said in heard(box) if isinstance(said, BoardEvent)]
+    assert kinds.count(Happening.BOOT) == 2  # as the port was opened, and as it was opened again
+    assert max(said.position for said in heard(box) if isinstance(said, Answer)) > 1_000
+
+
+# ------------------------------------------------------------------------------------------------------------- --check
+def checked_up(board, monkeypatch, capfd):
+    """Call the command with --check, for less long than a user would; return its status, and the lines."""
+    monkeypatch.setattr("slewline.cli.live.drive.CHECK_S", 0.5)
+    monkeypatch.setattr("slewline.links.sockets.system.be_prompt", lambda: "no priority above others")
+    status = invoke(["drive", *GSC[:3], "--check", "--board", board.port])
+    return status, dict(line.split(None, 1) for line in capfd.readouterr().out.splitlines())
+
+
+@pytest.mark.parametrize("wired", [True, False])
+def test_check_looks_at_link_machine_and_pulses(board, wired, monkeypatch, capfd, tmp_path):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    board.loop(wired)
+    status, lines = checked_up(board, monkeypatch, capfd)
+    assert list(lines) == ["board", "link", "machine", "horizon", "pulses"]
+    assert re.fullmatch(r"Arduino Uno \(ATmega328P, 16 MHz\); .* differs from this .* by [+-]\d+ ppm", lines["board"])
+    assert re.fullmatch(r"\d+\.\d ms there and back, \d+\.\d ms at worst; 0 frames damaged", lines["link"])
+    late = re.fullmatch(
+        r"wakes (\S+) ms late, (\S+) ms in the worst of 100, (\S+) ms at worst; no priority .*", lines["machine"]
+    )
+    assert 0 < float(late[1]) <= float(late[2]) <= float(late[3]) + 0.05
+    assert re.match(r'--horizon "(20|50|100|250|500|1000) ms" is enough', lines["horizon"])
+    if wired:
+        assert (status, lines["pulses"]) == (0, "1000 pulses sent, 1000 counted")
+    else:
+        assert status == 1 and lines["pulses"].startswith("1000 pulses sent, none counted: connect D9 to D4, and noth")
+    assert len(board.steps()) == 1_000
+    assert not list(tmp_path.iterdir())
+
+
+# ---------------------------------------------------------------------------------- a host program that knows nothing
+HOME, END = range(-240, -220), 60  # where the switches are closed, in steps from where the motor is
+SERVED = f"""
+[[chip]]
+name = "gs_c200s"
+part = "gs-c200s"
+straps = {{ chs = 0, br0 = 0, br1 = 0, br2 = 0 }}
+
+[[part]]
+name = "motor"
+kind = "translator"
+to = "gs_c200s"
+
+[[part]]
+name = "home"
+kind = "switch"
+on = "motor"
+to = "gs_c200s"
+role = "home"
+low = {HOME.start}
+high = {HOME.stop}
+
+[[part]]
+name = "end"
+kind = "switch"
+on = "motor"
+to = "gs_c200s"
+role = "end"
+low = {END}
+
+[[serve]]
+chips = ["gs_c200s"]
+pty = "served"
+"""
+
+
+def said_to(port):
+    """Run the program on a port; return what it prints, a line for each question."""
+    ran = subprocess.run(
+        [sys.executable, str(Path(__file__).with_name("old_host.py")), str(port)],
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    return ran.stdout.splitlines()
+
+
+def positions(said):
+    """The answers to V1."""
+    return [int(line.split("V")[2]) for line in said if line.startswith("V1 ")]
+
+
+def test_an_old_program_does_not_notice_that_a_motor_has_taken_the_place_of_the_module(board, tmp_path):
+    (tmp_path / "served.toml").write_text(SERVED)
+    with Slewline("serve", "--bench", "served.toml", folder=tmp_path) as served:
+        served.hears("^gs_c200s: ")
+        wanted = said_to(tmp_path / "served")
+        assert served.end() == 0
+    words = ("gs-c200s", "--strap", "chs=0", "--pty", "driven", "--input", "A0=eot", "--input", "A1=home")
+    places, over = [], threading.Event()
+    with Slewline("drive", *words, "--board", board.port, "--no-black-box", folder=tmp_path) as drive:
+        drive.hears("ahead; ")
+
+        def switch():
+            """The switches, by where the motor is."""
+            shown = None
+            while not over.wait(0.001):
+                place = net(board)
+                levels = (int(place < END), int(place not in HOME))
+                if levels != shown:
+                    for number, level in enumerate(levels):
+                        board.set_input(number, level)
+                    places.append((place, levels))
+                    shown = levels
+
+        thread = threading.Thread(target=switch)
+        thread.start()
+        try:
+            said = said_to(tmp_path / "driven")
+        finally:
+            over.set()
+            thread.join()
+        last = drive.stands()
+        assert drive.end() == 0
+    # What a host says while the motor runs comes when it comes: two positions are those at which that was.
+    stopped = [at for at, line in enumerate(wanted) if line.startswith(("Z ", "K "))]
+    for each in (said, wanted):
+        found = positions(each)
+        assert found[:4] == [0, 0, 200, -50] and found[6] == 0
+        assert found[4] > 50 and found[5] < found[4]
+        for at in stopped:
+            each[at + 2] = "V1 V<somewhere>"
+    assert said == wanted and len(stopped) == 2
+    assert (END, (0, 1)) in places or any(END <= place < END + 20 and not level for place, (level, _) in places)
+    assert last == net(board)
+    assert abs(net(board) - (HOME.stop - 1)) <= 12  # it has homed at its switch, and is back there
+    assert not [line for line in drive.said if "uncertain" in line or "differs" in line], drive.text

@@ -18,7 +18,7 @@ from os import PathLike
 from pathlib import Path
 from shutil import rmtree
 from time import strftime
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, TextIO, cast
 
 from ..errors import UsageError
 
@@ -61,6 +61,17 @@ def new_folder(inside: str | PathLike[str] | None = None) -> Path:
     return folder
 
 
+def reopen(port: BoardPort) -> None:
+    """Open a port again whose cable was pulled; one that cannot be is left alone.
+
+    Raises:
+        UsageError: the port is not there, or is used by another program.
+    """
+    call = getattr(port, "reopen", None)
+    if call is not None:
+        call()
+
+
 class BlackBox:
     """The port of a board, with a record of what passes.
 
@@ -99,14 +110,14 @@ class BlackBox:
         """What has come last, as far as the port knows."""
         return bytes(getattr(self.port, "heard", b""))
 
-    def _begin(self) -> None:
+    def _begin(self, mode: str = "w") -> None:
         self._let_go()
         try:
             path = self.folder / f"line.{self._number}.jsonl"
-            self._file = path.open("w", encoding="ascii", buffering=1)
+            self._file = cast("TextIO", path.open(mode, encoding="ascii", buffering=1))
         except OSError as error:
             self._fail(error)
-        self._written = 0
+        self._written = self._written if mode == "a" else 0
 
     def _fail(self, error: OSError) -> None:
         self.failure = f"black box {self.folder}: {error.strerror or error}; it ends here"
@@ -151,6 +162,12 @@ class BlackBox:
     def fileno(self) -> int | None:
         """Return what a loop can wait for; None: nothing."""
         return self.port.fileno()
+
+    def reopen(self) -> None:
+        """Open the port again, if it is one that can be; the record goes on."""
+        reopen(self.port)
+        if self._file is None and not self.failure:
+            self._begin("a")
 
     def close(self) -> None:
         """Close the port; the record stays."""

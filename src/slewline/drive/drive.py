@@ -145,7 +145,7 @@ class Drive:
             self._half,
             self.ways.pieces,
         )
-        self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, lambda: self.feeder.busy)
+        self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, self._under_way)
         self.stopping: Stopping = StopChip(self, stop)
         self.rewind: Rewind | None = None
         self.watch: Telling = (troubles := Troubles(self))
@@ -271,8 +271,13 @@ class Drive:
         elif self.state != "closed":
             self.feeder.turn(0)
             self.stopping.turn()
-        self.cable.turn(self.clock.ticks(now))
+        present, until = self.clock.ticks(now), None if self.rewind is None else self.rewind.going_back_to
+        self.cable.turn(present if until is None else min(present, until))
         self.talk.say(now)
+
+    def _under_way(self) -> bool:
+        """Are steps under way, or is it open where the motor comes to rest, and what its host is told then?"""
+        return self.feeder.busy or (self.rewind is not None and self.rewind.going_back_to is not None)
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
         """Make a call that the model makes at an instant (ps): a horizon later while something is under way."""
@@ -394,8 +399,8 @@ class Drive:
         After a reset of the board that is a guess: home the motor then.
 
         Raises:
-            UsageError: nothing is halted; the chip is in motion; or the board does not follow: an emergency stop is
-            active.
+            UsageError: nothing is halted; the chip is in motion; or the board does not follow: its port is still gone,
+            or an emergency stop is active.
         """
         self._check_open()
         if self.state == "ok":
@@ -405,6 +410,7 @@ class Drive:
         self.stopping.turn()
         if self.feeder.lost and self.state == "halted":
             self.take_over(signed(self.axis.travel - self.feeder.lost))
+        self.talk.reopen()
         self.talk.set_up()
         self._begin()
         self.stopping.clear()

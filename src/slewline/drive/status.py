@@ -24,8 +24,9 @@ def lead_ps(drive: Drive) -> int:
 def as_line(drive: Drive) -> str:
     """Return the state: lead, credit, round trips, and the last trouble."""
     trip_ns, worst_ns, _ = drive.clock.round_trip_ns
+    count = None if drive.state == "unknown" else drive.link.counted
     parts = [
-        f"board {drive.state} at {'?' if drive.link.counted is None else drive.link.counted}",
+        f"board {drive.state} at {'?' if count is None else count}",
         f"lead {lead_ps(drive) / 1e9:.0f} ms",
         f"{drive.link.free} of {drive.board.slots} slots free",
         f"{trip_ns / 1e6:.1f} ms there and back, worst {worst_ns / 1e6:.1f}",

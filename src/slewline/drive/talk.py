@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 from ..core.time.timebase import readable
 from ..errors import UsageError
+from .blackbox import reopen
 from .board.wire import BoardState, Ident
 from .driven import FoundBoard
-from .stopping.troubles import signed
+from .stopping.troubles import MOVING, signed
 
 if TYPE_CHECKING:
     from .driven import Driven
@@ -24,7 +25,6 @@ SAMPLES = 8  # round trips before the clock of the board is believed
 SILENT_NS = 500_000_000
 VERSION = 1  # of the firmware
 ENABLE = 16  # its bit among the outputs
-MOVING = (BoardState.RUN, BoardState.BRAKE, BoardState.HOLD)
 
 
 class Talk:
@@ -36,6 +36,7 @@ class Talk:
 
     def __init__(self, drive: Driven, watch: Troubles, wait: Callable[[float], object] | None) -> None:
         self.drive, self.watch, self.wait = drive, watch, wait or self._wait
+        self.nap = wait or sleep  # whatever comes meanwhile
         self._heard_ns = self._looked_ns = 0
         self._silent = self._gone = False  # the board; its port
 
@@ -58,12 +59,10 @@ class Talk:
         if data:
             self._heard_ns, self._silent = now, False
             drive.link.receive(data, now)
+            self.watch.heard_again()
         elif drive.state != "closed" and not (self._silent or self._gone) and now - self._heard_ns > SILENT_NS:
             self._silent = True
-            self.watch.report(
-                "board-silent",
-                f"the board has not answered for {readable(SILENT_NS * 1000)}: look for its cable and its supply",
-            )
+            self.watch.silent(readable(SILENT_NS * 1000))
 
     def say(self, now: int) -> None:
         """Send what is to be sent."""
@@ -76,7 +75,19 @@ class Talk:
 
     def _lost(self, error: OSError) -> None:
         self._gone = True
+        self.drive.port.close()  # or the system would give it another name when the cable is put back
         self.watch.port_lost(error)
+
+    def reopen(self) -> None:
+        """Open the port again, if it is gone.
+
+        Raises:
+            UsageError: it is still gone.
+        """
+        if self._gone:
+            reopen(self.drive.port)
+            self._gone = False
+            self.drive.clock.restart()  # its supply comes through the cable
 
     def due(self) -> float:
         """Return in how many seconds the next turn is due at the latest."""

@@ -155,17 +155,23 @@ class DriveCommand(ServeCommand):
         for line in server.lines.values():
             line.gate = drive.gate
 
+        watched: list[int] = []
+
         def again() -> None:
             drive.turn()
+            number = drive.port.fileno()  # another one after a cable was pulled and put back
+            if watched != ([] if number is None else [number]):
+                for old in watched:
+                    server.loop.watch(old)
+                watched[:] = [] if number is None else [number]
+                for new in watched:
+                    server.loop.watch(new, drive.turn)
             server.loop.after(drive.due(), again)
 
         def begin() -> None:
             drive.align()  # the server has begun later than the board was opened
             again()
 
-        number = drive.port.fileno()
-        if number is not None:
-            server.loop.watch(number, drive.turn)
         server.loop.ask(begin)
         server.notes.append(lambda: as_line(drive))
         say(f"slewline: {introduction(drive)}; {be_prompt()}")

@@ -67,17 +67,20 @@ class BoardSerial:
     """
 
     def __init__(self, name: str, baud: int) -> None:
+        self.name, self.baud = name, baud
+        self.heard = bytearray()  # what has come last
+        self._open()
+
+    def _open(self) -> None:
         try:
             import serial
         except ImportError:
             raise UsageError(needs("a board on a serial port needs", "serial")) from None
-        self.name = name
-        self.heard = bytearray()  # what has come last
         self._unsent = b""
         try:
-            self._port: Any = serial.Serial(name, baud, timeout=0, write_timeout=0, exclusive=True)
+            self._port: Any = serial.Serial(self.name, self.baud, timeout=0, write_timeout=0, exclusive=True)
         except (OSError, ValueError) as error:
-            raise UsageError(f"{name}: {_refused(error)}") from None
+            raise UsageError(f"{self.name}: {_refused(error)}") from None
         with suppress(ImportError, OSError, AttributeError):
             self._keep_dtr()
 
@@ -90,8 +93,17 @@ class BoardSerial:
         attributes[2] &= ~termios.HUPCL
         termios.tcsetattr(fd, termios.TCSANOW, attributes)
 
+    def reopen(self) -> None:
+        """Open it again, after its cable was pulled and put back.
+
+        Raises:
+            UsageError: as when it was opened.
+        """
+        self.close()
+        self._open()
+
     def fileno(self) -> int | None:
-        """Return the descriptor that a loop waits for; None: this system has none."""
+        """Return the descriptor that a loop waits for; None: this system has none, or it is closed."""
         with suppress(AttributeError, OSError):
             return int(self._port.fileno())
         return None

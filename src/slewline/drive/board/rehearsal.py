@@ -7,7 +7,9 @@ from time import perf_counter_ns
 
 from ...errors import UsageError
 from .boards import UNO, BoardModel
+from .frames import Decoder, Frame
 from .twin import BoardTwin
+from .wire import FrameKind, check_numbers
 
 TWIN = "twin"
 KEPT_STEPS = 100_000
@@ -27,6 +29,7 @@ class TwinPort:
         self.model, self.clock = model, clock
         self.began_ns = clock()
         self.twin = BoardTwin(model)
+        self._decoder = Decoder()
 
     def _present(self) -> int:
         """The tick that has come."""
@@ -53,9 +56,12 @@ class TwinPort:
         """Return None: there is nothing to wait for."""
 
     def write(self, data: bytes) -> int:
-        """Take bytes for the board, all of them; return how many."""
+        """Take bytes for the board, all of them; return how many.  Its STEP is wired to its counter."""
         tick = self._present()
         self.twin.receive(data, tick)
+        for frame in self._decoder.feed(data):
+            if isinstance(frame, Frame) and frame.kind == FrameKind.CHECK:
+                self.twin.checked(check_numbers(frame.payload)[0], True, tick)
         return len(data)
 
     def read(self) -> bytes:

@@ -40,6 +40,7 @@ TRIES = 6
 REST_PS = 5 * 10**12  # in which a chip comes to rest that was told to
 SLICE_PS = 10**10
 MOST_NS = 10_000_000  # of a turn, in which the past is followed
+LINE_MS = 20  # before a stop: a command is that old when the board hears of it, and so is what the chip has said since
 MEASURED = 10  # entries that tell what one costs
 LOOK_BACK_PS = 10**12  # in which the step is found at which the board has stopped
 ALLOWED_S = 0.25  # of a usual machine, that going back may cost
@@ -170,6 +171,13 @@ class Rewind:
         each = self.inputs.get(event.which)
         if each is not None and not self.edges:  # it was active before, against another direction
             self.edges = [(each, each.acts, self._instant(event))]
+
+    @property
+    def going_back_to(self) -> int | None:
+        """The tick from which on nothing may leave the cable, for it may be taken back; None: there is none."""
+        if self.stop is None:
+            return None
+        return self.drive.clock.unwrap(self.stop.tick) - self.drive.board.hz * LINE_MS // 1000
 
     def halted(self, event: BoardEvent) -> None:
         """Take note that the count is final."""

@@ -28,6 +28,7 @@ TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by what a board 
     Happening.ESTOP: ("e-stop", "emergency stop at {cause}; close its contact again, then clear the drive"),
     Happening.LATE: ("board-late", "a step came too soon for the board, which stopped before it; choose a lower rate"),
 }
+MOVING = (BoardState.RUN, BoardState.BRAKE, BoardState.HOLD)
 AT_ONCE = (Happening.STOPPED, Happening.ESTOP, Happening.LATE)  # the motor has no way down
 RESULTS = {
     Outcome.WRONG_STATE: "not in this state",
@@ -197,7 +198,7 @@ class Troubles:
         self.report(
             "port-lost",
             f"the port of the board is gone ({error.strerror or error}): nobody knows where the motor is; put the "
-            "cable back, open the drive again, and home",
+            "cable back, clear the drive, and home",
         )
         drive.feeder.halt()
         drive.cable.flush()
@@ -207,6 +208,33 @@ class Troubles:
     def _unknown(self) -> BoardEvent:
         """The event of a board that has lost its count."""
         return BoardEvent(0, Happening.BOOT, HOST, BoardState.BOOT, 0, signed(self.drive.axis.travel), 0)
+
+    def silent(self, while_: str) -> None:
+        """The board does not answer: a motor that was moving has been stopped by it, or has no supply."""
+        drive = self.drive
+        self.report(
+            "board-silent",
+            f"the board has not answered for {while_}: look for its cable and its supply",
+        )
+        if drive.state == "ok" and drive.cable.under_way:
+            drive.state, self._final = "halted", False
+            self._before_silence = drive.link.answer
+            drive.feeder.halt()
+            drive.stopping.stopped(self._unknown())
+
+    _before_silence: Answer | None = None  # the last one before a silence that has halted the drive
+
+    def heard_again(self) -> None:
+        """The board has said something: behind a silence that has halted the drive it tells its count."""
+        drive, answer = self.drive, self.drive.link.answer
+        if self._before_silence is None or answer is None or answer is self._before_silence:
+            return
+        if drive.state != "halted" or self._final:
+            self._before_silence = None
+        elif answer.state not in MOVING and drive.link.idle:
+            self._before_silence, self._final = None, True
+            count = signed(answer.position - drive.count_origin)
+            drive.stopping.halted(self._unknown()._replace(state=answer.state, position=count))
 
     def booted(self) -> None:
         """The board was reset, or had no supply: its count is lost."""
