@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .stopping.troubles import Troubles
 
 TURN_S, POLL_S = 0.005, 0.001
-SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 0.1
+SET_UP_S, SETTLE_S, STOP_S, FINISH_S = 3.0, 1.0, 10.0, 0.1  # a way down may last for seconds
 SAMPLES = 8  # round trips before the clock of the board is believed
 SILENT_NS = 500_000_000
 VERSION = 1  # of the firmware
@@ -126,7 +126,7 @@ class Talk:
             self._check(link.ident)
         if self._state() in MOVING:  # for a host that is gone
             link.stop(1)
-            self.until(lambda: self._state() not in MOVING, SETTLE_S, "the board does not stop")
+            self.until(lambda: self._state() not in MOVING, STOP_S, "the board does not stop")
             link.open(drive.config)
         travel = drive.axis.travel if position is None else position
         link.reset(signed(travel))
