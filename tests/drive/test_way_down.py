@@ -12,8 +12,7 @@ import slewline
 from . import test_rewind
 from .test_rewind import Driven
 
-S_PS = 10**12
-FEW, MANY = 4, 100
+FEW, MANY = 5, 100
 
 
 class BrakeCase(NamedTuple):

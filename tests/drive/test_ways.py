@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 import slewline
@@ -44,7 +46,7 @@ def braked(record, tick, *behind, table=TABLE, start_stop=2500, how=b"\1"):
 def test_a_brake_plays_as_many_of_the_last_steps_of_the_table_as_the_record_says(way, tail):
     ticks = braked(Record(0, 20, 1000).with_way(way, 0), 13_500)
     assert ticks[:4] == [11_000, 12_000, 13_000, 14_000]
-    assert [b - a for a, b in zip(ticks[3:], ticks[4:], strict=False)] == tail
+    assert [b - a for a, b in pairwise(ticks[3:])] == tail
 
 
 @pytest.mark.parametrize(("slope", "at", "steps"), [(1, 13_500, 5), (1, 16_500, 8), (-1, 12_500, 0), (0, 16_500, 2)])
@@ -79,7 +81,7 @@ def test_without_a_table_the_pace_decides_but_a_way_of_no_step_is_none():
 
 def test_a_brake_does_not_make_the_motor_faster():
     ticks = braked(Record(0, 20, 2500).with_way(9, 0), 20_500)  # steps at 12,500, 15,000 ... 22,500
-    assert [b - a for a, b in zip(ticks[4:], ticks[5:], strict=False)] == [2500] * 5 + [3000] * 4
+    assert [b - a for a, b in pairwise(ticks[4:])] == [2500] * 5 + [3000] * 4
 
 
 def test_fast_steps_are_followed_by_one_more_and_by_an_interval_that_is_an_eighth_longer():
@@ -168,6 +170,6 @@ def test_a_way_down_from_any_rate():
     entries = spread(224, 16_000, 40)
     assert len(entries) == 40 and entries[-1][0] == 16_000 << 8
     assert too_short(entries) is None and entries == sorted(entries)
-    assert all(b[0] <= 1.2 * a[0] for a, b in zip(entries, entries[1:], strict=False))
+    assert all(b[0] <= 1.2 * a[0] for a, b in pairwise(entries))
     assert spread(224, 300, 40) == [(68_782, 3)]
     assert too_short([(600 << 8, 2), (700 << 8, 1)]) == 0

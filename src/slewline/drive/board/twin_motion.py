@@ -14,7 +14,8 @@ and from where in the table on, says the record of that step, if it is one with 
     table    (i0, 3) (i1, 2) (i2, 4)    WAY 5  ->  i1 i2 i2 i2 i2, the last five steps; WAY 0 -> none, it stands
 
 An interval of the table that is shorter than the last two steps were apart becomes as long as that: a brake does not
-make the motor faster.  Where these are less than 640 ticks it is 1/8 longer at least, so that there is time.  Behind the first step of a run there is no way down.
+make the motor faster.  Where these are less than 640 ticks it is 1/8 longer at least, so that there is time.  Behind
+the first step of a run there is no way down.
 
 Where the record does not say it (motions that begin while the motor moves, ramps without levels, pauses), the pace
 decides: the tail is all entries that are slower than the last two steps were apart; without a table each interval is
