@@ -26,14 +26,21 @@ class Slewline:
         words: of the command line.
         folder: in which it runs, and where it keeps what programs remember.
         typed: its standard input is a terminal.
+        program: what is called instead of the module, with the words.
     """
 
-    def __init__(self, *words: str, folder: Path, typed: bool = False) -> None:
-        environment = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "XDG_STATE_HOME": str(folder / "state")}
+    def __init__(
+        self, *words: str, folder: Path, typed: bool = False, program: tuple[str, ...] = ("slewline",)
+    ) -> None:
+        environment = {
+            **os.environ,
+            "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{ROOT}",
+            "XDG_STATE_HOME": str(folder / "state"),
+        }
         environment |= {"PYTHONUNBUFFERED": "1", "NO_COLOR": "1"}
         self.terminal, theirs = pty.openpty() if typed else (-1, subprocess.DEVNULL)
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "slewline", *words],
+            [sys.executable, "-m", *program, *words],
             cwd=folder,
             env=environment,
             stdin=theirs,

@@ -7,6 +7,7 @@ from random import Random
 import pytest
 
 import slewline
+from slewline.drive.board.wire import BoardState
 from slewline.links.lines.pace import Paced
 from slewline.links.server import Server
 
@@ -20,7 +21,7 @@ END, HOME = 260, 90  # where the switches are, in steps from where the motor sto
 class Machine:
     """A module on a TCP port; with a board its motor moves the switches, without one the model's."""
 
-    def __init__(self, folder, rnd, *, driven):
+    def __init__(self, folder, rnd, *, driven, start_stop=4000):
         self.now_ns, self.folder, self.driven = 0, folder, driven
         self.bench = slewline.Bench(journal=folder / "journal")
         self.bench.add("gs-c200s", "x", **GSC)
@@ -36,8 +37,9 @@ class Machine:
                 self.bench.wire(f"{name}.out", f"x.{name}")
             self.open()
             return
-        self.drive = drive_of(self.bench, x, self.line, start_stop=4000, inputs={"A0": "eot", "A1": "home"})
-        self.server = Server(self.bench, Paced(self.bench, clock=self.drive.nanoseconds))
+        self.told = []
+        self.drive = drive_of(self.bench, x, self.line, start_stop=start_stop, inputs={"A0": "eot", "A1": "home"})
+        self.server = Server(self.bench, Paced(self.bench, clock=self.drive.nanoseconds), tell=self.told.append)
         self.served = self.server.line(x)
         self.drive.go_back_by(self.server.exchanges)
         self.rewind = self.drive.rewind
@@ -153,3 +155,23 @@ def test_the_transcript_is_that_of_a_module_that_is_served(seed, tmp_path):
     machine.close()
     again = slewline.replay(tmp_path / "driven" / "journal")["x"]
     assert (again.travel, again.position) == (x.travel, x.position)
+
+
+@pytest.mark.posix
+@pytest.mark.parametrize("start_stop", [500, 4000])
+def test_a_host_hears_nothing_of_a_stop_before_it_is_known_where_it_ends(start_stop, tmp_path):
+    machine = Machine(tmp_path, Random(5), driven=True, start_stop=start_stop)
+    for text in ("Po", "S50", "T300", "R950", "-90000", "Px", "E"):
+        assert machine.ask(text) == "Y"
+    for _ in range(500):
+        machine.turn()
+    assert machine.ask("Z") == "Y"
+    if start_stop == 500:  # a way down of some 500 ms, five horizons; else the board stands at once
+        assert machine.line.twin.state == BoardState.BRAKE
+        assert machine.ask("F") == "B"
+    machine.settle()
+    line, x = machine.line, machine.x
+    assert int(machine.ask("V1")[1:]) == line.twin.position == x.position == -len(line.twin.steps)
+    assert machine.rewind.rewinds == 1 and all("taken-over" in each for each in machine.drive.troubles)
+    assert not [each for each in machine.told if "taken back" in each]
+    machine.close()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +37,12 @@ class Emulator:
         assert line, "the emulator has ended; why is above"
         answer: dict[str, Any] = json.loads(line)
         return answer
+
+    def prompt(self) -> None:
+        """Let this process and that of node have a real-time priority, where that is allowed."""
+        with suppress(OSError):
+            for task in (*os.listdir(f"/proc/{self._node.pid}/task"), "0"):
+                os.sched_setscheduler(int(task), os.SCHED_FIFO, os.sched_param(2))
 
     def close(self) -> None:
         """End the process."""

@@ -10,6 +10,7 @@ As on an Uno, DTR resets it when the port is opened, unless it was closed with H
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import pty
@@ -169,6 +170,10 @@ class Server:
             self.reset()
         elif what == "damage":
             self.rate, self.chance = more["rate"], random.Random(more["seed"])
+        elif what == "promptly":
+            self.emulator.prompt()
+            gc.disable()
+            self.behind = 0.0
         elif what == "loop":
             self.emulator.ask(loop=more["on"])
         elif what == "steps":
@@ -262,6 +267,10 @@ class ServedBoard:
     def damage(self, rate: float, seed: int = 0) -> None:
         """From now on let this part of all bytes, both ways, lose a bit."""
         self._ask("damage", rate=rate, seed=seed)
+
+    def promptly(self) -> None:
+        """Let the emulator go before all others, where that is allowed, and forget how far behind it was."""
+        self._ask("promptly")
 
     def loop(self, on: bool) -> None:
         """Wire STEP to the input that counts it, or not."""

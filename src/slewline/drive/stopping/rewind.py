@@ -40,7 +40,7 @@ TRIES = 6
 REST_PS = 5 * 10**12  # in which a chip comes to rest that was told to
 SLICE_PS = 10**10
 MOST_NS = 10_000_000  # of a turn, in which the past is followed
-LINE_MS = 20  # before a stop: a command is that old when the board hears of it, and so is what the chip has said since
+LINE_MS = 40  # that a line and a board are slow at most, to hear a command and to answer
 MEASURED = 10  # entries that tell what one costs
 LOOK_BACK_PS = 10**12  # in which the step is found at which the board has stopped
 ALLOWED_S = 0.25  # of a usual machine, that going back may cost
@@ -79,6 +79,7 @@ class Rewind:
         self.edges: list[tuple[BoardInput, int, int]] = []  # since the board has stopped: level, instant of the model
         self.stop: BoardEvent | None = None  # what has stopped it
         self.final: BoardEvent | None = None  # how it stands
+        self.not_before = 0  # an instant (ps) at which the chip stands in the run that is to be taken over
         self.command: tuple[int, str] | None = None  # of the host, that has stopped it: when, and what it was
         self.homing = 0  # for which the board is configured
         self.rewinds = 0
@@ -174,10 +175,17 @@ class Rewind:
 
     @property
     def going_back_to(self) -> int | None:
-        """The tick from which on nothing may leave the cable, for it may be taken back; None: there is none."""
-        if self.stop is None:
+        """The tick from which on nothing may leave the cable, for it may be taken back; None: there is none.
+
+        The answer to a command that has stopped the motor is the same in both runs.
+        """
+        drive, stop = self.drive, self.stop
+        if stop is None:
             return None
-        return self.drive.clock.unwrap(self.stop.tick) - self.drive.board.hz * LINE_MS // 1000
+        line = drive.board.hz * LINE_MS // 1000
+        if stop.which == HOST and self.command is not None:
+            return (drive.ticks.at(self.command[0]) >> 16) + drive.horizon + line
+        return drive.clock.unwrap(stop.tick) - line
 
     def halted(self, event: BoardEvent) -> None:
         """Take note that the count is final."""
@@ -191,13 +199,15 @@ class Rewind:
         if self.stop is None:
             self.otherwise.turn()
             return
-        if self.final is None:
+        if self.final is None or self.drive.kernel.now < self.not_before:
             return
         stop, final, edges = self.stop, self.final, self.edges
         try:
             why = self._go_back(stop, final.position)
         except (SlewlineError, OSError) as error:
             why = str(error)
+        if why is None:
+            return
         self.stop, self.final, self.edges, self.command = None, None, [], None
         if why:
             self.drive.watch.report(
@@ -234,8 +244,8 @@ class Rewind:
         moved = given(entry["part"], entry["verb"], entry["args"], instant)
         return Cause([moved], (offset,), max(heard - int(entry["t"]), 0))
 
-    def _go_back(self, stop: BoardEvent, position: int) -> str:
-        """Put the chip to where the board is, by going back; return why that cannot be done, or ""."""
+    def _go_back(self, stop: BoardEvent, position: int) -> str | None:
+        """Put the chip to where the board is, by going back; return why that cannot be done, or ""; None: not yet."""
         drive = self.drive
         now, instant = drive.kernel.now, self._instant(stop)
         cause = self._cause(stop, instant)
@@ -254,11 +264,11 @@ class Rewind:
                 return f"{readable(told)} is before the last rest"
             found = tried[told] = self._run(cause, told, now, position, sign)
             if not found.missing:
-                return self._take(found, sign)
+                return self._take_at_rest(found, cause, now, position, sign)
             told = following(tried, times)
         best = min(tried.values(), key=lambda each: abs(each.missing))
         if best.stands:
-            return self._take(self._run(cause, best.instant, now, position, sign), sign)
+            return self._take_at_rest(best, cause, now, position, sign)
         return f"the law of the chip does not stop at the count of the board, {position}"
 
     def _run(self, cause: Cause, instant: int, now: int, position: int, sign: int) -> Rewound:
@@ -272,11 +282,16 @@ class Rewind:
             while axis.moving and bench.now_ps < end:
                 bench.run_to(f"{bench.now_ps + SLICE_PS} ps")
             missing, rest = self._missing(axis, instant, bench.now_ps, position, sign)
-            if not missing:  # which has gone too far
-                with_it = cause.at(instant)
-                bench = self.past.rewound(with_it, now, self.copy, without=cause.without, allowed_s=self.allowed_s)
         stands = not axis.moving or rest < axis.kernel.now - SLICE_PS
         return Rewound(bench, instant, instant - cause.lead_ps, missing, rest, stands)
+
+    def _take_at_rest(self, found: Rewound, cause: Cause, now: int, position: int, sign: int) -> str | None:
+        """Take another run over; if the chip comes to rest in it later than now, wait for that first: return None."""
+        if found.rest_ps >= now:
+            self.not_before = found.rest_ps + SLICE_PS
+            return None
+        latest = not found.missing and found.bench.now_ps == now  # its copy of the journal has not been written over
+        return self._take(found if latest else self._run(cause, found.instant, now, position, sign), sign)
 
     @staticmethod
     def _missing(axis: Axis, instant: int, now: int, position: int, sign: int) -> tuple[int, int]:
