@@ -13,6 +13,7 @@ from slewline.drive.board.records import DOWN, PAUSE, WAY, Record, fit, pack, un
 from slewline.drive.board.wire import FrameKind
 from slewline.drive.stopping.ways import BACK, LEVELS, law_of, spread, too_short, way_pieces
 
+from .rig import TwinLine, check_steps, drive_of
 from .test_twin import END, Rig
 
 TABLE = [(1500 << 8, 3), (2000 << 8, 2), (3000 << 8, 4)]
@@ -173,3 +174,22 @@ def test_a_way_down_from_any_rate():
     assert all(b[0] <= 1.2 * a[0] for a, b in pairwise(entries))
     assert spread(224, 300, 40) == [(68_782, 3)]
     assert too_short([(600 << 8, 2), (700 << 8, 1)]) == 0
+
+
+def test_a_board_has_the_table_of_the_motion_that_it_plays():
+    bench = slewline.Bench()
+    x = bench.add("cy525", "x")
+    bench.host(x).send("A 0\rF 40\rR 75\rS 200\rZ 1\rN 1200\rG\rR 50\rS 100\rN 60\rG\r")
+    line = TwinLine()
+
+    def steps():
+        return sum(count for _, count in line.twin.table)
+
+    with drive_of(bench, x, line) as drive:
+        drive.run("300 ms")
+        assert x.travel > 1200 and len(line.twin.steps) < 1100  # the chip is in its second motion, the motor is not
+        assert steps() == 393  # the 394 of its way down, but the last interval leads to no step
+        drive.run("400 ms")
+        assert 0 < steps() < 60
+        check_steps(drive, line)
+        assert not drive.troubles

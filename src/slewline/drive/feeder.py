@@ -51,10 +51,7 @@ class RecordSink(Protocol):
 
 
 class LaidSteps(NamedTuple):
-    """Steps of one direction: their ticks, in 1/65536 tick, ascending.
-
-    The way down from the first one has `way` steps, -1 if that is not known, and from each next one `slope` more.
-    """
+    """Steps of one direction: ticks, in 1/65536 tick; way down from the first (-1: not known), and more from each."""
 
     flags: int
     ticks16: NDArray[np.int64]
@@ -82,8 +79,7 @@ class Feeder:
         shortest: the least interval between two steps, in ticks.
         put: called with outputs that change while the motor stands, or between steps too close for a pause.
         half: returns whether the chip makes half steps now.
-        ways: yields the steps of a stretch, from one on and before another, in pieces: from where to where, how many
-            steps the way down from the first of them has, -1 if that is not known, and how many more from each next.
+        ways: yields the steps of a stretch in pieces: first, end, way down from the first, more from each (`WayPiece`).
     """
 
     def __init__(
@@ -322,10 +318,8 @@ class Feeder:
         import numpy as np
 
         steps = np.concatenate((self._open, ticks16))
-        tolerance = TOLERANCE_TICKS << 16
-        *whole, self._record = fit(
-            steps, self.base16, tolerance=tolerance, flags=self._flags, shortest=self.shortest, even=self._way >= 0
-        )
+        limits = {"tolerance": TOLERANCE_TICKS << 16, "shortest": self.shortest}
+        *whole, self._record = fit(steps, self.base16, **limits, flags=self._flags, even=self._way >= 0)
         for record in whole:
             self._push(record)
         self._open = steps[len(steps) - self._record.count :]
