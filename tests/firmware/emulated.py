@@ -17,6 +17,7 @@ HERE = Path(__file__).resolve().parent
 DIR, ENABLE, LED, OUT2, OUT3 = 0x04, 0x08, 0x20, 0x01, 0x10  # of port B
 OUT0, OUT1 = 0x04, 0x08  # of port D
 BYTE = 320  # ticks
+PRIORITY = -5  # of an emulator that is to keep up with the clock
 
 
 class Emulator:
@@ -39,10 +40,14 @@ class Emulator:
         return answer
 
     def prompt(self) -> None:
-        """Let this process and that of node have a real-time priority, where that is allowed."""
+        """Let this process and that of node go before usual ones, where that is allowed.
+
+        A real-time priority would be too much: the kernel's own worker, which carries bytes from one end of a
+        pseudo-terminal to the other, is a usual process, and whoever reads waits for it.
+        """
         with suppress(OSError):
             for task in (*os.listdir(f"/proc/{self._node.pid}/task"), "0"):
-                os.sched_setscheduler(int(task), os.SCHED_FIFO, os.sched_param(2))
+                os.setpriority(os.PRIO_PROCESS, int(task), PRIORITY)
 
     def close(self) -> None:
         """End the process."""

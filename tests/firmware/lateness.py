@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import sys
 from array import array
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 from time import perf_counter_ns
@@ -22,8 +23,15 @@ BINS = {
 }  # upper ends, ms
 
 
-def noted(began: array[int], lead: array[int]) -> None:
-    """Note each turn from now on: when it began, ns, and the lead of the board then, in ticks; -1: nothing is laid."""
+def stolen_ms() -> int:
+    """Return for how long others than this system have had its processors, ms: a virtual machine waits then."""
+    with suppress(OSError, IndexError, ValueError):
+        return int(Path("/proc/stat").read_text("ascii").splitlines()[0].split()[8]) * 10
+    return 0
+
+
+def noted(began: array[int], lead: array[int], took: array[int]) -> None:
+    """Note each turn from now on: when it began, and how long it took, ns; the lead of the board, in ticks, or -1."""
     turn = Drive.turn
 
     def noting(drive: Drive) -> None:
@@ -33,6 +41,7 @@ def noted(began: array[int], lead: array[int]) -> None:
         moving = drive.feeder.running and drive.state == "ok" and drive.axis.moving
         lead.append(max(base - drive.clock.ticks(now), 0) if moving else -1)
         turn(drive)
+        took.append(perf_counter_ns() - now)
 
     Drive.turn = noting  # type: ignore[method-assign]
 
@@ -61,14 +70,17 @@ def figures(values: list[float], bins: tuple[float, ...]) -> dict[str, object]:
 
 def main(path: str, *words: str) -> int:
     """Run the command, and write the figures of the turns in which the motor moved."""
-    began, lead = array("q"), array("q")
-    noted(began, lead)
+    began, lead, took = array("q"), array("q"), array("q")
+    noted(began, lead, took)
+    stolen = stolen_ms()
     try:
         return invoke(words)
     finally:
         moving = [at for at in range(1, len(began)) if lead[at] >= 0 and lead[at - 1] >= 0]
         late = [max((began[at] - began[at - 1]) / 1e6 - BEHIND_MS, 0.0) for at in moving]
         told = {
+            "stolen, ms": stolen_ms() - stolen,
+            "turn took, ms": figures([took[at] / 1e6 for at in moving if at < len(took)], BINS["late"]),
             "late, ms": figures(late, BINS["late"]),
             "lead, ms": figures([lead[at] / 16_000 for at in moving], BINS["lead"]),
         }

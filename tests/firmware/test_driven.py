@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -311,14 +312,16 @@ def positions(said):
 
 def test_an_old_program_does_not_notice_that_a_motor_has_taken_the_place_of_the_module(board, tmp_path):
     (tmp_path / "served.toml").write_text(SERVED)
-    with Slewline("serve", "--bench", "served.toml", folder=tmp_path) as served:
-        served.hears("^gs_c200s: ")
-        wanted = said_to(tmp_path / "served")
-        assert served.end() == 0
     words = ("gs-c200s", "--strap", "chs=0", "--pty", "driven", "--input", "A0=eot", "--input", "A1=home")
     words += ("--horizon", "500 ms")  # an emulator that shares its machine is late now and then
     places, over = [], threading.Event()
-    with Slewline("drive", *words, "--board", board.port, "--no-black-box", folder=tmp_path) as drive:
+    words += ("--board", board.port, "--no-black-box")
+    with (
+        Slewline("serve", "--bench", "served.toml", folder=tmp_path) as served,
+        Slewline("drive", *words, folder=tmp_path) as drive,
+        ThreadPoolExecutor() as pool,
+    ):
+        served.hears("^gs_c200s: ")
         drive.hears("ahead; ")
 
         def switch():
@@ -333,15 +336,14 @@ def test_an_old_program_does_not_notice_that_a_motor_has_taken_the_place_of_the_
                     places.append((place, levels))
                     shown = levels
 
-        thread = threading.Thread(target=switch)
-        thread.start()
+        switching = pool.submit(switch)
         try:
-            said = said_to(tmp_path / "driven")
+            wanted, said = pool.map(said_to, (tmp_path / "served", tmp_path / "driven"))
         finally:
             over.set()
-            thread.join()
+        switching.result()
         last = drive.stands()
-        assert drive.end() == 0
+        assert drive.end() == served.end() == 0
     # What a host says while the motor runs comes when it comes: two positions are those at which that was.
     stopped = [at for at, line in enumerate(wanted) if line.startswith(("Z ", "K "))]
     for each in (said, wanted):
