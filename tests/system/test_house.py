@@ -174,7 +174,6 @@ LONGER = {
     "core/wires/net.py": "drivers and nets commit together, on the path that everything takes",
     "core/wires/views.py": "one small class for each way in which promises compose",
     "drive/drive.py": "the parameters of a drive, and all that is asked of it",
-    "drive/feeder.py": "steps, outputs, pauses and rests become records in one order",
     "language/ramps.py": "what a calculator is asked, and the search, over the same values",
 }
 
