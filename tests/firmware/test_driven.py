@@ -389,11 +389,13 @@ def in_time(board, folder, seconds):
         began = time.monotonic()
         time.sleep(seconds)
         behind = board.status()["behind"]
-        host.tell("Z")
+        answer = host.ask("Z")
         passed = time.monotonic() - began
-        host.until_ready()
+        if answer == "Y":
+            host.until_ready()
         made = drive.stands()
-        assert host.position() == made == net(board) == len(board.steps())
+        assert made == net(board) == len(board.steps())
+        assert answer != "Y" or host.position() == made
         assert drive.end() == 0
         text = drive.text
     told = json.loads((folder / "figures.json").read_text())
