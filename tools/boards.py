@@ -7,6 +7,7 @@ then the firmware is built there.  What is there already stays.
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from firmware import FirmwareError, build, report
 
 ROOT = Path(__file__).resolve().parent.parent
 EMULATOR, VERSION = "avr8js", "0.21.1"
+TRUSTED = Path("/etc/ssl/certs/ca-certificates.crt")  # by the system, of which npm knows nothing
 # Their programs, or for avr-libc, which has none, a file of it: the compiler does not bring it along.
 PACKAGES = (
     "avr-gcc=gcc-avr",
@@ -37,7 +39,8 @@ def fetch(place: Path) -> int:
     place.mkdir(parents=True, exist_ok=True)
     words = ["install", "--prefix", str(place), "--no-save", "--no-package-lock", "--ignore-scripts"]
     words += ["--no-audit", "--no-fund", "--silent", f"{EMULATOR}@{VERSION}"]
-    return subprocess.call([str(shutil.which("npm")), *words], cwd=place)
+    trusted = {"NODE_EXTRA_CA_CERTS": str(TRUSTED)} if TRUSTED.exists() else {}
+    return subprocess.call([str(shutil.which("npm")), *words], cwd=place, env=trusted | os.environ)
 
 
 def main(words: list[str]) -> int:

@@ -218,6 +218,20 @@ static void take_stop(void)
     }
     cause = PAYLOAD[0] ? BY_BRAKE : BY_STOP;
     tick = enter_to_stop(cause);
+    if (cause == BY_BRAKE && begins_brake()) {
+        /* Steps may be fast, and wait: the event has its place and its number, and is written behind that. */
+        struct event *event = &events[next_event % EVENTS_KEPT];
+
+        next_event++;
+        settle(TAKEN, tick);
+        event->kind = BRAKED;
+        event->which = NOBODY;
+        event->state = answer.state;
+        event->inputs = answer.inputs;
+        event->position = answer.position;
+        event->tick = tick;
+        return;
+    }
     command(cause, tick);
     settle(TAKEN, tick);
 }
@@ -495,7 +509,9 @@ void watch_for_silence(void)
     if (tick - last_heard < watchdog)
         return;
     tick = enter_to_stop(BY_BRAKE);
-    if (state == RUN || state == HOLD)
+    if (begins_brake())
+        note_in_passing(SILENT, NOBODY, tick);
+    else if (state == RUN || state == HOLD)
         brake(SILENT, NOBODY, tick);
     leave();
 }

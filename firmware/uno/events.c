@@ -23,7 +23,7 @@ void note(uint8_t kind, uint8_t which, uint32_t tick)
     serve_line(); /* whoever has something to note is taking his time */
 }
 
-void note_in_passing(uint8_t kind, uint32_t tick)
+void note_in_passing(uint8_t kind, uint8_t which, uint32_t tick)
 {
     struct event *event = &events[next_event % EVENTS_KEPT];
     int32_t position = position_now();
@@ -32,7 +32,7 @@ void note_in_passing(uint8_t kind, uint32_t tick)
     next_event++;
     sei();
     event->kind = kind;
-    event->which = NOBODY;
+    event->which = which;
     event->state = state_then;
     event->inputs = inputs;
     event->position = position;

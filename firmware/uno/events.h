@@ -23,6 +23,6 @@ void note(uint8_t kind, uint8_t which, uint32_t tick); /* interrupts are off */
 
 /* The same for the step interrupt, as the last thing that it does: what happened is fixed at once, then interrupts are
    let in, for the next step may be near. */
-void note_in_passing(uint8_t kind, uint32_t tick);
+void note_in_passing(uint8_t kind, uint8_t which, uint32_t tick);
 
 #endif

@@ -182,13 +182,24 @@ void act_at_load(uint32_t tick, uint8_t at_start)
 void look(void)
 {
     uint8_t changed = (PINC & INPUTS_MASK) ^ levels;
-    uint8_t becoming, i, bit;
+    uint8_t becoming, alone, i, bit; /* `alone`: the only input that has changed, and has become active */
     uint32_t tick;
 
     if (!changed)
         return;
     becoming = changed & ~(levels ^ changed ^ active);
+    alone = 0;
+    if (becoming == changed && !(changed & (changed - 1)) && !(changed & (estops | marks)))
+        while (changed >> alone != 1)
+            alone++;
+    else
+        alone = 8;
     tick = enter_to_stop(becoming);
+    if (alone < 8 && !(changed & stops[down]) && changed & brakes[down] && begins_brake()) {
+        levels ^= changed; /* with nothing else to be seen steps need not wait for long */
+        note_in_passing(BRAKED, alone, tick);
+        return;
+    }
     for (i = 0, bit = 1; i < 6; i++, bit <<= 1) {
         if (!(changed & bit))
             continue;

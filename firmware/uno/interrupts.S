@@ -240,9 +240,9 @@ phases_first:
 /* The last step of a record, and another one with steps in the same direction follows: what the timer needs comes
    first, then the rest is loaded while the next step is on its way. */
 next_record:
-        lds r24, state
-        cpi r24, RUN
-        brne 1f
+        lds r24, follows
+        tst r24
+        breq 1f
         lds r24, queued
         tst r24
         brne 2f
@@ -393,7 +393,9 @@ can:    push r20
         sts interval+3, r20
         brpl 3f
         ori r25, 1 << LONG
-3:      sts mode, r25
+3:      lds r24, waiting
+        or r25, r24
+        sts mode, r25
         ldi r24, 0              ; two numbers below 32768, or the interval is not needed any more
         sts interval+4, r24
         sts interval+5, r24

@@ -27,6 +27,7 @@
 #define HOP_TICKS 32768u
 #define DIRECT_MOST 49152u /* more than this is hopped towards: what remains is never close */
 #define LONG_LEAST 32768u
+#define FAST 640u  /* ticks between steps, with less there is no time to brake at the next one */
 #define SOON 1200u /* what an input or a brake has moved comes no sooner behind it */
 
 volatile uint8_t state;
@@ -59,6 +60,8 @@ static struct record *in = queue; /* where the main loop writes */
 static uint32_t far;              /* ticks from the next hop to `due` */
 static uint8_t paced;   /* there have been two */
 static uint32_t pace;   /* ticks between them, as of the end of a record */
+volatile uint8_t waiting; /* BRAKING, if the tail begins behind the first step of the next record; 1: of this one */
+uint8_t follows;          /* behind a record comes the next one */
 static uint32_t held_at;
 static uint8_t overdue; /* the end of a pause has passed by unseen */
 static uint8_t entry;   /* of the tail, the one that comes next */
@@ -79,6 +82,7 @@ void place(int32_t position)
 void set_state(uint8_t new_state)
 {
     state = new_state;
+    follows = new_state == RUN;
     if (new_state == IDLE)
         PORTB &= ~_BV(LED_BIT);
     else
@@ -95,6 +99,7 @@ static void stand(uint8_t new_state)
 {
     TCCR1A = DISARMED;
     mode = STILL;
+    waiting = 0;
     place(position_now());
     set_state(new_state);
 }
@@ -262,10 +267,17 @@ void tail_settled(void)
     sei();
 }
 
+/* Return the least interval behind one of `ticks`: where steps are fast a longer one, for there is much to do before
+   it ends. */
+static inline uint32_t least_behind(uint32_t ticks)
+{
+    return ticks < FAST ? (uint16_t)ticks + ((uint16_t)ticks >> 3) : ticks;
+}
+
 /* Return the first entry that is slower than `ticks`; entries do not descend, so any place to begin will do. */
 static uint8_t slower(uint32_t ticks, uint8_t from)
 {
-    uint32_t limit = ticks << 8;
+    uint32_t limit = least_behind(ticks) << 8;
 
     if (ticks >> 24)
         return tail_count;
@@ -402,13 +414,52 @@ static uint8_t choose_first_from_pause(uint32_t tick)
     return 1;
 }
 
+/* The next step may come while interrupts are off here, and then there is no time left to choose one behind it; so where
+   steps are that fast, one more is made.  Return whether it is. */
+static uint8_t makes_one_more(void)
+{
+    uint16_t beyond;
+
+    if (left > 1) {
+        if (interval.tick >= FAST)
+            return 0;
+        beyond = left - 2; /* these will not be made */
+        left = 2;
+        count -= beyond;
+        if (down)
+            end += beyond;
+        else
+            end -= beyond;
+        waiting = 1;
+        return 1;
+    }
+    if (!queued || out->flags & IS_PAUSE || (out->flags ^ down) & DOWN || out->interval >= FAST)
+        return 0;
+    waiting = BRAKING;
+    return 1;
+}
+
+uint8_t begins_brake(void)
+{
+    uint8_t more;
+
+    if (state != RUN || mode & PAUSE)
+        return 0;
+    more = makes_one_more();
+    set_state(BRAKE);
+    if (!more)
+        mode |= BRAKING;
+    else
+        follows = waiting == BRAKING;
+    return 1;
+}
+
 void brake(uint8_t happening, uint8_t which, uint32_t tick)
 {
-    if (state == RUN) {
-        if (!(mode & PAUSE)) {
-            mode |= BRAKING;
-            set_state(BRAKE);
-        } else if (choose_first_from_pause(tick)) {
+    if (begins_brake()) {
+        ;
+    } else if (state == RUN) {
+        if (choose_first_from_pause(tick)) {
             set_state(BRAKE);
             aim_anew(tick);
             account();
@@ -483,7 +534,7 @@ static void load_record(void)
         } else {
             add = record->add;
         }
-        mode |= flags & RAMP;
+        mode |= (flags & RAMP) | waiting;
         grow();
     }
     set_phase_step();
@@ -593,6 +644,7 @@ static __attribute__((noinline)) uint8_t go_down(uint32_t tick)
         const struct tail_entry *next = &tail[first];
 
         entry = first + 1;
+        ticks = least_behind(ticks);
         if (ticks <= next->interval >> 8) { /* never faster than before */
             ticks = next->interval >> 8;
             fraction = (uint16_t)(uint8_t)next->interval << 8;
@@ -604,6 +656,8 @@ static __attribute__((noinline)) uint8_t go_down(uint32_t tick)
         TCCR1A = ARMED;
     }
     mode &= ~BRAKING;
+    waiting = 0;
+    follows = 0;
     left--;
     last = tick;
     place(position_now());
@@ -760,7 +814,7 @@ static __attribute__((noinline)) void underrun(void)
         halt();
     else if (state == RUN) /* it may have been too late */
         set_state(BRAKE);
-    note_in_passing(UNDERRUN, tick);
+    note_in_passing(UNDERRUN, NOBODY, tick);
 }
 
 static __attribute__((noinline)) void brake_at_step(void)
@@ -805,7 +859,9 @@ void match(void)
         brake_at_step();
     else if (left != 1)
         ordinary_step();
-    else if (state == BRAKE)
+    else if (waiting == 1)
+        brake_at_step();
+    else if (state == BRAKE && !waiting)
         play_piece();
     else if (!queued)
         underrun();

@@ -41,6 +41,7 @@ void set_state(uint8_t new_state);
 void forget_queue(void);
 void halt(void);
 void start(uint32_t tick, uint32_t present);
+uint8_t begins_brake(void); /* if steps are played; then only the event is left to be noted */
 void brake(uint8_t happening, uint8_t which, uint32_t tick);
 void hold(uint32_t tick);
 uint32_t release(uint32_t tick);

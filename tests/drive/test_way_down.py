@@ -12,8 +12,7 @@ import slewline
 from . import test_rewind
 from .test_rewind import Driven
 
-S_PS = 10**12
-FEW, MANY = 4, 100
+FEW, MANY = 5, 100
 
 
 class BrakeCase(NamedTuple):
@@ -22,12 +21,13 @@ class BrakeCase(NamedTuple):
     part: str
     text: str
     pin: str
+    options: dict[str, object] = {}  # noqa: RUF012  # of the part
     level: int = 0
 
     def alone(self, *edges):
         """The chip without a board."""
         bench = slewline.Bench()
-        x = bench.add(self.part, "x")
+        x = bench.add(self.part, "x", **self.options)
         bench.host(x).send(self.text)
         for at in edges:
             bench.pin(f"x.{self.pin}").drive(self.level, at=at)
@@ -41,6 +41,9 @@ CASES = {
     "cy525 long ramp": BrakeCase("cy525", "A 0\rF 10\rR 120\rS 120\rZ 1\rN 6000\rG\r", "abort"),
     "cy525 fast": BrakeCase("cy525", "A 0\rF 20\rR 127\rS 255\rZ 1\rN 5000\rG\r", "abort"),
     "cy545": BrakeCase("cy545", "F 50\rR 150\rS 150\r+\rN 2000\rG\r", "inhibit_abort"),
+    "cy545 to 27 k": BrakeCase(
+        "cy545", "+\rF 10\rR 255\rS 250\rN 30000\rG\r", "inhibit_abort", {"rate_table": "27k", "fixed_baud": 9600}
+    ),
     "cy545 slew": BrakeCase("cy545", "F 60\rR 120\rS 200\r+\rN 2500\rG\r", "inhibit_abort"),
 }
 
@@ -56,7 +59,7 @@ def each_phase(test):
 @pytest.mark.parametrize("name", CASES)
 def test_the_board_stops_within_a_step_of_the_chip_in_all_phases(name, phases, tmp_path, monkeypatch):
     case = CASES[name]
-    monkeypatch.setitem(test_rewind.CASES, name, (case.part, {}, case.text, "", case.pin, case.level, (0, 0)))
+    monkeypatch.setitem(test_rewind.CASES, name, (case.part, case.options, case.text, "", case.pin, case.level, (0, 0)))
     steps = case.alone().steps()
     first, last = int(steps.times_ps[1]), int(steps.times_ps[-1])
     for phase in phases:

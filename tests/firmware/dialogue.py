@@ -19,7 +19,7 @@ WHOLE, HALVES = (1, 1, 2, 2, 4, 4, 8, 8), (1, 3, 2, 6, 4, 12, 8, 9)
 # Bounds, in ticks of 62.5 ns; measured, and rounded up.
 TAKEN_WITHIN = 60_000  # of the end of a frame, or of the answer before it; eight events may be told first
 SEEN_WITHIN = 2_500  # of an edge of an input; usually some 200
-SILENT_WITHIN = 2_500  # silence is noticed
+SILENT_WITHIN = 3_500  # silence is noticed
 SHOWN_WITHIN = 2_000  # phases and outputs; these are longest behind a START at which inputs act
 PULSE_LEAST = 80
 

@@ -20,7 +20,6 @@ AGAIN = {  # what a host sends for 50 more steps, by part
     "mc1451a": "SET_VEL 1000 steps/s\nSET_ACC 20000 steps/s2\nSET_POS 50\nUPDATE",
 }
 STREAMS = ["cy525 top", "gs-c200s to 10 k", "cy545 to 27 k", "mc1451a to 45 k"]
-TOO_FAST = ("mc1451a to 45 k",)  # for a way down of the board
 GUESS = ("gs-c200s", "mc1451a")  # a reset or the supply has stopped them: what they had is lost
 
 
@@ -65,23 +64,21 @@ def test_a_host_that_is_stopped_for_500_ms(emulator, name):
         line.stop_host(500)
         board, made = line.board, np.array(line.board.rises)
         dry, halted = [each for each in events(line) if each.kind not in (Happening.BOOT, Happening.REST)]
-        assert dry.kind == Happening.UNDERRUN and halted.kind in (Happening.HALTED, Happening.LATE)
+        assert (dry.kind, halted.kind) == (Happening.UNDERRUN, Happening.HALTED)
         # up to the instant at which it ran dry each step is the model's; behind it is a way down, down to the halt
         until = int((made <= dry.tick).sum())
         assert dry.position == until and np.abs(made[:until] - due[:until]).max() <= WITHIN_TICKS
         way_down = np.diff(made[until - 2 :])
-        if halted.kind == Happening.LATE:  # too fast for a way down: a dead stop, and all say so
-            assert name in TOO_FAST and made[-1] - dry.tick < 3000
-        else:
-            assert (np.diff(way_down) > 0).all() and len(way_down) > 5
-            assert way_down[-1] <= drive.config.start_stop < way_down[-1] * 17 / 16 + 17
-            assert halted.tick == made[-1]
+        assert (np.diff(way_down) >= -1).all() and len(way_down) > 5  # -1: fractions of a tick
+        stands = min(drive.config.start_stop, made[1] - made[0])
+        assert way_down[-1] > 0.8 * stands  # as slow as it began
+        assert halted.tick == made[-1]
         assert halted.position == len(made)
         assert 1.18e6 < dry.tick - line.tick(line.now - 500_000_000) < 1.7e6  # a horizon later
         drive.run("400 ms")
         assert drive.state == "halted" and "underrun" in codes(x)
         assert len(board.rises) == len(made) == said(line).position
-        assert ("position-uncertain" in codes(x)) == (x.sheet.part in GUESS or name in TOO_FAST)
+        assert ("position-uncertain" in codes(x)) == (x.sheet.part in GUESS)
         host.send(AGAIN[x.sheet.part])
         drive.run("200 ms")
         assert len(board.rises) == len(made)  # nothing moves
@@ -167,16 +164,14 @@ def test_a_host_that_is_killed_at_any_instant(emulator, seeds):
         drive = drive_of(bench, x, line)
         drive.open()
         drive.run(int(random.uniform(0.01, min(seconds, 1.2)) * 1e12))
-        line.stop_host(400)  # nobody says anything any more
+        line.stop_host(2_500)  # nobody says anything any more, and a way down may be long
         made = np.array(line.board.rises)
         last = said(line)
         assert last.position == len(made)
         moved = Happening.UNDERRUN in kinds(line)
         assert last.state == (BoardState.HALT if moved else BoardState.IDLE)
-        if Happening.LATE in kinds(line):
-            assert name in TOO_FAST
-        elif moved and len(made) > 2:
-            assert np.diff(made)[-1] > 15_000 or len(made) < 60  # it came down before it stood
+        if moved and len(made) > 2:
+            assert np.diff(made)[-1] > 14_000 or len(made) < 60  # it came down before it stood
         line.stop_host(300)
         assert len(line.board.rises) == len(made)
         # the next one opens the port without a reset, and is told how it is

@@ -10,7 +10,6 @@ import pytest
 
 import slewline
 from slewline.drive.board.wire import BoardConfig, BoardState, Happening, Reflex
-from slewline.drive.stopping.reflexes import way_down
 from tests.drive.families import GSC
 
 from .chain import HZ, WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, wanted
@@ -67,6 +66,12 @@ CASES = {
     "e-stop at 45 k": InputCase("mc1451a", {}, AT_45_K, "", 1, Reflex.ESTOP, (60, 500), Happening.ESTOP),
     "abort of a cy525": InputCase(
         "cy525", {}, "A 0\rF 10\rR 120\rS 200\rZ 1\rN 9000\rG\r", "abort", 0, Reflex.BRAKE, (280, 850), Happening.BRAKED
+    ),
+    "abort of a cy525 in all phases": InputCase(
+        "cy525", {}, "A 0\rF 10\rR 120\rS 200\rZ 1\rN 6000\rG\r", "abort", 0, Reflex.BRAKE, (1, 888), Happening.BRAKED
+    ),
+    "abort of a cy545 in all phases": InputCase(
+        "cy545", {}, "F 50\rR 150\rS 150\r+\rN 1200\rG\r", "inhibit_abort", 0, Reflex.BRAKE, (1, 625), Happening.BRAKED
     ),
     "homing of a gs-c200s": InputCase(
         "gs-c200s", GSC, "I3\rPo\rS50\rT300\rR90\rPx\rE\r", "eot", 0, Reflex.STOP, (250, 700), later="H\r"
@@ -146,8 +151,6 @@ def test_the_motor_stops_where_the_chip_would_have(emulator, name, seeds):
         drive, line = rig.drive, rig.line
         with drive:
             rig.run_to(rig.random.randrange(*case.span))
-            if case.reflex == Reflex.BRAKE:
-                drive.link.tail(shortened(way_down(drive.axis, HZ, drive.link.ident.tail)))
             drive.run("110 ms")
             tick = rig.edge(case.level)
             instant = rig.instant(tick)
@@ -176,12 +179,6 @@ def test_the_motor_stops_where_the_chip_would_have(emulator, name, seeds):
             assert rig.drive.state == "halted"
     print(name, "steps off the law:", {n: found.count(n) for n in sorted(set(found))})
     assert max(found) <= 1 and min(found) >= -1, found
-
-
-def shortened(entries):
-    """A way down without its last step: behind the last interval of a plan there is none."""
-    *rest, (interval, count) = entries
-    return [*rest, (interval, count - 1)] if count > 1 else rest
 
 
 def farthest(x):

@@ -157,7 +157,7 @@ def test_the_shortest_interval_is_what_the_board_says(emulator):
     assert read(host.board)[-1].result == wire.Outcome.BAD_CONTENT
 
 
-# Pieces of one step each follow too fast for the board beyond some 30,000 steps a second; it then says LATE and stands.
+# Pieces of one step each follow too fast for the board beyond some 30,000 steps a second: the host makes none.
 @pytest.mark.parametrize(
     "rate, steps, table",
     [

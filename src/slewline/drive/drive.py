@@ -55,6 +55,7 @@ if TYPE_CHECKING:
 STEADY_TURNS = 20
 SHADOWS = 3  # of the past, each for one more try
 SILENT = ("drive", "run", "power", "conclude")  # inputs that tell a chip nothing
+STOP_NS = 5 * 10**9  # in which a way down ends
 LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
 
 
@@ -224,7 +225,7 @@ class Drive:
         if self.state == "ok":
             if self.feeder.busy and self.axis.moving:
                 self.link.stop(1)
-            limit = self.wall() + 2 * self.horizon_ps // 1000 + 10**9
+            limit = self.wall() + 2 * self.horizon_ps // 1000 + STOP_NS
             while self.cable.under_way and self.state == "ok" and self.wall() < limit:
                 self._live.keep_up(self.kernel.now + picoseconds("5 ms"), None)
         if self.state != "closed":

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .ticks import TickMap
 
 TOLERANCE_TICKS = 8  # of every step
+FAST_TICKS = 640  # between steps
 LEAST_TICKS = 1200  # of a pause, and behind one: a board is then busy for some 1000
 LEAST_PAUSE = LEAST_TICKS << 16
 REST_TICKS = 1200  # from the last step to the instant from which on the motor may stand
@@ -50,10 +51,7 @@ class RecordSink(Protocol):
 
 
 class LaidSteps(NamedTuple):
-    """Steps of one direction: their ticks, in 1/65536 tick, ascending.
-
-    The way down from the first one has `way` steps, -1 if that is not known, and from each next one `slope` more.
-    """
+    """Steps of one direction: ticks, in 1/65536 tick; way down from the first (-1: not known), and more from each."""
 
     flags: int
     ticks16: NDArray[np.int64]
@@ -81,8 +79,7 @@ class Feeder:
         shortest: the least interval between two steps, in ticks.
         put: called with outputs that change while the motor stands, or between steps too close for a pause.
         half: returns whether the chip makes half steps now.
-        ways: yields the steps of a stretch, from one on and before another, in pieces: from where to where, how many
-            steps the way down from the first of them has, -1 if that is not known, and how many more from each next.
+        ways: yields the steps of a stretch in pieces: first, end, way down from the first, more from each (`WayPiece`).
     """
 
     def __init__(
@@ -321,10 +318,8 @@ class Feeder:
         import numpy as np
 
         steps = np.concatenate((self._open, ticks16))
-        tolerance = TOLERANCE_TICKS << 16
-        *whole, self._record = fit(
-            steps, self.base16, tolerance=tolerance, flags=self._flags, shortest=self.shortest, even=self._way >= 0
-        )
+        limits = {"tolerance": TOLERANCE_TICKS << 16, "shortest": self.shortest}
+        *whole, self._record = fit(steps, self.base16, **limits, flags=self._flags, even=self._way >= 0)
         for record in whole:
             self._push(record)
         self._open = steps[len(steps) - self._record.count :]
@@ -382,18 +377,20 @@ class Feeder:
 
     def _push(self, record: Record) -> None:
         """Push a record that is a fit to steps."""
-        self._batch.append(record if self._way < 0 else record.with_way(self._way, self._slope))
-        self._way += self._slope * record.count
+        if self._way < 0:
+            self._batch.append(record)
+        else:  # where steps are fast a brake makes one more of them, and is shorter by that
+            more = 1 + self._slope if record.interval < FAST_TICKS else 0
+            self._batch.append(record.with_way(max(self._way - more, 0), self._slope))
+            self._way += self._slope * record.count
         self.base16 += record.length
         self._interval16, self._add = record.last + record.add, record.add
 
     def _send(self) -> None:
         """Hand over what has been laid in this turn."""
         batch, self._batch = self._batch, []
-        if not batch:
-            return
         self.records += len(batch)
-        if self._start is not None:
+        if batch and self._start is not None:
             self.link.push(batch[:FIRST_RECORDS])
             self.link.start(self._start)
             self._started, self._start, batch = self._start, None, batch[FIRST_RECORDS:]

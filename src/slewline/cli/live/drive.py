@@ -183,12 +183,8 @@ class DriveCommand(ServeCommand):
         from ...links.sockets.system import numbers
 
         def clear() -> None:
-            try:
-                drive.clear()
-            except UsageError as error:
-                say(f"slewline: {error}")
-            else:
-                say("slewline: the drive goes on")
+            drive.clear()
+            say("slewline: the drive goes on")
 
         words: dict[str, Any] = {
             "clear": clear,
@@ -206,16 +202,19 @@ class DriveCommand(ServeCommand):
 
         def work(word: str) -> None:
             name, equals, level = word.partition("=")
-            if equals and isinstance(drive.port, TwinPort) and level in ("0", "1"):
-                drive.port.set_input(name, int(level))
-            else:
-                words.get(word, lambda: say(f"slewline: {word!r}; there is: {WORDS}"))()
+            try:
+                if equals and isinstance(drive.port, TwinPort) and level in ("0", "1"):
+                    drive.port.set_input(name, int(level))
+                else:
+                    words.get(word, lambda: say(f"slewline: {word!r}; there is: {WORDS}"))()
+            except UsageError as error:
+                say(f"slewline: {error}")
 
         if sys.stdin is not None and sys.stdin.isatty():
             server.loop.watch(sys.stdin.fileno(), typed)
             say(f"slewline: type {WORDS}")
         for number in numbers("SIGUSR2"):
-            signal.signal(number, lambda *_: server.loop.ask(clear))
+            signal.signal(number, lambda *_: server.loop.ask(lambda: work("clear")))
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 r"""The motion of a board step by step: records, brake and tail, reflexes, holds, outputs; and the events of all that.
 
-A brake makes the step that is scheduled, and then the tail: steps of the table that the host has sent last.  How many,
+A brake makes the step that is scheduled, and one more if that comes less than 640 ticks later (an underrun none, for
+there is none), and then the tail: steps of the table that the host has sent last.  How many,
 and from where in the table on, says the record of that step, if it is one with WAY: a count of steps, which changes by
 -1, 0 or 1 with each step.  So a board goes down from any step by the law of its chip, which it does not know:
 
@@ -13,7 +14,8 @@ and from where in the table on, says the record of that step, if it is one with 
     table    (i0, 3) (i1, 2) (i2, 4)    WAY 5  ->  i1 i2 i2 i2 i2, the last five steps; WAY 0 -> none, it stands
 
 An interval of the table that is shorter than the last two steps were apart becomes as long as that: a brake does not
-make the motor faster.  Behind the first step of a run there is no way down.
+make the motor faster.  Where these are less than 640 ticks it is 1/8 longer at least, so that there is time.  Behind
+the first step of a run there is no way down.
 
 Where the record does not say it (motions that begin while the motor moves, ramps without levels, pauses), the pace
 decides: the tail is all entries that are slower than the last two steps were apart; without a table each interval is
@@ -33,6 +35,7 @@ from .records import DOWN, HALF, OUT, PAUSE, REST, Record
 from .wire import BoardConfig, BoardEvent, BoardState, Happening, Reflex
 
 IDLE, RUN, BRAKE, HOLD, HALT, BOOT = BoardState
+FAST = 640  # ticks between steps; faster ones leave no time to brake at the next one
 AT_ONCE = 1200  # ticks from an edge, or an end of a pause, to a step that was not planned
 KEPT_EVENTS = 8
 HOST = 255  # `which` of an event that no input caused
@@ -74,6 +77,7 @@ class MovingTwin:
         self.pace: int | None = None
         self.tail: deque[int] | None = None  # ticks of the steps to come, once it is known
         self.held_at = 0
+        self.one_more = False  # step, behind the one that was scheduled, before the tail begins
 
     def run(self, tick: int) -> None:
         """Let everything happen up to and with a tick."""
@@ -126,7 +130,9 @@ class MovingTwin:
             self._step(tick)
             self.interval += self.record.growth
             self.left -= 1
-            if self.state == BRAKE:
+            if self.state == BRAKE and self.one_more:
+                self.one_more = False
+            elif self.state == BRAKE:
                 self._begin_tail(tick, tick)
                 if not self.tail:
                     self._halt()
@@ -172,6 +178,7 @@ class MovingTwin:
         playing = self.state == RUN and not self.record.flags & PAUSE and self.left
         if playing:
             self.state = BRAKE  # the step that is scheduled is made, then the tail begins
+            self.one_more = self._following() < FAST
         elif self.state == RUN and self.last_step is not None:
             # behind the last step of a record the first step of the tail may be near; in and behind a pause it may not
             earliest = tick + AT_ONCE if self.record.flags & PAUSE else tick
@@ -180,6 +187,15 @@ class MovingTwin:
         if not playing and not self.tail:
             self._halt()
         self._event_told(kind, which, tick)
+
+    def _following(self) -> int:
+        """Return the ticks from the step that is scheduled to the next one; many if none follows in this direction."""
+        assert self.record is not None  # noqa: S101
+        if self.left > 1:
+            return (self.interval + self.record.growth) >> 16
+        if not self.queue or self.queue[0].flags & PAUSE or (self.queue[0].flags ^ self.record.flags) & DOWN:
+            return 2**31
+        return self.queue[0].interval
 
     def _begin_tail(self, last_step: int, earliest: int) -> None:
         """Lay the steps of the tail, counted from the last step, none before the earliest tick."""
@@ -194,15 +210,16 @@ class MovingTwin:
         way = None if self.record is None else self.record.way(self.record.count - self.left - 1)
         if pace is None or way == 0:
             return []
+        least = pace + pace // 8 if pace < FAST else pace
         if way is not None and self.table:
             for interval in [interval for interval, count in self.table for _ in range(count)][-way:]:
-                time += max(interval, pace << 8)
+                time += max(interval, least << 8)
                 out.append(time >> 8)
             return out
         if pace >= start_stop:
             return []
         if self.table:
-            first = next((at for at, (interval, _) in enumerate(self.table) if interval > pace << 8), len(self.table))
+            first = next((at for at, (interval, _) in enumerate(self.table) if interval > least << 8), len(self.table))
             for interval, count in self.table[first:]:
                 for _ in range(count):
                     time += interval

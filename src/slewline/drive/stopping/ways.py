@@ -16,6 +16,8 @@ that change too fast for a record each, nothing is said; then the pace of the mo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
+from math import log
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.motion.plan import Runs, mirrored, steps, tail
@@ -107,39 +109,55 @@ def _add(found: list[WayPiece], piece: WayPiece) -> None:
 
 
 class WaysDown:
-    """Tells the board of a drive the ways down of its chip: tables by `turn`, and what records say by `pieces`."""
+    """Tells the board of a drive the ways down of its chip: tables, and by `pieces` what records say."""
 
     def __init__(self, drive: Driven) -> None:
         self.drive = drive
         self.law = law_of(drive.chip)
         self.tail: Entries = []  # that the board has
         self._ident: object = None  # of the board that has it
-        self._plan: Plan | None = None
+        self._plan: Plan | None = None  # whose way down it is
         self._told: Plan | None = None  # of which there are pieces
         self._pieces: list[WayPiece] = []
 
     def turn(self) -> None:
-        """Let the board have the way down of the motion that the chip makes, if that is another one."""
-        drive = self.drive
-        ident = drive.link.ident
-        if ident is None or not drive.axis.moving:
+        """Let the board have a way down from any rate, if steps are fast and have no plan."""
+        drive, ident = self.drive, self.drive.link.ident
+        if not self._knows() or ident is None or self.tail or drive.axis.past[-1].plan is not None:
             return
+        if 0 < drive.feeder.interval16 >> 16 < FAST_TICKS:
+            self.tail = spread(drive.board.shortest, drive.config.start_stop, ident.tail)
+            drive.link.tail(self.tail)
+
+    def _knows(self) -> bool:
+        """Return whether there is a board; another one has no table yet."""
+        ident = self.drive.link.ident
         if ident is not self._ident:
             self._ident, self._plan, self.tail = ident, None, []
-        plan = drive.axis.past[-1].plan
-        entries: Entries = []
-        if plan is not None and plan is not self._plan:
-            entries = way_down(drive.axis, drive.board.hz, ident.tail, self.law)
-        elif plan is None and 0 < drive.feeder.interval16 >> 16 < FAST_TICKS and self._plan is None and not self.tail:
-            entries = spread(drive.board.shortest, drive.config.start_stop, ident.tail)
-        self._plan = plan
-        if entries and entries != self.tail:
-            self.tail = entries
+        return ident is not None
+
+    def _lay(self, stretch: Segment) -> None:
+        """Let the board have the way down of a stretch, when it begins there, if it is another one."""
+        drive, ident = self.drive, self.drive.link.ident
+        if not self._knows() or ident is None or stretch.plan is self._plan:
+            return
+        self._plan = stretch.plan
+        entries = way_down(stretch, drive.board.hz, ident.tail, self.law)
+        if not entries or entries == self.tail:
+            return
+        self.tail = entries
+        if drive.feeder.running:  # the motion before is still under way
+            drive.cable.send_at(
+                (drive.ticks.at(stretch.start) >> 16) + drive.horizon, partial(drive.link.tail, entries)
+            )
+        else:
             drive.link.tail(entries)
 
     def pieces(self, stretch: Segment, a: int, b: int) -> Iterator[WayPiece]:
         """Yield the steps a ... b-1 of the train of a stretch by how long the ways down from them are."""
         plan = stretch.plan
+        if plan is not None:
+            self._lay(stretch)
         if plan is None or not plan.legs or not self.law or stretch.playing is None:
             yield WayPiece(a, b, -1, 0)
             return
@@ -180,17 +198,16 @@ def from_rest(axis: Axis, stretch: Segment) -> bool:
 
 
 # -------------------------------------------------------------------------------------------------------------- tables
-def way_down(axis: Axis, hz: int, most: int, law: str = "") -> Entries:
-    """Return the way down of the motion that an axis makes, as the tail of a board.
+def way_down(stretch: Segment, hz: int, most: int, law: str = "") -> Entries:
+    """Return the way down of the plan of a stretch, as the tail of a board.
 
     It is the last leg of the plan that goes down, or, of a motion that has none, its way up, mirrored; but the last
     interval leads to no step.  A board has room for `most` entries, so neighbours may share one.  Empty: there is no
     ramp.
     """
-    now = axis.past[-1]
-    if now.plan is None or now.playing is None:
+    if stretch.plan is None or stretch.playing is None:
         return []
-    up, down = ([leg.runs for leg in now.plan.legs if leg.name == name] for name in ("up", "down"))
+    up, down = ([leg.runs for leg in stretch.plan.legs if leg.name == name] for name in ("up", "down"))
     way = down[-1] if down else mirrored(up[-1]) if up else ()
     if law == BACK:
         way = tuple(run for run in way if not up or run[0] != up[0][0][0])
@@ -206,7 +223,7 @@ def way_down(axis: Axis, hz: int, most: int, law: str = "") -> Entries:
         return []
     while len(rows) > most:  # those two become one that are least apart
         join(rows, min(range(len(rows) - 1), key=lambda n: apart(rows[n], rows[n + 1])))
-    clock = now.playing.train.clock
+    clock = stretch.playing.train.clock
     entries = [(clock.ps(total) * hz * 256 // (count * PS_PER_S), count) for total, count, _ in rows]
     while (at := too_short(entries)) is not None:
         (one, n), (other, m) = entries[at : at + 2]
@@ -233,13 +250,15 @@ def too_short(entries: Entries) -> int | None:
 def spread(shortest: int, start_stop: int, most: int) -> Entries:
     """Return a way down from any rate to the one at which the motor may stand, for trains that have no plan.
 
-    It slows down by some 1/16 a step, as a board without a table does; but where steps are fast, by less.
+    It slows down by some 1/16 a step, as a board without a table does, but by a few steps at a time.
     """
-    if start_stop <= shortest:
-        return []
-    ratio = (start_stop / shortest) ** (1 / (most - 1))
     out: Entries = []
-    for n in range(1, most):
-        interval = shortest * ratio**n
-        out.append((int(interval * 256), FAST_STEPS if interval < FAST_TICKS else 2))
-    return out
+    interval = float(shortest)
+    while (interval := interval * 17 / 16 * 17 / 16 * 17 / 16) < FAST_TICKS:
+        out.append((int(interval * 256), FAST_STEPS))
+    left = most - len(out)
+    if start_stop <= interval:
+        return [each for each in out if each[0] <= start_stop << 8]
+    ratio = (start_stop / interval) ** (1 / (left - 1))
+    count = max(round(log(ratio) / log(17 / 16)), 1)
+    return out + [(round(interval * ratio**n * 256), count) for n in range(left)]
