@@ -161,6 +161,45 @@ def test_a_line_that_is_dead_for_a_second_stops_the_chip_and_the_count_is_taken_
         assert line.twin.position == made + 50 == x.position
 
 
+class PulledLine(TwinLine):
+    """A line whose cable can be pulled, and the port with it."""
+
+    gone = False
+
+    def read(self):
+        if self.gone:
+            raise OSError(5, "Input/output error")
+        return super().read()
+
+    def reopen(self):
+        if self.gone:
+            raise UsageError("ttyX: no such port")
+
+
+def test_a_cable_that_is_pulled_and_put_back_begins_a_new_life_of_the_board():
+    bench, x, host, _ = furnished("cy525 top")
+    line = PulledLine()
+    with drive_of(bench, x, line) as drive:
+        drive.run("6 s")
+        line.gone = True
+        drive.run("20 ms")
+        assert drive.state == "unknown" and codes(x)[0] == "port-lost" and line.closed
+        with pytest.raises(UsageError, match="no such port"):
+            drive.clear()
+        line.gone = False
+        line.reset_board()
+        drive.clear()
+        assert drive.state == "ok"
+        # The board counts its ticks from 0 again, and the model does not wait until it has as many as before.
+        assert abs(drive.clock.ticks(line.wall()) - line.tick(line.now)) < 5 * HZ // 1000
+        before = bench.now_ps
+        drive.run("50 ms")
+        assert bench.now_ps == before + 50 * 10**9
+        host.send("A 0\rN 7\rG\r")
+        drive.run_until_rest()
+        assert len(line.twin.steps) == 7 == x.position
+
+
 def test_a_host_that_is_stopped_for_500_ms_runs_the_board_dry_and_the_count_is_exact():
     bench, x, host, _ = furnished("cy525 top")
     line = TwinLine()
