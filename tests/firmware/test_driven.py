@@ -27,7 +27,7 @@ from tests.drive.process import ModuleHost, Slewline
 
 from .served import HZ, ServedBoard
 
-pytestmark = [pytest.mark.posix, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.posix, pytest.mark.long, pytest.mark.timeout(120)]  # in real time: not beside other tests
 
 GSC = ("gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0")
 FAST = ("S50", "T970", "R400")  # 500 to 9,700 steps/s

@@ -73,7 +73,7 @@ class Probe(Cy5xx):
     _power_up = PowerUp(10**10, 7 * 10**10)
     _instructions_class = Orders
     _moves = lambda self, ticks: Moves(self, ticks, self.state, self._outputs, self._port, None)  # noqa: E731
-    _patterns = lambda self: PHASES  # noqa: E731
+    phase_patterns = lambda self: PHASES  # noqa: E731
 
 
 class Lab:
