@@ -15,8 +15,8 @@ from slewline.drive.board.wire import (
     BoardState,
     Decoder,
     FrameKind,
+    FrameResult,
     Happening,
-    Outcome,
     encode,
     read,
     reset_payload,
@@ -57,7 +57,7 @@ class ShortWire:
         for frame in self.decoder.feed(self.twin.take()):
             told = read(frame)
             if frame.kind == FrameKind.ANSWER:
-                result = Outcome(told.result)
+                result = FrameResult(told.result)
                 self.number = told.wanted
             elif frame.kind == FrameKind.EVENT:
                 self.events.append(told)
@@ -66,10 +66,10 @@ class ShortWire:
     def carry(self):
         while self.waiting:
             result = self.say(*self.waiting[0])
-            if result == Outcome.NO_ROOM:
+            if result == FrameResult.NO_ROOM:
                 return
             kind, _ = self.waiting.popleft()
-            if result != Outcome.TAKEN:
+            if result != FrameResult.TAKEN:
                 self.refused.append((kind, result))
 
 

@@ -54,7 +54,7 @@ class Host:
 
     def hear(self):
         answers = [said for said in read(self.board) if isinstance(said, Answer)]
-        assert all(answer.result == wire.Outcome.TAKEN for answer in answers)
+        assert all(answer.result == wire.FrameResult.TAKEN for answer in answers)
         self.answered = len(answers)
         self.slots = answers[-1].free
 
@@ -154,7 +154,7 @@ def test_the_shortest_interval_is_what_the_board_says(emulator):
     host = Host(emulator, [])
     host.say(FrameKind.PUSH, Record(0, 100, UNO.shortest - 1).pack())
     host.board.run(host.board.now + 60_000)
-    assert read(host.board)[-1].result == wire.Outcome.BAD_CONTENT
+    assert read(host.board)[-1].result == wire.FrameResult.BAD_CONTENT
 
 
 # Pieces of one step each follow too fast for the board beyond some 30,000 steps a second: the host makes none.

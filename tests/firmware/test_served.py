@@ -130,7 +130,7 @@ def test_a_damaged_line_damages_frames(board):
         host.line.write(encode(number, FrameKind.ASK))
         host.hear(0.01)
     said = host.hear(0.1)
-    assert any(isinstance(each, Answer) and each.result == wire.Outcome.DAMAGED for each in said) or None in said
+    assert any(isinstance(each, Answer) and each.result == wire.FrameResult.DAMAGED for each in said) or None in said
     host.line.close()
 
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+FAST_TICKS = 640  # between steps: faster ones leave a board no time to brake at the next one
+AT_ONCE_TICKS = 1200  # from an edge, or a pause, to a step: what a board needs for all that may have to be done first
+
 
 class BoardPin(NamedTuple):
     """A pin of a board: the name that is printed beside it, and the port of the microcontroller."""

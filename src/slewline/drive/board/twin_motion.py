@@ -30,13 +30,11 @@ from __future__ import annotations
 from collections import deque
 
 from . import wire
-from .boards import BoardModel
+from .boards import AT_ONCE_TICKS, FAST_TICKS, BoardModel
 from .records import DOWN, HALF, OUT, PAUSE, REST, Record
 from .wire import BoardConfig, BoardEvent, BoardState, Happening, Reflex
 
 IDLE, RUN, BRAKE, HOLD, HALT, BOOT = BoardState
-FAST = 640  # ticks between steps; faster ones leave no time to brake at the next one
-AT_ONCE = 1200  # ticks from an edge, or an end of a pause, to a step that was not planned
 KEPT_EVENTS = 8
 HOST = 255  # `which` of an event that no input caused
 ENABLE = 16  # among the outputs
@@ -178,10 +176,10 @@ class MovingTwin:
         playing = self.state == RUN and not self.record.flags & PAUSE and self.left
         if playing:
             self.state = BRAKE  # the step that is scheduled is made, then the tail begins
-            self.one_more = self._following() < FAST
+            self.one_more = self._following() < FAST_TICKS
         elif self.state == RUN and self.last_step is not None:
             # behind the last step of a record the first step of the tail may be near; in and behind a pause it may not
-            earliest = tick + AT_ONCE if self.record.flags & PAUSE else tick
+            earliest = tick + AT_ONCE_TICKS if self.record.flags & PAUSE else tick
             self._begin_tail(self.last_step, earliest)
             self.state = BRAKE
         if not playing and not self.tail:
@@ -210,7 +208,7 @@ class MovingTwin:
         way = None if self.record is None else self.record.way(self.record.count - self.left - 1)
         if pace is None or way == 0:
             return []
-        least = pace + pace // 8 if pace < FAST else pace
+        least = pace + pace // 8 if pace < FAST_TICKS else pace
         if way is not None and self.table:
             for interval in [interval for interval, count in self.table for _ in range(count)][-way:]:
                 time += max(interval, least << 8)
@@ -285,7 +283,7 @@ class MovingTwin:
             return
         delay = max(0, tick - self.held_at)
         due = (self.time + self.interval) >> 16
-        delay = max(delay, tick + AT_ONCE - due)
+        delay = max(delay, tick + AT_ONCE_TICKS - due)
         self.time += delay << 16
         self.state = RUN
         self._event_told(Happening.RELEASED, number, self.held_at + delay)

@@ -93,9 +93,6 @@ class FrameResult(IntEnum):
     LATE = 6
 
 
-Outcome = FrameResult  # the short name
-
-
 class Reflex(IntEnum):
     """What a board does at once when an input becomes active; the last two are added to STOP and BRAKE."""
 

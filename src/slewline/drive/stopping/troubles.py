@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from ...core.time.timebase import readable
-from ..board.wire import Answer, BoardEvent, BoardState, FrameKind, Happening, Outcome
+from ..board.wire import Answer, BoardEvent, BoardState, FrameKind, FrameResult, Happening
 
 if TYPE_CHECKING:
     from ...core.motion.axis import Axis
@@ -31,10 +31,10 @@ TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by what a board 
 MOVING = (BoardState.RUN, BoardState.BRAKE, BoardState.HOLD)
 AT_ONCE = (Happening.STOPPED, Happening.ESTOP, Happening.LATE)  # the motor has no way down
 RESULTS = {
-    Outcome.WRONG_STATE: "not in this state",
-    Outcome.BAD_CONTENT: "its content makes no sense",
-    Outcome.LATE: "too late",
-    Outcome.NO_ROOM: "no room",
+    FrameResult.WRONG_STATE: "not in this state",
+    FrameResult.BAD_CONTENT: "its content makes no sense",
+    FrameResult.LATE: "too late",
+    FrameResult.NO_ROOM: "no room",
 }
 
 
@@ -259,12 +259,12 @@ class Troubles:
         if drive.state != "ok":
             return
         kind = FrameKind(answer.kind).name
-        if answer.kind == FrameKind.START and answer.result == Outcome.LATE:
+        if answer.kind == FrameKind.START and answer.result == FrameResult.LATE:
             drive.feeder.restart(drive.clock.unwrap(answer.tick) + drive.horizon // 2)
             self.report("late-start", "the host was too late to start a motion: the motor makes all of it, later")
             return
         if answer.state not in (BoardState.BRAKE, BoardState.HALT, BoardState.BOOT):  # of those there is an event
-            why = RESULTS.get(Outcome(answer.result), str(answer.result))
+            why = RESULTS.get(FrameResult(answer.result), str(answer.result))
             self.report("board-refused", f"the board has refused {kind}: {why}; stop the motor, and report this")
 
     def moved_by_itself(self) -> None:

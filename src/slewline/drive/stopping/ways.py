@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.motion.plan import Runs, mirrored, steps, tail
 from ...core.time.timebase import PS_PER_S
+from ..board.boards import FAST_TICKS
 from ..board.records import MOST_WAY
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 LEVELS, BACK = "brake", "brake back"  # words of REFLEXES
 QUEUE_LEVELS = 40  # that a board takes at any rate
 LEVEL_PS = 1_250_000_000  # in which a longer ramp may change its level: some 800 records a second
-FAST_TICKS, FAST_STEPS = 640, 3  # entries of faster steps have so many: a board needs that long for an entry
+FAST_STEPS = 3  # at least, of an entry whose steps are fast: a board needs that long for an entry
 Entries = list[tuple[int, int]]  # intervals in 1/256 tick, counts
 
 
