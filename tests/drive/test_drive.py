@@ -333,6 +333,37 @@ def test_steps_that_are_too_fast_for_the_board_stop_it():
         assert "too-fast" in codes(x) and drive.state == "halted"
 
 
+def test_a_motion_whose_first_steps_are_too_fast_is_halted_and_cleared():
+    bench, x, _, _ = furnished("cy525 top")
+    line = TwinLine()
+    with drive_of(bench, x, line) as drive:
+        drive.feeder.shortest = 1 << 20  # the board stands, and will tell nothing
+        drive.run("200 ms")
+        assert codes(x)[0] == "too-fast" and drive.state == "halted" and not line.twin.steps
+        drive.run("3 s")
+        assert not x.moving and not line.twin.steps
+        drive.clear()
+        assert drive.state == "ok"
+
+
+def test_an_emergency_stop_on_the_way_down_may_have_cost_steps():
+    bench, x, _, _ = furnished("cy525 top")
+    line = TwinLine()
+    line.twin.inputs = 0x3E
+    with drive_of(bench, x, line, inputs={"A0": "estop"}) as drive:
+        drive.run("1 s")
+        drive.stop()
+        for _ in range(200):
+            if line.twin.state == BoardState.BRAKE:
+                break
+            drive.run("100 us")
+        assert line.twin.state == BoardState.BRAKE
+        line.twin.set_input(0, 1, max(line.tick(line.now), line.twin.now))
+        drive.run("3 s")
+        assert codes(x)[:3] == ["board-stopped", "e-stop", "position-uncertain"]
+        assert x.position == drive.count == len(line.twin.steps)
+
+
 # ---------------------------------------------------------------------------------------------------------------- line
 @pytest.mark.parametrize("seed", range(4))
 def test_a_line_that_damages_one_frame_in_a_hundred_loses_no_step(seed):

@@ -201,6 +201,7 @@ def test_a_mark_is_seen_where_the_motor_was_and_the_motor_goes_on(tmp_path, monk
             events = rig.x.registers.get("status")
             if not more:
                 assert rig.exchanged == 1 and not drive.troubles
+                assert rig.rewind.commanded in rig.x.on_command.listeners  # of the new bench
                 entries = [entry for _, entry in rig.rewind.past.entries()]
                 (edge,) = [entry for entry in entries if entry["do"] == "drive" and entry["t"] > MS]
                 assert edge["pin"] == "x.home1" and abs(edge["t"] - at) < MS

@@ -141,7 +141,12 @@ class Drive:
         self.ticks = TickMap(board.hz)
         self.ways = WaysDown(self)
         self.feeder = Feeder(
-            *(self.axis, self.kernel, self.link, self.ticks, self.horizon, board.shortest),
+            self.axis,
+            self.kernel,
+            self.link,
+            self.ticks,
+            self.horizon,
+            board.shortest,
             self._put,
             self._half,
             self.ways.pieces,

@@ -95,6 +95,8 @@ class Rewind:
         drive = self.drive
         if drive.state != "ok":
             return
+        if not drive.feeder.running:
+            self.command = None  # the motor stood before the board had heard of it
         if not self.levels and drive.link.answer is not None:
             self._see(drive.link.answer.inputs)
         if not drive.cable.under_way and not drive.axis.moving and drive.kernel.now > self.past.since_ps + SLICE_PS:
@@ -309,13 +311,7 @@ class Rewind:
     def _take(self, found: Rewound, sign: int) -> str:
         """Go on with another bench, where the motor stands."""
         drive = self.drive
-        drive.chip.on_command.remove(self.commanded)
-        self.exchange(found.bench, found.since_ps)
-        drive.move(found.bench)
-        drive.chip.on_command.add(self.commanded)
-        if found.bench.journal is not None:
-            self.past.moved(found.bench.journal.path)
-        self.rewinds += 1
+        self._move(found.bench, found.since_ps)
         self.homing = drive.axis.homing
         drive.config = configured(self.config, self.inputs.values(), self.homing)
         if found.missing:
@@ -323,6 +319,17 @@ class Rewind:
         times, travel, _ = travelled(drive.axis, found.rest_ps, drive.kernel.now)
         drive.resume(travel[0] if times else drive.axis.travel, found.rest_ps)
         return ""
+
+    def _move(self, bench: Bench, since_ps: int) -> None:
+        """Put another bench in the place of the present one, which did the same up to an instant (ps)."""
+        drive = self.drive
+        drive.chip.on_command.remove(self.commanded)
+        self.exchange(bench, since_ps)
+        drive.move(bench)
+        drive.chip.on_command.add(self.commanded)
+        if bench.journal is not None:
+            self.past.moved(bench.journal.path)
+        self.rewinds += 1
 
     # ------------------------------------------------------------------------------------------------------------ marks
     def _mark(self, each: BoardInput, level: int, instant: int) -> None:
@@ -335,11 +342,7 @@ class Rewind:
                 bench = self.past.rewound([driven(name, level, instant)], now, self.copy, allowed_s=self.allowed_s)
                 axis = bench.chips[drive.chip.name].axis(drive.axis_number).motor
                 if travelled(axis, instant, now) == travelled(drive.axis, instant, now):
-                    self.exchange(bench, instant)
-                    drive.move(bench)
-                    if bench.journal is not None:
-                        self.past.moved(bench.journal.path)
-                    self.rewinds += 1
+                    self._move(bench, instant)
                     return
                 why = "the motor would not have gone on"
             except (SlewlineError, OSError) as error:

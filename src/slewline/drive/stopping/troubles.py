@@ -92,17 +92,11 @@ class Troubles:
     def _stopped(self, event: BoardEvent, tick: int) -> None:
         """The board makes no more steps of the model."""
         drive = self.drive
-        code, text = TROUBLES[event.kind]
-        words = {
-            "horizon": readable(drive.horizon_ps),
-            "watchdog": readable(drive.config.watchdog * 10**12 // drive.board.hz),
-            "cause": "the host" if event.which == HOST else f"input {event.which}",
-        }
         rate = self._rate(tick)
         drive.state, self._final = "halted", False
         expected = drive.stopping.expects(event)
         if not expected:
-            self.report(code, f"{text.format_map(words)} (at {self._position(event.position)})")
+            self._report_stop(event)
         if event.kind in AT_ONCE and rate > (allowed := self._start_stop()):
             self.report(
                 "position-uncertain",
@@ -114,13 +108,21 @@ class Troubles:
 
     def _cut_short(self, event: BoardEvent) -> None:
         """Something has stopped the motor at once on its way down."""
-        code, text = TROUBLES[event.kind]
-        cause = "the host" if event.which == HOST else f"input {event.which}"
-        self.report(code, f"on the way down: {text.format_map({'cause': cause})} (at {self._position(event.position)})")
+        self._report_stop(event)
         self.report(
             "position-uncertain",
             "the motor stood at once on its way down, at a rate that is not known: it may have lost steps; home it",
         )
+
+    def _report_stop(self, event: BoardEvent) -> None:
+        """Report what has stopped the motor, and where."""
+        drive, (code, text) = self.drive, TROUBLES[event.kind]
+        words = {
+            "horizon": readable(drive.horizon_ps),
+            "watchdog": readable(drive.config.watchdog * 10**12 // drive.board.hz),
+            "cause": "the host" if event.which == HOST else f"input {event.which}",
+        }
+        self.report(code, f"{text.format_map(words)} (at {self._position(event.position)})")
 
     def _check_count(self, event: BoardEvent) -> None:
         """The board stands: has it counted what it was sent?"""
@@ -191,19 +193,24 @@ class Troubles:
 
     def port_lost(self, error: OSError) -> None:
         """The port is gone: so is the supply of a board that has it from there."""
-        drive = self.drive
-        if drive.state in ("closed", "unknown"):
-            return
-        before, drive.state = drive.state, "unknown"
-        self.report(
+        self._lose_count(
             "port-lost",
             f"the port of the board is gone ({error.strerror or error}): nobody knows where the motor is; put the "
             "cable back, clear the drive, and home",
         )
+
+    def _lose_count(self, code: str, text: str) -> bool:
+        """The count of the board is lost: stop the chip; return False if that was known before."""
+        drive = self.drive
+        if drive.state in ("closed", "unknown"):
+            return False
+        before, drive.state = drive.state, "unknown"
+        self.report(code, text)
         drive.feeder.halt()
-        drive.cable.flush()
+        drive.cable.flush()  # its ticks are those of the board's life before
         if before == "ok":
             drive.stopping.stopped(self._unknown())
+        return True
 
     def _unknown(self) -> BoardEvent:
         """The event of a board that has lost its count."""
@@ -238,20 +245,13 @@ class Troubles:
 
     def booted(self) -> None:
         """The board was reset, or had no supply: its count is lost."""
-        drive = self.drive
-        if drive.state in ("closed", "unknown"):
-            return
-        before, drive.state = drive.state, "unknown"
-        self.report(
+        lost = self._lose_count(
             "board-reset",
             "the board was reset, or lost its supply: its count is lost, and nobody knows where the motor is; clear "
             "the drive, then home",
         )
-        drive.feeder.halt()
-        drive.cable.flush()  # its ticks are those of the board's life before
-        drive.link.open(drive.config)  # it does not move, and tells the time again
-        if before == "ok":
-            drive.stopping.stopped(self._unknown())
+        if lost:
+            self.drive.link.open(self.drive.config)  # it does not move, and tells the time again
 
     def refused(self, answer: Answer) -> None:
         """The board has not taken a frame."""
@@ -283,5 +283,7 @@ class Troubles:
         """The model makes steps faster than the board can."""
         drive = self.drive
         drive.link.stop(1)
-        self.report("too-fast", str(error))
+        drive.state, self._final = "halted", False  # a board that stands already tells nothing more
+        self.report("too-fast", f"{error}; steps were not made: home the motor")
         drive.feeder.halt()
+        drive.stopping.stopped(self._unknown())
