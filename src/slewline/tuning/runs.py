@@ -20,7 +20,7 @@ EXECUTORS_FAIL = (BrokenExecutor, CancelledError, OSError)
 Order = Callable[[int], Sequence[Scenario]]  # by number in the row: the scenarios of a candidate
 
 
-class FrameResult(NamedTuple):
+class Outcome(NamedTuple):
     """What became of a candidate: the scenario that it fails in, if it does, and its greatest lag up to there."""
 
     place: int
@@ -45,7 +45,7 @@ class _Chain:
     worst: float = 0.0
     names: list[str] = field(default_factory=list)
 
-    def follow(self, verdicts: dict[tuple[str, str], Verdict]) -> FrameResult | None:
+    def follow(self, verdicts: dict[tuple[str, str], Verdict]) -> Outcome | None:
         """Return the outcome as far as verdicts are known; None: the next one is to be judged first."""
         while len(self.names) < len(self.scenarios):
             scenario = self.scenarios[len(self.names)]
@@ -55,8 +55,8 @@ class _Chain:
             self.names.append(scenario.name)
             self.worst = max(self.worst, verdict.worst)
             if verdict.lost:
-                return FrameResult(self.place, scenario, self.worst, tuple(self.names))
-        return FrameResult(self.place, None, self.worst, tuple(self.names))
+                return Outcome(self.place, scenario, self.worst, tuple(self.names))
+        return Outcome(self.place, None, self.worst, tuple(self.names))
 
     @property
     def next(self) -> Scenario:
@@ -73,7 +73,7 @@ class _Chain:
 class _Row:
     """Candidates whose outcomes are being found out."""
 
-    done: dict[int, FrameResult] = field(default_factory=dict)  # by number
+    done: dict[int, Outcome] = field(default_factory=dict)  # by number
     flying: dict[Future[Verdict], _Chain] = field(default_factory=dict)
     waiting: dict[tuple[str, str], list[_Chain]] = field(default_factory=dict)  # moves of the same steps
 
@@ -93,7 +93,7 @@ class Runs:
         self.asked: set[tuple[str, str]] = set()  # runs on which an outcome depends
         self.killed: Counter[str] = Counter()  # candidates, by the scenario that they failed in
 
-    def outcomes(self, places: Sequence[int], order: Order, known: Callable[[int], int]) -> Iterator[FrameResult]:
+    def outcomes(self, places: Sequence[int], order: Order, known: Callable[[int], int]) -> Iterator[Outcome]:
         """Yield the outcomes of places, in their order, whatever the order in which they are found out.
 
         Args:
@@ -174,7 +174,7 @@ class Runs:
             if future.done() and not future.cancelled() and future.exception() is None:
                 self._keep(chain, future)
 
-    def _count(self, outcome: FrameResult) -> None:
+    def _count(self, outcome: Outcome) -> None:
         key = self.candidates.key(outcome.place)
         self.asked.update((key, name) for name in outcome.names)
         if outcome.killer is not None:

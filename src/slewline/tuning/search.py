@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from .perturbations import Scenario
-from .runs import FrameResult, Runs
+from .runs import Outcome, Runs
 
 WORST = 1.8  # steps of lag, at most, of a move that is recommended; at 2 a rotor is on the top between two places
 
@@ -37,8 +37,8 @@ OnProgress = Callable[[Progress], object]
 class Picked:
     """Places: the fastest move that holds, the one that is recommended, and the greatest lag of each."""
 
-    best: FrameResult | None
-    recommended: FrameResult | None
+    best: Outcome | None
+    recommended: Outcome | None
     switched: bool  # the recommended one was judged with a switching chopper, too
 
 
@@ -62,14 +62,14 @@ class BestFirst:
     ) -> None:
         self.runs, self.candidates, self.whole, self.on_progress = runs, runs.candidates, whole, on_progress
         self.scenarios, self.switching = tuple(scenarios), tuple(switching)
-        self.known: dict[int, FrameResult] = {}  # by place
+        self.known: dict[int, Outcome] = {}  # by place
         self._killers: list[str | None] = []  # of the candidates, the fastest first
         self._kills: Counter[str] = Counter()  # of the first `_counted` of them
         self._counted = 0
 
     def find(self) -> Picked:
         """Return the fastest move that holds, and the one that is recommended."""
-        best: FrameResult | None = None
+        best: Outcome | None = None
         for outcome in self.runs.outcomes(self.candidates.order, self._order, lambda number: number // 2):
             self.known[outcome.place] = outcome
             self._killers.append(outcome.killer.name if outcome.killer else None)
@@ -81,7 +81,7 @@ class BestFirst:
             return Picked(None, None, False)
         return self._recommended(best)
 
-    def _report(self, doing: str, done: int, best: FrameResult | None) -> None:
+    def _report(self, doing: str, done: int, best: Outcome | None) -> None:
         total = len(self.candidates)
         left = max((self.candidates.rank[best.place] + 1 if best else total) - done, 0)
         place = None if best is None else best.place
@@ -102,7 +102,7 @@ class BestFirst:
         return sorted(self.scenarios, key=lambda each: (not (self.whole and each.nominal), -kills[each.name]))
 
     # ------------------------------------------------------------------------------------------------- the recommended
-    def _recommended(self, best: FrameResult) -> Picked:
+    def _recommended(self, best: Outcome) -> Picked:
         """Return the first move from the best one on that is good enough."""
         order = self._sorted(Counter(filter(None, self._killers)))
         first = self.candidates.rank[best.place]
@@ -119,7 +119,7 @@ class BestFirst:
                 return Picked(best, self.known[place], bool(self.switching))
         return Picked(best, None, False)
 
-    def _settled(self, places: Sequence[int], order: Sequence[Scenario]) -> Iterator[FrameResult]:
+    def _settled(self, places: Sequence[int], order: Sequence[Scenario]) -> Iterator[Outcome]:
         """Yield outcomes of places; what is not known is judged, up to the first that does not hold."""
         yield from (self.known[each] for each in places if each in self.known)
         unknown = [each for each in places if each not in self.known]

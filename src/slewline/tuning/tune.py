@@ -25,7 +25,7 @@ from .grid import Given, read_grid
 from .judging import judge
 from .log import Log
 from .perturbations import Perturbation, read_perturbations
-from .runs import FrameResult, Judge, Runs
+from .runs import Judge, Outcome, Runs
 from .search import BestFirst, OnProgress, Progress
 from .task import Chosen, MapPlace, Tuned, TuningTask
 
@@ -139,7 +139,7 @@ def perform(
     if found.best is None and not full_map:
         raise nothing_holds(search)
 
-    def chosen(outcome: FrameResult | None) -> Chosen | None:
+    def chosen(outcome: Outcome | None) -> Chosen | None:
         if outcome is None:
             return None
         return Chosen(candidates.values(outcome.place), candidates.time_ps[outcome.place], outcome.worst)

@@ -193,24 +193,22 @@ class Troubles:
 
     def port_lost(self, error: OSError) -> None:
         """The port is gone: so is the supply of a board that has it from there."""
-        self._lose_count(
-            "port-lost",
-            f"the port of the board is gone ({error.strerror or error}): nobody knows where the motor is; put the "
-            "cable back, clear the drive, and home",
-        )
+        if self.drive.state not in ("closed", "unknown"):
+            self.report(
+                "port-lost",
+                f"the port of the board is gone ({error.strerror or error}): nobody knows where the motor is; put the "
+                "cable back, clear the drive, and home",
+            )
+            self._lose_count()
 
-    def _lose_count(self, code: str, text: str) -> bool:
-        """The count of the board is lost: stop the chip; return False if that was known before."""
+    def _lose_count(self) -> None:
+        """The count of the board is lost: stop the chip."""
         drive = self.drive
-        if drive.state in ("closed", "unknown"):
-            return False
         before, drive.state = drive.state, "unknown"
-        self.report(code, text)
         drive.feeder.halt()
         drive.cable.flush()  # its ticks are those of the board's life before
         if before == "ok":
             drive.stopping.stopped(self._unknown())
-        return True
 
     def _unknown(self) -> BoardEvent:
         """The event of a board that has lost its count."""
@@ -245,12 +243,13 @@ class Troubles:
 
     def booted(self) -> None:
         """The board was reset, or had no supply: its count is lost."""
-        lost = self._lose_count(
-            "board-reset",
-            "the board was reset, or lost its supply: its count is lost, and nobody knows where the motor is; clear "
-            "the drive, then home",
-        )
-        if lost:
+        if self.drive.state not in ("closed", "unknown"):
+            self.report(
+                "board-reset",
+                "the board was reset, or lost its supply: its count is lost, and nobody knows where the motor is; "
+                "clear the drive, then home",
+            )
+            self._lose_count()
             self.drive.link.open(self.drive.config)  # it does not move, and tells the time again
 
     def refused(self, answer: Answer) -> None:
