@@ -66,8 +66,7 @@ class TimeTravel:
         journal = self.bench.journal
         if journal is None or system.FORK is None or threading.active_count() > 1:
             return
-        # A world that is being made while the server ends may still put a file into it.
-        self.folder = TemporaryDirectory(prefix="slewline-", ignore_cleanup_errors=True)
+        self.folder = TemporaryDirectory(prefix="slewline-", ignore_cleanup_errors=True)  # a world may come late
         self.known[0] = Branch(0, None, 0, 0, journal.path, 0, 0)
         self.keep()
 
