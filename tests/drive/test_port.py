@@ -69,9 +69,9 @@ def test_a_port_that_is_gone_fails_after_its_last_byte(pty):
     os.write(ours, b"\x01")
     assert come(port) == b"\x01"
     os.close(ours)
-    with pytest.raises(OSError, match="Input/output error|hung up"):
+    with pytest.raises(OSError, match=r"Input/output error|hung up"):
         come(port)
-    with pytest.raises(OSError, match="Input/output error|hung up"):
+    with pytest.raises(OSError, match=r"Input/output error|hung up"):
         port.read()
     port.close()
     port.close()

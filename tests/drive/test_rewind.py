@@ -160,6 +160,25 @@ def test_what_cannot_be_gone_back_to_is_taken_over_at_the_present(tmp_path):
         assert rig.x.position == rig.line.twin.position == len(rig.line.twin.steps)
 
 
+def test_a_board_that_is_reset_on_its_way_down_stops_the_chip_too(tmp_path):
+    rig = Driven(tmp_path, "cy525 long ramp", Random(8))
+    with rig.drive as drive:
+        drive.run("700 ms")
+        rig.edge(rig.level)
+        drive.run("15 ms")
+        assert rig.rewind.stop is not None and rig.x.moving
+        rig.line.reset_board()
+        rig.edge(1 - rig.level)
+        drive.run("1 s")
+        assert drive.state == "unknown" and not rig.x.moving
+        drive.clear()
+        drive.run("100 ms")
+        assert drive.state == "ok" and rig.rewind.stop is None and not rig.line.twin.steps
+        rig.bench["h"].send("A 0\rN 40\rG\r")
+        drive.run("800 ms")
+        assert rig.x.position == 40 == rig.line.twin.position
+
+
 def test_an_emergency_stop_is_not_the_chips(tmp_path):
     rig = Driven(tmp_path, "cy545 limit", Random(4), wiring={"A0": "cw_limit", "A5": "estop"})
     rig.line.twin.inputs = 0b000001  # the contact of the emergency stop is closed to ground

@@ -167,7 +167,7 @@ class Rewind:
     def stopped(self, event: BoardEvent) -> None:
         """Take note that the board has stopped, or is on its way down."""
         if not self.expects(event):
-            self.command = None
+            self._forget()
             self.otherwise.stopped(event)
             return
         self.stop = event
@@ -210,7 +210,7 @@ class Rewind:
             why = str(error)
         if why is None:
             return
-        self.stop, self.final, self.edges, self.command = None, None, [], None
+        self._forget()
         if why:
             self.drive.watch.report(
                 "late-input",
@@ -222,8 +222,13 @@ class Rewind:
             self.otherwise.stopped(stop)
             self.otherwise.halted(final)
 
+    def _forget(self) -> None:
+        """Nothing is to be gone back to any more."""
+        self.stop, self.final, self.edges, self.command = None, None, [], None
+
     def clear(self) -> None:
-        """Let the chip go on that was stopped otherwise."""
+        """Let the chip go on that was stopped otherwise; inputs may have changed while the board told nothing."""
+        self.levels.clear()
         self.otherwise.clear()
 
     # ------------------------------------------------------------------------------------------------------ going back

@@ -207,7 +207,7 @@ class Troubles:
         before, drive.state = drive.state, "unknown"
         drive.feeder.halt()
         drive.cable.flush()  # its ticks are those of the board's life before
-        if before == "ok":
+        if before == "ok" or not self._final:
             drive.stopping.stopped(self._unknown())
 
     def _unknown(self) -> BoardEvent:
