@@ -1,4 +1,4 @@
-"""A board that was reset has lost its count; the chip's own homing finds the motor again, and all agree from then on."""
+"""A board that was reset has lost its count; a homing of the chip finds the motor again, and all agree from then on."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import pytest
 
 import slewline
 
-from .rig import HZ
 from .test_rewind import Driven
 
 END, HOME = 600, 40  # the switches are closed from there on, upwards and downwards
@@ -88,6 +87,6 @@ def test_after_a_reset_of_the_board_a_homing_of_the_chip_finds_the_motor(tmp_pat
         assert rig.x.position == 217 == rig.place - home == drive.count - counted
         assert rig.say("V1").endswith(b"V+217\r")
         assert rig.line.twin.position == drive.count == rig.x.travel + drive.count_origin
-        assert len(drive.troubles) == 1, "\n".join(drive.troubles)
+        assert len(drive.troubles) == 1, drive.troubles
     replayed = slewline.replay(tmp_path / "journal")["x"]
     assert (replayed.position, replayed.travel) == (217, rig.x.travel)

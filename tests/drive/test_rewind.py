@@ -148,6 +148,38 @@ def test_a_command_that_acts_at_once_stops_the_motor_at_once(tmp_path):
         assert slewline.replay(folder / "journal")["x"].travel == rig.x.travel
 
 
+@pytest.mark.parametrize("command", ["K", "Z"])
+def test_a_command_that_comes_as_the_motor_stops_is_forgotten_and_the_next_one_acts(tmp_path, command):
+    rig = Driven(tmp_path, "gs-c200s homing", Random(command))
+    drive, line = rig.drive, rig.line
+    ordered = []
+    stop, drive.stop = drive.stop, lambda at_once=False: (ordered.append(rig.x.position), stop(at_once))
+    with drive:
+        drive.run("150 ms")
+        for number in range(12):
+            rewinds, orders = rig.exchanged, len(ordered)
+            way = rig.line.twin.position
+            rig.bench["h"].send("Po\rS50\rT50\rR90\r+40\rPx\rE\r")
+            while line.twin.position < way + 40 - number // 3:
+                drive.run("200 us")
+            rig.bench["h"].send(command + "\r")  # two characters of 1 ms, and up to 3 ms on the line of the board
+            drive.run("300 ms")
+            assert drive.state == "ok" and not drive.troubles and rig.rewind.command is None
+            assert line.twin.position == rig.x.travel
+            if len(ordered) > orders and rig.exchanged == rewinds:
+                break
+        else:
+            pytest.fail("none came as the motor had stopped, and the board had not said so")
+        rig.bench["h"].send("Po\rS50\rT50\rR90\r+5000\rPx\rE\r")
+        drive.run("500 ms")
+        rewinds = rig.exchanged
+        rig.bench["h"].send(command + "\r")
+        before = line.now
+        drive.run("300 ms")
+        assert rig.exchanged == rewinds + 1 and not rig.x.moving and not drive.troubles
+        assert line.twin.steps[-1][0] < line.tick(before) + 25 * HZ // 1000  # and not a horizon later
+
+
 def test_what_cannot_be_gone_back_to_is_taken_over_at_the_present(tmp_path):
     rig = Driven(tmp_path, "cy545 limit", Random(3))
     rig.rewind.allowed_s = 0
