@@ -30,7 +30,7 @@ from .emulated import EmulatedBoard, Emulator, Firmware
 
 HZ = 16_000_000
 SLICE = 0.001  # seconds between two looks at the line
-MOST = 0.005  # seconds of the board at once, if it is behind
+MOST = 0.005  # seconds of the board at once; if it is later than that, its time has stood
 
 
 class Server:
@@ -45,7 +45,7 @@ class Server:
         self.levels = 0x3F
         self.on, self.open, self.stays = True, False, False
         self.rate, self.chance = 0.0, random.Random(0)
-        self.behind, self.resets, self.dropped = 0.0, 0, 0
+        self.lost, self.resets, self.dropped = 0.0, 0, 0
         self.master = -1
         self.plug()
         self._start_again()
@@ -106,8 +106,11 @@ class Server:
         data = self._from_host()
         if not self.on:
             return
+        late = time.monotonic() - self.began - self.board.now / HZ - MOST
+        if late > 0:  # what is lost is not made up for: no host could feed a board whose clock hurries
+            self.began += late
+            self.lost += late
         goal = int((time.monotonic() - self.began) * HZ)
-        self.behind = max(self.behind, (goal - self.board.now) / HZ - SLICE)
         if data:
             self.board.receive(self._damaged(data), self.board.now)
         if goal > self.board.now:
@@ -173,7 +176,7 @@ class Server:
         elif what == "promptly":
             self.emulator.prompt()
             gc.disable()
-            self.behind = 0.0
+            self.lost = 0.0
         elif what == "loop":
             self.emulator.ask(loop=more["on"])
         elif what == "steps":
@@ -186,7 +189,7 @@ class Server:
         return {
             "now": self.board.now,
             "resets": self.resets,
-            "behind": self.behind,
+            "lost": self.lost,
             "overruns": self.board.overruns,
             "dropped": self.dropped,
             "open": self.open,
@@ -242,7 +245,7 @@ class ServedBoard:
         self._folder.cleanup()
 
     def status(self) -> dict[str, Any]:
-        """Return `now` (tick), `resets`, `behind` (worst lag of the emulation, seconds), `overruns`, `dropped`, `open`.
+        """Return `now` (tick), `resets`, `lost` (seconds for which its time has stood), `overruns`, `dropped`, `open`.
 
         `dropped` are bytes that nobody could read.
         """
@@ -269,7 +272,7 @@ class ServedBoard:
         self._ask("damage", rate=rate, seed=seed)
 
     def promptly(self) -> None:
-        """Let the emulator go before all others, where that is allowed, and forget how far behind it was."""
+        """Let the emulator go before all others, where that is allowed, and forget how much time it has lost."""
         self._ask("promptly")
 
     def loop(self, on: bool) -> None:
