@@ -30,7 +30,7 @@ from .emulated import EmulatedBoard, Emulator, Firmware
 
 HZ = 16_000_000
 SLICE = 0.001  # seconds between two looks at the line
-MOST = 0.005  # seconds of the board at once; if it is later than that, its time has stood
+MOST = 0.005  # seconds of the board at once, if it is behind
 
 
 class Server:
@@ -45,7 +45,8 @@ class Server:
         self.levels = 0x3F
         self.on, self.open, self.stays = True, False, False
         self.rate, self.chance = 0.0, random.Random(0)
-        self.lost, self.resets, self.dropped = 0.0, 0, 0
+        self.hurries, self.lost = True, 0.0  # does it make up for time that it has lost?
+        self.resets = self.dropped = 0
         self.master = -1
         self.plug()
         self._start_again()
@@ -107,7 +108,7 @@ class Server:
         if not self.on:
             return
         late = time.monotonic() - self.began - self.board.now / HZ - MOST
-        if late > 0:  # what is lost is not made up for: no host could feed a board whose clock hurries
+        if late > 0 and not self.hurries:
             self.began += late
             self.lost += late
         goal = int((time.monotonic() - self.began) * HZ)
@@ -175,8 +176,8 @@ class Server:
             self.rate, self.chance = more["rate"], random.Random(more["seed"])
         elif what == "promptly":
             self.emulator.prompt()
+            self.hurries = False
             gc.disable()
-            self.lost = 0.0
         elif what == "loop":
             self.emulator.ask(loop=more["on"])
         elif what == "steps":
@@ -245,9 +246,9 @@ class ServedBoard:
         self._folder.cleanup()
 
     def status(self) -> dict[str, Any]:
-        """Return `now` (tick), `resets`, `lost` (seconds for which its time has stood), `overruns`, `dropped`, `open`.
+        """Return `now` (tick), `resets`, `lost`, `overruns`, `dropped`, `open`.
 
-        `dropped` are bytes that nobody could read.
+        `lost`: seconds for which its time has stood (`promptly`); `dropped`: bytes that nobody could read.
         """
         return self._ask("status")
 
@@ -272,7 +273,10 @@ class ServedBoard:
         self._ask("damage", rate=rate, seed=seed)
 
     def promptly(self) -> None:
-        """Let the emulator go before all others, where that is allowed, and forget how much time it has lost."""
+        """Let the emulator go before all others, where that is allowed, and let its time stand where it is held up.
+
+        Else it hurries then, and no host could feed such a board.
+        """
         self._ask("promptly")
 
     def loop(self, on: bool) -> None:
