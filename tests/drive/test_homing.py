@@ -8,24 +8,28 @@ import pytest
 
 import slewline
 
-from .test_rewind import Driven
+from .test_rewind import CASES, Driven
 
 END, HOME = 600, 40  # the switches are closed from there on, upwards and downwards
 
 
 class Machine(Driven):
-    """A GS-C200S whose motor has switches at both ends of its way, which are wired to the board."""
+    """A chip whose motor has switches at two inputs of the board, which are closed by where the motor is.
 
-    def __init__(self, folder, seed):
-        super().__init__(folder, "gs-c200s homing", Random(seed), wiring={"A0": "eot", "A1": "home"})
+    Args:
+        closed: whether each of the two is closed with the motor at a place.
+    """
+
+    def __init__(self, folder, name, seed, wiring, closed):
+        super().__init__(folder, name, Random(seed), wiring=wiring)
         self.before = 0  # where the motor was when the board began to count
         passed = self.line.pass_to
 
         def pass_to(ns):
             passed(ns)
-            for number, closed in ((0, self.place >= END), (1, self.place <= HOME)):
-                if self.line.twin.inputs >> number & 1 == closed:
-                    self.edge(1 - closed, number)
+            for number, is_closed in enumerate(closed(self.place)):
+                if self.line.twin.inputs >> number & 1 == is_closed:
+                    self.edge(1 - is_closed, number)
 
         self.line.pass_to = pass_to
 
@@ -54,7 +58,13 @@ class Machine(Driven):
 @pytest.mark.parametrize("by_hand", [None, HOME - 10, END + 10], ids=["as it stood", "at home", "at the end"])
 @pytest.mark.parametrize("seed", range(3))
 def test_after_a_reset_of_the_board_a_homing_of_the_chip_finds_the_motor(tmp_path, seed, by_hand):
-    rig = Machine(tmp_path, seed)
+    rig = Machine(
+        tmp_path,
+        "gs-c200s homing",
+        seed,
+        {"A0": "eot", "A1": "home"},
+        lambda place: (place >= END, place <= HOME),
+    )
     drive = rig.drive
     with drive:
         rig.bench["h"].send("Po\rS50\rT100\rR90\r+500\rPx\rE\r")
@@ -90,3 +100,28 @@ def test_after_a_reset_of_the_board_a_homing_of_the_chip_finds_the_motor(tmp_pat
         assert len(drive.troubles) == 1, drive.troubles
     replayed = slewline.replay(tmp_path / "journal")["x"]
     assert (replayed.position, replayed.travel) == (217, rig.x.travel)
+
+
+@pytest.mark.fact("CY545-HOME-4", "CY545-HOME-6")
+@pytest.mark.parametrize(("argument", "match"), [(0, 1), (16, 0)], ids=["high", "low"])
+@pytest.mark.parametrize("begins", [-200, 150], ids=["no match at first", "a match at first"])
+@pytest.mark.parametrize("rate", [100, 255])
+def test_a_user_bit_that_a_cy545_seeks_stops_the_motor_at_once(tmp_path, monkeypatch, argument, match, begins, rate):
+    monkeypatch.setitem(CASES, "cy545 seeks", ("cy545", {}, f"F {rate}\r", "", "usrb0", 1, (0, 0)))
+    rig = Machine(tmp_path, "cy545 seeks", begins, {"A0": "usrb0"}, lambda place: [(place >= 0) != bool(match)])
+    rig.before = begins
+    drive = rig.drive
+    with drive:
+        drive.run("50 ms")
+        rig.bench["h"].send(f"H {argument}\r")
+        drive.run("200 ms")
+        assert rig.x.motor.homing == (-1 if begins > 0 else 1)
+        drive.run(f"{1500 if rate == 255 else 5000} ms")
+        assert drive.state == "ok" and not drive.troubles, drive.troubles
+        assert rig.exchanged == 1 + (begins > 0)
+        assert not rig.x.moving and rig.x.motor.homing == 0 and rig.x.motor.sought is None
+        assert rig.x.position == 0 == rig.place, "it stands at the first step where they match"
+        rig.bench["h"].send("+\rN 60\rG\r")
+        drive.run("1500 ms")
+        assert rig.x.position == 60 == rig.place
+        assert rig.line.twin.position == rig.x.travel

@@ -10,7 +10,7 @@ import slewline
 from slewline.bench.rewinding import take_over
 from slewline.drive.board.wire import BoardConfig, Reflex
 from slewline.drive.drive import Drive
-from slewline.drive.stopping.reflexes import configured, inputs_of
+from slewline.drive.stopping.reflexes import Homing, configured, inputs_of
 from slewline.errors import UsageError
 
 from .families import GSC
@@ -276,9 +276,9 @@ def test_inputs_that_are_wired_wrongly_are_refused():
         with pytest.raises(UsageError, match=says):
             inputs_of(x, wiring)
     inputs = inputs_of(x, {"A1": "!abort", "A0": "step_inhibit", "A5": "estop", "A2": "wait"})
-    config = configured(BoardConfig(1000), inputs, 0)
+    config = configured(BoardConfig(1000), inputs)
     assert config.reflex == (Reflex.HOLD, Reflex.BRAKE, 0, 0, 0, Reflex.ESTOP)
     assert config.active & 0b100011 == 0b100011 and config.report == 0b100111
     g = inputs_of(slewline.Bench().add("gs-c200s", "x"), {"A0": "eot", "A1": "home"})
-    assert configured(BoardConfig(1000), g, 0).reflex[:2] == (0, 0)
-    assert configured(BoardConfig(1000), g, -1).reflex[:2] == (Reflex.STOP | 32, Reflex.STOP | 16)
+    assert configured(BoardConfig(1000), g).reflex[:2] == (0, 0)
+    assert configured(BoardConfig(1000), g, Homing(-1)).reflex[:2] == (Reflex.STOP | 32, Reflex.STOP | 16)
