@@ -66,17 +66,24 @@ static void refuse(uint8_t result)
     settle(result, enter());
 }
 
+/* Fetch an event while interrupts may write others. */
+static void fetch(uint8_t number, struct event *event)
+{
+    *event = events[number % EVENTS_KEPT];
+    __asm__ volatile("" : : : "memory"); /* all of it, before anything else is looked at */
+}
+
 /* Send events, in order, up to the one with this number. */
 static void tell_events_before(uint8_t number)
 {
-    while (told != number) {
+    while ((int8_t)(number - told) > 0) {
         struct event event;
 
-        cli();
-        if ((uint8_t)(next_event - told) > EVENTS_KEPT)
+        fetch(told, &event);
+        if ((uint8_t)(next_event - told) > EVENTS_KEPT) {
             told = next_event - EVENTS_KEPT; /* overwritten; the host sees the gap */
-        event = events[told % EVENTS_KEPT];
-        sei();
+            continue;
+        }
         send(told, EVENT, &event, sizeof event);
         told++;
     }
@@ -217,19 +224,13 @@ static void take_stop(void)
         return;
     }
     cause = PAYLOAD[0] ? BY_BRAKE : BY_STOP;
-    tick = enter_to_stop(cause);
+    enter_to_stop(cause, &tick);
     if (cause == BY_BRAKE && begins_brake()) {
-        /* Steps may be fast, and wait: the event has its place and its number, and is written behind that. */
-        struct event *event = &events[next_event % EVENTS_KEPT];
+        /* Steps may be fast, and wait: the event has its number, and is written behind that. */
+        uint8_t number = next_event++;
 
-        next_event++;
         settle(TAKEN, tick);
-        event->kind = BRAKED;
-        event->which = NOBODY;
-        event->state = answer.state;
-        event->inputs = answer.inputs;
-        event->position = answer.position;
-        event->tick = tick;
+        write_event(number, BRAKED, NOBODY, answer.state, answer.inputs, answer.position, tick);
         return;
     }
     command(cause, tick);
@@ -291,9 +292,11 @@ static void take_config(void)
         reflexes[i] = config->reflex[i];
     for (i = 0; i < 8; i++)
         pattern[i] = config->pattern[i] << 4;
-    phase = config->phase;
+    phase = config->phase; /* as it is now */
+    phase_step = 0;
     sort_reflexes();
     configure_outputs();
+    set_phase_step();
     show_direction(down);
     if (state == BOOT)
         set_state(HALT);
@@ -361,8 +364,9 @@ static void take_outputs(void)
     } else if (LENGTH != 2 || (PAYLOAD[0] | PAYLOAD[1]) >= 32) {
         settle(BAD_CONTENT, tick);
     } else {
-        set_outputs(PAYLOAD[0], PAYLOAD[1]);
+        choose_outputs(PAYLOAD[0], PAYLOAD[1]);
         settle(TAKEN, tick);
+        show_outputs();
     }
 }
 
@@ -409,16 +413,20 @@ static void check(uint16_t pulses, uint16_t interval)
 /* Fetch the event that is asked for, as it is at the instant of the answer, or return 0. */
 static uint8_t take_repeat(struct event *event)
 {
-    uint32_t tick = enter();
-    uint8_t back = next_event - PAYLOAD[0];
+    uint8_t next, back;
+    uint32_t tick;
 
-    if (LENGTH != 1) {
-        settle(BAD_CONTENT, tick);
-        return 0;
+    for (;;) {
+        next = next_event;
+        fetch(PAYLOAD[0], event);
+        tick = enter();
+        if (next_event == next)
+            break;
+        leave();
     }
-    *event = events[PAYLOAD[0] % EVENTS_KEPT];
-    settle(TAKEN, tick);
-    return back >= 1 && back <= EVENTS_KEPT;
+    settle(LENGTH == 1 ? TAKEN : BAD_CONTENT, tick);
+    back = next - PAYLOAD[0];
+    return LENGTH == 1 && back >= 1 && back <= EVENTS_KEPT;
 }
 
 static void take_check(void)
@@ -508,7 +516,7 @@ void watch_for_silence(void)
     sei();
     if (tick - last_heard < watchdog)
         return;
-    tick = enter_to_stop(BY_BRAKE);
+    enter_to_stop(BY_BRAKE, &tick);
     if (begins_brake())
         note_in_passing(SILENT, NOBODY, tick);
     else if (state == RUN || state == HOLD)

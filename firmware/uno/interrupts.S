@@ -18,6 +18,8 @@
 #define LONG 4 /* the number of the bit */
 #define RAMP 5
 #define PHASES 6
+#define ONE_MORE 7
+#define BRAKING 2
 
 /* Bytes of a record in the queue, as on the line; RAMP of its flags is set by the main loop. */
 #define FLAGS 0
@@ -70,6 +72,29 @@
         reti
         .endm
 
+/* Phases A..D of the step that has been made, first of all that is done behind its edge. */
+        .macro SHOW_PHASES
+        lds r24, phases_due
+        in r25, PORTD
+        andi r25, 0x0F
+        or r25, r24
+        out PORTD, r25
+        .endm
+
+/* Those of the step that comes next; r24, r30 and r31 are used. */
+        .macro NEXT_PHASES
+        lds r30, phase
+        lds r24, phase_step
+        add r30, r24
+        andi r30, 7
+        sts phase, r30
+        ldi r31, 0
+        subi r30, lo8(-(pattern))
+        sbci r31, hi8(-(pattern))
+        ld r24, Z
+        sts phases_due, r24
+        .endm
+
 /* ------------------------------------------------------------------------------------------------------- the step */
         .text
 too_late:
@@ -79,10 +104,6 @@ too_late:
         call late
         RESTORE
 
-need_match:
-        lds r24, mode
-        sbrc r24, PHASES
-        rjmp phases_first
 to_match:
         SAVE
         call match
@@ -93,6 +114,20 @@ to_match:
         call serve_line         ; this was long, and the next match would come before a byte that waits
 1:      RESTORE
 
+need_match:
+        andi r25, NO_STEP
+        brne to_match
+        SHOW_PHASES
+shown:  lds r24, mode
+        sbrs r24, PHASES
+        rjmp to_match
+        push r30
+        push r31
+        NEXT_PHASES
+        pop r31
+        pop r30
+        rjmp to_match
+
         .global TIMER1_COMPA_vect
 TIMER1_COMPA_vect:
         push r24
@@ -102,6 +137,7 @@ TIMER1_COMPA_vect:
         lds r25, mode
         andi r25, NEED_MATCH
         brne need_match
+        SHOW_PHASES
         lds r24, left
         lds r25, left+1
         sbiw r24, 1
@@ -168,30 +204,22 @@ past:   sbis PINB, PORTB1
         rjmp too_late
         rjmp back
 
+one_more:                       ; before a way down: it begins behind the next step
+        subi r25, (1 << ONE_MORE) - (1 << BRAKING)
+        sts mode, r25
+        rjmp 1f
 ramp_or_phases:
-        sbrs r25, PHASES
-        rjmp ramp
+        brmi one_more
+1:      sbrs r25, PHASES
+        rjmp 2f
         push r30
         push r31
-        lds r30, phase
-        lds r24, phase_step
-        add r30, r24
-        andi r30, 7
-        sts phase, r30
-        ldi r31, 0
-        subi r30, lo8(-(pattern))
-        sbci r31, hi8(-(pattern))
-        ld r24, Z
-        in r25, PORTD
-        andi r25, 0x0F
-        or r25, r24
-        out PORTD, r25
+        NEXT_PHASES
         pop r31
         pop r30
-        lds r25, mode
-        sbrs r25, RAMP
+2:      sbrs r25, RAMP
         rjmp end_pulse
-ramp:   lds r24, interval
+        lds r24, interval
         lds r25, add
         add r24, r25
         sts interval, r24
@@ -214,29 +242,6 @@ ramp:   lds r24, interval
         sts mode, r24
         rjmp end_pulse
 
-/* The phases of a step come before what takes long. */
-phases_first:
-        andi r24, NO_STEP
-        brne 1f
-        push r30
-        push r31
-        lds r30, phase
-        lds r24, phase_step
-        add r30, r24
-        andi r30, 7
-        sts phase, r30
-        ldi r31, 0
-        subi r30, lo8(-(pattern))
-        sbci r31, hi8(-(pattern))
-        ld r24, Z
-        in r25, PORTD
-        andi r25, 0x0F
-        or r25, r24
-        out PORTD, r25
-        pop r31
-        pop r30
-1:      rjmp to_match
-
 /* The last step of a record, and another one with steps in the same direction follows: what the timer needs comes
    first, then the rest is loaded while the next step is on its way. */
 next_record:
@@ -246,7 +251,7 @@ next_record:
         lds r24, queued
         tst r24
         brne 2f
-1:      rjmp need_match
+1:      rjmp shown
 2:      push r30
         push r31
         lds r30, out
@@ -269,34 +274,12 @@ next_record:
         brpl can
 cannot: pop r31
         pop r30
-        rjmp need_match
+        rjmp shown
 can:    push r20
         push r21
         push r22
         push r23
-        ; the phases of the step that has been made
-        lds r25, mode
-        sbrs r25, PHASES
-        rjmp 2f
-        lds r23, phase
-        lds r24, phase_step
-        add r23, r24
-        andi r23, 7
-        sts phase, r23
-        push r30
-        push r31
-        mov r30, r23
-        ldi r31, 0
-        subi r30, lo8(-(pattern))
-        sbci r31, hi8(-(pattern))
-        ld r24, Z
-        pop r31
-        pop r30
-        in r23, PORTD
-        andi r23, 0x0F
-        or r23, r24
-        out PORTD, r23
-2:      ldd r25, Z+INTERVAL+1
+        ldd r25, Z+INTERVAL+1
         ; last = due; due += interval of the record
         ldd r20, Z+FRACTION
         lds r24, due
@@ -354,7 +337,15 @@ can:    push r20
         neg r24
         andi r24, 7
         sts phase_step, r24
-        andi r25, 1 << PHASES   ; the new mode
+        bst r25, ONE_MORE       ; it was in the old mode; this is the new one
+        andi r25, 1 << PHASES
+        breq 2f
+        push r30
+        push r31
+        NEXT_PHASES
+        pop r31
+        pop r30
+2:      bld r25, BRAKING
         sbrc r23, RAMP
         ori r25, 1 << RAMP
         ; interval, and the one behind the step that is due now
@@ -393,9 +384,7 @@ can:    push r20
         sts interval+3, r20
         brpl 3f
         ori r25, 1 << LONG
-3:      lds r24, waiting
-        or r25, r24
-        sts mode, r25
+3:      sts mode, r25
         ldi r24, 0              ; two numbers below 32768, or the interval is not needed any more
         sts interval+4, r24
         sts interval+5, r24

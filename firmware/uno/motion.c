@@ -23,6 +23,7 @@
 #define LONG 0x10    /* the interval behind the step that is due may need hops */
 #define RAMP 0x20    /* the interval changes with each step */
 #define PHASES 0x40
+#define ONE_MORE 0x80 /* behind the step that is due it becomes BRAKING */
 
 #define HOP_TICKS 32768u
 #define DIRECT_MOST 49152u /* more than this is hopped towards: what remains is never close */
@@ -44,34 +45,28 @@ struct instant due;
 struct instant interval;
 int32_t add;
 uint32_t last;      /* tick of the last step */
-uint16_t left;      /* steps of the record that have not been made */
-uint8_t phase_step; /* half steps a step, modulo 8 */
+uint16_t left;
+uint8_t phase_step;
 
 struct record queue[SLOTS];
 struct record *out = queue; /* the next one to play */
 uint16_t count;             /* steps of the record; in a pause the word with mask and value */
 uint8_t flags;              /* of the record */
-int32_t end;                /* position behind the record */
+int32_t end;
 uint8_t stepped;            /* there is a last step that a pace may count from */
 uint16_t way;               /* steps of a way down from the first step of the record, if it has one */
 int8_t way_slope;           /* and how many more from each next one: -1, 0, 1 */
 
 static struct record *in = queue; /* where the main loop writes */
+static struct record *prepared;   /* behind what it has written */
 static uint32_t far;              /* ticks from the next hop to `due` */
 static uint8_t paced;   /* there have been two */
 static uint32_t pace;   /* ticks between them, as of the end of a record */
-volatile uint8_t waiting; /* BRAKING, if the tail begins behind the first step of the next record; 1: of this one */
 uint8_t follows;          /* behind a record comes the next one */
 static uint32_t held_at;
 static uint8_t overdue; /* the end of a pause has passed by unseen */
 static uint8_t entry;   /* of the tail, the one that comes next */
 static uint8_t hint;    /* where in the tail the present pace is, as of the last turn of the main loop */
-
-/* Return the position; every record knows its end, so the interrupt counts down and nothing else. */
-int32_t position_now(void)
-{
-    return down ? end + left : end - left;
-}
 
 void place(int32_t position)
 {
@@ -99,7 +94,6 @@ static void stand(uint8_t new_state)
 {
     TCCR1A = DISARMED;
     mode = STILL;
-    waiting = 0;
     place(position_now());
     set_state(new_state);
 }
@@ -112,11 +106,14 @@ void halt(void)
         set_outputs(ENABLE_OUTPUT, 0);
 }
 
+/* What the step that is due does to the phases; until it is made they remain. */
 void set_phase_step(void)
 {
-    uint8_t step = half ? 1 : 2;
+    uint8_t before = phase - phase_step, step = half ? 1 : 2;
 
     phase_step = down ? 8 - step : step;
+    phase = (before + phase_step) & 7;
+    phases_due = pattern[phase];
 }
 
 /* due += interval */
@@ -416,41 +413,25 @@ static uint8_t choose_first_from_pause(uint32_t tick)
 
 /* The next step may come while interrupts are off here, and then there is no time left to choose one behind it; so where
    steps are that fast, one more is made.  Return whether it is. */
-static uint8_t makes_one_more(void)
+static inline uint8_t makes_one_more(void)
 {
-    uint16_t beyond;
-
-    if (left > 1) {
-        if (interval.tick >= FAST)
-            return 0;
-        beyond = left - 2; /* these will not be made */
-        left = 2;
-        count -= beyond;
-        if (down)
-            end += beyond;
-        else
-            end -= beyond;
-        waiting = 1;
-        return 1;
-    }
-    if (!queued || out->flags & IS_PAUSE || (out->flags ^ down) & DOWN || out->interval >= FAST)
-        return 0;
-    waiting = BRAKING;
-    return 1;
+    if (left > 1)
+        return interval.tick < FAST;
+    return queued && !(out->flags & IS_PAUSE) && !((out->flags ^ down) & DOWN) && out->interval < FAST;
 }
 
 uint8_t begins_brake(void)
 {
-    uint8_t more;
-
     if (state != RUN || mode & PAUSE)
         return 0;
-    more = makes_one_more();
-    set_state(BRAKE);
-    if (!more)
+    state = BRAKE; /* the LED is lit already */
+    if (makes_one_more()) {
+        mode |= ONE_MORE;
+        follows = left == 1;
+    } else {
         mode |= BRAKING;
-    else
-        follows = waiting == BRAKING;
+        follows = 0;
+    }
     return 1;
 }
 
@@ -490,11 +471,12 @@ void prepare(uint8_t ahead, const struct record *record)
     *free = *record;
     if (record->add && !(record->flags & (IS_PAUSE | HAS_WAY)))
         free->flags |= RAMP;
+    prepared = place_in_queue(ahead + 1);
 }
 
 void publish(uint8_t n)
 {
-    in = place_in_queue(n);
+    in = prepared;
     queued += n;
 }
 
@@ -510,6 +492,7 @@ static inline void begin_record(void)
 static void load_record(void)
 {
     const struct record *record = out;
+    uint8_t was_one_more = mode & ONE_MORE;
 
     flags = record->flags;
     count = record->count;
@@ -534,7 +517,7 @@ static void load_record(void)
         } else {
             add = record->add;
         }
-        mode |= (flags & RAMP) | waiting;
+        mode |= (flags & RAMP) | (was_one_more ? BRAKING : 0);
         grow();
     }
     set_phase_step();
@@ -655,8 +638,6 @@ static __attribute__((noinline)) uint8_t go_down(uint32_t tick)
         OCR1A = (uint16_t)tick + (uint16_t)ticks;
         TCCR1A = ARMED;
     }
-    mode &= ~BRAKING;
-    waiting = 0;
     follows = 0;
     left--;
     last = tick;
@@ -734,7 +715,7 @@ static __attribute__((noinline)) void go_on(uint32_t tick)
 {
     uint8_t plays;
 
-    if (state == RUN && queued) {
+    if (queued && (state == RUN || mode & ONE_MORE)) {
         play_next(tick);
     } else {
         if (flags & MAY_STAND) {
@@ -859,9 +840,7 @@ void match(void)
         brake_at_step();
     else if (left != 1)
         ordinary_step();
-    else if (waiting == 1)
-        brake_at_step();
-    else if (state == BRAKE && !waiting)
+    else if (state == BRAKE && !(was & ONE_MORE))
         play_piece();
     else if (!queued)
         underrun();

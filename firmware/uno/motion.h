@@ -34,8 +34,16 @@ extern struct tail_entry tail[];
 extern volatile uint8_t tail_count;
 extern volatile uint8_t queued;
 
-/* All of these are called with interrupts off. */
-int32_t position_now(void);
+extern int32_t end; /* position behind the record */
+extern uint16_t left; /* steps of the record that have not been made */
+
+/* Return the position; every record knows its end, so the interrupt counts down and nothing else. */
+static inline int32_t position_now(void)
+{
+    return down ? end + left : end - left;
+}
+
+/* All of these are called with interrupts off, as that one. */
 void place(int32_t position);
 void set_state(uint8_t new_state);
 void forget_queue(void);
@@ -58,6 +66,7 @@ uint32_t first_due(uint32_t tick);
 void match(void);
 void late(void);
 void take_tail(const struct tail_entry *from, uint8_t first, uint8_t n);
+extern uint8_t phase_step; /* half steps a step, modulo 8 */
 void set_phase_step(void);
 
 /* These are for the main loop. */
