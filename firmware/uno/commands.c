@@ -314,8 +314,8 @@ static void take_tail_frame(void)
         result = BAD_CONTENT;
     } else {
         if (first) {
-            least = tail[first - 1].interval; /* no less than SHORTEST */
-            steps = tail[first - 1].up_to;
+            least = TAIL_ENTRIES[first - 1].interval; /* no less than SHORTEST */
+            steps = TAIL_ENTRIES[first - 1].up_to;
         }
         for (i = 0; i < n; i++) {
             if (entries[i].interval < least || !entries[i].up_to)

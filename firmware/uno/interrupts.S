@@ -106,6 +106,7 @@ too_late:
 
 to_match:
         SAVE
+matching:
         call match
         cli                     ; match() may have let interrupts in at its end
         lds r24, state
@@ -118,15 +119,12 @@ need_match:
         andi r25, NO_STEP
         brne to_match
         SHOW_PHASES
-shown:  lds r24, mode
+shown:  SAVE
+        lds r24, mode
         sbrs r24, PHASES
-        rjmp to_match
-        push r30
-        push r31
+        rjmp matching
         NEXT_PHASES
-        pop r31
-        pop r30
-        rjmp to_match
+        rjmp matching
 
         .global TIMER1_COMPA_vect
 TIMER1_COMPA_vect:

@@ -35,7 +35,7 @@ volatile uint8_t state;
 uint8_t down;
 uint8_t half;
 uint32_t start_stop;
-struct tail_entry tail[TAIL_MOST];
+struct tail_entry tail_table[TAIL_MOST + 2]; /* before the entries one of 0, behind them one that is longer than any */
 volatile uint8_t tail_count;
 volatile uint8_t queued;
 
@@ -65,8 +65,9 @@ static uint32_t pace;   /* ticks between them, as of the end of a record */
 uint8_t follows;          /* behind a record comes the next one */
 static uint32_t held_at;
 static uint8_t overdue; /* the end of a pause has passed by unseen */
-static uint8_t entry;   /* of the tail, the one that comes next */
-static uint8_t hint;    /* where in the tail the present pace is, as of the last turn of the main loop */
+static const struct tail_entry *tail_end = TAIL_ENTRIES; /* behind the last entry */
+static const struct tail_entry *entry;           /* the one that comes next */
+static const struct tail_entry *hint = TAIL_ENTRIES;     /* that of the present pace, as of the last turn of the main loop */
 
 void place(int32_t position)
 {
@@ -223,6 +224,13 @@ static void aim_anew(uint32_t from)
         TCCR1A = ARMED;
 }
 
+/* The next step may be made while what follows from the one before takes its time: its phases do not wait. */
+static inline void show_in_time(void)
+{
+    if (TIFR1 & _BV(OCF1A))
+        PORTD = (PORTD & ~PHASES_MASK) | phases_due;
+}
+
 static inline void end_pulse(void)
 {
     TCCR1A = DISARMED;
@@ -242,7 +250,8 @@ static void settle_tail(void)
     uint8_t i;
 
     for (i = 0; i < fresh.count; i++)
-        tail[fresh.first + i] = from[i];
+        TAIL_ENTRIES[fresh.first + i] = from[i];
+    TAIL_ENTRIES[fresh.first + i].interval = 0xFFFFFFFF;
 }
 
 /* Put entries into the table, with interrupts off.  They count from here on: whoever needs the table first puts them
@@ -253,6 +262,9 @@ void take_tail(const struct tail_entry *from, uint8_t first, uint8_t n)
     fresh.first = first;
     fresh.count = n;
     tail_count = first + n;
+    tail_end = TAIL_ENTRIES + first + n;
+    if (hint > tail_end)
+        hint = tail_end;
 }
 
 /* The same, for the main loop, with interrupts on. */
@@ -271,46 +283,36 @@ static inline uint32_t least_behind(uint32_t ticks)
     return ticks < FAST ? (uint16_t)ticks + ((uint16_t)ticks >> 3) : ticks;
 }
 
-/* Return the first entry that is slower than `ticks`; entries do not descend, so any place to begin will do. */
-static uint8_t slower(uint32_t ticks, uint8_t from)
+/* Return the first entry whose interval is longer than `ticks`; entries do not descend, so any place to begin will do. */
+static inline const struct tail_entry *slower(uint32_t ticks, const struct tail_entry *at)
 {
-    uint32_t limit = least_behind(ticks) << 8;
+    uint32_t limit = ticks << 8;
 
     if (ticks >> 24)
-        return tail_count;
-    if (from > tail_count)
-        from = tail_count;
-    while (from && tail[from - 1].interval > limit)
-        from--;
-    while (from < tail_count && tail[from].interval <= limit)
-        from++;
-    return from;
+        return tail_end;
+    while (at[-1].interval > limit)
+        at--;
+    while (at->interval <= limit)
+        at++;
+    return at;
 }
 
 /* Return how many steps the table has before those that remain on a way down. */
 static inline uint16_t skipped(uint16_t remain)
 {
-    uint16_t all = tail[tail_count - 1].up_to;
+    uint16_t all = tail_end[-1].up_to;
 
     return all > remain ? all - remain : 0;
 }
 
 /* Return the entry with the step that comes behind so many; there is one. */
-static uint8_t behind(uint16_t steps, uint8_t from)
+static inline const struct tail_entry *behind(uint16_t steps, const struct tail_entry *at)
 {
-    if (from >= tail_count)
-        from = tail_count - 1;
-    while (from && tail[from - 1].up_to > steps)
-        from--;
-    while (tail[from].up_to <= steps)
-        from++;
-    return from;
-}
-
-/* Return the steps of an entry. */
-static inline uint16_t steps_of(uint8_t at)
-{
-    return at ? tail[at].up_to - tail[at - 1].up_to : tail[0].up_to;
+    while (at[-1].up_to > steps)
+        at--;
+    while (at->up_to <= steps)
+        at++;
+    return at;
 }
 
 /* Return how many steps a way down from the step that is due has. */
@@ -327,7 +329,8 @@ void refresh_hint(void)
 {
     uint32_t ticks;
     uint16_t remain = 0;
-    uint8_t moving, found;
+    uint8_t moving;
+    const struct tail_entry *found;
 
     if (!tail_count)
         return;
@@ -338,22 +341,23 @@ void refresh_hint(void)
         remain = way_now();
     sei();
     if (moving) {
-        found = remain ? behind(skipped(remain), hint) : slower(ticks, hint);
+        found = remain ? behind(skipped(remain), hint) : slower(least_behind(ticks), hint);
+        cli();
         hint = found;
+        sei();
     }
 }
-
 /* The way down.  Here too the timer's part comes first, for a fast step may follow: choose sets `interval`, `due` and
    what OCR1A gets; account does the rest. */
 static uint16_t chosen; /* steps of the piece */
 
 static uint8_t choose_entry(void)
 {
-    const struct tail_entry *next = &tail[entry];
+    const struct tail_entry *next = entry;
 
-    if (entry == tail_count)
+    if (next == tail_end)
         return 0;
-    chosen = steps_of(entry);
+    chosen = next->up_to - next[-1].up_to;
     entry++;
     interval.fraction = (uint16_t)(uint8_t)next->interval << 8;
     interval.tick = next->interval >> 8;
@@ -396,7 +400,7 @@ static uint8_t choose_first(void)
         settle_tail();
     if (!tail_count)
         return choose_longer();
-    entry = slower(pace, hint);
+    entry = slower(least_behind(pace), hint);
     return choose_entry();
 }
 
@@ -594,120 +598,168 @@ static void play_next(uint32_t tick)
     aim(tick);
 }
 
-/* The step of `tick` was the last one of its record, or a brake waited for it: begin the way down from it, or return 0
-   if there is nothing to play.  All of it in one piece, for at full rate this is the longest way to the next step. */
-static __attribute__((noinline)) uint8_t go_down(uint32_t tick)
+/* The first piece of a way down has been chosen: `entry`, and in `interval` how far its first step is.  Do the rest. */
+static void begin_way_down(uint16_t skip)
 {
-    uint32_t ticks = tick - last;
-    uint16_t fraction = 0, steps = 1, remain = 0;
-    uint8_t plays = stepped || left != count, first = 0;
+    follows = 0;
+    left--;
+    last = due.tick;
+    due.fraction = 0;
+    advance();
+    show_in_time();
+    place(position_now());
+    pace = interval.tick;
+    chosen = tail_count ? entry->up_to - skip : 1;
+    entry++;
+    account();
+    show_in_time();
+    if (interval.tick < LONG_LEAST)
+        look_back();
+    else
+        aim(last);
+}
+
+/* Where steps are fast and there is a table: begin the way down with as little as possible before the timer has its next
+   step.  Return 0, and do nothing, if this is another case. */
+static inline uint8_t go_down_fast(void)
+{
+    uint32_t ticks = due.tick - last, slow;
+    uint16_t least, skip;
+    const struct tail_entry *first = hint;
+
+    if (ticks >= FAST || !tail_count || fresh.count || !(stepped || left != count))
+        return 0;
+    least = least_behind(ticks);
+    if (flags & HAS_WAY) {
+        uint16_t remain = way_now();
+
+        if (!remain)
+            return 0;
+        skip = skipped(remain);
+        first = behind(skip, first);
+    } else {
+        if (ticks >= start_stop)
+            return 0;
+        first = slower(least, first);
+        if (first == tail_end)
+            return 0;
+        skip = first[-1].up_to;
+    }
+    slow = first->interval;
+    if (slow >= (uint32_t)LONG_LEAST << 8)
+        return 0;
+    if (least > (uint16_t)(slow >> 8))
+        slow = (uint32_t)least << 8; /* never faster than before */
+    end_pulse();
+    OCR1A = (uint16_t)due.tick + (uint16_t)(slow >> 8);
+    TCCR1A = ARMED;
+    interval.fraction = (uint16_t)(uint8_t)slow << 8;
+    interval.tick = slow >> 8;
+    entry = first;
+    begin_way_down(skip);
+    return 1;
+}
+
+/* The step that is due was the last one of its record, or a brake waited for it: begin the way down from it, or return 0
+   if there is nothing to play. */
+static __attribute__((noinline)) uint8_t go_down_in_peace(void)
+{
+    uint32_t ticks = due.tick - last;
+    uint16_t remain = 1, skip = 0;
+    uint8_t fraction = 0, plays = stepped || left != count;
+    const struct tail_entry *first = hint;
 
     if (fresh.count)
         settle_tail();
-    if (flags & HAS_WAY && !(remain = way_now())) {
+    if (flags & HAS_WAY && !(remain = way_now()))
         plays = 0;
-    } else if (plays && remain && tail_count) {
-        uint16_t skip = skipped(remain);
-
-        first = behind(skip, hint);
-        steps = tail[first].up_to - skip;
-    } else if (!plays || ticks >= start_stop) {
+    if (!plays) {
+        ;
+    } else if (flags & HAS_WAY && tail_count) {
+        skip = skipped(remain);
+        first = behind(skip, first);
+        ticks = least_behind(ticks);
+    } else if (ticks >= start_stop) {
         plays = 0;
     } else if (tail_count) {
-        first = slower(ticks, hint);
-        if (first == tail_count)
-            plays = 0;
-        else
-            steps = steps_of(first);
+        ticks = least_behind(ticks);
+        first = slower(ticks, first);
+        skip = first[-1].up_to;
+        plays = first != tail_end;
     } else {
         ticks += ticks >> 4;
         plays = ticks <= start_stop;
     }
-    if (plays && tail_count) {
-        const struct tail_entry *next = &tail[first];
-
-        entry = first + 1;
-        ticks = least_behind(ticks);
-        if (ticks <= next->interval >> 8) { /* never faster than before */
-            ticks = next->interval >> 8;
-            fraction = (uint16_t)(uint8_t)next->interval << 8;
-        }
-    }
     end_pulse();
-    if (plays && ticks < LONG_LEAST) {
-        OCR1A = (uint16_t)tick + (uint16_t)ticks;
+    if (!plays) {
+        left--;
+        last = due.tick;
+        place(position_now());
+        return 0;
+    }
+    if (tail_count && ticks <= first->interval >> 8) { /* never faster than before */
+        ticks = first->interval >> 8;
+        fraction = first->interval;
+    }
+    if (ticks < LONG_LEAST) {
+        OCR1A = (uint16_t)due.tick + (uint16_t)ticks;
         TCCR1A = ARMED;
     }
-    follows = 0;
-    left--;
-    last = tick;
-    place(position_now());
-    if (!plays)
-        return 0;
-    pace = ticks;
-    interval.fraction = due.fraction = fraction;
+    interval.fraction = (uint16_t)fraction << 8;
     interval.tick = ticks;
-    due.tick = tick + ticks;
-    chosen = steps;
-    account();
-    if (ticks < LONG_LEAST)
-        look_back();
-    else
-        aim(tick);
+    entry = first;
+    begin_way_down(skip);
     return 1;
+}
+
+static __attribute__((noinline)) uint8_t go_down(void)
+{
+    return go_down_fast() || go_down_in_peace();
 }
 
 /* On the way down, behind a piece of it: the next one, with the timer's part first, or the end. */
 static __attribute__((noinline)) void play_piece(void)
 {
-    uint32_t tick = due.tick, ticks;
-    uint16_t fraction = 0, low, steps = 1;
+    const struct tail_entry *next = entry;
+    uint16_t ticks;
+    uint8_t fraction = 0;
 
-    left = 0;
-    last = tick;
-    if (tail_count) {
-        const struct tail_entry *next = &tail[entry];
-
-        if (entry == tail_count) {
-            end_pulse();
-            halt();
-            note(HALTED, NOBODY, tick);
-            return;
-        }
-        steps = next->up_to - next[-1].up_to; /* there is one before it */
-        entry++;
-        fraction = (uint16_t)(uint8_t)next->interval << 8;
-        ticks = next->interval >> 8;
-        if (ticks < pace) {
-            ticks = pace;
+    if (!tail_count) {
+        pace += pace >> 4;
+        interval.tick = pace;
+    } else if (next != tail_end) {
+        interval.tick = next->interval >> 8;
+        fraction = next->interval;
+        if (interval.tick < pace) {
+            interval.tick = pace;
             fraction = 0;
         }
-    } else {
-        ticks = pace + (pace >> 4);
-        if (ticks > start_stop) {
-            end_pulse();
-            halt();
-            note(HALTED, NOBODY, tick);
-            return;
-        }
-        pace = ticks;
     }
-    interval.fraction = fraction;
-    interval.tick = ticks;
-    low = due.fraction + fraction;
-    due.fraction = low;
-    due.tick = tick + ticks + (low < fraction);
     end_pulse();
-    if (ticks < LONG_LEAST) {
-        OCR1A = due.tick;
+    if (tail_count ? next == tail_end : pace > start_stop) {
+        left = 0;
+        last = due.tick;
+        halt();
+        note(HALTED, NOBODY, last);
+        return;
+    }
+    interval.fraction = (uint16_t)fraction << 8;
+    if (interval.tick < LONG_LEAST) {
+        uint8_t past = due.fraction >> 8;
+
+        ticks = (uint16_t)interval.tick + ((uint8_t)(past + fraction) < past);
+        OCR1A = (uint16_t)due.tick + ticks;
         TCCR1A = ARMED;
     }
-    chosen = steps;
+    last = due.tick;
+    advance();
+    chosen = tail_count ? next->up_to - next[-1].up_to : 1;
+    entry = next + 1;
     account();
-    if (ticks < LONG_LEAST)
+    if (interval.tick < LONG_LEAST)
         look_back();
     else
-        aim(tick);
+        aim(last);
 }
 
 /* Behind a record, at `tick`: the next one; behind a pause without one: the end, or the way down. */
@@ -789,22 +841,18 @@ static __attribute__((noinline)) void ordinary_step(void)
 
 static __attribute__((noinline)) void underrun(void)
 {
-    uint32_t tick = due.tick;
-
-    if (!go_down(tick))
+    if (!go_down())
         halt();
     else if (state == RUN) /* it may have been too late */
-        set_state(BRAKE);
-    note_in_passing(UNDERRUN, NOBODY, tick);
+        state = BRAKE;
+    note_in_passing(UNDERRUN, NOBODY, last);
 }
 
 static __attribute__((noinline)) void brake_at_step(void)
 {
-    uint32_t tick = due.tick;
-
-    if (!go_down(tick)) {
+    if (!go_down()) {
         halt();
-        note(HALTED, NOBODY, tick);
+        note(HALTED, NOBODY, last);
     }
 }
 

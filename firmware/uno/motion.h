@@ -30,7 +30,8 @@ extern volatile uint8_t state;
 extern uint8_t down; /* the record that plays, or the last one that did, goes down */
 extern uint8_t half;
 extern uint32_t start_stop;
-extern struct tail_entry tail[];
+extern struct tail_entry tail_table[];
+#define TAIL_ENTRIES (tail_table + 1)
 extern volatile uint8_t tail_count;
 extern volatile uint8_t queued;
 
