@@ -282,7 +282,7 @@ static void take_config(void)
         settle(BAD_CONTENT, tick);
         return;
     }
-    start_stop = config->start_stop;
+    set_start_stop(config->start_stop);
     watchdog = config->watchdog;
     polarity = config->polarity;
     active = config->active;

@@ -28,13 +28,12 @@
 #define HOP_TICKS 32768u
 #define DIRECT_MOST 49152u /* more than this is hopped towards: what remains is never close */
 #define LONG_LEAST 32768u
-#define FAST 640u  /* ticks between steps, with less there is no time to brake at the next one */
 #define SOON 1200u /* what an input or a brake has moved comes no sooner behind it */
 
 volatile uint8_t state;
 uint8_t down;
 uint8_t half;
-uint32_t start_stop;
+static uint32_t start_stop;
 struct tail_entry tail_table[TAIL_MOST + 2]; /* before the entries one of 0, behind them one that is longer than any */
 volatile uint8_t tail_count;
 volatile uint8_t queued;
@@ -65,9 +64,12 @@ static uint32_t pace;   /* ticks between them, as of the end of a record */
 uint8_t follows;          /* behind a record comes the next one */
 static uint32_t held_at;
 static uint8_t overdue; /* the end of a pause has passed by unseen */
-static const struct tail_entry *tail_end = TAIL_ENTRIES; /* behind the last entry */
-static const struct tail_entry *entry;           /* the one that comes next */
-static const struct tail_entry *hint = TAIL_ENTRIES;     /* that of the present pace, as of the last turn of the main loop */
+const struct tail_entry *tail_end = TAIL_ENTRIES; /* behind the last entry */
+const struct tail_entry *entry;                   /* the one that comes next */
+const struct tail_entry *hint = TAIL_ENTRIES;     /* that of the present pace, as of the last turn of the main loop */
+uint8_t quick;  /* interrupts.S may begin a way down */
+uint8_t begun;  /* it has begun one: the first entry is in `entry`, its first step in `interval`, */
+uint16_t skip;  /* and, if the record has a way, that many steps of the table come before that one */
 
 void place(int32_t position)
 {
@@ -261,6 +263,7 @@ void take_tail(const struct tail_entry *from, uint8_t first, uint8_t n)
     fresh.from = from;
     fresh.first = first;
     fresh.count = n;
+    quick = 0;
     tail_count = first + n;
     tail_end = TAIL_ENTRIES + first + n;
     if (hint > tail_end)
@@ -273,7 +276,14 @@ void tail_settled(void)
     settle_tail();
     cli();
     fresh.count = 0;
+    quick = start_stop >= FAST;
     sei();
+}
+
+void set_start_stop(uint32_t ticks)
+{
+    start_stop = ticks;
+    quick = tail_count && ticks >= FAST;
 }
 
 /* Return the least interval behind one of `ticks`: where steps are fast a longer one, for there is much to do before
@@ -599,7 +609,7 @@ static void play_next(uint32_t tick)
 }
 
 /* The first piece of a way down has been chosen: `entry`, and in `interval` how far its first step is.  Do the rest. */
-static void begin_way_down(uint16_t skip)
+static void begin_way_down(uint16_t steps_before)
 {
     follows = 0;
     left--;
@@ -609,7 +619,7 @@ static void begin_way_down(uint16_t skip)
     show_in_time();
     place(position_now());
     pace = interval.tick;
-    chosen = tail_count ? entry->up_to - skip : 1;
+    chosen = tail_count ? entry->up_to - steps_before : 1;
     entry++;
     account();
     show_in_time();
@@ -619,53 +629,12 @@ static void begin_way_down(uint16_t skip)
         aim(last);
 }
 
-/* Where steps are fast and there is a table: begin the way down with as little as possible before the timer has its next
-   step.  Return 0, and do nothing, if this is another case. */
-static inline uint8_t go_down_fast(void)
-{
-    uint32_t ticks = due.tick - last, slow;
-    uint16_t least, skip;
-    const struct tail_entry *first = hint;
-
-    if (ticks >= FAST || !tail_count || fresh.count || !(stepped || left != count))
-        return 0;
-    least = least_behind(ticks);
-    if (flags & HAS_WAY) {
-        uint16_t remain = way_now();
-
-        if (!remain)
-            return 0;
-        skip = skipped(remain);
-        first = behind(skip, first);
-    } else {
-        if (ticks >= start_stop)
-            return 0;
-        first = slower(least, first);
-        if (first == tail_end)
-            return 0;
-        skip = first[-1].up_to;
-    }
-    slow = first->interval;
-    if (slow >= (uint32_t)LONG_LEAST << 8)
-        return 0;
-    if (least > (uint16_t)(slow >> 8))
-        slow = (uint32_t)least << 8; /* never faster than before */
-    end_pulse();
-    OCR1A = (uint16_t)due.tick + (uint16_t)(slow >> 8);
-    TCCR1A = ARMED;
-    interval.fraction = (uint16_t)(uint8_t)slow << 8;
-    interval.tick = slow >> 8;
-    entry = first;
-    begin_way_down(skip);
-    return 1;
-}
-
 /* The step that is due was the last one of its record, or a brake waited for it: begin the way down from it, or return 0
    if there is nothing to play. */
 static __attribute__((noinline)) uint8_t go_down_in_peace(void)
 {
     uint32_t ticks = due.tick - last;
-    uint16_t remain = 1, skip = 0;
+    uint16_t remain = 1, before = 0;
     uint8_t fraction = 0, plays = stepped || left != count;
     const struct tail_entry *first = hint;
 
@@ -676,15 +645,15 @@ static __attribute__((noinline)) uint8_t go_down_in_peace(void)
     if (!plays) {
         ;
     } else if (flags & HAS_WAY && tail_count) {
-        skip = skipped(remain);
-        first = behind(skip, first);
+        before = skipped(remain);
+        first = behind(before, first);
         ticks = least_behind(ticks);
     } else if (ticks >= start_stop) {
         plays = 0;
     } else if (tail_count) {
         ticks = least_behind(ticks);
         first = slower(ticks, first);
-        skip = first[-1].up_to;
+        before = first[-1].up_to;
         plays = first != tail_end;
     } else {
         ticks += ticks >> 4;
@@ -708,13 +677,17 @@ static __attribute__((noinline)) uint8_t go_down_in_peace(void)
     interval.fraction = (uint16_t)fraction << 8;
     interval.tick = ticks;
     entry = first;
-    begin_way_down(skip);
+    begin_way_down(before);
     return 1;
 }
 
 static __attribute__((noinline)) uint8_t go_down(void)
 {
-    return go_down_fast() || go_down_in_peace();
+    if (!begun)
+        return go_down_in_peace();
+    begun = 0;
+    begin_way_down(flags & HAS_WAY ? skip : entry[-1].up_to);
+    return 1;
 }
 
 /* On the way down, behind a piece of it: the next one, with the timer's part first, or the end. */

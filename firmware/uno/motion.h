@@ -29,7 +29,6 @@ struct tail_entry {
 extern volatile uint8_t state;
 extern uint8_t down; /* the record that plays, or the last one that did, goes down */
 extern uint8_t half;
-extern uint32_t start_stop;
 extern struct tail_entry tail_table[];
 #define TAIL_ENTRIES (tail_table + 1)
 extern volatile uint8_t tail_count;
@@ -49,6 +48,7 @@ void place(int32_t position);
 void set_state(uint8_t new_state);
 void forget_queue(void);
 void halt(void);
+void set_start_stop(uint32_t ticks); /* the motor may stand behind steps that are so far apart */
 void start(uint32_t tick, uint32_t present);
 uint8_t begins_brake(void); /* if steps are played; then only the event is left to be noted */
 void brake(uint8_t happening, uint8_t which, uint32_t tick);
