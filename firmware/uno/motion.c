@@ -226,10 +226,10 @@ static void aim_anew(uint32_t from)
         TCCR1A = ARMED;
 }
 
-/* The next step may be made while what follows from the one before takes its time: its phases do not wait. */
+/* The step that is due may be made while interrupts are off for long: its phases do not wait. */
 static inline void show_in_time(void)
 {
-    if (TIFR1 & _BV(OCF1A))
+    if (TIFR1 & _BV(OCF1A) && !(mode & HOP))
         PORTD = (PORTD & ~PHASES_MASK) | phases_due;
 }
 
@@ -446,6 +446,7 @@ uint8_t begins_brake(void)
         mode |= BRAKING;
         follows = 0;
     }
+    show_in_time();
     return 1;
 }
 
