@@ -41,21 +41,15 @@ static uint32_t last_heard; /* tick of the last sound frame */
 static uint32_t watchdog;
 
 /* Say in the answer how things are, and let the steps go on. */
-static void settle(uint8_t result, uint32_t tick)
+static __attribute__((noinline)) void settle(uint8_t result, uint32_t tick)
 {
-    uint8_t slots_free = SLOTS - queued;
-    uint8_t state_now = state;
-    uint8_t events_now = next_event;
-    uint8_t inputs_now = levels;
-    int32_t position = position_now();
-
+    answer.free = SLOTS - queued;
+    answer.state = state;
+    answer.events = next_event;
+    answer.inputs = levels;
+    answer.position = position_now();
     leave();
     answer.result = result;
-    answer.free = slots_free;
-    answer.state = state_now;
-    answer.events = events_now;
-    answer.inputs = inputs_now;
-    answer.position = position;
     answer.tick = tick;
     if (result != DAMAGED)
         last_heard = tick;

@@ -95,6 +95,29 @@
         sts phases_due, r24
         .endm
 
+/* Let STEP fall, and rise again at the next match. */
+        .macro END_PULSE
+        ldi r24, DISARMED
+        sts TCCR1A, r24
+        ldi r24, 1 << FOC1A
+        sts TCCR1C, r24
+        ldi r24, ARMED
+        sts TCCR1A, r24
+        .endm
+
+/* The high half of `due` takes the carry of the low one; an interval that the short way may take has 16 bits. */
+        .macro ADVANCE_HIGH
+        ldi r24, 0
+        lds r25, due+4
+        sts last+2, r25
+        adc r25, r24
+        sts due+4, r25
+        lds r25, due+5
+        sts last+3, r25
+        adc r25, r24
+        sts due+5, r25
+        .endm
+
 /* ------------------------------------------------------------------------------------------------------- the step */
         .text
 too_late:
@@ -172,26 +195,13 @@ TIMER1_COMPA_vect:
         sts due+3, r23
         sts OCR1AH, r23
         sts OCR1AL, r22
-        ldi r24, 0              ; an interval that this way may take has 16 bits
-        lds r25, due+4
-        sts last+2, r25
-        adc r25, r24
-        sts due+4, r25
-        lds r25, due+5
-        sts last+3, r25
-        adc r25, r24
-        sts due+5, r25
         lds r25, mode
         tst r25
-        brne ramp_or_phases
-end_pulse:
-        ldi r24, DISARMED
-        sts TCCR1A, r24
-        ldi r25, 1 << FOC1A
-        sts TCCR1C, r25
-        ldi r25, ARMED
-        sts TCCR1A, r25
+        brne ramp_or_phases     ; the carry remains as it is up to ADVANCE_HIGH
+        END_PULSE
+        ADVANCE_HIGH
         ; has the timer gone past `due`?  Then STEP is high again, or this was too late.
+look_back:
         lds r24, TCNT1L
         lds r25, TCNT1H
         sub r22, r24
@@ -213,7 +223,10 @@ one_more:                       ; before a way down: it begins behind the next s
         sts mode, r25
         rjmp 1f
 ramp_or_phases:
-        brmi one_more
+        ADVANCE_HIGH
+        lds r25, mode
+        sbrc r25, ONE_MORE
+        rjmp one_more
 1:      sbrs r25, PHASES
         rjmp 2f
         push r30
@@ -239,12 +252,13 @@ ramp_or_phases:
         lds r25, add+3
         adc r24, r25
         sts interval+3, r24
-        brmi 1f
-        rjmp end_pulse
-1:      lds r24, mode           ; 32768 ticks and more: match() does the next one
+        brpl end_pulse
+        lds r24, mode           ; 32768 ticks and more: match() does the next one
         ori r24, 1 << LONG
         sts mode, r24
-        rjmp end_pulse
+end_pulse:
+        END_PULSE
+        rjmp look_back
 
 /* The last step of a record, and another one with steps in the same direction follows: what the timer needs comes
    first, then the rest is loaded while the next step is on its way. */
@@ -305,21 +319,8 @@ can:    push r20
         sts due+3, r23
         sts OCR1AH, r23
         sts OCR1AL, r22
-        ldi r25, 0
-        lds r24, due+4
-        sts last+2, r24
-        adc r24, r25
-        sts due+4, r24
-        lds r24, due+5
-        sts last+3, r24
-        adc r24, r25
-        sts due+5, r24
-        ldi r24, DISARMED
-        sts TCCR1A, r24
-        ldi r25, 1 << FOC1A
-        sts TCCR1C, r25
-        ldi r25, ARMED
-        sts TCCR1A, r25
+        END_PULSE
+        ADVANCE_HIGH
         lds r24, TCNT1L
         lds r25, TCNT1H
         sub r22, r24
@@ -328,48 +329,45 @@ can:    push r20
         brpl 1f
         sbis PINB, PORTB1
         ldi r22, 1
-1:      lds r25, mode
-        ; flags, and with them half steps and the way of the phases: 2, or 1 in half steps, or minus that
-        ld r24, Z
-        sts flags, r24
-        mov r23, r24
-        andi r24, 1 << IS_HALF
-        sts half, r24
-        ldi r24, 2
+1:      ld r23, Z
+        sts flags, r23
+        lds r25, mode
+        bst r25, ONE_MORE       ; it was in the old mode; this is the new one
+        andi r25, 1 << PHASES
+        breq 2f
+        ldi r24, 2              ; half steps
         sbrc r23, IS_HALF
         ldi r24, 1
         sbrc r23, DOWN
         neg r24
         andi r24, 7
         sts phase_step, r24
-        bst r25, ONE_MORE       ; it was in the old mode; this is the new one
-        andi r25, 1 << PHASES
-        breq 2f
         push r30
         push r31
         NEXT_PHASES
         pop r31
         pop r30
 2:      bld r25, BRAKING
-        sbrc r23, RAMP
-        ori r25, 1 << RAMP
         ; interval, and the one behind the step that is due now
-        sbrs r23, HAS_WAY
+        sbrc r23, RAMP
         rjmp 9f
-        ldd r24, Z+ADD          ; the interval remains, and `add` is a way down
+        sbrs r23, HAS_WAY
+        rjmp 8f
+        ldd r24, Z+ADD          ; `add` is a way down
         sts way, r24
         ldd r24, Z+ADD+1
         sts way+1, r24
         ldd r24, Z+ADD+2
         sts way_slope, r24
-        sts interval, r20
+8:      sts interval, r20       ; it remains
         sts interval+1, r21
         ldd r20, Z+INTERVAL
         sts interval+2, r20
         ldd r20, Z+INTERVAL+1
         sts interval+3, r20
         rjmp 3f
-9:      ldd r24, Z+ADD
+9:      ori r25, 1 << RAMP
+        ldd r24, Z+ADD
         sts add, r24
         add r20, r24
         sts interval, r20
@@ -389,10 +387,7 @@ can:    push r20
         sts interval+3, r20
         brpl 3f
         ori r25, 1 << LONG
-3:      sts mode, r25
-        ldi r24, 0              ; two numbers below 32768, or the interval is not needed any more
-        sts interval+4, r24
-        sts interval+5, r24
+3:      sts mode, r25           ; the high half of the interval is 0: it was not LONG
         ldi r24, 1
         sts stepped, r24
         ; count, and the position behind the record
@@ -595,18 +590,13 @@ other:  rjmp with_phases
         ldi r20, 0              ; never faster
         mov r21, r18
         mov r22, r19
-1:      ldi r24, DISARMED
-        sts TCCR1A, r24
-        ldi r24, 1 << FOC1A
-        sts TCCR1C, r24
-        lds r24, due+2
+1:      lds r24, due+2
         add r24, r21
         lds r25, due+3
         adc r25, r22
         sts OCR1AH, r25
         sts OCR1AL, r24
-        ldi r24, ARMED
-        sts TCCR1A, r24
+        END_PULSE
         sts interval, r1
         sts interval+1, r20
         sts interval+2, r21

@@ -32,7 +32,6 @@
 
 volatile uint8_t state;
 uint8_t down;
-uint8_t half;
 static uint32_t start_stop;
 struct tail_entry tail_table[TAIL_MOST + 2]; /* before the entries one of 0, behind them one that is longer than any */
 volatile uint8_t tail_count;
@@ -112,7 +111,7 @@ void halt(void)
 /* What the step that is due does to the phases; until it is made they remain. */
 void set_phase_step(void)
 {
-    uint8_t before = phase - phase_step, step = half ? 1 : 2;
+    uint8_t before = phase - phase_step, step = flags & IS_HALF ? 1 : 2;
 
     phase_step = down ? 8 - step : step;
     phase = (before + phase_step) & 7;
@@ -512,7 +511,6 @@ static void load_record(void)
     flags = record->flags;
     count = record->count;
     down = flags & DOWN;
-    half = flags & IS_HALF;
     mode = has_phases ? PHASES : 0;
     if (flags & IS_PAUSE) {
         mode |= PAUSE;

@@ -28,7 +28,6 @@ struct tail_entry {
 
 extern volatile uint8_t state;
 extern uint8_t down; /* the record that plays, or the last one that did, goes down */
-extern uint8_t half;
 extern struct tail_entry tail_table[];
 #define TAIL_ENTRIES (tail_table + 1)
 extern volatile uint8_t tail_count;
