@@ -25,7 +25,7 @@ static uint8_t brakes[2] = {BY_BRAKE, BY_BRAKE};
 static uint8_t holds;
 static uint8_t marks;
 static uint8_t estops;
-static uint8_t may_stop = BY_STOP; /* all but brakes and marks */
+static uint8_t may_stop[2] = {BY_STOP, BY_STOP}; /* all but brakes and marks, by direction */
 
 void set_up_inputs(void)
 {
@@ -65,7 +65,8 @@ void sort_reflexes(void)
             break;
         }
     }
-    may_stop = stops[0] | stops[1] | holds | estops;
+    may_stop[0] = stops[0] | holds | estops;
+    may_stop[1] = stops[1] | holds | estops;
 }
 
 /* Return the inputs that are active, as of the last look. */
@@ -101,8 +102,12 @@ uint8_t enter_to_stop(uint8_t causes, uint32_t *tick)
     for (;;) {
         *tick = enter();
         /* The quick answer first: steps wait meanwhile. */
-        if ((!(causes & may_stop) && !is_in_pause()) || !takes_away(causes))
+        if (!(causes & may_stop[down]) && !is_in_pause())
             return 0;
+        if (!takes_away(causes)) {
+            show_in_time();
+            return 0;
+        }
         /* A match may come until the next line has been run; then STEP is high and the step counts. */
         TCCR1A = DISARMED;
         __asm__ volatile("nop\n\tnop"); /* what PINB shows is a cycle and a half old */

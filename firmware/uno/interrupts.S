@@ -482,6 +482,7 @@ can:    push r20
         cpc r25, r21
         .endm
 
+other:  rjmp with_phases
 descend:
         SAVE
         lds r18, due+2          ; ticks between the last two steps
@@ -528,7 +529,7 @@ descend:
         lds r31, hint+1
         lds r24, flags
         sbrc r24, HAS_WAY
-        rjmp 4f
+        rjmp by_way
 2:      sbiw r30, ENTRY
         COMPARE_INTERVAL
         brcs 2b
@@ -540,8 +541,9 @@ descend:
         cp r30, r24
         cpc r31, r25
         brne 9f
-other:  rjmp with_phases
-4:      lds r24, count          ; the way from this step on: as from the first one, and so much more for each since
+        rjmp with_phases
+by_way:                         ; as from the first step of the record, and so much more for each since
+        lds r24, count
         lds r25, count+1
         lds r20, left
         lds r21, left+1
@@ -551,17 +553,18 @@ other:  rjmp with_phases
         lds r21, way+1
         lds r22, way_slope
         tst r22
-        breq 6f
+        breq 4f
         brmi 5f
         add r20, r24
         adc r21, r25
-        rjmp 6f
+        rjmp 4f
 5:      sub r20, r24
         sbc r21, r25
-6:      mov r24, r20
+4:      mov r24, r20
         or r24, r21
-        breq other
-        lds r26, tail_end       ; the steps of the table that come before those
+        brne 6f
+        rjmp with_phases        ; it stands here
+6:      lds r26, tail_end       ; the steps of the table that come before those
         lds r27, tail_end+1
         sbiw r26, ENTRY - 4
         ld r24, X+
@@ -581,16 +584,17 @@ other:  rjmp with_phases
         brcc 1b
         LOAD_INTERVAL
 9:      tst r23
-        brne other
+        brne 6f
         sbrc r22, 7
-        rjmp other
+6:      rjmp with_phases
         cp r21, r18
         cpc r22, r19
-        brcc 1f
+        brcc first_step
         ldi r20, 0              ; never faster
         mov r21, r18
         mov r22, r19
-1:      lds r24, due+2
+first_step:
+        lds r24, due+2
         add r24, r21
         lds r25, due+3
         adc r25, r22

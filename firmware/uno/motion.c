@@ -16,10 +16,8 @@
 #include "wire.h"
 
 /* `mode`, as in interrupts.S: with none of the first five the short way is enough. */
-#define HOP 0x01     /* the match is only on the way to an instant that is far away */
-/* PAUSE, 0x02, is in motion.h */
+/* HOP, PAUSE and STILL are in motion.h */
 #define BRAKING 0x04 /* behind the step that is due the tail begins */
-#define STILL 0x08   /* nothing is due */
 #define LONG 0x10    /* the interval behind the step that is due may need hops */
 #define RAMP 0x20    /* the interval changes with each step */
 #define PHASES 0x40
@@ -66,7 +64,7 @@ static uint8_t overdue; /* the end of a pause has passed by unseen */
 const struct tail_entry *tail_end = TAIL_ENTRIES; /* behind the last entry */
 const struct tail_entry *entry;                   /* the one that comes next */
 const struct tail_entry *hint = TAIL_ENTRIES;     /* that of the present pace, as of the last turn of the main loop */
-uint8_t quick;  /* interrupts.S may begin a way down */
+uint8_t quick;  /* interrupts.S may begin a way down where steps are fast: there is a table, and it is in its place */
 uint8_t begun;  /* it has begun one: the first entry is in `entry`, its first step in `interval`, */
 uint16_t skip;  /* and, if the record has a way, that many steps of the table come before that one */
 
@@ -223,13 +221,6 @@ static void aim_anew(uint32_t from)
     TIFR1 = _BV(OCF1A);
     if (!(mode & (HOP | PAUSE)))
         TCCR1A = ARMED;
-}
-
-/* The step that is due may be made while interrupts are off for long: its phases do not wait. */
-static inline void show_in_time(void)
-{
-    if (TIFR1 & _BV(OCF1A) && !(mode & HOP))
-        PORTD = (PORTD & ~PHASES_MASK) | phases_due;
 }
 
 static inline void end_pulse(void)

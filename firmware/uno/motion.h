@@ -2,7 +2,11 @@
 #ifndef MOTION_H
 #define MOTION_H
 
+#include <avr/io.h>
 #include <stdint.h>
+
+#include "outputs.h"
+#include "pins.h"
 
 /* 1/65536 tick in the low half: 48 bits, little-endian, as interrupts.S adds them. */
 struct instant {
@@ -54,12 +58,22 @@ void brake(uint8_t happening, uint8_t which, uint32_t tick);
 void hold(uint32_t tick);
 uint32_t release(uint32_t tick);
 
-#define PAUSE 0x02 /* a bit of `mode`: what is due is the end of a pause */
+/* Bits of `mode` with which the match that is due is no step. */
+#define HOP 0x01   /* it is only on the way to an instant that is far away */
+#define PAUSE 0x02 /* it is the end of a pause */
+#define STILL 0x08 /* nothing is due */
 extern volatile uint8_t mode;
 
 static inline uint8_t is_in_pause(void)
 {
     return mode & PAUSE;
+}
+
+/* The step that is due may be made while interrupts are off for long: its phases do not wait. */
+static inline void show_in_time(void)
+{
+    if (TIFR1 & _BV(OCF1A) && !(mode & (HOP | PAUSE | STILL)))
+        PORTD = (PORTD & ~PHASES_MASK) | phases_due;
 }
 
 uint32_t first_due(uint32_t tick);
