@@ -16,8 +16,10 @@
 #include "wire.h"
 
 /* `mode`, as in interrupts.S: with none of the first five the short way is enough. */
-/* HOP, PAUSE and STILL are in motion.h */
+#define HOP 0x01     /* the match is only on the way to an instant that is far away */
+/* PAUSE, 0x02, is in motion.h */
 #define BRAKING 0x04 /* behind the step that is due the tail begins */
+#define STILL 0x08   /* nothing is due */
 #define LONG 0x10    /* the interval behind the step that is due may need hops */
 #define RAMP 0x20    /* the interval changes with each step */
 #define PHASES 0x40

@@ -58,10 +58,7 @@ void brake(uint8_t happening, uint8_t which, uint32_t tick);
 void hold(uint32_t tick);
 uint32_t release(uint32_t tick);
 
-/* Bits of `mode` with which the match that is due is no step. */
-#define HOP 0x01   /* it is only on the way to an instant that is far away */
-#define PAUSE 0x02 /* it is the end of a pause */
-#define STILL 0x08 /* nothing is due */
+#define PAUSE 0x02 /* a bit of `mode`: what is due is the end of a pause */
 extern volatile uint8_t mode;
 
 static inline uint8_t is_in_pause(void)
@@ -69,10 +66,11 @@ static inline uint8_t is_in_pause(void)
     return mode & PAUSE;
 }
 
-/* The step that is due may be made while interrupts are off for long: its phases do not wait. */
+/* The step that is due may be made while interrupts are off for long: its phases do not wait for the interrupt, which
+   ends the pulse. */
 static inline void show_in_time(void)
 {
-    if (TIFR1 & _BV(OCF1A) && !(mode & (HOP | PAUSE | STILL)))
+    if (PINB & _BV(STEP_BIT))
         PORTD = (PORTD & ~PHASES_MASK) | phases_due;
 }
 
