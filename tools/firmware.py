@@ -20,7 +20,7 @@ FLASH, RAM = 32_256, 2_048  # bytes; of 32 KB of flash a boot loader has the las
 WORDS = (
     f"-mmcu={CHIP}",
     "-std=gnu99",
-    "-O3",
+    "-O2",
     "-Wall",
     "-Wextra",
     "-Werror",

@@ -41,21 +41,15 @@ static uint32_t last_heard; /* tick of the last sound frame */
 static uint32_t watchdog;
 
 /* Say in the answer how things are, and let the steps go on. */
-static void settle(uint8_t result, uint32_t tick)
+static __attribute__((noinline)) void settle(uint8_t result, uint32_t tick)
 {
-    uint8_t slots_free = SLOTS - queued;
-    uint8_t state_now = state;
-    uint8_t events_now = next_event;
-    uint8_t inputs_now = levels;
-    int32_t position = position_now();
-
+    answer.free = SLOTS - queued;
+    answer.state = state;
+    answer.events = next_event;
+    answer.inputs = levels;
+    answer.position = position_now();
     leave();
     answer.result = result;
-    answer.free = slots_free;
-    answer.state = state_now;
-    answer.events = events_now;
-    answer.inputs = inputs_now;
-    answer.position = position;
     answer.tick = tick;
     if (result != DAMAGED)
         last_heard = tick;
@@ -66,17 +60,24 @@ static void refuse(uint8_t result)
     settle(result, enter());
 }
 
+/* Fetch an event while interrupts may write others. */
+static void fetch(uint8_t number, struct event *event)
+{
+    *event = events[number % EVENTS_KEPT];
+    __asm__ volatile("" : : : "memory"); /* all of it, before anything else is looked at */
+}
+
 /* Send events, in order, up to the one with this number. */
 static void tell_events_before(uint8_t number)
 {
-    while (told != number) {
+    while ((int8_t)(number - told) > 0) {
         struct event event;
 
-        cli();
-        if ((uint8_t)(next_event - told) > EVENTS_KEPT)
+        fetch(told, &event);
+        if ((uint8_t)(next_event - told) > EVENTS_KEPT) {
             told = next_event - EVENTS_KEPT; /* overwritten; the host sees the gap */
-        event = events[told % EVENTS_KEPT];
-        sei();
+            continue;
+        }
         send(told, EVENT, &event, sizeof event);
         told++;
     }
@@ -217,19 +218,13 @@ static void take_stop(void)
         return;
     }
     cause = PAYLOAD[0] ? BY_BRAKE : BY_STOP;
-    tick = enter_to_stop(cause);
+    enter_to_stop(cause, &tick);
     if (cause == BY_BRAKE && begins_brake()) {
-        /* Steps may be fast, and wait: the event has its place and its number, and is written behind that. */
-        struct event *event = &events[next_event % EVENTS_KEPT];
+        /* Steps may be fast, and wait: the event has its number, and is written behind that. */
+        uint8_t number = next_event++;
 
-        next_event++;
         settle(TAKEN, tick);
-        event->kind = BRAKED;
-        event->which = NOBODY;
-        event->state = answer.state;
-        event->inputs = answer.inputs;
-        event->position = answer.position;
-        event->tick = tick;
+        write_event(number, BRAKED, NOBODY, answer.state, answer.inputs, answer.position, tick);
         return;
     }
     command(cause, tick);
@@ -281,7 +276,7 @@ static void take_config(void)
         settle(BAD_CONTENT, tick);
         return;
     }
-    start_stop = config->start_stop;
+    set_start_stop(config->start_stop);
     watchdog = config->watchdog;
     polarity = config->polarity;
     active = config->active;
@@ -291,9 +286,11 @@ static void take_config(void)
         reflexes[i] = config->reflex[i];
     for (i = 0; i < 8; i++)
         pattern[i] = config->pattern[i] << 4;
-    phase = config->phase;
+    phase = config->phase; /* as it is now */
+    phase_step = 0;
     sort_reflexes();
     configure_outputs();
+    set_phase_step();
     show_direction(down);
     if (state == BOOT)
         set_state(HALT);
@@ -311,8 +308,8 @@ static void take_tail_frame(void)
         result = BAD_CONTENT;
     } else {
         if (first) {
-            least = tail[first - 1].interval; /* no less than SHORTEST */
-            steps = tail[first - 1].up_to;
+            least = TAIL_ENTRIES[first - 1].interval; /* no less than SHORTEST */
+            steps = TAIL_ENTRIES[first - 1].up_to;
         }
         for (i = 0; i < n; i++) {
             if (entries[i].interval < least || !entries[i].up_to)
@@ -361,8 +358,9 @@ static void take_outputs(void)
     } else if (LENGTH != 2 || (PAYLOAD[0] | PAYLOAD[1]) >= 32) {
         settle(BAD_CONTENT, tick);
     } else {
-        set_outputs(PAYLOAD[0], PAYLOAD[1]);
+        choose_outputs(PAYLOAD[0], PAYLOAD[1]);
         settle(TAKEN, tick);
+        show_outputs();
     }
 }
 
@@ -409,16 +407,20 @@ static void check(uint16_t pulses, uint16_t interval)
 /* Fetch the event that is asked for, as it is at the instant of the answer, or return 0. */
 static uint8_t take_repeat(struct event *event)
 {
-    uint32_t tick = enter();
-    uint8_t back = next_event - PAYLOAD[0];
+    uint8_t next, back;
+    uint32_t tick;
 
-    if (LENGTH != 1) {
-        settle(BAD_CONTENT, tick);
-        return 0;
+    for (;;) {
+        next = next_event;
+        fetch(PAYLOAD[0], event);
+        tick = enter();
+        if (next_event == next)
+            break;
+        leave();
     }
-    *event = events[PAYLOAD[0] % EVENTS_KEPT];
-    settle(TAKEN, tick);
-    return back >= 1 && back <= EVENTS_KEPT;
+    settle(LENGTH == 1 ? TAKEN : BAD_CONTENT, tick);
+    back = next - PAYLOAD[0];
+    return LENGTH == 1 && back >= 1 && back <= EVENTS_KEPT;
 }
 
 static void take_check(void)
@@ -508,7 +510,7 @@ void watch_for_silence(void)
     sei();
     if (tick - last_heard < watchdog)
         return;
-    tick = enter_to_stop(BY_BRAKE);
+    enter_to_stop(BY_BRAKE, &tick);
     if (begins_brake())
         note_in_passing(SILENT, NOBODY, tick);
     else if (state == RUN || state == HOLD)

@@ -19,6 +19,10 @@ struct event {
 extern struct event events[EVENTS_KEPT];
 extern volatile uint8_t next_event; /* its number */
 
+/* Write one whose number and contents were fixed before, when its instant was. */
+void write_event(uint8_t number, uint8_t kind, uint8_t which, uint8_t state_then, uint8_t inputs, int32_t position,
+                 uint32_t tick);
+
 void note(uint8_t kind, uint8_t which, uint32_t tick); /* interrupts are off */
 
 /* The same for the step interrupt, as the last thing that it does: what happened is fixed at once, then interrupts are

@@ -25,7 +25,7 @@ static uint8_t brakes[2] = {BY_BRAKE, BY_BRAKE};
 static uint8_t holds;
 static uint8_t marks;
 static uint8_t estops;
-static uint8_t may_stop = BY_STOP; /* all but brakes and marks */
+static uint8_t may_stop[2] = {BY_STOP, BY_STOP}; /* all but brakes and marks, by direction */
 
 void set_up_inputs(void)
 {
@@ -65,7 +65,8 @@ void sort_reflexes(void)
             break;
         }
     }
-    may_stop = stops[0] | stops[1] | holds | estops;
+    may_stop[0] = stops[0] | holds | estops;
+    may_stop[1] = stops[1] | holds | estops;
 }
 
 /* Return the inputs that are active, as of the last look. */
@@ -96,20 +97,23 @@ uint8_t takes_away(uint8_t causes)
     return is_in_pause() || (holding && (holding & -holding) < (braking & -braking));
 }
 
-uint32_t enter_to_stop(uint8_t causes)
+uint8_t enter_to_stop(uint8_t causes, uint32_t *tick)
 {
     for (;;) {
-        uint32_t tick = enter();
-
+        *tick = enter();
         /* The quick answer first: steps wait meanwhile. */
-        if ((!(causes & may_stop) && !is_in_pause()) || !takes_away(causes))
-            return tick;
+        if (!(causes & may_stop[down]) && !is_in_pause())
+            return 0;
+        if (!takes_away(causes)) {
+            show_in_time();
+            return 0;
+        }
         /* A match may come until the next line has been run; then STEP is high and the step counts. */
         TCCR1A = DISARMED;
         __asm__ volatile("nop\n\tnop"); /* what PINB shows is a cycle and a half old */
         if (!(PINB & _BV(STEP_BIT))) {
             TIFR1 = _BV(OCF1A);
-            return tick;
+            return 1;
         }
         sei(); /* the interrupt is pending: it counts the step and arms the next */
         __asm__ volatile("nop");
@@ -179,27 +183,12 @@ void act_at_load(uint32_t tick, uint8_t at_start)
         }
 }
 
-void look(void)
+/* Do what follows from `changed` inputs, in ascending order, where no step waits: in a hold, or behind what stops or
+   holds the motor. */
+static void act_in_peace(uint8_t changed, uint8_t becoming, uint32_t tick)
 {
-    uint8_t changed = (PINC & INPUTS_MASK) ^ levels;
-    uint8_t becoming, alone, i, bit; /* `alone`: the only input that has changed, and has become active */
-    uint32_t tick;
+    uint8_t i, bit;
 
-    if (!changed)
-        return;
-    becoming = changed & ~(levels ^ changed ^ active);
-    alone = 0;
-    if (becoming == changed && !(changed & (changed - 1)) && !(changed & (estops | marks)))
-        while (changed >> alone != 1)
-            alone++;
-    else
-        alone = 8;
-    tick = enter_to_stop(becoming);
-    if (alone < 8 && !(changed & stops[down]) && changed & brakes[down] && begins_brake()) {
-        levels ^= changed; /* with nothing else to be seen steps need not wait for long */
-        note_in_passing(BRAKED, alone, tick);
-        return;
-    }
     for (i = 0, bit = 1; i < 6; i++, bit <<= 1) {
         if (!(changed & bit))
             continue;
@@ -215,5 +204,56 @@ void look(void)
         if (bit & reported)
             note(INPUT_CHANGED, i, tick);
     }
+}
+
+static uint8_t bits_of(uint8_t set)
+{
+    uint8_t count = 0;
+
+    for (; set; set &= set - 1)
+        count++;
+    return count;
+}
+
+/* Steps go on while inputs do no more than to be told, or to begin a brake, which the first of several does.  Then
+   interrupts are off for as long only as it takes to fix what the events say; they are written behind that. */
+void look(void)
+{
+    uint8_t seen = PINC & INPUTS_MASK, inputs = levels, changed = seen ^ inputs;
+    uint8_t becoming = changed & ~(seen ^ active), marking = becoming & marks, told = (changed & reported) | marking;
+    uint8_t many = bits_of(told), braking = 0, number, state_then, i, bit;
+    int32_t position;
+    uint32_t tick;
+
+    if (!changed)
+        return;
+    if (enter_to_stop(becoming, &tick) || state == HOLD) {
+        act_in_peace(changed, becoming, tick);
+        leave();
+        return;
+    }
+    state_then = state;
+    if (becoming & brakes[down] && begins_brake()) {
+        braking = becoming & brakes[down];
+        braking &= -braking;
+        if (!(told & braking))
+            many++;
+    }
+    levels = seen;
+    number = next_event;
+    next_event = number + many;
+    position = position_now();
     leave();
+    for (i = 0, bit = 1; i < 6; i++, bit <<= 1) {
+        uint8_t kind = marking & bit ? MARKED : INPUT_CHANGED;
+
+        inputs ^= changed & bit;
+        if (bit == braking) {
+            state_then = BRAKE;
+            kind = BRAKED;
+        } else if (!(told & bit)) {
+            continue;
+        }
+        write_event(number++, kind, i, state_then, inputs, position, tick);
+    }
 }

@@ -16,7 +16,8 @@ extern uint8_t reflexes[6];
 void set_up_inputs(void);
 void sort_reflexes(void);                                     /* after `reflexes` or `active` have changed */
 uint8_t is_estop_active(void);
-uint32_t enter_to_stop(uint8_t causes);                       /* as enter(); no step comes that `causes` take away */
+/* As enter(), and return whether `causes` take the match away that is due; then it does not come. */
+uint8_t enter_to_stop(uint8_t causes, uint32_t *tick);
 uint8_t takes_away(uint8_t causes);
 void act_at_load(uint32_t tick, uint8_t at_start);            /* interrupts are off */
 uint8_t acts_at_load(uint8_t at_start);

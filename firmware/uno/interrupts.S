@@ -18,6 +18,8 @@
 #define LONG 4 /* the number of the bit */
 #define RAMP 5
 #define PHASES 6
+#define ONE_MORE 7
+#define BRAKING 2
 
 /* Bytes of a record in the queue, as on the line; RAMP of its flags is set by the main loop. */
 #define FLAGS 0
@@ -70,6 +72,52 @@
         reti
         .endm
 
+/* Phases A..D of the step that has been made, first of all that is done behind its edge. */
+        .macro SHOW_PHASES
+        lds r24, phases_due
+        in r25, PORTD
+        andi r25, 0x0F
+        or r25, r24
+        out PORTD, r25
+        .endm
+
+/* Those of the step that comes next; r24, r30 and r31 are used. */
+        .macro NEXT_PHASES
+        lds r30, phase
+        lds r24, phase_step
+        add r30, r24
+        andi r30, 7
+        sts phase, r30
+        ldi r31, 0
+        subi r30, lo8(-(pattern))
+        sbci r31, hi8(-(pattern))
+        ld r24, Z
+        sts phases_due, r24
+        .endm
+
+/* Let STEP fall, and rise again at the next match. */
+        .macro END_PULSE
+        ldi r24, DISARMED
+        sts TCCR1A, r24
+        ldi r24, 1 << FOC1A
+        sts TCCR1C, r24
+        ldi r24, ARMED
+        sts TCCR1A, r24
+        .endm
+
+/* The high half of `due` takes the carry of the low one; an interval that the short way may take has 16 bits. */
+        .macro ADVANCE_HIGH
+        ldi r24, 0
+        lds r25, due+4
+        sts last+2, r25
+        adc r25, r24
+        sts due+4, r25
+        lds r25, due+5
+        sts last+3, r25
+        adc r25, r24
+        sts due+5, r25
+        .endm
+
 /* ------------------------------------------------------------------------------------------------------- the step */
         .text
 too_late:
@@ -79,12 +127,9 @@ too_late:
         call late
         RESTORE
 
-need_match:
-        lds r24, mode
-        sbrc r24, PHASES
-        rjmp phases_first
 to_match:
         SAVE
+matching:
         call match
         cli                     ; match() may have let interrupts in at its end
         lds r24, state
@@ -92,6 +137,23 @@ to_match:
         breq 1f
         call serve_line         ; this was long, and the next match would come before a byte that waits
 1:      RESTORE
+
+need_match:
+        cpi r25, 1 << BRAKING
+        breq braked
+        andi r25, NO_STEP
+        brne to_match
+        SHOW_PHASES
+shown:  SAVE
+with_phases:
+        lds r24, mode
+        sbrs r24, PHASES
+        rjmp matching
+        NEXT_PHASES
+        rjmp matching
+
+braked: SHOW_PHASES
+        rjmp descend
 
         .global TIMER1_COMPA_vect
 TIMER1_COMPA_vect:
@@ -102,6 +164,7 @@ TIMER1_COMPA_vect:
         lds r25, mode
         andi r25, NEED_MATCH
         brne need_match
+        SHOW_PHASES
         lds r24, left
         lds r25, left+1
         sbiw r24, 1
@@ -132,26 +195,13 @@ TIMER1_COMPA_vect:
         sts due+3, r23
         sts OCR1AH, r23
         sts OCR1AL, r22
-        ldi r24, 0              ; an interval that this way may take has 16 bits
-        lds r25, due+4
-        sts last+2, r25
-        adc r25, r24
-        sts due+4, r25
-        lds r25, due+5
-        sts last+3, r25
-        adc r25, r24
-        sts due+5, r25
         lds r25, mode
         tst r25
-        brne ramp_or_phases
-end_pulse:
-        ldi r24, DISARMED
-        sts TCCR1A, r24
-        ldi r25, 1 << FOC1A
-        sts TCCR1C, r25
-        ldi r25, ARMED
-        sts TCCR1A, r25
+        brne ramp_or_phases     ; the carry remains as it is up to ADVANCE_HIGH
+        END_PULSE
+        ADVANCE_HIGH
         ; has the timer gone past `due`?  Then STEP is high again, or this was too late.
+look_back:
         lds r24, TCNT1L
         lds r25, TCNT1H
         sub r22, r24
@@ -168,30 +218,25 @@ past:   sbis PINB, PORTB1
         rjmp too_late
         rjmp back
 
+one_more:                       ; before a way down: it begins behind the next step
+        subi r25, (1 << ONE_MORE) - (1 << BRAKING)
+        sts mode, r25
+        rjmp 1f
 ramp_or_phases:
-        sbrs r25, PHASES
-        rjmp ramp
+        ADVANCE_HIGH
+        lds r25, mode
+        sbrc r25, ONE_MORE
+        rjmp one_more
+1:      sbrs r25, PHASES
+        rjmp 2f
         push r30
         push r31
-        lds r30, phase
-        lds r24, phase_step
-        add r30, r24
-        andi r30, 7
-        sts phase, r30
-        ldi r31, 0
-        subi r30, lo8(-(pattern))
-        sbci r31, hi8(-(pattern))
-        ld r24, Z
-        in r25, PORTD
-        andi r25, 0x0F
-        or r25, r24
-        out PORTD, r25
+        NEXT_PHASES
         pop r31
         pop r30
-        lds r25, mode
-        sbrs r25, RAMP
+2:      sbrs r25, RAMP
         rjmp end_pulse
-ramp:   lds r24, interval
+        lds r24, interval
         lds r25, add
         add r24, r25
         sts interval, r24
@@ -207,46 +252,25 @@ ramp:   lds r24, interval
         lds r25, add+3
         adc r24, r25
         sts interval+3, r24
-        brmi 1f
-        rjmp end_pulse
-1:      lds r24, mode           ; 32768 ticks and more: match() does the next one
+        brpl end_pulse
+        lds r24, mode           ; 32768 ticks and more: match() does the next one
         ori r24, 1 << LONG
         sts mode, r24
-        rjmp end_pulse
-
-/* The phases of a step come before what takes long. */
-phases_first:
-        andi r24, NO_STEP
-        brne 1f
-        push r30
-        push r31
-        lds r30, phase
-        lds r24, phase_step
-        add r30, r24
-        andi r30, 7
-        sts phase, r30
-        ldi r31, 0
-        subi r30, lo8(-(pattern))
-        sbci r31, hi8(-(pattern))
-        ld r24, Z
-        in r25, PORTD
-        andi r25, 0x0F
-        or r25, r24
-        out PORTD, r25
-        pop r31
-        pop r30
-1:      rjmp to_match
+end_pulse:
+        END_PULSE
+        rjmp look_back
 
 /* The last step of a record, and another one with steps in the same direction follows: what the timer needs comes
    first, then the rest is loaded while the next step is on its way. */
 next_record:
         lds r24, follows
         tst r24
-        breq 1f
-        lds r24, queued
+        brne 1f
+        rjmp shown
+1:      lds r24, queued
         tst r24
         brne 2f
-1:      rjmp need_match
+        rjmp descend
 2:      push r30
         push r31
         lds r30, out
@@ -269,34 +293,12 @@ next_record:
         brpl can
 cannot: pop r31
         pop r30
-        rjmp need_match
+        rjmp shown
 can:    push r20
         push r21
         push r22
         push r23
-        ; the phases of the step that has been made
-        lds r25, mode
-        sbrs r25, PHASES
-        rjmp 2f
-        lds r23, phase
-        lds r24, phase_step
-        add r23, r24
-        andi r23, 7
-        sts phase, r23
-        push r30
-        push r31
-        mov r30, r23
-        ldi r31, 0
-        subi r30, lo8(-(pattern))
-        sbci r31, hi8(-(pattern))
-        ld r24, Z
-        pop r31
-        pop r30
-        in r23, PORTD
-        andi r23, 0x0F
-        or r23, r24
-        out PORTD, r23
-2:      ldd r25, Z+INTERVAL+1
+        ldd r25, Z+INTERVAL+1
         ; last = due; due += interval of the record
         ldd r20, Z+FRACTION
         lds r24, due
@@ -317,21 +319,8 @@ can:    push r20
         sts due+3, r23
         sts OCR1AH, r23
         sts OCR1AL, r22
-        ldi r25, 0
-        lds r24, due+4
-        sts last+2, r24
-        adc r24, r25
-        sts due+4, r24
-        lds r24, due+5
-        sts last+3, r24
-        adc r24, r25
-        sts due+5, r24
-        ldi r24, DISARMED
-        sts TCCR1A, r24
-        ldi r25, 1 << FOC1A
-        sts TCCR1C, r25
-        ldi r25, ARMED
-        sts TCCR1A, r25
+        END_PULSE
+        ADVANCE_HIGH
         lds r24, TCNT1L
         lds r25, TCNT1H
         sub r22, r24
@@ -340,40 +329,45 @@ can:    push r20
         brpl 1f
         sbis PINB, PORTB1
         ldi r22, 1
-1:      lds r25, mode
-        ; flags, and with them half steps and the way of the phases: 2, or 1 in half steps, or minus that
-        ld r24, Z
-        sts flags, r24
-        mov r23, r24
-        andi r24, 1 << IS_HALF
-        sts half, r24
-        ldi r24, 2
+1:      ld r23, Z
+        sts flags, r23
+        lds r25, mode
+        bst r25, ONE_MORE       ; it was in the old mode; this is the new one
+        andi r25, 1 << PHASES
+        breq 2f
+        ldi r24, 2              ; half steps
         sbrc r23, IS_HALF
         ldi r24, 1
         sbrc r23, DOWN
         neg r24
         andi r24, 7
         sts phase_step, r24
-        andi r25, 1 << PHASES   ; the new mode
-        sbrc r23, RAMP
-        ori r25, 1 << RAMP
+        push r30
+        push r31
+        NEXT_PHASES
+        pop r31
+        pop r30
+2:      bld r25, BRAKING
         ; interval, and the one behind the step that is due now
-        sbrs r23, HAS_WAY
+        sbrc r23, RAMP
         rjmp 9f
-        ldd r24, Z+ADD          ; the interval remains, and `add` is a way down
+        sbrs r23, HAS_WAY
+        rjmp 8f
+        ldd r24, Z+ADD          ; `add` is a way down
         sts way, r24
         ldd r24, Z+ADD+1
         sts way+1, r24
         ldd r24, Z+ADD+2
         sts way_slope, r24
-        sts interval, r20
+8:      sts interval, r20       ; it remains
         sts interval+1, r21
         ldd r20, Z+INTERVAL
         sts interval+2, r20
         ldd r20, Z+INTERVAL+1
         sts interval+3, r20
         rjmp 3f
-9:      ldd r24, Z+ADD
+9:      ori r25, 1 << RAMP
+        ldd r24, Z+ADD
         sts add, r24
         add r20, r24
         sts interval, r20
@@ -393,12 +387,7 @@ can:    push r20
         sts interval+3, r20
         brpl 3f
         ori r25, 1 << LONG
-3:      lds r24, waiting
-        or r25, r24
-        sts mode, r25
-        ldi r24, 0              ; two numbers below 32768, or the interval is not needed any more
-        sts interval+4, r24
-        sts interval+5, r24
+3:      sts mode, r25           ; the high half of the interval is 0: it was not LONG
         ldi r24, 1
         sts stepped, r24
         ; count, and the position behind the record
@@ -464,6 +453,165 @@ can:    push r20
         out SREG, r24
         pop r24
         reti
+
+/* ---------------------------------------------------------------------------------------------------- the way down */
+/* Where steps are fast and there is a table, the timer gets the first step of a way down here, as soon as can be: that
+ * of the first entry that is slower than the last two steps were; or, if the record has a way, of the one with the
+ * first of the steps that remain.  It is an eighth slower than before at least.  The rest is done by go_down() of
+ * motion.c, and so is all of it in other cases, and what this is measured by.
+ */
+        .macro LOAD_INTERVAL    ; of the entry at Z
+        ld r20, Z
+        ldd r21, Z+1
+        ldd r22, Z+2
+        ldd r23, Z+3
+        .endm
+
+        .macro COMPARE_INTERVAL ; the ticks in r18 and r19 with it: carry if it is longer
+        LOAD_INTERVAL
+        cp r1, r20
+        cpc r18, r21
+        cpc r19, r22
+        cpc r1, r23
+        .endm
+
+        .macro COMPARE_STEPS    ; those in r24 and r25 with all up to the end of the entry at Z: carry if they are fewer
+        ldd r20, Z+4
+        ldd r21, Z+5
+        cp r24, r20
+        cpc r25, r21
+        .endm
+
+other:  rjmp with_phases
+descend:
+        SAVE
+        lds r18, due+2          ; ticks between the last two steps
+        lds r24, last
+        sub r18, r24
+        lds r19, due+3
+        lds r24, last+1
+        sbc r19, r24
+        lds r20, due+4
+        lds r24, last+2
+        sbc r20, r24
+        lds r21, due+5
+        lds r24, last+3
+        sbc r21, r24
+        cpi r18, lo8(FAST)
+        ldi r24, hi8(FAST)
+        cpc r19, r24
+        cpc r20, r1
+        cpc r21, r1
+        brcc other
+        lds r24, quick
+        tst r24
+        breq other
+        lds r24, stepped
+        tst r24
+        brne 1f
+        lds r24, left           ; the first step of a record, and none before it
+        lds r25, count
+        cp r24, r25
+        lds r24, left+1
+        lds r25, count+1
+        cpc r24, r25
+        breq other
+1:      movw r20, r18
+        lsr r21
+        ror r20
+        lsr r21
+        ror r20
+        lsr r21
+        ror r20
+        add r18, r20
+        adc r19, r21
+        lds r30, hint
+        lds r31, hint+1
+        lds r24, flags
+        sbrc r24, HAS_WAY
+        rjmp by_way
+2:      sbiw r30, ENTRY
+        COMPARE_INTERVAL
+        brcs 2b
+3:      adiw r30, ENTRY
+        COMPARE_INTERVAL
+        brcc 3b
+        lds r24, tail_end
+        lds r25, tail_end+1
+        cp r30, r24
+        cpc r31, r25
+        brne 9f
+        rjmp with_phases
+by_way:                         ; as from the first step of the record, and so much more for each since
+        lds r24, count
+        lds r25, count+1
+        lds r20, left
+        lds r21, left+1
+        sub r24, r20
+        sbc r25, r21
+        lds r20, way
+        lds r21, way+1
+        lds r22, way_slope
+        tst r22
+        breq 4f
+        brmi 5f
+        add r20, r24
+        adc r21, r25
+        rjmp 4f
+5:      sub r20, r24
+        sbc r21, r25
+4:      mov r24, r20
+        or r24, r21
+        brne 6f
+        rjmp with_phases        ; it stands here
+6:      lds r26, tail_end       ; the steps of the table that come before those
+        lds r27, tail_end+1
+        sbiw r26, ENTRY - 4
+        ld r24, X+
+        ld r25, X
+        sub r24, r20
+        sbc r25, r21
+        brcc 7f
+        ldi r24, 0
+        ldi r25, 0
+7:      sts skip, r24
+        sts skip+1, r25
+8:      sbiw r30, ENTRY
+        COMPARE_STEPS
+        brcs 8b
+1:      adiw r30, ENTRY
+        COMPARE_STEPS
+        brcc 1b
+        LOAD_INTERVAL
+9:      tst r23
+        brne 6f
+        sbrc r22, 7
+6:      rjmp with_phases
+        cp r21, r18
+        cpc r22, r19
+        brcc first_step
+        ldi r20, 0              ; never faster
+        mov r21, r18
+        mov r22, r19
+first_step:
+        lds r24, due+2
+        add r24, r21
+        lds r25, due+3
+        adc r25, r22
+        sts OCR1AH, r25
+        sts OCR1AL, r24
+        END_PULSE
+        sts interval, r1
+        sts interval+1, r20
+        sts interval+2, r21
+        sts interval+3, r22
+        sts interval+4, r1
+        sts interval+5, r1
+        sts entry, r30
+        sts entry+1, r31
+        ldi r24, 1
+        sts begun, r24
+        rjmp with_phases
 
 /* ------------------------------------------------------------------------------------------------------ the inputs */
 /* A look takes longer than a fast step may wait, so it lets other interrupts in, except itself.  An edge meanwhile

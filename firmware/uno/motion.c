@@ -23,18 +23,17 @@
 #define LONG 0x10    /* the interval behind the step that is due may need hops */
 #define RAMP 0x20    /* the interval changes with each step */
 #define PHASES 0x40
+#define ONE_MORE 0x80 /* behind the step that is due it becomes BRAKING */
 
 #define HOP_TICKS 32768u
 #define DIRECT_MOST 49152u /* more than this is hopped towards: what remains is never close */
 #define LONG_LEAST 32768u
-#define FAST 640u  /* ticks between steps, with less there is no time to brake at the next one */
 #define SOON 1200u /* what an input or a brake has moved comes no sooner behind it */
 
 volatile uint8_t state;
 uint8_t down;
-uint8_t half;
-uint32_t start_stop;
-struct tail_entry tail[TAIL_MOST];
+static uint32_t start_stop;
+struct tail_entry tail_table[TAIL_MOST + 2]; /* before the entries one of 0, behind them one that is longer than any */
 volatile uint8_t tail_count;
 volatile uint8_t queued;
 
@@ -44,34 +43,32 @@ struct instant due;
 struct instant interval;
 int32_t add;
 uint32_t last;      /* tick of the last step */
-uint16_t left;      /* steps of the record that have not been made */
-uint8_t phase_step; /* half steps a step, modulo 8 */
+uint16_t left;
+uint8_t phase_step;
 
 struct record queue[SLOTS];
 struct record *out = queue; /* the next one to play */
 uint16_t count;             /* steps of the record; in a pause the word with mask and value */
 uint8_t flags;              /* of the record */
-int32_t end;                /* position behind the record */
+int32_t end;
 uint8_t stepped;            /* there is a last step that a pace may count from */
 uint16_t way;               /* steps of a way down from the first step of the record, if it has one */
 int8_t way_slope;           /* and how many more from each next one: -1, 0, 1 */
 
 static struct record *in = queue; /* where the main loop writes */
+static struct record *prepared;   /* behind what it has written */
 static uint32_t far;              /* ticks from the next hop to `due` */
 static uint8_t paced;   /* there have been two */
 static uint32_t pace;   /* ticks between them, as of the end of a record */
-volatile uint8_t waiting; /* BRAKING, if the tail begins behind the first step of the next record; 1: of this one */
 uint8_t follows;          /* behind a record comes the next one */
 static uint32_t held_at;
 static uint8_t overdue; /* the end of a pause has passed by unseen */
-static uint8_t entry;   /* of the tail, the one that comes next */
-static uint8_t hint;    /* where in the tail the present pace is, as of the last turn of the main loop */
-
-/* Return the position; every record knows its end, so the interrupt counts down and nothing else. */
-int32_t position_now(void)
-{
-    return down ? end + left : end - left;
-}
+const struct tail_entry *tail_end = TAIL_ENTRIES; /* behind the last entry */
+const struct tail_entry *entry;                   /* the one that comes next */
+const struct tail_entry *hint = TAIL_ENTRIES;     /* that of the present pace, as of the last turn of the main loop */
+uint8_t quick;  /* interrupts.S may begin a way down where steps are fast: there is a table, and it is in its place */
+uint8_t begun;  /* it has begun one: the first entry is in `entry`, its first step in `interval`, */
+uint16_t skip;  /* and, if the record has a way, that many steps of the table come before that one */
 
 void place(int32_t position)
 {
@@ -99,7 +96,6 @@ static void stand(uint8_t new_state)
 {
     TCCR1A = DISARMED;
     mode = STILL;
-    waiting = 0;
     place(position_now());
     set_state(new_state);
 }
@@ -112,11 +108,14 @@ void halt(void)
         set_outputs(ENABLE_OUTPUT, 0);
 }
 
+/* What the step that is due does to the phases; until it is made they remain. */
 void set_phase_step(void)
 {
-    uint8_t step = half ? 1 : 2;
+    uint8_t before = phase - phase_step, step = flags & IS_HALF ? 1 : 2;
 
     phase_step = down ? 8 - step : step;
+    phase = (before + phase_step) & 7;
+    phases_due = pattern[phase];
 }
 
 /* due += interval */
@@ -245,7 +244,8 @@ static void settle_tail(void)
     uint8_t i;
 
     for (i = 0; i < fresh.count; i++)
-        tail[fresh.first + i] = from[i];
+        TAIL_ENTRIES[fresh.first + i] = from[i];
+    TAIL_ENTRIES[fresh.first + i].interval = 0xFFFFFFFF;
 }
 
 /* Put entries into the table, with interrupts off.  They count from here on: whoever needs the table first puts them
@@ -255,7 +255,11 @@ void take_tail(const struct tail_entry *from, uint8_t first, uint8_t n)
     fresh.from = from;
     fresh.first = first;
     fresh.count = n;
+    quick = 0;
     tail_count = first + n;
+    tail_end = TAIL_ENTRIES + first + n;
+    if (hint > tail_end)
+        hint = tail_end;
 }
 
 /* The same, for the main loop, with interrupts on. */
@@ -264,7 +268,14 @@ void tail_settled(void)
     settle_tail();
     cli();
     fresh.count = 0;
+    quick = start_stop >= FAST;
     sei();
+}
+
+void set_start_stop(uint32_t ticks)
+{
+    start_stop = ticks;
+    quick = tail_count && ticks >= FAST;
 }
 
 /* Return the least interval behind one of `ticks`: where steps are fast a longer one, for there is much to do before
@@ -274,46 +285,36 @@ static inline uint32_t least_behind(uint32_t ticks)
     return ticks < FAST ? (uint16_t)ticks + ((uint16_t)ticks >> 3) : ticks;
 }
 
-/* Return the first entry that is slower than `ticks`; entries do not descend, so any place to begin will do. */
-static uint8_t slower(uint32_t ticks, uint8_t from)
+/* Return the first entry whose interval is longer than `ticks`; entries do not descend, so any place to begin will do. */
+static inline const struct tail_entry *slower(uint32_t ticks, const struct tail_entry *at)
 {
-    uint32_t limit = least_behind(ticks) << 8;
+    uint32_t limit = ticks << 8;
 
     if (ticks >> 24)
-        return tail_count;
-    if (from > tail_count)
-        from = tail_count;
-    while (from && tail[from - 1].interval > limit)
-        from--;
-    while (from < tail_count && tail[from].interval <= limit)
-        from++;
-    return from;
+        return tail_end;
+    while (at[-1].interval > limit)
+        at--;
+    while (at->interval <= limit)
+        at++;
+    return at;
 }
 
 /* Return how many steps the table has before those that remain on a way down. */
 static inline uint16_t skipped(uint16_t remain)
 {
-    uint16_t all = tail[tail_count - 1].up_to;
+    uint16_t all = tail_end[-1].up_to;
 
     return all > remain ? all - remain : 0;
 }
 
 /* Return the entry with the step that comes behind so many; there is one. */
-static uint8_t behind(uint16_t steps, uint8_t from)
+static inline const struct tail_entry *behind(uint16_t steps, const struct tail_entry *at)
 {
-    if (from >= tail_count)
-        from = tail_count - 1;
-    while (from && tail[from - 1].up_to > steps)
-        from--;
-    while (tail[from].up_to <= steps)
-        from++;
-    return from;
-}
-
-/* Return the steps of an entry. */
-static inline uint16_t steps_of(uint8_t at)
-{
-    return at ? tail[at].up_to - tail[at - 1].up_to : tail[0].up_to;
+    while (at[-1].up_to > steps)
+        at--;
+    while (at->up_to <= steps)
+        at++;
+    return at;
 }
 
 /* Return how many steps a way down from the step that is due has. */
@@ -330,7 +331,8 @@ void refresh_hint(void)
 {
     uint32_t ticks;
     uint16_t remain = 0;
-    uint8_t moving, found;
+    uint8_t moving;
+    const struct tail_entry *found;
 
     if (!tail_count)
         return;
@@ -341,22 +343,23 @@ void refresh_hint(void)
         remain = way_now();
     sei();
     if (moving) {
-        found = remain ? behind(skipped(remain), hint) : slower(ticks, hint);
+        found = remain ? behind(skipped(remain), hint) : slower(least_behind(ticks), hint);
+        cli();
         hint = found;
+        sei();
     }
 }
-
 /* The way down.  Here too the timer's part comes first, for a fast step may follow: choose sets `interval`, `due` and
    what OCR1A gets; account does the rest. */
 static uint16_t chosen; /* steps of the piece */
 
 static uint8_t choose_entry(void)
 {
-    const struct tail_entry *next = &tail[entry];
+    const struct tail_entry *next = entry;
 
-    if (entry == tail_count)
+    if (next == tail_end)
         return 0;
-    chosen = steps_of(entry);
+    chosen = next->up_to - next[-1].up_to;
     entry++;
     interval.fraction = (uint16_t)(uint8_t)next->interval << 8;
     interval.tick = next->interval >> 8;
@@ -399,7 +402,7 @@ static uint8_t choose_first(void)
         settle_tail();
     if (!tail_count)
         return choose_longer();
-    entry = slower(pace, hint);
+    entry = slower(least_behind(pace), hint);
     return choose_entry();
 }
 
@@ -416,41 +419,26 @@ static uint8_t choose_first_from_pause(uint32_t tick)
 
 /* The next step may come while interrupts are off here, and then there is no time left to choose one behind it; so where
    steps are that fast, one more is made.  Return whether it is. */
-static uint8_t makes_one_more(void)
+static inline uint8_t makes_one_more(void)
 {
-    uint16_t beyond;
-
-    if (left > 1) {
-        if (interval.tick >= FAST)
-            return 0;
-        beyond = left - 2; /* these will not be made */
-        left = 2;
-        count -= beyond;
-        if (down)
-            end += beyond;
-        else
-            end -= beyond;
-        waiting = 1;
-        return 1;
-    }
-    if (!queued || out->flags & IS_PAUSE || (out->flags ^ down) & DOWN || out->interval >= FAST)
-        return 0;
-    waiting = BRAKING;
-    return 1;
+    if (left > 1)
+        return interval.tick < FAST;
+    return queued && !(out->flags & IS_PAUSE) && !((out->flags ^ down) & DOWN) && out->interval < FAST;
 }
 
 uint8_t begins_brake(void)
 {
-    uint8_t more;
-
     if (state != RUN || mode & PAUSE)
         return 0;
-    more = makes_one_more();
-    set_state(BRAKE);
-    if (!more)
+    state = BRAKE; /* the LED is lit already */
+    if (makes_one_more()) {
+        mode |= ONE_MORE;
+        follows = left == 1;
+    } else {
         mode |= BRAKING;
-    else
-        follows = waiting == BRAKING;
+        follows = 0;
+    }
+    show_in_time();
     return 1;
 }
 
@@ -490,11 +478,12 @@ void prepare(uint8_t ahead, const struct record *record)
     *free = *record;
     if (record->add && !(record->flags & (IS_PAUSE | HAS_WAY)))
         free->flags |= RAMP;
+    prepared = place_in_queue(ahead + 1);
 }
 
 void publish(uint8_t n)
 {
-    in = place_in_queue(n);
+    in = prepared;
     queued += n;
 }
 
@@ -510,11 +499,11 @@ static inline void begin_record(void)
 static void load_record(void)
 {
     const struct record *record = out;
+    uint8_t was_one_more = mode & ONE_MORE;
 
     flags = record->flags;
     count = record->count;
     down = flags & DOWN;
-    half = flags & IS_HALF;
     mode = has_phases ? PHASES : 0;
     if (flags & IS_PAUSE) {
         mode |= PAUSE;
@@ -534,7 +523,7 @@ static void load_record(void)
         } else {
             add = record->add;
         }
-        mode |= (flags & RAMP) | waiting;
+        mode |= (flags & RAMP) | (was_one_more ? BRAKING : 0);
         grow();
     }
     set_phase_step();
@@ -611,122 +600,131 @@ static void play_next(uint32_t tick)
     aim(tick);
 }
 
-/* The step of `tick` was the last one of its record, or a brake waited for it: begin the way down from it, or return 0
-   if there is nothing to play.  All of it in one piece, for at full rate this is the longest way to the next step. */
-static __attribute__((noinline)) uint8_t go_down(uint32_t tick)
+/* The first piece of a way down has been chosen: `entry`, and in `interval` how far its first step is.  Do the rest. */
+static void begin_way_down(uint16_t steps_before)
 {
-    uint32_t ticks = tick - last;
-    uint16_t fraction = 0, steps = 1, remain = 0;
-    uint8_t plays = stepped || left != count, first = 0;
+    follows = 0;
+    left--;
+    last = due.tick;
+    due.fraction = 0;
+    advance();
+    show_in_time();
+    place(position_now());
+    pace = interval.tick;
+    chosen = tail_count ? entry->up_to - steps_before : 1;
+    entry++;
+    account();
+    show_in_time();
+    if (interval.tick < LONG_LEAST)
+        look_back();
+    else
+        aim(last);
+}
+
+/* The step that is due was the last one of its record, or a brake waited for it: begin the way down from it, or return 0
+   if there is nothing to play. */
+static __attribute__((noinline)) uint8_t go_down_in_peace(void)
+{
+    uint32_t ticks = due.tick - last;
+    uint16_t remain = 1, before = 0;
+    uint8_t fraction = 0, plays = stepped || left != count;
+    const struct tail_entry *first = hint;
 
     if (fresh.count)
         settle_tail();
-    if (flags & HAS_WAY && !(remain = way_now())) {
+    if (flags & HAS_WAY && !(remain = way_now()))
         plays = 0;
-    } else if (plays && remain && tail_count) {
-        uint16_t skip = skipped(remain);
-
-        first = behind(skip, hint);
-        steps = tail[first].up_to - skip;
-    } else if (!plays || ticks >= start_stop) {
+    if (!plays) {
+        ;
+    } else if (flags & HAS_WAY && tail_count) {
+        before = skipped(remain);
+        first = behind(before, first);
+        ticks = least_behind(ticks);
+    } else if (ticks >= start_stop) {
         plays = 0;
     } else if (tail_count) {
-        first = slower(ticks, hint);
-        if (first == tail_count)
-            plays = 0;
-        else
-            steps = steps_of(first);
+        ticks = least_behind(ticks);
+        first = slower(ticks, first);
+        before = first[-1].up_to;
+        plays = first != tail_end;
     } else {
         ticks += ticks >> 4;
         plays = ticks <= start_stop;
     }
-    if (plays && tail_count) {
-        const struct tail_entry *next = &tail[first];
-
-        entry = first + 1;
-        ticks = least_behind(ticks);
-        if (ticks <= next->interval >> 8) { /* never faster than before */
-            ticks = next->interval >> 8;
-            fraction = (uint16_t)(uint8_t)next->interval << 8;
-        }
-    }
     end_pulse();
-    if (plays && ticks < LONG_LEAST) {
-        OCR1A = (uint16_t)tick + (uint16_t)ticks;
+    if (!plays) {
+        left--;
+        last = due.tick;
+        place(position_now());
+        return 0;
+    }
+    if (tail_count && ticks <= first->interval >> 8) { /* never faster than before */
+        ticks = first->interval >> 8;
+        fraction = first->interval;
+    }
+    if (ticks < LONG_LEAST) {
+        OCR1A = (uint16_t)due.tick + (uint16_t)ticks;
         TCCR1A = ARMED;
     }
-    mode &= ~BRAKING;
-    waiting = 0;
-    follows = 0;
-    left--;
-    last = tick;
-    place(position_now());
-    if (!plays)
-        return 0;
-    pace = ticks;
-    interval.fraction = due.fraction = fraction;
+    interval.fraction = (uint16_t)fraction << 8;
     interval.tick = ticks;
-    due.tick = tick + ticks;
-    chosen = steps;
-    account();
-    if (ticks < LONG_LEAST)
-        look_back();
-    else
-        aim(tick);
+    entry = first;
+    begin_way_down(before);
+    return 1;
+}
+
+static __attribute__((noinline)) uint8_t go_down(void)
+{
+    if (!begun)
+        return go_down_in_peace();
+    begun = 0;
+    begin_way_down(flags & HAS_WAY ? skip : entry[-1].up_to);
     return 1;
 }
 
 /* On the way down, behind a piece of it: the next one, with the timer's part first, or the end. */
 static __attribute__((noinline)) void play_piece(void)
 {
-    uint32_t tick = due.tick, ticks;
-    uint16_t fraction = 0, low, steps = 1;
+    const struct tail_entry *next = entry;
+    uint16_t ticks;
+    uint8_t fraction = 0;
 
-    left = 0;
-    last = tick;
-    if (tail_count) {
-        const struct tail_entry *next = &tail[entry];
-
-        if (entry == tail_count) {
-            end_pulse();
-            halt();
-            note(HALTED, NOBODY, tick);
-            return;
-        }
-        steps = next->up_to - next[-1].up_to; /* there is one before it */
-        entry++;
-        fraction = (uint16_t)(uint8_t)next->interval << 8;
-        ticks = next->interval >> 8;
-        if (ticks < pace) {
-            ticks = pace;
+    if (!tail_count) {
+        pace += pace >> 4;
+        interval.tick = pace;
+    } else if (next != tail_end) {
+        interval.tick = next->interval >> 8;
+        fraction = next->interval;
+        if (interval.tick < pace) {
+            interval.tick = pace;
             fraction = 0;
         }
-    } else {
-        ticks = pace + (pace >> 4);
-        if (ticks > start_stop) {
-            end_pulse();
-            halt();
-            note(HALTED, NOBODY, tick);
-            return;
-        }
-        pace = ticks;
     }
-    interval.fraction = fraction;
-    interval.tick = ticks;
-    low = due.fraction + fraction;
-    due.fraction = low;
-    due.tick = tick + ticks + (low < fraction);
     end_pulse();
-    if (ticks < LONG_LEAST) {
-        OCR1A = due.tick;
+    if (tail_count ? next == tail_end : pace > start_stop) {
+        left = 0;
+        last = due.tick;
+        halt();
+        note(HALTED, NOBODY, last);
+        return;
+    }
+    interval.fraction = (uint16_t)fraction << 8;
+    if (interval.tick < LONG_LEAST) {
+        uint8_t past = due.fraction >> 8;
+
+        ticks = (uint16_t)interval.tick + ((uint8_t)(past + fraction) < past);
+        OCR1A = (uint16_t)due.tick + ticks;
         TCCR1A = ARMED;
     }
-    chosen = steps;
+    last = due.tick;
+    advance();
+    chosen = tail_count ? next->up_to - next[-1].up_to : 1;
+    entry = next + 1;
     account();
-    if (ticks < LONG_LEAST)
+    if (interval.tick < LONG_LEAST)
         look_back();
     else
-        aim(tick);
+        aim(last);
 }
 
 /* Behind a record, at `tick`: the next one; behind a pause without one: the end, or the way down. */
@@ -734,7 +732,7 @@ static __attribute__((noinline)) void go_on(uint32_t tick)
 {
     uint8_t plays;
 
-    if (state == RUN && queued) {
+    if (queued && (state == RUN || mode & ONE_MORE)) {
         play_next(tick);
     } else {
         if (flags & MAY_STAND) {
@@ -808,22 +806,18 @@ static __attribute__((noinline)) void ordinary_step(void)
 
 static __attribute__((noinline)) void underrun(void)
 {
-    uint32_t tick = due.tick;
-
-    if (!go_down(tick))
+    if (!go_down())
         halt();
     else if (state == RUN) /* it may have been too late */
-        set_state(BRAKE);
-    note_in_passing(UNDERRUN, NOBODY, tick);
+        state = BRAKE;
+    note_in_passing(UNDERRUN, NOBODY, last);
 }
 
 static __attribute__((noinline)) void brake_at_step(void)
 {
-    uint32_t tick = due.tick;
-
-    if (!go_down(tick)) {
+    if (!go_down()) {
         halt();
-        note(HALTED, NOBODY, tick);
+        note(HALTED, NOBODY, last);
     }
 }
 
@@ -859,9 +853,7 @@ void match(void)
         brake_at_step();
     else if (left != 1)
         ordinary_step();
-    else if (waiting == 1)
-        brake_at_step();
-    else if (state == BRAKE && !waiting)
+    else if (state == BRAKE && !(was & ONE_MORE))
         play_piece();
     else if (!queued)
         underrun();

@@ -1,4 +1,5 @@
 #include <avr/io.h>
+#include <util/atomic.h>
 
 #include "outputs.h"
 #include "pins.h"
@@ -8,9 +9,10 @@ uint8_t polarity;
 uint8_t enable_off;
 uint8_t pattern[8];
 uint8_t phase;
+uint8_t phases_due;
 uint8_t has_phases;
 
-static uint8_t outputs; /* bits 0..3 the user's, bit 4 ENABLE */
+static volatile uint8_t outputs; /* bits 0..3 the user's, bit 4 ENABLE */
 
 void set_up_outputs(void)
 {
@@ -18,35 +20,34 @@ void set_up_outputs(void)
     DDRB = _BV(STEP_BIT) | _BV(DIR_BIT) | _BV(LED_BIT);
 }
 
-/* The pins are written one by one by sbi and cbi, which no interrupt can split: the main loop writes others of the
-   same ports. */
-static void show_outputs(void)
+/* The pins are written one by one by sbi and cbi, for the main loop writes others of the same ports; and each with its
+   level in one piece, for an interrupt may change that. */
+#define SHOW(level, port, bit)                                                                                         \
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)                                                                                  \
+    {                                                                                                                  \
+        if (level)                                                                                                     \
+            port |= _BV(bit);                                                                                          \
+        else                                                                                                           \
+            port &= ~_BV(bit);                                                                                         \
+    }
+
+void show_outputs(void)
 {
-    if (outputs & 1)
-        PORTD |= _BV(OUT0_BIT);
-    else
-        PORTD &= ~_BV(OUT0_BIT);
-    if (outputs & 2)
-        PORTD |= _BV(OUT1_BIT);
-    else
-        PORTD &= ~_BV(OUT1_BIT);
-    if (outputs & 4)
-        PORTB |= _BV(OUT2_BIT);
-    else
-        PORTB &= ~_BV(OUT2_BIT);
-    if (outputs & 8)
-        PORTB |= _BV(OUT3_BIT);
-    else
-        PORTB &= ~_BV(OUT3_BIT);
-    if (!(outputs & ENABLE_OUTPUT) == !(polarity & ENABLE_IS_LOW))
-        PORTB &= ~_BV(ENABLE_BIT);
-    else
-        PORTB |= _BV(ENABLE_BIT);
+    SHOW(outputs & 1, PORTD, OUT0_BIT);
+    SHOW(outputs & 2, PORTD, OUT1_BIT);
+    SHOW(outputs & 4, PORTB, OUT2_BIT);
+    SHOW(outputs & 8, PORTB, OUT3_BIT);
+    SHOW(!(outputs & ENABLE_OUTPUT) != !(polarity & ENABLE_IS_LOW), PORTB, ENABLE_BIT);
+}
+
+void choose_outputs(uint8_t mask, uint8_t value)
+{
+    outputs = (outputs & ~mask) | (value & mask);
 }
 
 void set_outputs(uint8_t mask, uint8_t value)
 {
-    outputs = (outputs & ~mask) | (value & mask);
+    choose_outputs(mask, value);
     show_outputs();
 }
 
@@ -58,11 +59,6 @@ void show_direction(uint8_t is_down)
         PORTB |= _BV(DIR_BIT);
 }
 
-void show_phase(void)
-{
-    PORTD = (PORTD & ~PHASES_MASK) | pattern[phase];
-}
-
 /* Levels first, then the pins become outputs: ENABLE must not show the wrong one even for a moment. */
 void configure_outputs(void)
 {
@@ -72,7 +68,7 @@ void configure_outputs(void)
     for (i = 0; i < 8; i++)
         has_phases |= pattern[i];
     show_outputs();
-    show_phase();
+    PORTD = (PORTD & ~PHASES_MASK) | pattern[phase];
     DDRB |= _BV(ENABLE_BIT) | _BV(OUT2_BIT) | _BV(OUT3_BIT);
     DDRD = (has_phases ? PHASES_MASK : 0) | _BV(OUT0_BIT) | _BV(OUT1_BIT);
 }

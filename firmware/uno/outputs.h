@@ -10,13 +10,15 @@
 extern uint8_t polarity;
 extern uint8_t enable_off;
 extern uint8_t pattern[8]; /* levels of D4..D7 by half step */
-extern uint8_t phase;      /* half step */
+extern uint8_t phase;      /* half step of the step that is due */
+extern uint8_t phases_due; /* its pattern */
 extern uint8_t has_phases;
 
 void set_up_outputs(void);
 void configure_outputs(void);
-void set_outputs(uint8_t mask, uint8_t value);
+void set_outputs(uint8_t mask, uint8_t value); /* that is, interrupts off: */
+void choose_outputs(uint8_t mask, uint8_t value);
+void show_outputs(void); /* interrupts may be on */
 void show_direction(uint8_t is_down);
-void show_phase(void);
 
 #endif

@@ -106,10 +106,11 @@ class Board {
 
   /** Tell of each look at the inputs, which is where the firmware writes `address`: the tick that it read before. */
   watch(address) {
-    this.cpu.writeHooks[address] = (value) => {
+    this.cpu.writeHooks[address] = (value, before) => {
       if (this.watched !== this.offSince) this.lookTick = this.lastRead;
       this.watched = this.offSince;
-      if (this.lastRead !== null) this.looks.push([this.lookTick, value]); // else: the start of the program
+      for (let bit = 1; bit < 0x40 && this.lastRead !== null; bit <<= 1) // null: the start of the program
+        if ((value ^ before) & bit) this.looks.push([this.lookTick, (before ^= bit)]);
       return false;
     };
   }

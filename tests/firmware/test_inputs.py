@@ -247,6 +247,7 @@ def test_a_mark_has_the_position_of_its_edge(emulator, seeds):
             drive.run("40 ms")
             (mark,) = [each for each in events(line) if each.kind == Happening.MARK]
             made = np.array(line.board.rises)
+            assert Happening.LATE not in [each.kind for each in events(line)]
             assert np.abs(off(drive, line)).max() <= WITHIN_TICKS
             assert 0 <= mark.tick - tick < STAMP_WITHIN
             assert mark.position == (made <= mark.tick).sum()

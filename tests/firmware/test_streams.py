@@ -37,7 +37,7 @@ SHORT = {  # part of a text, what it is instead, seconds
 }
 STEP_LEAST, STEP_MOST = 80, 640  # ticks, of a pulse
 DIR_LEAST = 320  # ticks: 20 us, set-up and hold
-PHASES_WITHIN_US = 12
+PHASES_WITHIN_US = 11
 OUTPUTS_WITHIN_US = 60
 
 
