@@ -175,7 +175,7 @@ class DialogueFile:
 
 
 @dataclass(frozen=True)
-class Dialogue:
+class RecordedDialogue:
     """A dialogue that was recorded; `torn`: its last line was cut off, and is left out."""
 
     header: DialogueHeader
@@ -183,7 +183,7 @@ class Dialogue:
     torn: bool = False
 
     @classmethod
-    def read(cls, path: str | PathLike[str]) -> Dialogue:
+    def read(cls, path: str | PathLike[str]) -> RecordedDialogue:
         """Return the dialogue in a file.
 
         Raises:
