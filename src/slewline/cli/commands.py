@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from .live.commands import debug_command, drive_command, panel_command, serve_command
+from .modules.dialogues import proxy_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide
 from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, path
@@ -309,7 +310,7 @@ def chips_command(**options: Any) -> int:
     return chips(**options)
 
 
-for live in (serve_command, drive_command, panel_command, debug_command):
+for live in (serve_command, drive_command, panel_command, debug_command, proxy_command):
     cli.add_command(live)
 
 
