@@ -51,6 +51,7 @@ class ServeCommand:
     serial: str | None
     registers: str | None
     framing: bool
+    prologix: bool
     rate: str | None
     lockstep: bool
     control: str | None
@@ -109,11 +110,11 @@ class ServeCommand:
         if self.baud is not None:
             says = sheet_of(self.chip).elsewhere("baud", self.baud) if self.chip is not None else ""
             raise click.UsageError(f"--baud {self.baud}: {says or 'this part has no rate of its own; leave it out'}")
-        own = (*ports, self.registers, self.strap, self.option, self.options, self.framing, self.memory)
+        own = (*ports, self.registers, self.strap, self.option, self.options, self.framing, self.prologix, self.memory)
         if self.bench is not None and any(own):
             raise click.UsageError(
                 "a bench file sets all of this itself; leave out ports, --strap, --option, --options, --memory, "
-                "--framing"
+                "--framing, --prologix"
             )
         if self.registers is not None and (self.chip is None or bus_of(self.chip) is None):
             raise click.UsageError(
@@ -128,6 +129,8 @@ class ServeCommand:
             raise click.UsageError(f"{given}: a chip has one port; leave out all but one")
         if self.registers is not None:
             ports.append((REGISTERS, self.registers))
+        if self.framing and self.prologix:
+            raise click.UsageError("--framing and --prologix: a port has one of the two; leave out the other")
         if self.lockstep and self.rate is not None:
             raise click.UsageError("--lockstep follows no clock; leave out --rate")
         if self.anywhere and self.bench is None:
@@ -173,7 +176,7 @@ class ServeCommand:
         (chip,), found = server.bench.chips.values(), []
         for kind, where in ports:
             over = over_which(chip.sheet, kind)
-            line = server.line(chip, framing=self.framing, over=over)
+            line = server.line(chip, framing=self.framing, over=over, prologix=self.prologix)
             found.append((titled(line), getattr(server, "tcp" if kind == REGISTERS else kind)(line, where).where))
         return found
 
@@ -185,7 +188,9 @@ def open_bench_file(server: Server, file: BenchFile) -> list[tuple[str, str]]:
     lines = []
     for port in served:
         with file.at("serve", port.number):
-            lines.append(server.line(*port.chips, framing=port.framing, over=port.over))
+            lines.append(
+                server.line(*port.chips, framing=port.framing, over=port.over, prologix=port.prologix)
+            )
     for port, line in zip(served, lines, strict=True):
         with file.at("serve", port.number, port.kind):
             found.append((titled(line), getattr(server, port.kind)(line, port.where).where))
@@ -226,9 +231,12 @@ def keeps(part: str) -> bool:
 
 def titled(line: HostLine) -> str:
     """Return a line by its name; modules that share it, with their addresses."""
-    if len(line.chips) == 1:
+    if isinstance(line, PrologixLine):
+        addresses = ", ".join(map(str, line.devices))
+    elif len(line.chips) == 1:
         return line.name
-    addresses = ", ".join(str(chip.strapped_address()) for chip in line.chips)  # type: ignore[attr-defined]
+    else:
+        addresses = ", ".join(str(chip.strapped_address()) for chip in line.chips)  # type: ignore[attr-defined]
     return f"{line.name} (addresses {addresses})"
 
 

@@ -226,6 +226,18 @@ class Session:
         self.port.pump()
 
 
+class TurnSession(Session):
+    """A host to which nothing goes out before its turn, for every answer belongs to a request."""
+
+    def arrive(self) -> None:
+        """Wait for its turn."""
+
+    def begin(self) -> None:
+        """Begin the turn of this host."""
+        super().begin()
+        self.attach()
+
+
 class TcpPort:
     """A line on a TCP port.
 

@@ -21,6 +21,7 @@ from ..base.part import Part
 from ..base.request_queue import Request, RequestQueue
 from .gpib import HANDSHAKE, MANAGEMENT, REACTION_PS, SETTLING_PS, US, GpibTalker, SourceHandshake, Talks, add_bus_lines, pull
 
+GO_TO_LOCAL, LOCAL_LOCKOUT = 0x01, 0x11  # which mean nothing to a device without a panel
 SELECTED_CLEAR, TRIGGER, DEVICE_CLEAR, POLL_ENABLE, POLL_DISABLE = 0x04, 0x08, 0x14, 0x18, 0x19
 LISTEN, UNLISTEN, TALK, UNTALK = 0x20, 0x3F, 0x40, 0x5F
 STATUS = ("motion_complete", "step", "running", "program_entry", "output1", "ready", "direction", "slewing")  # roles
