@@ -230,7 +230,9 @@ def keeps(part: str) -> bool:
 
 
 def titled(line: HostLine) -> str:
-    """Return a line by its name; modules that share it, with their addresses."""
+    """Return a line by its name; chips that share it or a bus, with their addresses."""
+    from ...links.ports.prologix import PrologixLine
+
     if isinstance(line, PrologixLine):
         addresses = ", ".join(map(str, line.devices))
     elif len(line.chips) == 1:

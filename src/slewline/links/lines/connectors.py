@@ -18,6 +18,7 @@ from ...parts.lines.rs232 import SerialPort
 if TYPE_CHECKING:
     from ...bench import Bench
     from ...core.chip import Chip
+    from ...core.wires.net import Net
 
 UART_BAUD = 9600
 FIRST_ADDRESS, LAST_ADDRESS = 5, 30  # of devices on an IEEE-488 bus
@@ -82,30 +83,32 @@ def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int,
         found[device.address] = device, chip
     first, *others = [device for device, _ in found.values()]
     for other in others:
-        for line in BUS_LINES:
-            if first.net(line) is not other.net(line):
-                bench.wire(f"{first.name}.{line}", f"{other.name}.{line}")
-    for part in bench.parts.values():
-        if isinstance(part, GpibController) and part.net("dav") is first.net("dav"):
-            return part, {address: chip for address, (_, chip) in found.items()}
-    controller = bench.part("gpib_controller", name=f"{chips[0].name}_controller", to=first)
-    return cast("GpibController", controller), {address: chip for address, (_, chip) in found.items()}
+        for line in BUS_LINES if not same(first.net("dav"), other.net("dav")) else ():
+            bench.wire(f"{first.name}.{line}", f"{other.name}.{line}")
+    controllers = [part for part in bench.parts.values() if isinstance(part, GpibController)]
+    controller = next((part for part in controllers if same(part.net("dav"), first.net("dav"))), None)
+    if controller is None:
+        made = bench.part("gpib_controller", name=f"{chips[0].name}_controller", to=first)
+        controller = cast("GpibController", made)
+    return controller, {address: chip for address, (_, chip) in found.items()}
+
+
+def same(one: Net, other: Net) -> bool:
+    """Return whether two pins are on one wire."""
+    return one.root is other.root
 
 
 def device_of(bench: Bench, chip: Chip) -> GpibDevice | None:
     """Return the device of an IEEE-488 bus behind which a chip is; None: there is none."""
-    request = chip.sheet.role("request")
+    request = chip.pins[chip.sheet.in_role("request").name].net
     for part in bench.parts.values():
-        if request is None or "io_request" not in part.pins:
-            continue
-        if part.net("io_request") is not chip.pins[request.name].net:
+        if not isinstance(part, GpibDevice | GpibListener) or not same(part.net("io_request"), request):
             continue
         if isinstance(part, GpibListener):
             raise UsageError(
                 f"{chip.name}: {part.name} has no address, and cannot answer; put a gpib_device in its place"
             )
-        if isinstance(part, GpibDevice):
-            return part
+        return part
     return None
 
 

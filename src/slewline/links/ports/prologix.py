@@ -38,6 +38,7 @@ LINE = re.compile(rb"((?:[^\r\n\x1b]|\x1b.)*)[\r\n]", re.DOTALL)
 ESCAPED = re.compile(rb"\x1b(.)|\+", re.DOTALL)
 PLAIN_PLUS = re.compile(rb"(?:[^\x1b+]|\x1b.)*\+", re.DOTALL)
 LONGEST = 4096  # bytes of a line
+SHARE = 64  # bytes in a turn of the loop
 MS = 10**9
 ENDS = (b"\r\n", b"\r", b"\n", b"")  # by the number of ++eos
 UNKNOWN = "Unrecognized command"
@@ -113,6 +114,8 @@ class PrologixLine(RequestLine):
         controller: on the bus.
         devices: the chips behind devices of the bus, by their addresses; the first one is addressed at the beginning.
     """
+
+    share = SHARE
 
     def __init__(
         self, name: str, pace: Pace, log: TranscriptFile, controller: GpibController, devices: Mapping[int, Chip]
@@ -192,13 +195,16 @@ class PrologixLine(RequestLine):
         """Read from the device."""
         address, settings = self.settings["addr"], self.settings
         selection = self.selected.get(address)
-        most = max(selection.left, 1) if selection is not None else 1
+        left = selection.left if selection is not None else 0
+        most = max(left, 1)
+        if selection is not None:
+            selection.left = 0
         closed = bytes([settings["eot_char"]]) if settings["eot_enable"] else b""
 
         def answer(_controller: GpibController, work: Any) -> bytes:
             data: bytes = work.result
             if selection is not None and not self.silent:
-                selection.left = max(selection.left - len(data), 0)
+                selection.left += max(left - len(data), 0)  # it has ended before
             return data + closed if len(data) == most else data
 
         self.answer(answer, self.controller.fetch(address, most, end, settings["read_tmo_ms"] * MS))
@@ -228,10 +234,10 @@ class PrologixLine(RequestLine):
         if not arguments:
             return self._say(str(self.settings[name]))
         row = SETTINGS[name]
-        (value,) = numbers(arguments, row.low, row.high) or [None]
-        if value is None or len(arguments) > 1:
+        value = numbers(arguments, row.low, row.high)
+        if value is None or len(value) > 1:
             return False
-        self._set(name, value)
+        self._set(name, value[0])
         return True
 
     def _set(self, name: str, value: int) -> None:
