@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import NamedTuple
 
 from ..core.datasheet.channel import AdaptiveLine, Channel, SerialLine, row_for
 from ..core.datasheet.table import Row, Sheet
@@ -32,6 +33,7 @@ class Contents:
 
     Args:
         program: an instruction each, as it is written.
+        stored: the same as the assembler stores it.
         base: where it begins.
         values: the answers to the questions of the sheet, by what they ask for.
         notes: what a reader of the program should know.
@@ -39,6 +41,7 @@ class Contents:
 
     sheet: Sheet
     program: tuple[str, ...] = ()
+    stored: bytes = b""
     base: int = 0
     values: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -68,9 +71,19 @@ class Contents:
         return {name: row for name, row in found if row is not None and not row.may_step}
 
     @property
-    def stored(self) -> bytes:
-        """The program as the assembler stores it."""
-        return assemble(self.text, self.sheet, self.sheet.part).stored
+    def unsaid(self) -> str:
+        """What `text` cannot say of the program, such as blanks at the end of a line; empty: it says all."""
+        try:
+            if assemble(self.text, self.sheet, self.sheet.part).stored == self.stored:
+                return ""
+        except ProgramError as error:
+            return f"the assembler does not take it: {' '.join(str(error).split())}"
+        return "blanks around a line are not kept in it"
+
+    @property
+    def image(self) -> bytes:
+        """The memory from address 0 to the end of the program."""
+        return bytes([ERASED]) * self.base + self.stored
 
     @property
     def size(self) -> str:
@@ -99,17 +112,25 @@ def read_contents(module: Module, base: int | None = None, say: Say = lambda _te
     """
     values = {what: module.value(what) for what in module.speech.questions}
     reader = row_for(_serial(module.speech.sheet), READERS, "reads a program over")
-    program, notes = reader(module, base, say)
-    return Contents(module.speech.sheet, tuple(program), base or 0, values, tuple(notes))
+    found = reader(module, base, say)
+    return Contents(module.speech.sheet, found.program, found.stored, base or 0, values, found.notes)
 
 
 def _serial(sheet: Sheet) -> Channel:
     return next(channel for channel in sheet.channels if isinstance(channel, (*READERS,)))
 
 
+class Reading(NamedTuple):
+    """A program that was read: an instruction each, as the assembler stores them, and what should be noted."""
+
+    program: tuple[str, ...]
+    stored: bytes
+    notes: tuple[str, ...] = ()
+
+
 # ------------------------------------------------------------------------------------------------------- what lists all
-def read_listing(module: Module, base: int | None = None, say: Say = lambda _text: None) -> tuple[list[str], list[str]]:
-    """Return the program that a module lists, an instruction each, and no notes.
+def read_listing(module: Module, base: int | None = None, say: Say = lambda _text: None) -> Reading:
+    """Return the program that a module lists.
 
     Raises:
         ListingDiffers: no two listings in a row agree.
@@ -120,30 +141,34 @@ def read_listing(module: Module, base: int | None = None, say: Say = lambda _tex
     if base:
         raise UsageError(f"--from {base}: the program of a {sheet.part.upper()} begins at 0; leave it out")
     (listing,) = sheet.acting("list")
-    before: list[str] | None = None
-    found: list[str] = []
+    before: tuple[str, ...] | None = None
     for _ in range(READINGS):
         try:
-            found = [*module.ask(listing.form).lines[:-1]]
-            strange = next((line for line in found if not _is_instruction(sheet, line)), None)
-            if found == before and strange is not None:
-                raise DamagedAnswer(
-                    f"{module.name}: {listing.form} lists {strange!r}, which is no instruction of the "
-                    f"{sheet.part.upper()}; is --part the right part?"
-                )
+            found = module.ask(listing.form).lines[:-1]
         except NoAnswer as silence:
             if before is None and not silence.received:
                 raise
             continue
         if found == before:
-            return found, []
+            return Reading(found, b"".join(_instruction(module, line).stored for line in found))
         before = found
     raise ListingDiffers(f"{module.name}: {READINGS} listings, no two in a row agree; check the line for noise")
 
 
-def _is_instruction(sheet: Sheet, line: str) -> bool:
+def _instruction(module: Module, line: str) -> Command:
+    """Return a line of a listing as an instruction.
+
+    Raises:
+        DamagedAnswer: it is none.
+    """
+    sheet = module.speech.sheet
     command = parse(sheet, line)
-    return isinstance(command, Command) and command.row.stored
+    if isinstance(command, Command) and command.row.stored:
+        return command
+    raise DamagedAnswer(
+        f"{module.name}: it lists {line!r}, which is no instruction of the {sheet.part.upper()}; is --part the right "
+        "part?"
+    )
 
 
 # ------------------------------------------------------------------------------------------- what shows lines of memory
@@ -159,10 +184,10 @@ class MemoryReader:
         self.dialect = spoken_as(self.sheet, Verbatim)
         (self.pointer,) = self.sheet.acting("pointer")
 
-    def program(self, base: int) -> tuple[list[str], list[str]]:
-        """Return the instructions from an address on, up to where no run of them goes on, and what should be noted."""
-        found: list[str] = []
-        notes: list[str] = []
+    def program(self, base: int) -> Reading:
+        """Return the instructions from an address on, up to where no run of them goes on."""
+        found: list[bytes] = []
+        notes: tuple[str, ...] = ()
         address, furthest, ends = base, base, False
         while not ends or address <= furthest:
             data = self.instruction(address)
@@ -170,30 +195,20 @@ class MemoryReader:
             if cut is None or cut.row is None or len(cut.data) != len(data):
                 if found or data:
                     shown = repr(data[:24]) if data and data[0] != ERASED else "erased memory"
-                    notes.append(f"at {address} is {shown}, no instruction: read no further")
+                    notes = (f"at {address} is {shown}, no instruction: nothing after it was read",)
                 break
-            found.append(data[: -len(CR)].decode("latin-1"))
+            found.append(data)
             address += len(data)
             if "t" in cut.row.flow:
                 furthest = max(furthest, self.target(cut.values[-1], cut.row, address))
             ends = "n" not in cut.row.flow
-        return found, [*notes, *self.unsaid(found, base)]
+        return Reading(tuple(data[: -len(CR)].decode("latin-1") for data in found), b"".join(found), notes)
 
     def target(self, value: int, row: Row, end: int) -> int:
         """Return where a branch goes that ends at an address."""
         if row.args[-1].size > 1:
             return value
         return end // self.dialect.page * self.dialect.page + value
-
-    def unsaid(self, program: list[str], base: int) -> list[str]:
-        """Return what a program text cannot say of a program: blanks at the end of a line, a semicolon in a string."""
-        contents = Contents(self.sheet, tuple(program), base)
-        try:
-            if contents.stored == b"".join(line.encode("latin-1") + CR for line in program):
-                return []
-        except ProgramError as error:
-            return [f"the assembler does not take this text: {' '.join(str(error).split())}"]
-        return ["blanks around the lines are not kept in this text"]
 
     def instruction(self, address: int) -> bytes:
         """Return the line at an address, with its carriage return; of a string all its lines; empty: there is none."""
@@ -251,8 +266,8 @@ def _shows_erased(received: bytes) -> bool:
     return received.partition(CR)[2][:1] == bytes([ERASED])
 
 
-def read_memory(module: Module, base: int | None = None, say: Say = lambda _text: None) -> tuple[list[str], list[str]]:
-    """Return the program in a memory with addresses, an instruction each, and notes; the pointer is as it was.
+def read_memory(module: Module, base: int | None = None, say: Say = lambda _text: None) -> Reading:
+    """Return the program in a memory with addresses; the pointer is as it was.
 
     Args:
         base: where it begins; None: 0.
@@ -266,5 +281,5 @@ def read_memory(module: Module, base: int | None = None, say: Say = lambda _text
         module.ask(f"{reader.pointer.form} {pointer}")
 
 
-Reader = Callable[[Module, "int | None", Say], "tuple[list[str], list[str]]"]
+Reader = Callable[[Module, "int | None", Say], Reading]
 READERS: Mapping[type[Channel], Reader] = MappingProxyType({SerialLine: read_listing, AdaptiveLine: read_memory})
