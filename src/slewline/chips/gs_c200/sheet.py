@@ -117,7 +117,7 @@ ROWS = (
     _stored("D", "DELAY", (Arg("delay", 1, 1, 255, unit="0.1 s"),), "wait", room=2),
     _immediate("E", "EXECUTE", "run the program from location 0; ends programming", when="ip", role="leave", starts=True),
     _immediate("F", "FEEDBACK", "ready or busy", when="ipr", role="state"),
-    _immediate("H", "HOME", "find the home position", replace(DIRECTION, optional=True), when="i", starts=True),
+    _immediate("H", "HOME", "find the home position", replace(DIRECTION, optional=True), when="i", role="home", starts=True),
     _immediate("K", "KILL", "end program and motion at once", when="ir", at_once="stop"),
     _stored("L0", "LOOP_START", (), "start of what a loop repeats", room=2, head="L", code=ord("l"), tail=("0", "o"), role="mark"),
     _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start; the number is that of all passes", room=2, flow="nl", role="loop"),
@@ -134,7 +134,7 @@ ROWS = (
     _stored("±", "MOVE", (Arg("steps", 3, -999_999, 999_999, sign="must", zero=False),), "move by a number of steps", room=4, code=ord("+"), motion=True),
 )
 C200_ROWS = (
-    _stored("G", "GOTO", (Arg("position", 3, 0, 9_999_999),), "move to a position", room=4, motion=True),
+    _stored("G", "GOTO", (Arg("position", 3, 0, 9_999_999),), "move to a position", room=4, motion=True, role="goto"),
     _stored("G±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="G", code=ord("g"), motion=True, flow=""),
     _stored("G±x", "CONTROLLED_VELOCITY", (DIRECTION, INPUT), "run until an input is low", room=4, head="G", code=ord("x"), motion=True),
     _immediate("I", "INITIALIZE", "clear counter (1), user outputs (2), both (3)", Arg("what", 1, 1, 3), when="i"),
@@ -142,7 +142,7 @@ C200_ROWS = (
 )
 C200S_ROWS = (
     _stored("f", "FORCE", (SIGNED,), "preset the position counter", room=4, when="i"),
-    _stored("G", "GOTO", (replace(SIGNED, sign="may"),), "move to a position", room=4, motion=True),
+    _stored("G", "GOTO", (replace(SIGNED, sign="may"),), "move to a position", room=4, motion=True, role="goto"),
     _stored("g±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="g", code=ord("g"), motion=True, flow=""),
     _stored("g±x", "CONTROLLED_VELOCITY", (DIRECTION, INPUT), "run until an input is low", room=4, head="g", code=ord("x"), motion=True),
     _stored("I", "INITIALIZE", (Arg("what", 1, 1, 3),), "clear counter (1), user outputs (2), both (3)", room=2, when="i"),
