@@ -63,7 +63,8 @@ class ModuleMotor:
         self.entered = "i" not in self.goto.when  # a move is a program
         self.left_s = 0.0  # until a move should be over
         self.late_s = 0.0
-        self.position = int(module.value("position"))
+        self.position = 0
+        self.look()
 
     # ------------------------------------------------------------------------------------------------------ what it is
     @property
@@ -181,8 +182,16 @@ class ModuleMotor:
             if refused.code != getattr(self.sheet.dialect, "busy", None):
                 raise
             return False
-        self.position = int(self.module.value("position"))
+        self.look()
         return True
+
+    def look(self) -> None:
+        """Ask a motor at rest where it is.
+
+        Raises:
+            ModuleFailure: the module does not say it.
+        """
+        self.position = int(self.module.value("position"))
 
     def _has_answered(self) -> bool:
         """Ask for the position, once it should be at rest."""
@@ -190,7 +199,7 @@ class ModuleMotor:
         if self.left_s > 0:
             return False
         try:
-            self.position = int(self.module.value("position"))
+            self.look()
         except NoAnswer:
             if self.left_s < -self.late_s:
                 raise
