@@ -89,6 +89,8 @@ DIALECT = Lines(
         "E1": "parity, checksum or length", "E2": "argument missing, wrong or out of range", "E3": "program memory full",
         "E4": "unknown, or not allowed now", "E5": "the position counter overflowed", "E6": "the EEPROM failed",
     }),
+    refusals=("E1", "E2", "E3", "E4", "E6"),
+    questions=MappingProxyType({"position": ("V1", "V([+-]?[0-9]{1,7})"), "inputs and outputs": ("V2", "V([0-7][0-7])")}),
     where="data exchange protocol",
 )
 
@@ -106,29 +108,29 @@ def _stored(form: str, name: str, args: tuple[Arg, ...], says: str, *, room: int
     return Row(form, name, args, MS, says, _CD, program_us=MS, code=code, motion=motion, head=head, room=room, tail=tail, when=when, flow=flow, role=role)
 
 
-def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "", role: str = "", at_once: str = "") -> Row:  # fmt: skip
-    return Row(form, name, args, MS, says, _CD, stored=False, head=head, when=when, role=role, at_once=at_once)
+def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "", role: str = "", at_once: str = "", starts: bool = False) -> Row:  # fmt: skip
+    return Row(form, name, args, MS, says, _CD, stored=False, head=head, when=when, role=role, at_once=at_once, starts=starts)
 
 
 ROWS = (
     _stored("A", "ACTIVATE", (OUTPUT,), "user output high", room=2),
     _stored("C", "CLEAR", (OUTPUT,), "user output low", room=2),
     _stored("D", "DELAY", (Arg("delay", 1, 1, 255, unit="0.1 s"),), "wait", room=2),
-    _immediate("E", "EXECUTE", "run the program from location 0; ends programming", when="ip", role="leave"),
+    _immediate("E", "EXECUTE", "run the program from location 0; ends programming", when="ip", role="leave", starts=True),
     _immediate("F", "FEEDBACK", "ready or busy", when="ipr", role="state"),
-    _immediate("H", "HOME", "find the home position", replace(DIRECTION, optional=True), when="i"),
+    _immediate("H", "HOME", "find the home position", replace(DIRECTION, optional=True), when="i", starts=True),
     _immediate("K", "KILL", "end program and motion at once", when="ir", at_once="stop"),
     _stored("L0", "LOOP_START", (), "start of what a loop repeats", room=2, head="L", code=ord("l"), tail=("0", "o"), role="mark"),
     _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start; the number is that of all passes", room=2, flow="nl", role="loop"),
-    _immediate("M", "MEMORIZE", "program to EEPROM", when="ip"),
+    _immediate("M", "MEMORIZE", "program to EEPROM", when="ip", role="store"),
     _immediate("Q", "QUERY", "list the program", when="ip", role="list"),
     _stored("R", "RAMP", (Arg("ramp", 3, 1, 999, unit="steps"),), "length of both ramps", room=4),
     _stored("S", "START_STOP", (SPEED,), "start-stop speed", room=4),
     _stored("T", "TOP_SPEED", (SPEED,), "slew speed", room=4),
     _stored("U", "UNTIL", (INPUT,), "repeat the program until an input is low", room=2, flow="n0"),
-    _immediate("V", "VERIFY", "position (1) or user inputs and outputs (2)", Arg("what", 1, 1, 2), when="ip"),
+    _immediate("V", "VERIFY", "position (1) or user inputs and outputs (2)", Arg("what", 1, 1, 2), when="ip", role="question"),
     _stored("W", "WAIT", (INPUT,), "wait until an input is high", room=2),
-    _immediate("X", "EXCHANGE", "EEPROM to program memory", when="ip"),
+    _immediate("X", "EXCHANGE", "EEPROM to program memory", when="ip", role="recall"),
     _immediate("Z", "ZERO_SPEED", "ramp down and end the program", when="ir", at_once="brake"),
     _stored("±", "MOVE", (Arg("steps", 3, -999_999, 999_999, sign="must", zero=False),), "move by a number of steps", room=4, code=ord("+"), motion=True),
 )

@@ -64,10 +64,9 @@ class ProxyCommand:
     def opened(self) -> tuple[LineSetting, DialogueFile]:
         """Return how the module is spoken to, and the file of the dialogue."""
         from ...modules.dialogue import DialogueFile, DialogueHeader
-        from ...modules.proxy import line_setting
+        from ...modules.speech import speech_of
 
-        sheet = sheet_of(self.part)
-        setting = line_setting(sheet, self.baud)
+        setting = speech_of(sheet_of(self.part), self.baud, self.checksum, self.address).setting
         crystal = None if self.crystal is None else int(hertz(self.crystal))
         header = DialogueHeader(
             self.part, self.markings, crystal, int(setting.baud), self.checksum, self.address, dict(self.strap)
