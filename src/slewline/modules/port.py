@@ -78,6 +78,16 @@ class Port:
             settings[IFLAG] &= ~(termios.IGNPAR | termios.PARMRK)
             termios.tcsetattr(device, termios.TCSANOW, settings)
 
+    def change(self, setting: LineSetting) -> None:
+        """Take another rate.
+
+        Raises:
+            PortLost: the port is gone, or does not take it.
+        """
+        self.setting = setting
+        self._do(lambda: setattr(self.line, "baudrate", int(setting.baud)))
+        self._see_faults()
+
     # --------------------------------------------------------------------------------------------------- out and back
     def write(self, data: bytes) -> int:
         """Send characters; return the instant just before (ns of `time.monotonic_ns`).

@@ -90,7 +90,6 @@ DIALECT = Lines(
         "E4": "unknown, or not allowed now", "E5": "the position counter overflowed", "E6": "the EEPROM failed",
     }),
     refusals=("E1", "E2", "E3", "E4", "E6"),
-    questions=MappingProxyType({"position": ("V1", "V([+-]?[0-9]{1,7})"), "inputs and outputs": ("V2", "V([0-7][0-7])")}),
     where="data exchange protocol",
 )
 
@@ -236,7 +235,8 @@ NOTES = MappingProxyType(
 )
 
 
-def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
+def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...], sign: str) -> Sheet:
+    questions = {"position": ("V1", f"V({sign}[0-9]{{1,7}})"), "inputs and outputs": ("V2", "V([0-7][0-7])")}
     return Sheet(
         part=part,
         title=f"{part.upper()} intelligent stepper motor controller module",
@@ -252,7 +252,7 @@ def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
         buffer_where="program storage area",
         suffix=f".{part}",
         notes=NOTES,
-        dialect=DIALECT,
+        dialect=replace(DIALECT, questions=MappingProxyType(questions)),
         channels=(PORT,),
         memory_unit="location",
         opcodes="chosen",
@@ -261,5 +261,5 @@ def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
     )
 
 
-GS_C200 = _sheet("gs-c200", C200_ROWS, C200S_ONLY)
-GS_C200S = _sheet("gs-c200s", C200S_ROWS, C200_ONLY)
+GS_C200 = _sheet("gs-c200", C200_ROWS, C200S_ONLY, sign="")
+GS_C200S = _sheet("gs-c200s", C200S_ROWS, C200_ONLY, sign="[+-]")
