@@ -2,13 +2,12 @@
 
 A delay differs if it does so by more than a tolerance: a fixed part for the way of a character into a computer, and a
 share of the time for the clocks of both (see docs/howto/proxy_and_compare.md, which says where they come from).  An
-answer that depends on the instant of its question, such as one that polls a motion, agrees if the model gives it, or
-one below and one above it, within the tolerance of that instant.
+answer that depends on the instant of its question, such as one that polls a motion, agrees if the model gives it within
+the tolerance of that instant.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median
@@ -17,14 +16,13 @@ from typing import Any, Literal, NamedTuple
 from .dialogue import RecordedDialogue
 from .exchanges import Exchange, commands, exchanges_of
 from .replay import ModelAnswer, ModelReplay
-from .speech import CR, Speech
+from .speech import Speech
 
 ADAPTER_US = 16_000  # how long an adapter for USB may hold a character back
 SYSTEM_US = 4_000  # two frames of USB, a proxy, and the waking of a program
 FIFO_CHARACTERS = 4  # of silence after which a UART with a FIFO reports less than a trigger level
 RESONATOR, CRYSTAL = 0.005, 0.0002  # how far the clock of a part may be off: a ceramic one, a crystal that is known
 LATER = 20  # differing answers that are asked for earlier and later, of a dialogue
-NUMBER = re.compile(rb"[0-9]+")
 SHOWN = 60  # characters of an answer in a line of the report
 
 Kind = Literal["answer", "listing", "delay", "duration"]
@@ -169,7 +167,7 @@ class DialogueComparison:
         found = Differences(self.header.part, self.tolerance, len(self.exchanges))
         answers = self.played(len(self.exchanges))
         for exchange, answer in zip(self.exchanges, answers, strict=True):
-            found.findings += [(exchange.number, each.code, each.text) for each in answer.findings]
+            found.findings += dict.fromkeys((exchange.number, each.code, each.text) for each in answer.findings)
             if exchange.answer != answer.answer:
                 if self._at_another_moment(exchange):
                     found.moments += 1
@@ -222,7 +220,7 @@ class DialogueComparison:
         self.asked_again += 1
         allowed_us = self.tolerance.fixed_us + self.tolerance.share * self._since_motion_us(exchange)
         early, late = (self.played(exchange.number, shift_us)[-1].answer for shift_us in (-allowed_us, allowed_us))
-        return exchange.answer in (early, late) or between(exchange.answer, early, late)
+        return exchange.answer in (early, late)
 
     def _since_motion_us(self, exchange: Exchange) -> float:
         """Return the time since a command that may have begun a motion, from which a lag grows."""
@@ -236,12 +234,3 @@ class DialogueComparison:
 
 def _filled(lines: list[str], count: int) -> list[str]:
     return [*lines, *[""] * (count - len(lines))]
-
-
-def between(answer: bytes, one: bytes, other: bytes) -> bool:
-    """Return whether an answer is like two others but for numbers, each of which lies between theirs."""
-    shapes = {NUMBER.sub(b"0", each) for each in (answer, one, other)}
-    if len(shapes) > 1 or CR not in answer:
-        return False
-    numbers = zip(*(map(int, NUMBER.findall(each)) for each in (answer, one, other)), strict=True)
-    return all(min(low, high) <= found <= max(low, high) for found, low, high in numbers)

@@ -63,7 +63,7 @@ def is_for(speech: Speech, data: bytes) -> bool:
 def exchanges_of(said: Iterable[Said], speech: Speech) -> list[Exchange]:
     """Return the exchanges of a dialogue with one module; what is for others on its line is left out.
 
-    A line that was sent before the one before it was answered, though it should have been, shares its exchange.
+    A line that a host sends without waiting until the one before it is over shares its exchange.
     """
     found: list[Exchange] = []
     character_us = speech.character_s * 1e6
@@ -79,7 +79,7 @@ def exchanges_of(said: Iterable[Said], speech: Speech) -> list[Exchange]:
             if not begun:
                 passed = not is_for(speech, bytes([code]))
                 begun = True
-                if not passed and not (found and _shares(found[-1], at_us, speech)):
+                if not passed and not (found and waits_for_none(found[-1], at_us)):
                     found.append(Exchange(len(found) + 1, at_us, 0.0))
             over_us = max(over_us, at_us) + character_us
             if not passed:
@@ -87,6 +87,11 @@ def exchanges_of(said: Iterable[Said], speech: Speech) -> list[Exchange]:
                 found[-1].over_us = over_us
             begun = code != CR[0]
     return found
+
+
+def waits_for_none(before: Exchange, at_us: int) -> bool:
+    """Return whether a line is sent before the one before it is over on the line, let alone answered."""
+    return not before.answer and at_us < before.over_us and before.sent.strip(CR) != b""
 
 
 def are_checked(said: Iterable[Said]) -> bool:
@@ -107,11 +112,3 @@ def _answered(exchange: Exchange, entry: Said) -> None:
     if exchange.first_us is None:
         exchange.first_us = entry.at_us
     exchange.last_us = entry.last_us
-
-
-def _shares(before: Exchange, at_us: int, speech: Speech) -> bool:
-    """Is the answer to the line before still to come?"""
-    sent = commands(speech, before.sent)
-    if before.answer or not sent or not speech.answers(sent[-1]):
-        return False
-    return at_us < before.over_us + speech.patience(sent[-1]) * 1e6

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 import click
 
 from ...chips import sheet_of
-from ...core.time.timebase import PS_PER_US, hertz
+from ...core.time.timebase import hertz
 from ...modules.dialogue import KIND, DialogueFile, DialogueHeader, RecordedDialogue
 from ...modules.exchanges import are_checked, exchanges_of
+from ...modules.replay import PS_PER_US
 from ...modules.speech import Speech, speech_of
 from .. import FOUND
 from ..files import read_options
@@ -28,12 +29,12 @@ BEGINNING = f'{{"slewline":"{KIND} '.encode()
 
 
 def is_dialogue(path: str) -> bool:
-    """Return whether a file begins as a dialogue does."""
+    """Return whether a file begins as a dialogue does, or cannot be read at all, which whoever reads it reports."""
     try:
         with open(path, "rb") as file:
             return file.read(len(BEGINNING)) == BEGINNING
     except OSError:
-        return False
+        return True
 
 
 class SendableFile(DialogueFile):

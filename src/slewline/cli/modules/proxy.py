@@ -31,9 +31,9 @@ class ProxyCommand:
     part: str
     baud: int | None
     checksum: bool | None
-    address: int
+    address: int | None
     strap: tuple[tuple[str, int], ...]
-    markings: str
+    markings: str | None
     crystal: str | None
     dialogue: str
     allow_remote: bool
@@ -69,7 +69,7 @@ class ProxyCommand:
         setting = speech_of(sheet_of(self.part), self.baud, self.checksum, self.address).setting
         crystal = None if self.crystal is None else int(hertz(self.crystal))
         header = DialogueHeader(
-            self.part, self.markings, crystal, int(setting.baud), self.checksum, self.address, dict(self.strap)
+            self.part, self.markings or "", crystal, int(setting.baud), self.checksum, self.address or 0, dict(self.strap)
         )
         return setting, DialogueFile(self.dialogue, header, lambda text: say(f"slewline: {text}"))
 
