@@ -13,11 +13,15 @@ from slewline.modules.differences import DialogueComparison, Tolerance, usual_to
 from slewline.modules.exchanges import are_checked, commands, exchanges_of
 from slewline.modules.speech import speech_of
 
-from .recorded import CY545, GSC, recorded
+from .recorded import CY545, GSC, GSC200, recorded
 
 PARTS = {
     "gs-c200s": lambda: recorded("gs-c200s", GSC),
     "gs-c200s with checksums": lambda: recorded("gs-c200s", GSC, checksum=True),
+    "gs-c200 of a line": lambda: recorded(
+        "gs-c200", GSC200, checksum=True, address=5, straps={"sel2": 0, "sel1": 1, "sel0": 0}
+    ),
+    "cy545b": lambda: recorded("cy545b", CY545, pause_us=50_000),
     "cy545": lambda: recorded("cy545", CY545, pause_us=50_000),
 }
 
@@ -91,7 +95,9 @@ def plants(dialogue, count, seed):
     for number in chosen:
         own = [(place, said) for other, place, said in answers if other == number]
         place, said = draw.choice(own)
-        kind = draw.choice(["listing" if lines[number] > 1 else "answer", "delay", "duration" if len(own) > 1 else "delay"])
+        kind = draw.choice(
+            ["listing" if lines[number] > 1 else "answer", "delay", "duration" if len(own) > 1 else "delay"]
+        )
         if kind == "delay":
             dialogue = later(dialogue, own[0][0], draw.randrange(30_000, 300_000))
         elif kind == "duration":
@@ -143,7 +149,9 @@ def test_a_module_that_says_what_the_model_does_not_differs(dialogues):
 
 def stretched(dialogue, factor):
     """The dialogue of a module whose clock is slower than that of the model, with a host that waits as long."""
-    said = [replace(each, at_us=round(each.at_us * factor), last_us=round(each.last_us * factor)) for each in dialogue.said]
+    said = [
+        replace(each, at_us=round(each.at_us * factor), last_us=round(each.last_us * factor)) for each in dialogue.said
+    ]
     return replace(dialogue, said=tuple(said))
 
 

@@ -1,8 +1,8 @@
 """A dialogue once more, with the model: the same lines at the same times, in virtual time.
 
-A line goes out at its own time of the dialogue, but not before the answer to the line before it.  Where an answer of the
-model comes so much later or sooner that it counts as a difference, what follows is shifted by that: a difference is
-reported once, and not again with every line behind it.
+A line goes out at its own time of the dialogue, but not before the answer to the line before it.  Where an answer of
+the model comes so much later or sooner that it counts as a difference, what follows is shifted by that: a difference
+is reported once, and not again with every line behind it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..errors import UsageError
 from ..links.lines.connectors import connector
 from ..parts.hosts.adaptive_host import AdaptiveHost
 from .dialogue import DialogueHeader
-from .exchanges import Exchange
+from .exchanges import RecordedExchange
 from .speech import CR, Speech
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ LATE_US = 10_000_000  # how much later than the module's an answer of the model 
 
 @dataclass(eq=False)
 class ModelAnswer:
-    """What the model has answered in an exchange; times in us of the replay, as those of an `Exchange`."""
+    """What the model has answered in an exchange; times in us of the replay, as those of an `RecordedExchange`."""
 
     over_us: float = 0.0
     answer: bytes = b""
@@ -94,8 +94,8 @@ class ModelReplay:
 
     def play(
         self,
-        exchanges: Sequence[Exchange],
-        differs: Callable[[Exchange, ModelAnswer], bool],
+        exchanges: Sequence[RecordedExchange],
+        differs: Callable[[RecordedExchange, ModelAnswer], bool],
         shift_us: float = 0,
     ) -> list[ModelAnswer]:
         """Send the lines of a dialogue, from its beginning; return what the model has answered to each.
@@ -120,7 +120,9 @@ class ModelReplay:
         self._take(answers)
         return answers
 
-    def _send(self, exchange: Exchange, answer: ModelAnswer, offset_us: float, answers: list[ModelAnswer]) -> None:
+    def _send(
+        self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float, answers: list[ModelAnswer]
+    ) -> None:
         """Send the characters of a line at their times; what has come until then belongs to the line before."""
         character_us = self.speech.character_s * 1e6
         for at_us, group in groupby(exchange.characters, key=lambda pair: pair[0]):
@@ -133,7 +135,7 @@ class ModelReplay:
             answer.over_us = max(answer.over_us, self.kernel.now / PS_PER_US) + len(data) * character_us
             self.port.write(data)
 
-    def _wait(self, exchange: Exchange, answer: ModelAnswer, offset_us: float) -> None:
+    def _wait(self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float) -> None:
         """Let time pass until the answer has as many lines as that of the module."""
         if exchange.last_us is not None:
             limit_us = max(exchange.last_us + offset_us, answer.over_us) + LATE_US

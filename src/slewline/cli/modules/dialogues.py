@@ -11,7 +11,9 @@ from ..options.shared import EXIT, JSON, MEMORY, OPTIONS, path
 from ..options.values import FILE, Frequency, PartName, Strap, TimeWithUnit
 
 MARKINGS = click.option("--markings", metavar="TEXT", help="What is printed on the module, for the record.")
-STRAPS = click.option("--strap", type=Strap(), multiple=True, help="How it is strapped, such as rec=0. May be repeated.")
+STRAPS = click.option(
+    "--strap", type=Strap(), multiple=True, help="How it is strapped, such as rec=0. May be repeated."
+)
 CLOCK = click.option("--crystal", type=Frequency(), help="Its clock, such as '11 MHz', where that is known.")
 ADDRESS = click.option("--address", type=int, metavar="N", help="Of the module, on a line of several.")
 CHECKSUM = click.option(
@@ -45,7 +47,9 @@ def proxy_command(**options: Any) -> int:
     return ProxyCommand(**options).perform()
 
 
-@click.command("compare", cls=HintingCommand, short_help="A measured waveform, or a dialogue, against the model's.", epilog=EXIT)
+@click.command(
+    "compare", cls=HintingCommand, short_help="A measured waveform, or a dialogue, against the model's.", epilog=EXIT
+)
 @click.argument("model", metavar="MODEL.vcd | DIALOGUE", type=FILE)
 @click.argument("measured", metavar="[MEASURED.vcd]", type=FILE, required=False)
 @click.option(
@@ -73,6 +77,7 @@ def proxy_command(**options: Any) -> int:
 @click.option("--torn", is_flag=True, help="Waveforms: MEASURED.vcd may have been cut off; read what is there.")
 @click.option("--port", metavar="PORT", help="Dialogue: play it to the module on this port now, and compare that.")
 @click.option("--move", is_flag=True, help="With --port: also if it has commands that may make the motor step.")
+@click.option("--replace", is_flag=True, help="With --port: also if the module loses the program that it holds.")
 @path("--report", help="Dialogue: write a file to send: part, markings, crystal, transcript, and nothing else.")
 @click.option("--part", type=PartName(), metavar="CHIP", help="Dialogue: the part, if it is another than recorded.")
 @click.option("--baud", type=int, metavar="RATE", help="Dialogue: the rate, if it is another than recorded.")
@@ -99,7 +104,20 @@ def compare_command(**options: Any) -> int:
 
 WAVEFORMS = ("pairs", "shift", "timescale", "torn")  # options of one kind, and of the other
 DIALOGUES = (
-    *("port", "move", "report", "part", "baud", "checksum", "address", "strap", "markings", "crystal", "memory"),
+    *(
+        "port",
+        "move",
+        "replace",
+        "report",
+        "part",
+        "baud",
+        "checksum",
+        "address",
+        "strap",
+        "markings",
+        "crystal",
+        "memory",
+    ),
     "options",
 )
 

@@ -29,7 +29,7 @@ BEGINNING = f'{{"slewline":"{KIND} '.encode()
 
 
 def is_dialogue(path: str) -> bool:
-    """Return whether a file begins as a dialogue does, or cannot be read at all, which whoever reads it reports."""
+    """Return whether a file begins as a dialogue does, or cannot be read: reading it reports why."""
     try:
         with open(path, "rb") as file:
             return file.read(len(BEGINNING)) == BEGINNING
@@ -61,6 +61,7 @@ class CompareDialogue:
     memory: str | None
     port: str | None
     move: bool
+    replace: bool
     report: str | None
     tolerance: int | None
     as_json: bool
@@ -115,7 +116,7 @@ class CompareDialogue:
         with ExitStack() as stack:
             path = Path(self.report or Path(stack.enter_context(TemporaryDirectory(prefix="slewline-")), "now"))
             with self.module(path, dialogue.header, speech) as module:
-                play(exchanges_of(dialogue.said, speech), module)
+                play(exchanges_of(dialogue.said, speech), module, self.replace)
             return RecordedDialogue.read(path)
 
     @contextmanager
