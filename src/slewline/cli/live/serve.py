@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ...links.lines.pace import Pace
     from ...links.lines.store import FileStore
     from ...links.server import Server
+    from ...links.sockets.loop import Loop
 
     Stores = Callable[[str], FileStore]
     Call = Callable[..., object]
@@ -287,9 +288,14 @@ def show_again(server: Server) -> None:
     server.loop.after(STATUS_S, lambda: show_again(server))
 
 
+def signals(server: Server) -> AbstractContextManager[None]:
+    """End the server in good order on a signal; print a status line on SIGUSR1."""
+    return ended_by_signals(server.loop, server.stop, lambda: show(server))
+
+
 @contextmanager
-def signals(server: Server) -> Iterator[None]:
-    """End the server in good order on SIGINT, SIGTERM, SIGHUP and SIGBREAK; print a status line on SIGUSR1.
+def ended_by_signals(loop: Loop, stop: Callable[[], object], status: Callable[[], object]) -> Iterator[None]:
+    """Call `stop` on SIGINT, SIGTERM, SIGHUP and SIGBREAK; `status`, in its turn, on SIGUSR1.
 
     From the first one on they mean nothing any more: the process ends anyway.  A SIGHUP that is ignored, as `nohup` has
     it, stays so.  A system may lack some of them.
@@ -302,13 +308,13 @@ def signals(server: Server) -> Iterator[None]:
 
     def end(*_: object) -> None:
         system.ignore(ends)
-        server.stop()
+        stop()
 
     calls: dict[int, Call] = dict.fromkeys(ends, end)
     for number in system.numbers("SIGUSR1"):
-        calls[number] = lambda *_: server.loop.ask(lambda: show(server))
+        calls[number] = lambda *_: loop.ask(status)
     kept = {number: signal.signal(number, call) for number, call in calls.items()}
-    server.loop.hear_signals()
+    loop.hear_signals()
     try:
         yield
     except BaseException:

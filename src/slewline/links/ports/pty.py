@@ -28,7 +28,7 @@ from pathlib import Path
 from time import perf_counter
 
 from ...errors import UsageError
-from ..lines.line import HostLine
+from ..lines.port_line import PortLine
 from ..sockets import system
 from ..sockets.loop import Loop
 from ..sockets.stream import SocketStream
@@ -56,7 +56,7 @@ class PacketStream(SocketStream):
         self,
         loop: Loop,
         end: system.Descriptor,
-        line: HostLine,
+        line: PortLine,
         changed: Callable[[], object],
         used: Callable[[], object],
     ) -> None:
@@ -84,7 +84,7 @@ class PtyPort:
             has no pseudo-terminals.
     """
 
-    def __init__(self, loop: Loop, line: HostLine, link: str) -> None:
+    def __init__(self, loop: Loop, line: PortLine, link: str) -> None:
         if not hasattr(os, "openpty"):
             raise UsageError(NONE)
         if system.WINDOWS_PORT.fullmatch(link):
