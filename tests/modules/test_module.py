@@ -22,7 +22,7 @@ GSC = "gs-c200s?chs=0"
         (
             "cy545",
             "G|H 1|P 300|X|J 5|L 2,0|T 1,0|Z 2,0",
-            "A 5|B 1|C|D 10|E|F 10|I|N 5|O 128|Q|R 5|S 5|W 1|Y 0|? P|? M,3|0",
+            "A 5|B 1|C|D 10|E|F 10|I|N 5|O 128|Q|R 5|S 5|W 1|Y 0|? M,3|0",
         ),
         ("cy545b", "G|/H 1|P 300", '/B 1|"text"|+|-'),
     ],
@@ -135,16 +135,14 @@ def test_a_refusal_has_its_code_and_what_the_sheet_says_of_it(module):
 
 def test_silence_names_rate_and_format(module):
     x = module("gs-c200s?chs=0&br0=1")  # 4800 baud
-    with pytest.raises(
-        NoAnswer, match=r"no answer to V1 within 1.0 s, at 9600 baud, 7 data bits, odd parity, 2 stop b"
-    ):
+    with pytest.raises(NoAnswer, match=r"no answer to V1 within 1.0 s, at 9600 baud, 7 data bits, odd parity, "):
         x.ask("V1")
 
 
 def test_a_port_that_goes_away_is_reported(module):
     x = module(GSC)
     x.port.line.close()
-    with pytest.raises(PortLost, match="the port is gone .*plug it in"):
+    with pytest.raises(PortLost, match=r"the port is gone .*plug it in"):
         x.ask("V1")
 
 
@@ -153,7 +151,8 @@ def test_what_came_unasked_is_noted_and_not_taken_for_an_answer(module):
     x.send(b"V1\r")
     x.port.pause(0.1)
     assert x.ask("V2").lines == ("V70",)
-    assert x.transcript.notes == ["came unasked: b'V+0\\r'"]
+    assert x.transcript.notes == ["that was not asked for"]
+    assert x.transcript.said[1:3] == [("module", b"V+0\r"), ("host", b"V2\r")]
 
 
 @pytest.mark.parametrize(

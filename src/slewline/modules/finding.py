@@ -12,9 +12,8 @@ from contextlib import suppress
 from types import MappingProxyType
 
 from ..core.datasheet.table import Sheet
-from ..errors import UsageError
 from .failures import DamagedAnswer, NoAnswer, RefusedCommand
-from .module import Module, NoTranscript, Transcript
+from .module import Module, Transcript
 from .port import Port
 from .speech import CR, LineSpeech, QuerySpeech, Speech, speech_of
 
@@ -57,7 +56,7 @@ def find(
         raise
 
 
-# ----------------------------------------------------------------------------------------------- what answers every line
+# ---------------------------------------------------------------------------------------------- what answers every line
 def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
     """Ask at one rate after the other, with and without checksums."""
     first = module.speech
@@ -111,8 +110,10 @@ def _is_answer(speech: Speech, heard: bytes) -> bool:
     shape = next(shape for command, shape in speech.questions.values() if command == speech.probe)
     with suppress(DamagedAnswer):
         line = speech.stripped(heard.removesuffix(CR))
-        busy = bool(speech.refusal(line)) and not speech.is_garbled(line) and line == getattr(
-            speech.sheet.dialect, "busy", None
+        busy = (
+            bool(speech.refusal(line))
+            and not speech.is_garbled(line)
+            and line == getattr(speech.sheet.dialect, "busy", None)
         )
         return heard.endswith(CR) and (busy or re.fullmatch(shape, line) is not None)
     return False
@@ -141,8 +142,8 @@ def _unfound(module: Module, baud: int | None, strange: list[str]) -> str:
         return f"{module.port.where}: {found}; {remedy}; give --part, and --baud and --checksum if you know them"
     others = "" if speech.address else "; a module that shares a line has an address: give --address"
     return (
-        f"{module.port.where}: nothing answers {speech.probe} at {rates}, {speech.word}; is the module switched on, are "
-        f"its wires not exchanged (RxD, TxD, ground)?{others}"
+        f"{module.port.where}: nothing answers {speech.probe} at {rates}, {speech.word}; is the module on, are its "
+        f"wires not exchanged (RxD, TxD, ground)?{others}"
     )
 
 

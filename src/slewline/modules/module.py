@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from time import monotonic_ns
 from typing import NamedTuple, Protocol
 
 from .failures import DamagedAnswer, MotionRefused, NoAnswer, RefusedCommand
@@ -92,12 +94,12 @@ class Module:
             NoAnswer, DamagedAnswer: what has become of a command that is no question is not known.
             PortLost: the port is gone.
         """
-        again = self.speech.is_question(command)
+        repeatable = self.speech.is_question(command)
         for tries_left in reversed(range(TRIES)):
             try:
-                answer = self.once(command, self.speech.framed(command) if tries_left == TRIES - 1 else None)
+                answer = self.once(command, again=tries_left < TRIES - 1)
             except (NoAnswer, DamagedAnswer) as failure:
-                if not again or not tries_left:
+                if not repeatable or not tries_left:
                     raise
                 self.transcript.note(f"asked again: {failure}")
                 continue
@@ -108,24 +110,25 @@ class Module:
         self._check(command, last)
         return answer
 
-    def once(self, command: str, data: bytes | None = None) -> Answer:
+    def once(self, command: str, *, again: bool = False, enough: Callable[[bytes], bool] | None = None) -> Answer:
         """Send a command once; return its answer, whatever it is.
 
         Args:
-            data: what goes over the wire; None: the command as it is sent when it was not answered.
+            again: it has not been answered before.
+            enough: says of what has come whether more of it need not be waited for.
 
         Raises:
             MotionRefused, NoAnswer, DamagedAnswer, PortLost: as for `ask`.
         """
         self.check_motion(command)
         self.tidy()
-        sent_ns = self.send(self.speech.again(command) if data is None else data)
+        sent_ns = self.send(self.speech.again(command) if again else self.speech.framed(command))
         if not self.speech.answers(command):
             self._note_entry(command)
             return Answer((), sent_ns, sent_ns, sent_ns)
         received, first_ns, last_ns = b"", 0, 0
         patience = self.speech.patience(command)
-        while not self.speech.is_complete(command, received):
+        while not (self.speech.is_complete(command, received) or (enough is not None and enough(received))):
             chunk = self.port.read(patience)
             if not chunk.data:
                 raise NoAnswer(self._silence(command, received, patience), received)
@@ -136,7 +139,7 @@ class Module:
             lines = tuple(self.speech.lines(received))
         except DamagedAnswer as damaged:
             raise DamagedAnswer(f"{self.name}: the answer to {command} came damaged: {damaged}; {NOISE}") from None
-        if not self.speech.refusal(lines[-1]):
+        if not (lines and self.speech.refusal(lines[-1])):
             self._note_entry(command)
         return Answer(lines, sent_ns, first_ns, last_ns)
 
@@ -164,12 +167,20 @@ class Module:
         self.transcript.host(data, sent_ns)
         return sent_ns
 
+    def listen(self, silence: float) -> bytes:
+        """Return what comes until there is silence for so many seconds."""
+        heard = b""
+        while data := self.port.read(silence).data:
+            self.transcript.module(data, monotonic_ns())
+            heard += data
+        return heard
+
     def tidy(self) -> None:
-        """Take down what has come without being asked for, such as an answer that was late."""
+        """Take down what comes without being asked for, such as an answer that was late, until there is silence."""
         if data := self.port.waiting():
-            while chunk := self.port.read(TIDY_S).data:
-                data += chunk
-            self.transcript.note(f"came unasked: {data!r}")
+            self.transcript.module(data, monotonic_ns())
+            self.transcript.note("that was not asked for")
+            self.listen(TIDY_S)
 
     def check_motion(self, command: str) -> None:
         """Check that a command may be sent.

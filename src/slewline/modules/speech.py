@@ -24,6 +24,7 @@ CR = b"\r"
 FAULTY = 0  # what a driver makes of a character with a parity or framing fault
 ANSWER_S = 1.0  # of silence after which no answer comes any more; no sheet states a time
 STORED_S = 15.0  # the same, of a command that writes an EEPROM
+FETCH_S = 50e-6  # of a byte of memory, at most: a line that has no end is looked for up to the end of the memory
 
 
 class Speech:
@@ -305,6 +306,11 @@ class QuerySpeech(Speech):
         if not self.answers(command):
             return True
         return received.endswith(CR) and received.count(CR) >= 1 + self.listed_lines(command)
+
+    def patience(self, command: str) -> float:
+        """Return the silence, in seconds, after which an answer does not come any more."""
+        looked = self.sheet.buffer_bytes * FETCH_S if self.listed_lines(command) else 0.0
+        return super().patience(command) + looked
 
     def listed_lines(self, command: str) -> int:
         """Return how many lines of memory a query asks for, besides the pointer."""
