@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 
 from slewline.chips import sheet_of
+from slewline.modules.comparing.differences import DialogueComparison, Tolerance, usual_tolerance
+from slewline.modules.comparing.exchanges import are_checked, commands, exchanges_of
 from slewline.modules.dialogue import RecordedDialogue
-from slewline.modules.differences import DialogueComparison, Tolerance, usual_tolerance
-from slewline.modules.exchanges import are_checked, commands, exchanges_of
 from slewline.modules.speech import speech_of
 
 from .recorded import CY545, GSC, GSC200, recorded

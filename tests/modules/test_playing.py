@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from slewline.modules.exchanges import exchanges_of
+from slewline.modules.comparing.exchanges import exchanges_of
+from slewline.modules.comparing.playing import hazards, play
 from slewline.modules.failures import MotionRefused, ReplacementRefused
-from slewline.modules.playing import hazards, play
 
 from .conftest import chip_of, noise
 from .recorded import CY545, GSC, recorded

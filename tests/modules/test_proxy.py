@@ -22,7 +22,7 @@ from slewline.errors import UsageError
 from slewline.links.ports.pty import PtyPort
 from slewline.links.ports.tcp import TcpPort
 from slewline.modules.dialogue import DialogueFile, DialogueHeader, RecordedDialogue
-from slewline.modules.proxy import LatenessHistogram, Proxy, DialogueRecorder
+from slewline.modules.proxy import DialogueRecorder, LatenessHistogram, Proxy
 from tests.links.conftest import PATIENCE
 from tests.modules import lateness
 

@@ -13,9 +13,9 @@ import click
 
 from ...chips import sheet_of
 from ...core.time.timebase import hertz
+from ...modules.comparing.exchanges import are_checked, exchanges_of
+from ...modules.comparing.replay import PS_PER_US
 from ...modules.dialogue import KIND, DialogueFile, DialogueHeader, RecordedDialogue
-from ...modules.exchanges import are_checked, exchanges_of
-from ...modules.replay import PS_PER_US
 from ...modules.speech import Speech, speech_of
 from .. import FOUND
 from ..files import read_options
@@ -68,7 +68,7 @@ class CompareDialogue:
 
     def perform(self) -> int:
         """Do it; return the exit status."""
-        from ...modules.differences import DialogueComparison, usual_tolerance
+        from ...modules.comparing.differences import DialogueComparison, usual_tolerance
 
         dialogue = RecordedDialogue.read(self.dialogue)
         if dialogue.torn:
@@ -111,7 +111,7 @@ class CompareDialogue:
 
     def played(self, dialogue: RecordedDialogue, speech: Speech) -> RecordedDialogue:
         """Play a dialogue to the module now; return what was said."""
-        from ...modules.playing import play
+        from ...modules.comparing.playing import play
 
         with ExitStack() as stack:
             path = Path(self.report or Path(stack.enter_context(TemporaryDirectory(prefix="slewline-")), "now"))

@@ -41,7 +41,7 @@ class ProxyCommand:
     def perform(self) -> int:
         """Do it, until a signal ends it; return the exit status."""
         from ...links.sockets.system import be_prompt
-        from ...modules.proxy import Proxy, DialogueRecorder
+        from ...modules.proxy import DialogueRecorder, Proxy
 
         if (self.pty is None) == (self.tcp is None):
             raise click.UsageError("give one of --pty LINK and --tcp HOST:PORT, for the host program")

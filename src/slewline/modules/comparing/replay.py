@@ -12,18 +12,18 @@ from dataclasses import dataclass, field
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, cast
 
-from ..core.datasheet.channel import AdaptiveLine, SerialLine
-from ..errors import UsageError
-from ..links.lines.connectors import connector
-from ..parts.hosts.adaptive_host import AdaptiveHost
-from .dialogue import DialogueHeader
+from ...core.datasheet.channel import AdaptiveLine, SerialLine
+from ...errors import UsageError
+from ...links.lines.connectors import connector
+from ...parts.hosts.adaptive_host import AdaptiveHost
+from ..dialogue import DialogueHeader
+from ..speech import CR, Speech
 from .exchanges import RecordedExchange
-from .speech import CR, Speech
 
 if TYPE_CHECKING:
-    from ..core.component import Finding
-    from ..core.wires.serial import Character
-    from ..parts.lines.rs232 import SerialPort
+    from ...core.component import Finding
+    from ...core.wires.serial import Character
+    from ...parts.lines.rs232 import SerialPort
 
 PS_PER_US = 10**6
 PAUSE_PS = 10**12  # between power-up and what comes first, and after what came last
@@ -71,8 +71,8 @@ class ModelReplay:
         options: Mapping[str, Any] | None = None,
         memory: str | None = None,
     ) -> None:
-        from ..bench import Bench
-        from ..bench.memories import put_memory
+        from ...bench import Bench
+        from ...bench.memories import put_memory
 
         bench = Bench()
         straps = strapped(speech) | dict(header.straps)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from ..failures import DamagedAnswer, MotionRefused, NoAnswer, ReplacementRefused
+from ..module import Module
+from ..speech import Speech
 from .exchanges import RecordedExchange, commands
-from .failures import DamagedAnswer, MotionRefused, NoAnswer, ReplacementRefused
-from .module import Module
-from .speech import Speech
 
 LONGEST_PAUSE_S = 60.0
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from ..language.lines import KEPT, checksum
-from .dialogue import Said
-from .speech import CR, Speech
+from ...language.lines import KEPT, checksum
+from ..dialogue import Said
+from ..speech import CR, Speech
 
 
 @dataclass

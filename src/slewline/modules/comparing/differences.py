@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import Any, Literal, NamedTuple
 
-from .dialogue import RecordedDialogue
+from ..dialogue import RecordedDialogue
+from ..speech import Speech
 from .exchanges import RecordedExchange, commands, exchanges_of
 from .replay import ModelAnswer, ModelReplay
-from .speech import Speech
 
 ADAPTER_US = 16_000  # how long an adapter for USB may hold a character back
 SYSTEM_US = 4_000  # two frames of USB, a proxy, and the waking of a program
