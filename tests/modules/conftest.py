@@ -11,6 +11,7 @@ from slewline.chips import sheet_of
 from slewline.modules.module import Module
 from slewline.modules.port import Port
 from slewline.modules.speech import speech_of
+from tests.links.conftest import client, serve  # noqa: F401
 
 
 class Taken:

@@ -81,7 +81,7 @@ def proxied(kind, folder):
             call += ["--serial", os.ttyname(slave), "--pty", folder / "host"]
         else:
             listener = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
-            call += ["--serial", "socket://127.0.0.1:%d" % listener.getsockname()[1], "--tcp", "127.0.0.1:0"]
+            call += ["--serial", f"socket://127.0.0.1:{listener.getsockname()[1]}", "--tcp", "127.0.0.1:0"]
         proxy = subprocess.Popen(call, stdout=subprocess.PIPE, text=True)
         stack.callback(proxy.wait)
         stack.callback(proxy.terminate)
@@ -152,7 +152,7 @@ def main(what, *arguments):
         shares = ", ".join(f"{share:.1%} {share_us(late, share):.0f} us" for share in (0.5, 0.9, 0.99, 0.999))
         print(f"{what}, {name}: {len(late)} characters, {shares}, worst {max(late):.0f} us")
         print("   " + "  ".join(f"<={edge}: {count}" for edge, count in histogram(late)))
-    
+
 
 if __name__ == "__main__":
     main(*sys.argv[1:])

@@ -41,7 +41,7 @@ class DialogueHeader:
         markings: what is printed on it.
         crystal_hz: its clock, if that is known.
         baud: characters were sent and received at this rate.
-        checksum: lines ended in their checksums.
+        checksum: lines ended in their checksums; None: not known.
         address: that of the module on a line of several; 0: none is sent.
         straps: levels of its straps, by pin.
     """
@@ -50,7 +50,7 @@ class DialogueHeader:
     markings: str = ""
     crystal_hz: int | None = None
     baud: int | None = None
-    checksum: bool = False
+    checksum: bool | None = None
     address: int = 0
     straps: Mapping[str, int] = field(default_factory=dict)
 

@@ -167,13 +167,20 @@ class Module:
         self.transcript.host(data, sent_ns)
         return sent_ns
 
+    def listen(self, silence: float) -> bytes:
+        """Return what comes until there is silence for so many seconds."""
+        heard = b""
+        while data := self.port.read(silence).data:
+            self.transcript.module(data, monotonic_ns())
+            heard += data
+        return heard
+
     def tidy(self) -> None:
         """Take down what comes without being asked for, such as an answer that was late, until there is silence."""
-        data = self.port.waiting()
-        while data:
+        if data := self.port.waiting():
             self.transcript.module(data, monotonic_ns())
             self.transcript.note("that was not asked for")
-            data = self.port.read(TIDY_S).data
+            self.listen(TIDY_S)
 
     def check_motion(self, command: str) -> None:
         """Check that a command may be sent.

@@ -23,9 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 from serial import serial_for_url
 
-from ..core.datasheet.channel import AdaptiveLine, SerialLine
-from ..core.wires.serial import CharacterFormat, LineSetting
-from ..errors import UsageError
+from ..core.wires.serial import LineSetting
 from ..links.ports.device import DevicePort
 from ..links.sockets.loop import Loop
 from ..links.sockets.preamble import TEXT
@@ -33,7 +31,6 @@ from ..links.sockets.stream import CHUNK
 from ..links.sockets.system import fine_timer
 
 if TYPE_CHECKING:
-    from ..core.datasheet.table import Sheet
     from ..links.server import OpenPort
     from .dialogue import DialogueFile
 
@@ -41,15 +38,6 @@ BACKLOG = 4096  # characters that may wait for the serial port; a host that send
 FULL_S = 0.01  # how soon it is tried again then
 SILENCE_S = 1.0  # after which an unfinished line is written into the file
 BIN_US, BINS = 10, 1000
-
-
-def line_setting(sheet: Sheet, baud: int | None) -> LineSetting:
-    """Return rate and format of a part's serial line; the highest rate, unless one is given."""
-    channel = next((each for each in sheet.channels if isinstance(each, SerialLine | AdaptiveLine)), None)
-    if channel is None:
-        raise UsageError(f"{sheet.part}: has no serial line")
-    rates = channel.bauds.values() if isinstance(channel, SerialLine) else channel.bauds
-    return LineSetting(baud or max(rates), CharacterFormat(channel.bits, channel.parity, channel.stop))
 
 
 def prompt_port(url: str, *more: Any, **options: Any) -> Any:
@@ -98,7 +86,7 @@ class LatenessHistogram:
         )
 
 
-class Recorder:
+class DialogueRecorder:
     """Writes a dialogue file in a thread of its own, which has the priority of whoever makes it."""
 
     def __init__(self, file: DialogueFile) -> None:
@@ -208,7 +196,7 @@ class HostEnd(ProxyEnd):
         """Return how many bytes may come now; a host that sends faster than the line is held up."""
         room = BACKLOG - self.proxy.waiting
         if room <= 0:
-            self.proxy.loop.after(FULL_S, lambda: self.resume())
+            self.proxy.loop.after(FULL_S, self.resume)
         return room
 
     def obey(self, on: bool) -> None:
@@ -240,7 +228,7 @@ class Proxy:
         self,
         device: str,
         setting: LineSetting,
-        recorder: Recorder,
+        recorder: DialogueRecorder,
         open_host: Callable[[Loop, ProxyEnd], OpenPort],
         tell: Callable[[str], object] = lambda _text: None,
     ) -> None:

@@ -31,9 +31,9 @@ class ProxyCommand:
     part: str
     baud: int | None
     checksum: bool | None
-    address: int
+    address: int | None
     strap: tuple[tuple[str, int], ...]
-    markings: str
+    markings: str | None
     crystal: str | None
     dialogue: str
     allow_remote: bool
@@ -41,13 +41,13 @@ class ProxyCommand:
     def perform(self) -> int:
         """Do it, until a signal ends it; return the exit status."""
         from ...links.sockets.system import be_prompt
-        from ...modules.proxy import Proxy, Recorder
+        from ...modules.proxy import DialogueRecorder, Proxy
 
         if (self.pty is None) == (self.tcp is None):
             raise click.UsageError("give one of --pty LINK and --tcp HOST:PORT, for the host program")
         given = be_prompt()  # the thread of the recorder has the same
         setting, file = self.opened()
-        recorder = Recorder(file)
+        recorder = DialogueRecorder(file)
         try:
             proxy = Proxy(self.serial, setting, recorder, self.host_port, lambda text: say(f"slewline: {text}"))
         except SlewlineError:
@@ -64,13 +64,18 @@ class ProxyCommand:
     def opened(self) -> tuple[LineSetting, DialogueFile]:
         """Return how the module is spoken to, and the file of the dialogue."""
         from ...modules.dialogue import DialogueFile, DialogueHeader
-        from ...modules.proxy import line_setting
+        from ...modules.speech import speech_of
 
-        sheet = sheet_of(self.part)
-        setting = line_setting(sheet, self.baud)
+        setting = speech_of(sheet_of(self.part), self.baud, self.checksum, self.address).setting
         crystal = None if self.crystal is None else int(hertz(self.crystal))
         header = DialogueHeader(
-            self.part, self.markings, crystal, int(setting.baud), self.checksum, self.address, dict(self.strap)
+            self.part,
+            self.markings or "",
+            crystal,
+            int(setting.baud),
+            self.checksum,
+            self.address or 0,
+            dict(self.strap),
         )
         return setting, DialogueFile(self.dialogue, header, lambda text: say(f"slewline: {text}"))
 
