@@ -8,6 +8,7 @@ import click
 
 from .live.commands import debug_command, drive_command, panel_command, serve_command
 from .modules.dialogues import compare_command, proxy_command
+from .modules.laboratory import epics_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide
 from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, path

@@ -16,6 +16,7 @@ behind, such as backlash or limit switches, do not exist.
 from __future__ import annotations
 
 import asyncio
+import logging
 import math
 import os
 from collections.abc import Awaitable, Callable, Mapping, Sequence
@@ -26,7 +27,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from ..core.time.timebase import PS_PER_S
 from ..errors import SlewlineError, UsageError
 from ..extras import needs
-from ..modules.failures import ModuleFailure
+from ..modules.failures import DamagedAnswer, ModuleFailure, NoAnswer, PortLost, RefusedCommand
 
 try:
     from caproto import (
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 Put = Callable[[Any], Awaitable[None]]
 LOOPBACK = "127.0.0.1"
+LOST_BY = (PortLost, NoAnswer, DamagedAnswer)
 RETRY_S = 2.0  # between two attempts to find a module that is lost
 DIRECTION, DONE, PROBLEM, MOVING, LOST = 1 << 0, 1 << 1, 1 << 9, 1 << 10, 1 << 12  # bits of MSTA
 SEVERITY = ("NO_ALARM", "MINOR", "MAJOR", "INVALID")
@@ -62,7 +64,7 @@ class Field:
 
     async def write(self, value: Any, **more: Any) -> None:
         """Take what a client puts."""
-        if self.accept is not None:
+        if self.accept is not None:  # as `check_access` has it
             await self.accept(self.preprocess_value(value))  # type: ignore[attr-defined]
 
     async def post(self, value: Any) -> None:
@@ -128,7 +130,8 @@ class MotorRecord:
         self.motor = find()
         self.alarm = ChannelAlarm()
         self.target: int | None = None  # the position that is wanted, when it is not the one that is moved to
-        self.under_way: asyncio.Future[None] | None = None  # done when all motions are
+        self.under_way: asyncio.Task[SlewlineError | None] | None = None  # done when all motions are
+        self.search: asyncio.Task[None] | None = None  # of a module that is lost
         self.stopping = False
         self.direction = True
         self.homing = 0
@@ -150,7 +153,7 @@ class MotorRecord:
             "TWR": Row(ShortField, 0, partial(self.put_tweak, -1)),
             "TWV": Row(DoubleField, abs(resolution), partial(self.put_number, "TWV")),
             "VELO": Row(DoubleField, self.rate(1), partial(self.put_rate, 1)),
-            "VMAX": Row(DoubleField, 0.0),
+            "VMAX": Row(DoubleField, self.motor.fastest * abs(resolution)),
             "VBAS": Row(DoubleField, self.rate(0), partial(self.put_rate, 0)),
             "ACCL": Row(DoubleField, self.acceleration),
             "HLM": Row(DoubleField, high, partial(self.put_number, "HLM")),
@@ -170,7 +173,7 @@ class MotorRecord:
         for key, row in rows.items():
             more = {"units": units, "precision": digits} if row.kind is DoubleField else {}
             field = row.kind(value=row.value, alarm=self.alarm, reported_record_type="motor", **more)
-            field.accept = row.accept
+            field.accept = None if row.accept is None else partial(self._put, key, row.accept)
             self.fields[key] = field
 
     @property
@@ -199,6 +202,14 @@ class MotorRecord:
         return self.motor.ramp.time_ps / PS_PER_S
 
     # ------------------------------------------------------------------------------------------------------------ puts
+    async def _put(self, key: str, accept: Put, value: Any) -> None:
+        """Take what a client puts into a field; what is refused is told here, too."""
+        try:
+            await accept(value)
+        except UsageError as error:
+            self.say(f"{self.name}.{key} {value!r}: refused: {error}")
+            raise
+
     async def put_value(self, value: float) -> None:
         """Move to a position; return when that is over."""
         low, high = self.fields["LLM"].value, self.fields["HLM"].value
@@ -235,8 +246,9 @@ class MotorRecord:
         """Stop, and forget what was to come; return when the motor is at rest."""
         if not value or self.under_way is None:
             return
-        self.target, self.stopping = None, True
-        await self._within(self.motor.stop)
+        if self.motor.stopping is not None:
+            self.target, self.stopping = None, True
+        await self._within(self.motor.stop)  # which says why, where it cannot
         await self._all_done()
 
     async def put_rate(self, which: int, value: float) -> None:
@@ -262,33 +274,34 @@ class MotorRecord:
         return await asyncio.get_running_loop().run_in_executor(self.thread, call)
 
     async def _all_done(self) -> None:
-        """Begin what is to be done, unless something is under way; wait until all of it is over."""
-        if self.under_way is None:
-            self.under_way = asyncio.get_running_loop().create_future()
-            self.under_way.add_done_callback(lambda done: done.exception())  # all who waited may have gone
-            self.task = asyncio.create_task(self._work(self.under_way))
-        await asyncio.shield(self.under_way)
+        """Begin what is to be done, unless something is under way; wait until all of it is over.
 
-    async def _work(self, done: asyncio.Future[None]) -> None:
-        """Make the motions that are wanted, one after the other."""
-        failure: Exception | None = None
-        try:
-            while self.target is not None or self.homing:
+        Raises:
+            SlewlineError: it has failed.
+        """
+        if self.under_way is None:
+            self.under_way = asyncio.create_task(self._work())
+        if (failure := await asyncio.shield(self.under_way)) is not None:
+            raise failure
+
+    async def _work(self) -> SlewlineError | None:
+        """Make the motions that are wanted, one after the other; return what went wrong."""
+        failure = None
+        while self.target is not None or self.homing:
+            try:
                 await self._motion()
-        except (SlewlineError, OSError) as error:
-            failure = error
-            self.target, self.homing = None, 0
-            await self._failed(error)
-        self.under_way, self.stopping = None, False
-        await self._rests()
-        if failure is None:
-            done.set_result(None)
-        else:
-            done.set_exception(failure)
+            except SlewlineError as error:
+                failure = error
+                self.target, self.homing = None, 0
+                await self._failed(error)
+            await self._rests()
+        self.under_way = None
+        return failure
 
     async def _motion(self) -> None:
         """Make a motion; one that is wanted meanwhile ends it, where the part can be stopped."""
         target, self.target, homing, self.homing = self.target, None, self.homing, 0
+        self.stopping = False
         self.direction = homing > 0 if target is None else target >= self.motor.position
         await self._moves()
         if target is None:
@@ -296,7 +309,7 @@ class MotorRecord:
         else:
             await self._within(partial(self.motor.move, target))
         stopped = self.stopping
-        if stopped:  # it came while the move was being given
+        if stopped:  # it may have come before the move has begun
             await self._within(self.motor.stop)
         while not await self._within(self.motor.at_rest):
             if self.target is not None and not stopped and self.motor.stopping is not None:
@@ -329,7 +342,7 @@ class MotorRecord:
     async def _failed(self, error: Exception) -> None:
         """Tell of a failure; a module that does not answer is looked for."""
         self.say(f"{self.name}: {error}")
-        if isinstance(error, ModuleFailure):
+        if isinstance(error, LOST_BY):
             await self._alarm(AlarmStatus.COMM, AlarmSeverity.INVALID_ALARM)
             self.search = asyncio.create_task(self._look_for())
 
@@ -363,6 +376,8 @@ class MotorRecord:
             before = self.motor.position
             try:
                 await self._within(self.motor.look)
+            except RefusedCommand:  # somebody else lets it move
+                continue
             except ModuleFailure as error:
                 await self._failed(error)
                 await self._rests()
@@ -392,6 +407,9 @@ async def serve(record: MotorRecord, addresses: Sequence[str], began: Callable[[
     if all(address.startswith("127.") for address in addresses):  # nothing goes out into the network
         os.environ.setdefault("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "NO")
         os.environ.setdefault("EPICS_CAS_BEACON_ADDR_LIST", LOOPBACK)
+    log = logging.getLogger("caproto")  # it would print a traceback for every put that is refused
+    log.propagate = False
+    log.addHandler(logging.NullHandler())
     context = Context(dict(record.channels), list(addresses))
 
     async def begin(_library: object) -> None:

@@ -84,6 +84,13 @@ class ModuleMotor:
         rates = [quantity for quantity in self.calculator.quantities if quantity.per_s == 1]
         return rates[0], rates[-1]
 
+    @property
+    def fastest(self) -> float:
+        """The highest rate that its parameter may set (steps/s)."""
+        _, top = self.rates
+        highest = self.calculator.arg(top.name).high
+        return self.calculator.ramp({**self.values, top.name: highest}, self.crystal_hz).top
+
     def set_rate(self, quantity: RampParameter, rate: float) -> None:
         """Set the first or the highest rate of moves to come (steps/s), as near as the part can.
 
