@@ -68,7 +68,7 @@ def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: boo
             module.port.pause(min(max(exchange.at_us - before_us, 0) / 1e6, LONGEST_PAUSE_S))
         for command in commands(module.speech, exchange.sent):
             try:
-                module.once(command, module.speech.framed(command))
+                module.once(command)
             except (NoAnswer, DamagedAnswer) as failure:
                 module.transcript.note(str(failure))
         before_us = exchange.over_us if exchange.last_us is None else exchange.last_us
