@@ -8,7 +8,7 @@ the tolerance of that instant.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from statistics import median
 from typing import Any, Literal, NamedTuple
@@ -115,9 +115,7 @@ class Differences:
             "module_less_model_us": {
                 name: round(what(self.delays_us), 1) if self.delays_us else None for name, what in delays.items()
             },
-            "findings": [
-                {"exchange": number, "code": code, "text": text} for number, code, text in self.findings
-            ],
+            "findings": [{"exchange": number, "code": code, "text": text} for number, code, text in self.findings],
         }
 
     def __str__(self) -> str:
@@ -195,14 +193,18 @@ class DialogueComparison:
             return [self._row(exchange, "duration", exchange.duration_us, round(answer.duration_us, 1))]
         return []
 
-    def _row(self, exchange: Exchange, kind: Kind, module: str | float, model: str | float, line: int = 0) -> Difference:
+    def _row(
+        self, exchange: Exchange, kind: Kind, module: str | float, model: str | float, line: int = 0
+    ) -> Difference:
         command = " ".join(commands(self.speech, exchange.sent)) or "an empty line"
         return Difference(exchange.number, exchange.at_us, command, kind, module, model, line)
 
     # -------------------------------------------------------------------------------------------------------- answers
     def _answer_rows(self, exchange: Exchange, answer: ModelAnswer) -> list[Difference]:
         """Return the lines of an answer that differ."""
-        module, model = (data.decode("latin-1").removesuffix("\r").split("\r") for data in (exchange.answer, answer.answer))
+        module, model = (
+            data.decode("latin-1").removesuffix("\r").split("\r") for data in (exchange.answer, answer.answer)
+        )
         if len(module) == len(model) == 1:
             return [self._row(exchange, "answer", module[0], model[0])]
         lines = max(len(module), len(model))

@@ -11,7 +11,9 @@ from ..options.shared import EXIT, JSON, MEMORY, OPTIONS, path
 from ..options.values import FILE, Frequency, PartName, Strap, TimeWithUnit
 
 MARKINGS = click.option("--markings", metavar="TEXT", help="What is printed on the module, for the record.")
-STRAPS = click.option("--strap", type=Strap(), multiple=True, help="How it is strapped, such as rec=0. May be repeated.")
+STRAPS = click.option(
+    "--strap", type=Strap(), multiple=True, help="How it is strapped, such as rec=0. May be repeated."
+)
 CLOCK = click.option("--crystal", type=Frequency(), help="Its clock, such as '11 MHz', where that is known.")
 ADDRESS = click.option("--address", type=int, metavar="N", help="Of the module, on a line of several.")
 CHECKSUM = click.option(
@@ -45,7 +47,9 @@ def proxy_command(**options: Any) -> int:
     return ProxyCommand(**options).perform()
 
 
-@click.command("compare", cls=HintingCommand, short_help="A measured waveform, or a dialogue, against the model's.", epilog=EXIT)
+@click.command(
+    "compare", cls=HintingCommand, short_help="A measured waveform, or a dialogue, against the model's.", epilog=EXIT
+)
 @click.argument("model", metavar="MODEL.vcd | DIALOGUE", type=FILE)
 @click.argument("measured", metavar="[MEASURED.vcd]", type=FILE, required=False)
 @click.option(

@@ -69,7 +69,13 @@ class ProxyCommand:
         setting = speech_of(sheet_of(self.part), self.baud, self.checksum, self.address).setting
         crystal = None if self.crystal is None else int(hertz(self.crystal))
         header = DialogueHeader(
-            self.part, self.markings or "", crystal, int(setting.baud), self.checksum, self.address or 0, dict(self.strap)
+            self.part,
+            self.markings or "",
+            crystal,
+            int(setting.baud),
+            self.checksum,
+            self.address or 0,
+            dict(self.strap),
         )
         return setting, DialogueFile(self.dialogue, header, lambda text: say(f"slewline: {text}"))
 
