@@ -11,6 +11,7 @@ from itertools import chain
 EXTRAS = {  # by extra: packages, each as it is installed and as it is imported
     "cli": (("click", "click"), ("rich", "rich")),
     "dask": (("distributed", "distributed"),),
+    "epics": (("caproto", "caproto"),),
     "files": (("msgspec", "msgspec"),),
     "fast": (("numba", "numba"),),
     "panel": tuple((name, name) for name in ("starlette", "uvicorn", "websockets", "textual")),
