@@ -286,6 +286,7 @@ for live in (
     push_command,
     compare_command,
     proxy_command,
+    epics_command,
 ):
     cli.add_command(live)
 

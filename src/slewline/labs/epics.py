@@ -52,6 +52,7 @@ Result = TypeVar("Result")
 Put = Callable[[Any], Awaitable[None]]
 LOOPBACK = "127.0.0.1"
 LOST_BY = (PortLost, NoAnswer, DamagedAnswer)
+NEWS_S = 0.03  # in which caproto sends what was posted, which a client is to have before its put completes
 RETRY_S = 2.0  # between two attempts to find a module that is lost
 DIRECTION, DONE, PROBLEM, MOVING, LOST = 1 << 0, 1 << 1, 1 << 9, 1 << 10, 1 << 12  # bits of MSTA
 SEVERITY = ("NO_ALARM", "MINOR", "MAJOR", "INVALID")
@@ -207,8 +208,9 @@ class MotorRecord:
         try:
             await accept(value)
         except UsageError as error:
-            self.say(f"{self.name}.{key} {value!r}: refused: {error}")
+            self.say(f"{self.name}.{key} {float(value):g}: refused: {error}")
             raise
+        await asyncio.sleep(NEWS_S)
 
     async def put_value(self, value: float) -> None:
         """Move to a position; return when that is over."""

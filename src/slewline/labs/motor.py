@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ..modules.module import Module
 
 LOOK_S = 0.05  # between two questions whether it is at rest
+SETTLED_S = 0.1  # after a move, until a part listens again
 LATE_S = 5.0  # how much longer than by its law a move may take, until the module must answer
 LONGER = 2.0  # ... and as many times as long, since its clock may be another one
 
@@ -131,8 +132,9 @@ class ModuleMotor:
         except ModuleFailure:
             self._leave_entry()
             raise
-        distance = abs(position - self.position)
-        self.left_s = self.ramp.move(distance).time_ps / PS_PER_S if distance else 0.0
+        speech, distance = self.module.speech, abs(position - self.position)
+        sent_s = sum(len(speech.framed(command)) for command in commands) * speech.character_s
+        self.left_s = SETTLED_S + sent_s + (self.ramp.move(distance).time_ps / PS_PER_S if distance else 0.0)
         self.late_s = LATE_S + self.left_s * LONGER
 
     @property
