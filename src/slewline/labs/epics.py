@@ -421,4 +421,6 @@ async def serve(record: MotorRecord, addresses: Sequence[str], began: Callable[[
     try:
         await context.run(startup_hook=begin)
     finally:
+        for circuit in context.circuits:
+            circuit.client.close()
         record.close()

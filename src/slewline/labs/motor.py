@@ -22,6 +22,7 @@ from ..errors import UsageError
 from ..language.dialect import dialect_of
 from ..language.ramps import read, value_of
 from ..modules.failures import ModuleFailure, NoAnswer, RefusedCommand
+from ..modules.module import TRIES
 
 if TYPE_CHECKING:
     from ..core.datasheet.table import Row
@@ -210,6 +211,8 @@ class ModuleMotor:
         try:
             self.look()
         except NoAnswer:
+            question, _ = self.module.speech.questions["position"]
+            self.left_s -= TRIES * self.module.speech.patience(question)
             if self.left_s < -self.late_s:
                 raise
             return False
