@@ -238,7 +238,7 @@ def test_rates_are_those_that_the_part_can_have(run):
         assert record.get("ACCL") == pytest.approx(0.0961, abs=1e-4)
         await record.put("VELO", 2004)  # it counts in tens
         assert record.get("VELO") == 2000
-        with pytest.raises(UsageError, match="allowed 1..1000"):
+        with pytest.raises(UsageError, match=r"allowed 1\.\.1000"):
             await record.put("VELO", 1e6)
         await record.put("VBAS", 200)
         assert (record.get("VELO"), record.get("VBAS")) == (2000, 200)
@@ -475,7 +475,9 @@ def wishes():
     return b"".join(bytes(message) for message in messages)
 
 
-@pytest.mark.parametrize("begins", [b"", b"POST / HTTP/1.1\r\nContent-Length: 30000\r\n\r\n"], ids=["client", "browser"])
+@pytest.mark.parametrize(
+    "begins", [b"", b"POST / HTTP/1.1\r\nContent-Length: 30000\r\n\r\n"], ids=["client", "browser"]
+)
 def test_a_browser_moves_nothing(begins, monkeypatch):
     """Its first words are a header of Channel Access with a length, behind which a page may put what it wishes."""
     module = running("gs-c200s", straps={"chs": 0}, rate=20)

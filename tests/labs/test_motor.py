@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
-import slewline.testing  # noqa: F401  # pySerial knows slewline://
+import slewline.testing  # pySerial knows slewline://
 from slewline.chips import ramps_of, sheet_of
 from slewline.errors import UsageError
 from slewline.labs import motor as labs
@@ -121,7 +123,7 @@ def test_rates_are_those_of_the_ramp_and_may_change(motor_at):
 
 def _intervals(motor):
     times = chip_of(motor).steps().times_ps
-    return [later - earlier for earlier, later in zip(times, times[1:], strict=False)]
+    return [later - earlier for earlier, later in pairwise(times)]
 
 
 def test_the_program_of_somebody_else_is_seen_and_ours_is_not(motor_at):

@@ -431,7 +431,7 @@ def test_pyvisa_has_a_session_over_the_network(manager):
         host, port = rig.where.removeprefix("socket://").split(":")
         converse(manager, f"PRLGX-TCPIP0::{host}::{port}::INTFC")
         assert rig.codes() == []
-        assert len(rig.thread.do(lambda: rig.chips[0].steps())) == 40
+        assert len(rig.thread.do(rig.chips[0].steps)) == 40
 
 
 @pytest.mark.posix

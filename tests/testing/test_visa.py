@@ -126,13 +126,13 @@ def test_a_module_under_a_name_is_listed_and_found_again(manager):
 
 
 def test_a_program_that_opens_its_port_by_name_finds_the_module(manager):
-    with named_ports({"/dev/ttyUSB0": running("gs-c200s", straps={"chs": 0})}):
-        with manager.open_resource("ASRL/dev/ttyUSB0::INSTR", timeout=60_000, **LINE) as session:
-            assert session.query("V1") == "V+0"
-            began = perf_counter()
-            with pytest.raises(pyvisa.VisaIOError):
-                session.read()
-            assert perf_counter() - began < 30
+    name, module = "/dev/ttyUSB0", running("gs-c200s", straps={"chs": 0})
+    with named_ports({name: module}), manager.open_resource(f"ASRL{name}::INSTR", timeout=60_000, **LINE) as session:
+        assert session.query("V1") == "V+0"
+        began = perf_counter()
+        with pytest.raises(pyvisa.VisaIOError):
+            session.read()
+        assert perf_counter() - began < 30
 
 
 def test_a_served_module_is_opened_as_a_socket(manager):

@@ -6,9 +6,9 @@
         ...
     motor.position
 
-A part that takes a move only in a program gets one for each move: entered, run, and kept until the next one.  A part that
-says whether it is busy is asked for that; of another one the position is asked for when the move should be over by its
-law of motion, since it may not listen before.
+A part that takes a move only in a program gets one for each move: entered, run, and kept until the next one.  A part
+that says whether it is busy is asked for that; of another one the position is asked for when the move should be over by
+its law of motion, since it may not listen before.
 """
 
 from __future__ import annotations
@@ -162,7 +162,9 @@ class ModuleMotor:
             ModuleFailure: the module does not do it.
         """
         if self.homing is None:
-            raise UsageError(f"{self.sheet.part}: has no homing in a given direction; send its own by slewline terminal")
+            raise UsageError(
+                f"{self.sheet.part}: has no homing in a given direction; send its own by slewline terminal"
+            )
         self.module.ask(self._spelled(self.homing, direction))
         self.left_s = self.late_s = 0.0
 

@@ -133,9 +133,7 @@ class Server:
         self.exchanges.exchange(bench, since_ps)
 
     # ---------------------------------------------------------------------------------------------------- furnishing
-    def line(
-        self, *chips: Chip, framing: bool = False, over: str | None = None, prologix: bool = False
-    ) -> HostLine:
+    def line(self, *chips: Chip, framing: bool = False, over: str | None = None, prologix: bool = False) -> HostLine:
         """Make a line to a chip, or to modules that share it; to a chipset, one on which its registers are found.
 
         Args:

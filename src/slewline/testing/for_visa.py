@@ -1,8 +1,8 @@
-"""A backend of PyVISA: sessions with modules in the process of the program that opens them.
+r"""A backend of PyVISA: sessions with modules in the process of the program that opens them.
 
     rm = pyvisa.ResourceManager("@slewline")                   # PyVISA finds the package pyvisa_slewline by this name
     rm.list_resources()                                        # ASRLslewline://cy545::INSTR, ...
-    rm.open_resource("ASRLslewline://gs-c200s?chs=0::INSTR", read_termination="\\r", write_termination="\\r")
+    rm.open_resource("ASRLslewline://gs-c200s?chs=0::INSTR", read_termination="\r", write_termination="\r")
 
 It is PyVISA-py with one kind of session more.  A timeout is virtual time, as on the port of the URL: that of a whole
 read, however many characters come.  Other resources are what they are to PyVISA-py, so one of a port that

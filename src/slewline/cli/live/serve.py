@@ -188,9 +188,7 @@ def open_bench_file(server: Server, file: BenchFile) -> list[tuple[str, str]]:
     lines = []
     for port in served:
         with file.at("serve", port.number):
-            lines.append(
-                server.line(*port.chips, framing=port.framing, over=port.over, prologix=port.prologix)
-            )
+            lines.append(server.line(*port.chips, framing=port.framing, over=port.over, prologix=port.prologix))
     for port, line in zip(served, lines, strict=True):
         with file.at("serve", port.number, port.kind):
             found.append((titled(line), getattr(server, port.kind)(line, port.where).where))

@@ -78,8 +78,8 @@ def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int,
             address = next(free for free in range(FIRST_ADDRESS, LAST_ADDRESS + 1) if free not in taken)
             device = new_device(bench, chip, address)
         if device.address in found:
-            other = found[device.address][1].name
-            raise UsageError(f"{other} and {chip.name}: both have address {device.address}; give each its own")
+            before = found[device.address][1].name
+            raise UsageError(f"{before} and {chip.name}: both have address {device.address}; give each its own")
         found[device.address] = device, chip
     first, *others = [device for device, _ in found.values()]
     for other in others:
@@ -88,8 +88,7 @@ def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int,
     controllers = [part for part in bench.parts.values() if isinstance(part, GpibController)]
     controller = next((part for part in controllers if same(part.net("dav"), first.net("dav"))), None)
     if controller is None:
-        made = bench.part("gpib_controller", name=f"{chips[0].name}_controller", to=first)
-        controller = cast("GpibController", made)
+        controller = bench.part("gpib_controller", name=f"{chips[0].name}_controller", to=first)
     return controller, {address: chip for address, (_, chip) in found.items()}
 
 
@@ -119,7 +118,7 @@ def new_device(bench: Bench, chip: Chip, address: int) -> GpibDevice:
     bench.part("gpib_interrupts", name=logic, to=chip)
     for own, theirs in (("clr", "clear"), ("trig", "trigger"), ("srq", "srq")):
         bench.wire(f"{name}.{own}", f"{logic}.{theirs}")
-    return cast("GpibDevice", device)
+    return device
 
 
 def strapped_line(chip: Chip) -> tuple[int, int, str, int]:

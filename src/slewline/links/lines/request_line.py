@@ -1,4 +1,4 @@
-"""A line of requests: a part on the bench works them one after the other, and each answer goes to the host that asked."""
+"""A line of requests: a part on the bench works them one by one, and each answer goes to the host that asked."""
 
 from __future__ import annotations
 

@@ -333,7 +333,7 @@ class PrologixLine(RequestLine):
 
     def do_help(self, arguments: Sequence[str]) -> bool:
         """List the commands."""
-        rows = COMMANDS | {name: f"[{row.low}-{row.high}]: {row.says}" for name, row in SETTINGS.items()}
+        rows = dict(COMMANDS) | {name: f"[{row.low}-{row.high}]: {row.says}" for name, row in SETTINGS.items()}
         return not arguments and all([self._say(f"++{name} {says}") for name, says in sorted(rows.items())])
 
 

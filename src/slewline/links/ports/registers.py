@@ -127,7 +127,9 @@ class RegisterLine(RequestLine):
         board, number = self.board, len(steps) // 2
         wrong = next((at for at in range(0, len(steps), 2) if not is_step(steps[at], board.waits)), None)
         if wrong is not None:
-            self.answer(lambda _board, _: bytes([self._nobody(steps[wrong], steps[wrong + 1], "in a series ")]) * number)
+            self.answer(
+                lambda _board, _: bytes([self._nobody(steps[wrong], steps[wrong + 1], "in a series ")]) * number
+            )
             return
         work = board.series(spelled(steps), POLL_PS if self.pace.lockstep else 0, on)
         self.answer(lambda _board, work: self._worked(steps, work), work)

@@ -19,7 +19,18 @@ from ...core.wires.waits import first_of, level, until
 from ..base.data import Data
 from ..base.part import Part
 from ..base.request_queue import Request, RequestQueue
-from .gpib import HANDSHAKE, MANAGEMENT, REACTION_PS, SETTLING_PS, US, GpibTalker, SourceHandshake, Talks, add_bus_lines, pull
+from .gpib import (
+    HANDSHAKE,
+    MANAGEMENT,
+    REACTION_PS,
+    SETTLING_PS,
+    US,
+    GpibTalker,
+    SourceHandshake,
+    Talks,
+    add_bus_lines,
+    pull,
+)
 
 GO_TO_LOCAL, LOCAL_LOCKOUT = 0x01, 0x11  # which mean nothing to a device without a panel
 SELECTED_CLEAR, TRIGGER, DEVICE_CLEAR, POLL_ENABLE, POLL_DISABLE = 0x04, 0x08, 0x14, 0x18, 0x19
