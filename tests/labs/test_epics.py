@@ -26,8 +26,9 @@ from slewline.testing.endpoints import running
 pytest.importorskip("caproto")
 pytest.importorskip("serial")
 
-from slewline.labs import epics as labs
-from slewline.labs.epics import MotorRecord, interfaces, serve
+from slewline.labs import record as labs
+from slewline.labs.epics import interfaces, serve
+from slewline.labs.record import MotorRecord
 
 GSC = {"S": 10, "T": "1000 steps/s", "R": 50}
 PATIENCE = 30.0

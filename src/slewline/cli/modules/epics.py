@@ -22,8 +22,8 @@ from .. import FOUND
 from ..live.serve import say, show_ports
 
 if TYPE_CHECKING:
-    from ...labs.epics import MotorRecord
     from ...labs.motor import ModuleMotor
+    from ...labs.record import MotorRecord
 
 
 @dataclass
@@ -46,10 +46,10 @@ class EpicsCommand:
 
     def perform(self) -> int:
         """Do it, until a signal ends it; return the exit status."""
-        from ...labs.epics import MotorRecord
+        from ...labs.record import MotorRecord
 
         if self.part is None:
-            raise click.UsageError("give --part CHIP, such as --part gs-c200s")
+            raise click.UsageError("give --part CHIP; slewline chips lists them")
         if not 0.05 <= self.every <= 3600:
             raise click.UsageError(f"--every {self.every}; allowed 0.05 to 3600 s")
         self.file: DialogueFile | None = None
@@ -99,7 +99,7 @@ class EpicsCommand:
         return found
 
     def check_program(self, record: MotorRecord) -> None:
-        """Refuse to replace a program that somebody else has put into the module."""
+        """Refuse to replace a program that is not one of these moves."""
         lines = 0 if self.replace else record.motor.foreign_program()
         if lines:
             record.close()

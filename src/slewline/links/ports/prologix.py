@@ -10,7 +10,7 @@ for their turn: they are the way out when a device takes no more.
 
 The circuit of the manual has no EOI.  What the controller knows of it is where the group ends that a command has
 selected to be read: the last byte of it counts as one with EOI.  A read ends there, at the byte that ++read names, or
-when none has come for read_tmo_ms.  A chip that is read without having been told what gives a byte all the same, and
+when none has come for read_tmo_ms.  A chip from which nothing was selected to be read gives a byte all the same, and
 reports that, so one byte is read then.
 """
 
@@ -305,7 +305,7 @@ class PrologixLine(RequestLine):
 
     def _message(self, code: int, arguments: Sequence[str]) -> bool:
         if not arguments:
-            self.controller.addressed(self.settings["addr"], code)
+            self.controller.message(self.settings["addr"], code)
         return not arguments
 
     def do_ifc(self, arguments: Sequence[str]) -> bool:

@@ -241,6 +241,7 @@ class GpibController(Talks, Part):
         "device_clear",
         "write",
         "fetch",
+        "message",
         "reset",
     )
     wiring = GpibTalker.wiring
@@ -304,11 +305,11 @@ class GpibController(Talks, Part):
 
     def trigger(self, address: int) -> None:
         """Queue a device trigger for one device."""
-        self.addressed(address, TRIGGER)
+        self.message(address, TRIGGER)
 
-    def addressed(self, address: int, message: int) -> None:
+    def message(self, address: int, code: int) -> None:
         """Queue an interface message for one device."""
-        self.command([UNLISTEN, LISTEN + address, message, UNLISTEN])
+        self.command([UNLISTEN, LISTEN + address, code, UNLISTEN])
 
     @from_outside
     def reset(self) -> None:
