@@ -348,8 +348,16 @@ class Client:
 
     def __init__(self, script):
         self.process = subprocess.Popen(
-            [sys.executable, "-c", SCRIPT + script], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+            [sys.executable, "-c", SCRIPT + script],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
         )
+
+    def go_on(self):
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
 
     def told(self):
         line = self.process.stdout.readline()
@@ -424,6 +432,8 @@ def test_clients_of_epics_have_a_whole_session(clients, monkeypatch):
             "tell(dmov.wait_for_connection(20))\n"
             "while seen[-2:] != [0, 1]: time.sleep(0.01)\n"
             "tell(epics.caget('m1.RBV'), epics.caget('m1.RTYP'), epics.caget('m1.EGU'))\n"
+            "input()\n"
+            "tell(epics.caput('m1', 19_000, wait=True, timeout=20), epics.caget('m1.RBV'))\n"
         )
         assert watcher.told() == [True]
         mover = clients(
@@ -455,8 +465,8 @@ def test_clients_of_epics_have_a_whole_session(clients, monkeypatch):
             assert time.monotonic() < end
             time.sleep(0.005)
         assert module.position == 20_000 == record.fields["RBV"].value
-        last = clients("tell(epics.caput('m1', 19_000, wait=True, timeout=20), epics.caget('m1.RBV'))\n")
-        assert last.told() == [1, 19_000.0]
+        watcher.go_on()
+        assert watcher.told() == [1, 19_000.0]
     assert [found.code for found in module.chip.findings] == []
     module.close()
 

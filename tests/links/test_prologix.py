@@ -9,6 +9,7 @@ import pytest
 
 import slewline
 from slewline.bench.file import BenchFile
+from slewline.cli.live.serve import open_bench_file
 from slewline.cli.main import invoke
 from slewline.errors import BenchFileError, UsageError
 from slewline.links.lines.pace import Lockstep, Paced
@@ -347,7 +348,12 @@ def test_a_bench_file_serves_a_bus(tmp_path):
     rows = '[[chip]]\npart = "cy525"\nname = "x"\n[[serve]]\ntcp = "127.0.0.1:0"\nprologix = true\n'
     path.write_text(rows)
     file = BenchFile(path)
-    assert [(port.framing, port.prologix) for port in file.served(file.load())] == [(False, True)]
+    bench = file.load()
+    assert [(port.framing, port.prologix) for port in file.served(bench)] == [(False, True)]
+    server = Server(bench, Lockstep(bench))
+    ((name, where),) = open_bench_file(server, file)
+    assert (name, where.partition(":")[0]) == ("x (addresses 5)", "socket")
+    server.close()
     path.write_text(f"{rows}framing = true\n")
     file = BenchFile(path)
     with pytest.raises(BenchFileError, match="framing given together with prologix"):
