@@ -154,8 +154,23 @@ def test_a_position_that_is_put_meanwhile_is_the_next_one_and_all_puts_complete_
         await asyncio.gather(*puts)
         assert (record.chip.position, record.get("RBV"), record.get("VAL")) == (300, 300, 300)
 
-    record = run(play)
-    assert record.of("RBV")[-1] == ("RBV", 300)
+        assert len(record.chip.steps()) < 5000  # none of the others was reached
+
+    run(play)
+
+
+def test_a_position_that_is_put_after_a_stop_is_reached(run):
+    async def play(record):
+        put = asyncio.create_task(record.put("VAL", 50_000))
+        while not record.get("MOVN"):
+            await asyncio.sleep(0)
+        stop = asyncio.create_task(record.put("STOP", 1))
+        await asyncio.sleep(0)
+        await record.put("VAL", 700)
+        await asyncio.gather(put, stop)
+        assert (record.chip.position, record.get("RBV")) == (700, 700)
+
+    assert run(play).of("RBV", "VAL", "DMOV")[-4:] == [("VAL", 700), ("DMOV", 0), ("RBV", 700), ("DMOV", 1)]
 
 
 def test_the_last_client_that_has_gone_leaves_the_motion_to_go_on(run):

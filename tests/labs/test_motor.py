@@ -72,10 +72,11 @@ def test_a_motor_moves_to_positions_and_is_known_to_be_there(motor_at, kind):
 def test_a_motor_is_stopped_by_a_ramp(motor_at, kind):
     motor = motor_at(*KINDS[kind])
     motor.move(50_000)
-    assert not motor.at_rest()
+    assert [motor.at_rest() for _ in range(4)] == [False] * 4
     motor.stop()
     over(motor)
-    assert 10 < motor.position < 1000
+    assert 100 < motor.position < 1000
+    assert _intervals(motor)[-1] > 5 * min(_intervals(motor))
     assert motor.position == chip_of(motor).position
     motor.move(0)
     over(motor)

@@ -246,8 +246,9 @@ def test_a_chip_that_was_not_told_what_to_show_gives_a_byte_and_says_so():
 
 def test_a_program_that_is_entered_selects_nothing():
     with Rig() as rig:
-        rig.host.tell("V 0\nE\nV 1\n++eos 3\nQ\n++eos 1\n++read eoi\n++srq")
-        assert len(rig.host.bytes(5 + 3)) == 8
+        rig.host.tell("A 5\nV 0\nE\nV 1\n++eos 3\nQ\n++eos 1\n++read eoi\n++srq")
+        assert rig.host.bytes(5 + 3)[5:] == b"0\r\n"
+        assert rig.codes() == []
 
 
 def test_in_binary_the_position_has_two_bytes():
@@ -375,6 +376,15 @@ def test_a_host_that_dies_leaves_the_next_one_its_own_answers():
         assert rig.host.query("++addr") == "5"
         rig.host.tell("V 0\n++read eoi")
         assert rig.host.bytes(5) == b"00077"
+
+
+def test_a_host_gets_no_answer_to_what_the_one_before_has_left():
+    with Rig(rate=1) as rig:
+        rig.host.send(b"++addr 9\n++read_tmo_ms 300\n++read\n" + b"++srq\n" * 1000)  # more than may wait for the bus
+        rig.thread.until(lambda: rig.line.queue.requests and rig.line.taken > 100)
+        rig.host.close()
+        rig.host = Host(rig.where)
+        assert rig.host.settled()
 
 
 def test_a_host_that_dies_while_the_bus_is_stuck_leaves_a_bus_that_can_be_cleared():

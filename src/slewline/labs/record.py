@@ -240,7 +240,8 @@ class MotorRecord:
                 failure = error
                 self.target, self.homing = None, 0
                 await self._failed(error)
-            await self._rests()
+            if self.target is None:
+                await self._rests()
         self.under_way = None
         return failure
 
@@ -278,7 +279,7 @@ class MotorRecord:
         status = LOST | PROBLEM if lost else 0
         await self.fields["RBV"].post(self.position)
         await self.fields["RRBV"].post(self.motor.position)
-        if self.fields["VAL"].value != self.position and not self.fields["MISS"].value:
+        if self.fields["VAL"].value != self.position and not self.fields["MISS"].value and self.target is None:
             await self.fields["VAL"].post(self.position)  # it was stopped, or is at home
         await self.fields["MSTA"].post(DONE | status | (DIRECTION if self.direction else 0))
         await self.fields["MOVN"].post(0)
