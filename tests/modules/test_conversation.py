@@ -56,11 +56,9 @@ def test_what_is_odd_stands_beside_its_line(talk):
 
 def test_what_was_odd_since_the_line_before_is_kept_apart(talk):
     talk = talk()
-    for line in ("f+8388600", "Po", "S10", "T100", "R50", "+60", "E"):
-        assert talk.say(line).failure == ""
-    talk.shadow.clock.now += 5
+    talk.shadow.line.chip.finding("E5", "something on its way")
     found = talk.say("F")
-    assert [each.partition(":")[0] for each in found.since] == ["E5"]
+    assert found.since == ["E5: something on its way"]
     assert found.findings == []
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from .live.commands import debug_command, drive_command, panel_command, serve_command
+from .modules.commands import pull_command, push_command
 from .modules.dialogues import compare_command, proxy_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide
@@ -275,7 +276,16 @@ def chips_command(**options: Any) -> int:
     return chips(**options)
 
 
-for live in (serve_command, drive_command, panel_command, debug_command, compare_command, proxy_command):
+for live in (
+    serve_command,
+    drive_command,
+    panel_command,
+    debug_command,
+    pull_command,
+    push_command,
+    compare_command,
+    proxy_command,
+):
     cli.add_command(live)
 
 

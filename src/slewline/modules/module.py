@@ -110,10 +110,18 @@ class Module:
         self._check(command, last)
         return answer
 
-    def once(self, command: str, *, again: bool = False, enough: Callable[[bytes], bool] | None = None) -> Answer:
+    def once(
+        self,
+        command: str,
+        data: bytes | None = None,
+        *,
+        again: bool = False,
+        enough: Callable[[bytes], bool] | None = None,
+    ) -> Answer:
         """Send a command once; return its answer, whatever it is.
 
         Args:
+            data: what goes over the wire; None: the command as the part has it.
             again: it has not been answered before.
             enough: says of what has come whether more of it need not be waited for.
 
@@ -122,7 +130,9 @@ class Module:
         """
         self.check_motion(command)
         self.tidy()
-        sent_ns = self.send(self.speech.again(command) if again else self.speech.framed(command))
+        if data is None:
+            data = self.speech.again(command) if again else self.speech.framed(command)
+        sent_ns = self.send(data)
         if not self.speech.answers(command):
             self._note_entry(command)
             return Answer((), sent_ns, sent_ns, sent_ns)

@@ -11,13 +11,13 @@ from itertools import count
 from os import PathLike
 from pathlib import Path
 
-from ..core.datasheet.table import Sheet
-from ..core.memory.image import to_hex
-from ..errors import UsageError
-from ..record.whole_file import WholeFile
+from ...core.datasheet.table import Sheet
+from ...core.memory.image import to_hex
+from ...errors import UsageError
+from ...record.whole_file import WholeFile
+from ..failures import ModuleFailure, RefusedCommand
+from ..module import Module
 from .contents import Contents, Say, read_contents
-from .failures import ModuleFailure, RefusedCommand
-from .module import Module
 from .restore import STORED_BYTE_S, ProgramText, Restore, can_store
 from .writing import send
 
@@ -92,8 +92,8 @@ def _putting_back(module: Module, contents: Contents, say: Say) -> Iterator[None
                 send(restore)
         except ModuleFailure as failure:
             raise Unfinished(
-                f"{failure}\nthe program that was there is not back: {restore.stands}; the file has it: slewline push puts "
-                "it back"
+                f"{failure}\nthe program that was there is not back: {restore.stands}; the file has it: slewline push "
+                "puts it back"
             ) from None
 
 
@@ -169,7 +169,7 @@ def check_store(sheet: Sheet, store: bool) -> None:
     """
     if store and not can_store(sheet):
         raise UsageError(
-            f"--store: the {sheet.part.upper()} has no command for it; its program is in a memory of its own; leave it out"
+            f"--store: the {sheet.part.upper()} has no such command; its program is in a memory beside it; leave it out"
         )
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..core.datasheet.table import Sheet
-from ..errors import ProgramError, UsageError
-from ..language.assemble import assemble
-from ..language.source import read
-from ..language.statements import Statement
+from ...core.datasheet.table import Sheet
+from ...errors import ProgramError, UsageError
+from ...language.assemble import assemble
+from ...language.source import read
+from ...language.statements import Statement
+from ..failures import DamagedAnswer, ListingDiffers, MotionRefused, NoAnswer, RefusedCommand
+from ..module import Module
 from .contents import Contents, Say
-from .failures import DamagedAnswer, ListingDiffers, MotionRefused, NoAnswer, RefusedCommand
-from .module import Module
 
 ROUNDS = 8  # in which a program is sent, or what of it came damaged
 STORED_BYTE_S = 0.021  # of a character that an EEPROM stores: it may take 20 ms until it reads back

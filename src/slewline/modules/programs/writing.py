@@ -1,4 +1,4 @@
-"""A program goes into a module, and is verified by its listing.  No command that may make a step is obeyed on the way."""
+"""A program goes into a module, and is verified by its listing; on the way no command is obeyed that may make a step."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from contextlib import suppress
 from itertools import zip_longest
 from types import MappingProxyType
 
-from ..core.datasheet.channel import AdaptiveLine, Channel, SerialLine, row_for
-from ..core.datasheet.table import Sheet
-from ..language.assemble import units
-from ..language.dialect import dialect_of
-from ..language.statements import Statement
+from ...core.datasheet.channel import AdaptiveLine, Channel, SerialLine, row_for
+from ...core.datasheet.table import Sheet
+from ...language.assemble import units
+from ...language.dialect import dialect_of
+from ...language.statements import Statement
+from ..failures import DamagedAnswer, ListingDiffers, ModuleFailure, MotionRefused, NoAnswer
+from ..module import Module
+from ..speech import CR
 from .contents import MemoryReader, harmless_end, read_listing
-from .failures import DamagedAnswer, ListingDiffers, ModuleFailure, MotionRefused, NoAnswer
-from .module import Module
 from .restore import Restore, can_store
-from .speech import CR
 
 ROUNDS = 8  # in which a program is sent, or what of it came damaged
 QUIET_S = 0.4  # without an answer to a question: program entry is open
@@ -163,8 +163,8 @@ class MemoryWriter:
                 self.end_entry()
             wrong = self.differing()
         raise ListingDiffers(
-            f"{self.module.name}: {whole} {len(wrong)} parts do not read back as they were sent; is there a memory, and "
-            "can it be written?  With an EEPROM that is slower than 20 ms a byte give --pace"
+            f"{self.module.name}: {whole} {len(wrong)} parts do not read back as they were sent; is there a memory, "
+            "and can it be written?  With an EEPROM that is slower than 20 ms a byte give --pace"
         )
 
     def was_read(self, group: Sequence[Statement]) -> bool:
@@ -284,7 +284,8 @@ def send(restore: Restore) -> None:
     for each in restore.wanted.before:
         restore.set(each)
     serial = next(channel for channel in restore.sheet.channels if isinstance(channel, (*WRITERS,)))
-    row_for(serial, WRITERS, "sends a program over")(restore)
+    if not restore.is_there:
+        row_for(serial, WRITERS, "sends a program over")(restore)
     for each in restore.wanted.after:
         restore.set(each)
 

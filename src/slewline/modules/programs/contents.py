@@ -10,16 +10,16 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import NamedTuple
 
-from ..core.datasheet.channel import AdaptiveLine, Channel, SerialLine, row_for
-from ..core.datasheet.table import Row, Sheet
-from ..errors import ProgramError, UsageError
-from ..language.assemble import assemble, units
-from ..language.dialect import Command, spoken_as
-from ..language.lines import parse
-from ..language.verbatim import Verbatim
-from .failures import DamagedAnswer, ListingDiffers, ModuleFailure, NoAnswer
-from .module import Module
-from .speech import CR
+from ...core.datasheet.channel import AdaptiveLine, Channel, SerialLine, row_for
+from ...core.datasheet.table import Row, Sheet
+from ...errors import ProgramError, UsageError
+from ...language.assemble import assemble, units
+from ...language.dialect import Command, spoken_as
+from ...language.lines import parse
+from ...language.verbatim import Verbatim
+from ..failures import DamagedAnswer, ListingDiffers, ModuleFailure, NoAnswer
+from ..module import Module
+from ..speech import CR
 
 READINGS = 6  # of a listing, of which two in a row must agree
 LONGEST_LINE = 1024  # characters; more without a carriage return are no program
