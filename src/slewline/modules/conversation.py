@@ -224,6 +224,4 @@ class Conversation:
             return [Suggestion(name, says) for name, says in VERBS.items() if name.startswith(begun)]
         if begun.startswith(VERB):
             return [Suggestion(f"{verb} {each.text}", each.says) for each in self.suggestions(rest) if verb == ":help"]
-        return [
-            Suggestion(head, says) for head, says in self.heads.items() if head.lower().startswith(begun.lower())
-        ]
+        return [Suggestion(head, says) for head, says in self.heads.items() if head.lower().startswith(begun.lower())]
