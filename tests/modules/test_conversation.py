@@ -1,4 +1,4 @@
-"""A person's conversation with a module: answers and their meanings, findings beside their lines, the manual's words."""
+"""A person's conversation with a module: answers and their meanings, findings, the manual's words."""
 
 from __future__ import annotations
 
