@@ -249,11 +249,12 @@ def test_other_machines_need_leave(tmp_path):
 
 
 HOST = """
-import serial, sys
+import serial, sys, time
 for _ in range(10):
     with serial.Serial(sys.argv[1], 9600, bytesize=7, parity="O", stopbits=2, timeout=30) as port:
         port.write(b"V1\\r")
         assert port.read_until(b"\\r") == b"V+0\\r"
+    time.sleep(0.1)  # an open right after a close would fail
 """
 
 

@@ -7,32 +7,25 @@ is reported once, and not again with every line behind it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
-from ...core.datasheet.channel import AdaptiveLine, SerialLine
-from ...errors import UsageError
-from ...links.lines.connectors import connector
-from ...parts.hosts.adaptive_host import AdaptiveHost
-from ..dialogue import DialogueHeader
-from ..speech import CR, Speech
+from ..speech import CR
 from .exchanges import RecordedExchange
+from .model import PAUSE_PS, ModelLine
 
 if TYPE_CHECKING:
     from ...core.component import Finding
-    from ...core.wires.serial import Character
-    from ...parts.lines.rs232 import SerialPort
 
 PS_PER_US = 10**6
-PAUSE_PS = 10**12  # between power-up and what comes first, and after what came last
 LATE_US = 10_000_000  # how much later than the module's an answer of the model is still waited for
 
 
 @dataclass(eq=False)
 class ModelAnswer:
-    """What the model has answered in an exchange; times in us of the replay, as those of an `RecordedExchange`."""
+    """What the model has answered in an exchange; times in us of the replay, as those of a `RecordedExchange`."""
 
     over_us: float = 0.0
     answer: bytes = b""
@@ -51,46 +44,8 @@ class ModelAnswer:
         return 0 if self.first_us is None or self.last_us is None else self.last_us - self.first_us
 
 
-class ModelReplay:
-    """The model of a part at the end of a line, from power-up.
-
-    Args:
-        header: its crystal and straps.
-        speech: how it is spoken to.
-        options: of the model.
-        memory: an image of the memory beside the chip.
-
-    Raises:
-        UsageError: straps, a crystal or options that the part has not.
-    """
-
-    def __init__(
-        self,
-        header: DialogueHeader,
-        speech: Speech,
-        options: Mapping[str, Any] | None = None,
-        memory: str | None = None,
-    ) -> None:
-        from ...bench import Bench
-        from ...bench.memories import put_memory
-
-        bench = Bench()
-        straps = strapped(speech) | dict(header.straps)
-        self.chip = bench.add(header.part, crystal=header.crystal_hz, straps=straps, **(options or {}))
-        put_memory(bench, self.chip, memory)
-        self.kernel, self.speech = bench.kernel, speech
-        self.port: SerialPort | AdaptiveHost
-        if speech.sheet.channel(AdaptiveLine) is not None:
-            over = speech.sheet.through(AdaptiveLine).name
-            self.port = cast("AdaptiveHost", bench.host(self.chip, baud=speech.baud, over=over))
-            self.port.heed(False)  # a cable of three wires; what the host has waited for is in its times
-        else:
-            self.port = connector(bench, "line", [self.chip])
-        self.heard: list[Character] = []
-        self.found: list[Finding] = []
-        self.port.on_character.add(self.heard.append)
-        bench.on_finding.add(self.found.append)
-        bench.run(PAUSE_PS)
+class ModelReplay(ModelLine):
+    """The model of a part, to which a dialogue is sent; a new one for each replay."""
 
     def play(
         self,
@@ -107,8 +62,7 @@ class ModelReplay:
         answers: list[ModelAnswer] = []
         offset_us = self.kernel.now / PS_PER_US - exchanges[0].at_us if exchanges else 0.0
         if self.speech.wake and not b"".join(each.sent for each in exchanges[:2]).startswith(self.speech.wake):
-            self.port.write(self.speech.wake)  # which the module has had before the dialogue began
-            self._run(self.kernel.now + PAUSE_PS)
+            self.wake()  # the module has been woken before the dialogue began
             offset_us += PAUSE_PS / PS_PER_US
         for number, exchange in enumerate(exchanges, start=1):
             answer = ModelAnswer()
@@ -116,7 +70,7 @@ class ModelReplay:
             self._wait(exchange, answer, offset_us)
             if answer.last_us is not None and exchange.last_us is not None and differs(exchange, answer):
                 offset_us = answer.last_us - exchange.last_us
-        self._run(self.kernel.now + PAUSE_PS)
+        self.run(self.kernel.now + PAUSE_PS)
         self._take(answers)
         return answers
 
@@ -127,7 +81,7 @@ class ModelReplay:
         character_us = self.speech.character_s * 1e6
         for at_us, group in groupby(exchange.characters, key=lambda pair: pair[0]):
             data = bytes(code for _, code in group)
-            self._run(round((at_us + offset_us) * PS_PER_US))
+            self.run(round((at_us + offset_us) * PS_PER_US))
             if answers[-1:] != [answer]:
                 self._take(answers)
                 del self.heard[:], self.found[:]
@@ -141,7 +95,7 @@ class ModelReplay:
             limit_us = max(exchange.last_us + offset_us, answer.over_us) + LATE_US
             lines = exchange.answer.count(CR)
             self.kernel.run_while(lambda: self._has(lines), round(limit_us * PS_PER_US))
-            self._run(self.heard[-1].end_ps if self.heard else 0)
+            self.run(self.heard[-1].end_ps if self.heard else 0)
         self._take([answer])
 
     def _has(self, lines: int) -> bool:
@@ -154,21 +108,3 @@ class ModelReplay:
             answer.answer = bytes(each.byte for each in self.heard)
             if self.heard:
                 answer.first_us, answer.last_us = (self.heard[at].end_ps / PS_PER_US for at in (0, -1))
-
-    def _run(self, ps: int) -> None:
-        self.kernel.run(max(ps, self.kernel.now))
-
-
-def strapped(speech: Speech) -> dict[str, int]:
-    """Return the straps of a part that is spoken to so."""
-    line = speech.sheet.channel(SerialLine)
-    if line is None:
-        return {}
-    levels = next(levels for levels, baud in line.bauds.items() if baud == speech.baud)
-    straps = dict(zip(line.baud_pins, levels, strict=True))
-    if line.address_pins:
-        own = next((levels for levels, address in line.addresses.items() if address == speech.address), None)
-        if own is None:
-            raise UsageError(f"address {speech.address}: no strap gives it")
-        straps |= dict(zip(line.address_pins, own, strict=True))
-    return straps | ({line.checksum_pin: int(speech.checked)} if line.checksum_pin else {})
