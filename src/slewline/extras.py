@@ -11,11 +11,14 @@ from itertools import chain
 EXTRAS = {  # by extra: packages, each as it is installed and as it is imported
     "cli": (("click", "click"), ("rich", "rich")),
     "dask": (("distributed", "distributed"),),
+    "epics": (("caproto", "caproto"),),
     "files": (("msgspec", "msgspec"),),
     "fast": (("numba", "numba"),),
     "panel": tuple((name, name) for name in ("starlette", "uvicorn", "websockets", "textual")),
     "plot": (("matplotlib", "matplotlib"),),
     "serial": (("pyserial", "serial"),),
+    "terminal": (("prompt_toolkit", "prompt_toolkit"),),
+    "visa": (("pyvisa", "pyvisa"), ("pyvisa-py", "pyvisa_py")),
 }
 
 

@@ -136,6 +136,10 @@ FRAMED = [
     (2, b"A 0\rF 10\rR 120\rS 120\rZ 1\rN 4000\rG\r"),
     *[(100 + 30 * n, (b"?\r", b"?0\r", b"?1\r")[n % 3]) for n in range(20)],
 ]
+GPIB = [
+    (2, b"A 0\nF 10\nR 120\nS 120\nZ 1\nN 4000\nG\n++read_tmo_ms 20\n"),
+    *[(100 + 30 * n, (b"++spoll\n", b"++read eoi\n", b"++srq\n++addr\n")[n % 3]) for n in range(20)],
+]
 
 
 def packets(*words: int) -> bytes:
@@ -157,6 +161,7 @@ CASES: dict[str, tuple[str, str, dict[str, Any], list[tuple[int, bytes]], list[t
     "module on TCP": ("gs-c200s", "tcp", {}, GSC, [("enable", 0), ("enable", 1)]),
     "module on a pty": ("gs-c200s", "pty", {}, GSC, [("enable", 0), ("enable", 1)]),
     "lines of text": ("cy525", "tcp", {"framing": True}, FRAMED, [("abort", 0), ("abort", 1)]),
+    "GPIB controller": ("cy525", "tcp", {"prologix": True}, GPIB, [("abort", 0), ("abort", 1)]),
     "registers": ("mc1451a", "tcp", {}, MC, [("poslimit1", 1), ("poslimit1", 0)]),
 }
 

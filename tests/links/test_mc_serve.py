@@ -18,7 +18,7 @@ import slewline
 from slewline.chips import PARTS, sheet_of
 from slewline.cli.main import invoke
 from slewline.links.lines.pace import Lockstep, Paced
-from slewline.links.ports.registers import BACKLOG
+from slewline.links.lines.request_line import BACKLOG
 from slewline.links.server import Server
 from slewline.links.views.status import as_line
 

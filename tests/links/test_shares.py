@@ -10,6 +10,7 @@ import pytest
 import slewline
 from slewline.links.lines.framing import SHARE as FRAMING
 from slewline.links.lines.pace import Lockstep
+from slewline.links.ports.prologix import SHARE as PROLOGIX
 from slewline.links.ports.registers import SHARE as REGISTERS
 from slewline.links.ports.rfc2217 import SHARE as SETTINGS
 from slewline.links.server import Server
@@ -62,6 +63,7 @@ def turns():
         ("mc1451a", {}, b"\x04\x00", REGISTERS),
         ("cy545", {"over": "parallel"}, b"\x04\x00", REGISTERS),
         ("cy525", {"framing": True}, b"?\r", FRAMING),
+        ("cy525", {"prologix": True}, b"++srq\n", PROLOGIX),
     ],
 )
 def test_a_flood_of_a_line_has_its_share_of_a_turn(turns, part, more, request_, share):

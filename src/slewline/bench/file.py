@@ -32,6 +32,7 @@
     chips = ["x"]                   # the only chip, if left out
     tcp = "127.0.0.1:4001"          # or: pty = "/tmp/x", rfc2217 = "127.0.0.1:4001", serial = "/dev/ttyUSB0"
     framing = false                 # true: lines of text with read-back, for a chip on a bus
+    prologix = false                # true: a GPIB controller that takes the commands of a Prologix one, for such chips
 
     [[drive]]
     pin = "x.abort"
@@ -96,7 +97,7 @@ ALLOWED = {  # by key, or by type
 
 
 class PortRequest(NamedTuple):
-    """A port that is asked for: number of its table, chips, kind, where, with our framing?, over which channel."""
+    """A port that is asked for: number of its table, chips, kind, where; how they are spoken to there."""
 
     number: int
     chips: list[Chip]
@@ -104,6 +105,7 @@ class PortRequest(NamedTuple):
     where: str
     framing: bool
     over: str | None
+    prologix: bool
 
 
 # -------------------------------------------------------------------------------------------------------------- reading
@@ -339,7 +341,9 @@ class BenchFile:
             if len(ports) != 1:
                 raise self.error(("serve", number), f"found {len(ports)} ports; give one of {', '.join(PORTS)}")
             kind, where = ports[0]
-            found.append(PortRequest(number, chips, kind, str(where), table.framing, table.over))
+            if table.framing and table.prologix:
+                raise self.error(("serve", number), "framing given together with prologix; give one of the two")
+            found.append(PortRequest(number, chips, kind, str(where), table.framing, table.over, table.prologix))
         return found
 
     def wire(self, bench: Bench) -> None:

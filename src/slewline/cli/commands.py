@@ -7,6 +7,9 @@ from typing import Any
 import click
 
 from .live.commands import debug_command, drive_command, panel_command, serve_command
+from .modules.commands import pull_command, push_command
+from .modules.dialogues import compare_command, proxy_command, terminal_command
+from .modules.laboratory import epics_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide
 from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, path
@@ -253,41 +256,6 @@ def tune_command(**options: Any) -> int:
     return tune(**options)
 
 
-@cli.command("compare", short_help="A measured waveform against the model's.", epilog=EXIT)
-@click.argument("model", metavar="MODEL.vcd", type=FILE)
-@click.argument("measured", metavar="MEASURED.vcd", type=FILE)
-@click.option(
-    "--map",
-    "pairs",
-    metavar="NAME=NAME",
-    multiple=True,
-    help="Signals that belong together, the model's first: x.pulse=D0,x.direction=D1. May be repeated.",
-)
-@click.option(
-    "--shift",
-    metavar="TIME",
-    default="first",
-    show_default=True,
-    help="What is added to the measured times, such as '-1.2 ms'; first: the first edges meet; best: the most edges.",
-)
-@click.option(
-    "--tolerance", type=TimeWithUnit(), help="Edges so far apart agree; by default the coarser unit of the two files."
-)
-@click.option("--timescale", type=TimeWithUnit(), help="The unit of MEASURED.vcd, if it states none.")
-@click.option("--torn", is_flag=True, help="MEASURED.vcd may have been cut off; read what is there.")
-@JSON
-def compare_command(**options: Any) -> int:
-    """Compare the signals of a measured waveform file, such as a logic analyser's, with those of a run.
-
-    Reports of each signal which edges are missing, extra, late or early, and the drift of the measured clock; exit
-    status 1 if there are such edges.  Without --map signals of the same name are compared, whatever their scopes.
-    --shift first and best go by the first signal of the list.
-    """
-    from .compare import compare
-
-    return compare(**options)
-
-
 @cli.command("describe", short_help="The reference of a chip, or of a command.", epilog=EXIT)
 @click.argument("chip", type=PartName())
 @click.argument("command", required=False, shell_complete=completion.command)
@@ -309,7 +277,18 @@ def chips_command(**options: Any) -> int:
     return chips(**options)
 
 
-for live in (serve_command, drive_command, panel_command, debug_command):
+for live in (
+    serve_command,
+    drive_command,
+    panel_command,
+    debug_command,
+    pull_command,
+    push_command,
+    compare_command,
+    proxy_command,
+    terminal_command,
+    epics_command,
+):
     cli.add_command(live)
 
 

@@ -11,7 +11,7 @@ the next event or the next byte.  `call` brings a function from another thread i
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from functools import cached_property, partial
 from ipaddress import ip_address
@@ -28,9 +28,10 @@ from ..errors import UsageError
 from .lines.line import ConnectorLine, HostLine
 from .lines.log import TranscriptFile
 from .lines.pace import Pace, Paced
+from .ports.prologix import PrologixLine, PrologixPort
 from .ports.registers import RegisterLine, RegisterPort
 from .ports.tcp import TcpPort
-from .serving import line_to
+from .serving import line_to, prologix_line
 from .sockets.address import is_loopback, parse_address
 from .sockets.loop import Loop
 from .sockets.system import fine_timer
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
 
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
 LOOK_S = 5.0
+PORTS: Mapping[type[HostLine], type[TcpPort]] = {RegisterLine: RegisterPort, PrologixLine: PrologixPort}
 
 
 class OpenPort(Protocol):
@@ -131,28 +133,34 @@ class Server:
         self.exchanges.exchange(bench, since_ps)
 
     # ---------------------------------------------------------------------------------------------------- furnishing
-    def line(self, *chips: Chip, framing: bool = False, over: str | None = None) -> HostLine:
+    def line(self, *chips: Chip, framing: bool = False, over: str | None = None, prologix: bool = False) -> HostLine:
         """Make a line to a chip, or to modules that share it; to a chipset, one on which its registers are found.
 
         Args:
             framing: lines of text with read-back, for a chip on a bus (see `links.lines.framing`).
             over: the channel of a chip that has several, as for `bench.host`.
+            prologix: a GPIB controller, on an IEEE-488 bus with chips (see `links.ports.prologix`).
 
         Raises:
             UsageError: the chips have nothing that could share a line.
         """
         name = "+".join(chip.name for chip in chips) + (f"_{over}" if over is not None else "")
+        if prologix:
+            return self._joined(prologix_line(self, name, chips), chips)
         channels = [channel_over(chip, over) for chip in chips]
         for chip, channel in zip(chips, channels, strict=True):
             if len(chips) > 1 and not isinstance(channel, SerialChannel):
                 has = "a line of its own" if isinstance(channel, AdaptiveLine) else "a bus"
                 raise UsageError(f"{name}: {chip.name} has {has}; give it a port of its own")
-        line = line_to(self, channels[0], name, chips, framing, over)
+        return self._joined(line_to(self, channels[0], name, chips, framing, over), chips)
+
+    def _joined(self, line: HostLine, chips: Sequence[Chip]) -> HostLine:
+        """Note a line, beside those to the same chips."""
         for other in self.lines.values():
             if any(chip in other.chips for chip in chips):
                 other.beside.append(line)
                 line.beside.append(other)
-        self.lines[name] = line
+        self.lines[line.name] = line
         return line
 
     def _check(self, line: HostLine, port: str) -> None:
@@ -161,7 +169,8 @@ class Server:
 
     def tcp(self, line: HostLine, address: str) -> OpenPort:
         """Serve a line on a TCP socket, HOST:PORT: its bytes as they are, or requests for registers."""
-        return self._on_tcp(RegisterPort if isinstance(line, RegisterLine) else TcpPort, line, address)
+        kind = next((port for of, port in PORTS.items() if isinstance(line, of)), TcpPort)
+        return self._on_tcp(kind, line, address)
 
     def rfc2217(self, line: HostLine, address: str) -> OpenPort:
         """Serve a line on a TCP port that takes settings, HOST:PORT."""

@@ -9,9 +9,10 @@ from ..bench.hosting import channel_over
 from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, row_for
 from ..core.datasheet.channel import SerialLine as SerialChannel
 from ..errors import UsageError
-from .lines.connectors import board, connector, uart
+from .lines.connectors import board, connector, gpib, uart
 from .lines.framing import FramedLine
 from .lines.line import ConnectorLine, HostLine
+from .ports.prologix import PrologixLine
 from .ports.registers import RegisterLine
 
 if TYPE_CHECKING:
@@ -45,6 +46,19 @@ def line_to(
 ) -> HostLine:
     """Return a line to chips on a channel."""
     return row_for(channel, LINES, "serves")(server, name, chips, framing, over)
+
+
+def prologix_line(server: Serves, name: str, chips: Sequence[Chip]) -> HostLine:
+    """Return a GPIB controller on a bus with chips.
+
+    Raises:
+        UsageError: a chip has no port for such a bus.
+    """
+    for chip in chips:
+        if chip.sheet.channel(BusHandshake) is None:
+            raise UsageError(f"{name}: {chip.name} has no port for a GPIB interface; leave out prologix")
+    controller, devices = gpib(server.bench, chips)
+    return PrologixLine(name, server.pace, server.log, controller, devices)
 
 
 def serial_line(server: Serves, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:

@@ -73,6 +73,7 @@ class ServeTable(FileTable, frozen=True):
     rfc2217: str | int | None = None
     serial: str | None = None
     framing: bool = False
+    prologix: bool = False
     over: str | None = None
 
 

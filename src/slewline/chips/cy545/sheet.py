@@ -68,8 +68,8 @@ BIT = Arg("bit", 1, 0, 255)
 TARGET = Arg("target", 1, 0, PAGE_BYTES - 1)
 
 
-def _row(form: str, name: str, args: tuple[Arg, ...], says: str, where: str, *, motion: bool = False, flow: str = "n", role: str = "", trust: Trust = "stated", code: int = -1, terminated: bool = True, stored: bool = True) -> Row:
-    return Row(form, name, args, COMMAND_US, says, where, program_us=PROGRAM_US, motion=motion, flow=flow, role=role, trust=trust, code=code, terminated=terminated, stored=stored)
+def _row(form: str, name: str, args: tuple[Arg, ...], says: str, where: str, *, motion: bool = False, flow: str = "n", role: str = "", trust: Trust = "stated", code: int = -1, terminated: bool = True, stored: bool = True, starts: bool = False) -> Row:
+    return Row(form, name, args, COMMAND_US, says, where, program_us=PROGRAM_US, motion=motion, flow=flow, role=role, trust=trust, code=code, terminated=terminated, stored=stored, starts=starts)
 
 
 COMMANDS = Table(
@@ -80,24 +80,24 @@ COMMANDS = Table(
     _row("E", "ENTER", (), "store what follows in memory, from the pointer on", "ch.7", role="enter"),
     _row("F", "FIRSTRATE", (Arg("rate", 1, 0, 255, unit="rate index"),), "rate at which every motion starts and ends; a twentieth of it for jog and home", "ch.5"),
     _row("G", "GO", (), "take the number of steps set by N", "ch.4", motion=True),
-    _row("H", "HOME", (BIT,), "seek the edge of the home sensor", "ch.4; ch.16, Home Signal", motion=True),
+    _row("H", "HOME", (BIT,), "seek the edge of the home sensor", "ch.4; ch.16, Home Signal", motion=True, role="home"),
     _row("I", "INITIALIZE", (), "state at power-up; a program ends", "ch.10", flow=""),
-    _row("J", "JUMP", (TARGET,), "continue at a byte of this page", "ch.4", flow="t"),
-    _row("L", "LOOP", (Arg("count", 1, 0, 255), TARGET), "branch until the count has run out", "ch.4; ch.10", flow="nt", role="loop"),
+    _row("J", "JUMP", (TARGET,), "continue at a byte of this page", "ch.4", flow="t", starts=True),
+    _row("L", "LOOP", (Arg("count", 1, 0, 255), TARGET), "branch until the count has run out", "ch.4; ch.10", flow="nt", role="loop", starts=True),
     _row("N", "NUMBER", (Arg("steps", 3, 0, POSITIONS - 1, unit="steps"),), "number of steps of a relative motion", "ch.4"),
     _row("O", "MODE", (Arg("mode", 1, 0, 255),), "write the mode register", "ch.9"),
-    _row("P", "POSITION", (POSITION,), "step to a position", "ch.4", motion=True),
+    _row("P", "POSITION", (POSITION,), "step to a position", "ch.4", motion=True, role="goto"),
     _row("Q", "QUIT", (), "end program entry; never terminated", "ch.7; 2002, Binary format", terminated=False, stored=False, role="leave"),
     _row("R", "RATE", (Arg("rate", 1, 0, 255, unit="rate index"),), "highest step rate", "ch.5"),
     _row("S", "SLOPE", (Arg("slope", 1, 1, 255),), "acceleration, 255 is steepest", "ch.5"),
-    _row("T", "TIL", (BIT, TARGET), "branch until the bits match", "ch.4", flow="nt"),
+    _row("T", "TIL", (BIT, TARGET), "branch until the bits match", "ch.4", flow="nt", starts=True),
     _row("W", "WAIT", (BIT,), "wait until the bits match", "ch.4"),
     _row("X", "EXECUTE", (), "run the program at the pointer", "ch.4", role="run"),
     _row("Y", "POINTER", (Arg("target", 2, 0, MEMORY_BYTES - 1),), "set the memory pointer; in a program continue there", "ch.7", flow="t", role="pointer"),
-    _row("Z", "LONGLOOP", (Arg("count", 2, 0, 65535), TARGET), "branch until the count, of 16 bits, has run out", "ch.4", flow="nt", role="loop"),
+    _row("Z", "LONGLOOP", (Arg("count", 2, 0, 65535), TARGET), "branch until the count, of 16 bits, has run out", "ch.4", flow="nt", role="loop", starts=True),
     _row("+", "CW", (), "direction clockwise", "ch.4"),
     _row("-", "CCW", (), "direction counter-clockwise", "ch.4"),
-    _row("?", "QUERY", (), "ask for a parameter", "ch.14; 2002 p.37"),
+    _row("?", "QUERY", (), "ask for a parameter", "ch.14; 2002 p.37", role="question"),
     _row("0", "STOP", (), "stop the program", "ch.4", code=0x00, flow="", role="stop"),
     _row("[", "DISPLAY", (), "write values to addresses of the HP display", "ch.4; ch.16, HP LED Display"),
     _row('"', "STRING", (), "send characters to the display device", "ch.4; ch.14"),
@@ -106,6 +106,7 @@ MISSING = MappingProxyType({"U": "U is reserved", "V": "V is reserved", "M": "M 
 
 # What ? may ask for: the digits of the answer (ch.14; which letters beside P, N, R there are is inferred).
 QUERIES = MappingProxyType({"P": 8, "N": 8, "R": 5, "F": 5, "S": 5, "O": 5, "Y": 5, "B": 5})
+ASKED = MappingProxyType({"P": "position", "B": "user bits"})
 ANSWER_BYTES = MappingProxyType({8: 3, 5: 2})  # the same in binary, high byte first (2002 p.37)
 LISTING = "M"  # ? M,n: the pointer, then n lines of memory
 
@@ -271,7 +272,7 @@ def _sheet(part: str, title: str, flow: Literal["before", "after"], live: bool) 
         suffix=f".{part}",
         slips=SLIPS,
         notes=NOTES,
-        dialect=Verbatim(queries=QUERIES, answer_bytes=ANSWER_BYTES, listing=LISTING, flips=NEGATED),
+        dialect=Verbatim(queries=QUERIES, asked=ASKED, answer_bytes=ANSWER_BYTES, listing=LISTING, flips=NEGATED),
         channels=(
             FlowBus(ends=flow, live=live, in_use=(MB_PARALLEL | MB_HP, MB_PARALLEL)),
             AdaptiveLine(bauds=BAUDS, flow_pin="usrb6", in_use=CTS_IN_USE, answers=(MB_PARALLEL, 0), where=SERIAL),

@@ -89,6 +89,7 @@ DIALECT = Lines(
         "E1": "parity, checksum or length", "E2": "argument missing, wrong or out of range", "E3": "program memory full",
         "E4": "unknown, or not allowed now", "E5": "the position counter overflowed", "E6": "the EEPROM failed",
     }),
+    refusals=("E1", "E2", "E3", "E4", "E6"),
     where="data exchange protocol",
 )
 
@@ -106,34 +107,34 @@ def _stored(form: str, name: str, args: tuple[Arg, ...], says: str, *, room: int
     return Row(form, name, args, MS, says, _CD, program_us=MS, code=code, motion=motion, head=head, room=room, tail=tail, when=when, flow=flow, role=role)
 
 
-def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "", role: str = "", at_once: str = "") -> Row:  # fmt: skip
-    return Row(form, name, args, MS, says, _CD, stored=False, head=head, when=when, role=role, at_once=at_once)
+def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "", role: str = "", at_once: str = "", starts: bool = False) -> Row:  # fmt: skip
+    return Row(form, name, args, MS, says, _CD, stored=False, head=head, when=when, role=role, at_once=at_once, starts=starts)
 
 
 ROWS = (
     _stored("A", "ACTIVATE", (OUTPUT,), "user output high", room=2),
     _stored("C", "CLEAR", (OUTPUT,), "user output low", room=2),
     _stored("D", "DELAY", (Arg("delay", 1, 1, 255, unit="0.1 s"),), "wait", room=2),
-    _immediate("E", "EXECUTE", "run the program from location 0; ends programming", when="ip", role="leave"),
+    _immediate("E", "EXECUTE", "run the program from location 0; ends programming", when="ip", role="leave", starts=True),
     _immediate("F", "FEEDBACK", "ready or busy", when="ipr", role="state"),
-    _immediate("H", "HOME", "find the home position", replace(DIRECTION, optional=True), when="i"),
+    _immediate("H", "HOME", "find the home position", replace(DIRECTION, optional=True), when="i", role="home", starts=True),
     _immediate("K", "KILL", "end program and motion at once", when="ir", at_once="stop"),
     _stored("L0", "LOOP_START", (), "start of what a loop repeats", room=2, head="L", code=ord("l"), tail=("0", "o"), role="mark"),
     _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start; the number is that of all passes", room=2, flow="nl", role="loop"),
-    _immediate("M", "MEMORIZE", "program to EEPROM", when="ip"),
+    _immediate("M", "MEMORIZE", "program to EEPROM", when="ip", role="store"),
     _immediate("Q", "QUERY", "list the program", when="ip", role="list"),
     _stored("R", "RAMP", (Arg("ramp", 3, 1, 999, unit="steps"),), "length of both ramps", room=4),
     _stored("S", "START_STOP", (SPEED,), "start-stop speed", room=4),
     _stored("T", "TOP_SPEED", (SPEED,), "slew speed", room=4),
     _stored("U", "UNTIL", (INPUT,), "repeat the program until an input is low", room=2, flow="n0"),
-    _immediate("V", "VERIFY", "position (1) or user inputs and outputs (2)", Arg("what", 1, 1, 2), when="ip"),
+    _immediate("V", "VERIFY", "position (1) or user inputs and outputs (2)", Arg("what", 1, 1, 2), when="ip", role="question"),
     _stored("W", "WAIT", (INPUT,), "wait until an input is high", room=2),
-    _immediate("X", "EXCHANGE", "EEPROM to program memory", when="ip"),
+    _immediate("X", "EXCHANGE", "EEPROM to program memory", when="ip", role="recall"),
     _immediate("Z", "ZERO_SPEED", "ramp down and end the program", when="ir", at_once="brake"),
     _stored("±", "MOVE", (Arg("steps", 3, -999_999, 999_999, sign="must", zero=False),), "move by a number of steps", room=4, code=ord("+"), motion=True),
 )
 C200_ROWS = (
-    _stored("G", "GOTO", (Arg("position", 3, 0, 9_999_999),), "move to a position", room=4, motion=True),
+    _stored("G", "GOTO", (Arg("position", 3, 0, 9_999_999),), "move to a position", room=4, motion=True, role="goto"),
     _stored("G±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="G", code=ord("g"), motion=True, flow=""),
     _stored("G±x", "CONTROLLED_VELOCITY", (DIRECTION, INPUT), "run until an input is low", room=4, head="G", code=ord("x"), motion=True),
     _immediate("I", "INITIALIZE", "clear counter (1), user outputs (2), both (3)", Arg("what", 1, 1, 3), when="i"),
@@ -141,7 +142,7 @@ C200_ROWS = (
 )
 C200S_ROWS = (
     _stored("f", "FORCE", (SIGNED,), "preset the position counter", room=4, when="i"),
-    _stored("G", "GOTO", (replace(SIGNED, sign="may"),), "move to a position", room=4, motion=True),
+    _stored("G", "GOTO", (replace(SIGNED, sign="may"),), "move to a position", room=4, motion=True, role="goto"),
     _stored("g±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="g", code=ord("g"), motion=True, flow=""),
     _stored("g±x", "CONTROLLED_VELOCITY", (DIRECTION, INPUT), "run until an input is low", room=4, head="g", code=ord("x"), motion=True),
     _stored("I", "INITIALIZE", (Arg("what", 1, 1, 3),), "clear counter (1), user outputs (2), both (3)", room=2, when="i"),
@@ -234,7 +235,8 @@ NOTES = MappingProxyType(
 )
 
 
-def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
+def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...], sign: str) -> Sheet:
+    questions = {"position": ("V1", f"V({sign}[0-9]{{1,7}})"), "inputs and outputs": ("V2", "V([0-7][0-7])")}
     return Sheet(
         part=part,
         title=f"{part.upper()} intelligent stepper motor controller module",
@@ -250,7 +252,7 @@ def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
         buffer_where="program storage area",
         suffix=f".{part}",
         notes=NOTES,
-        dialect=DIALECT,
+        dialect=replace(DIALECT, questions=MappingProxyType(questions)),
         channels=(PORT,),
         memory_unit="location",
         opcodes="chosen",
@@ -259,5 +261,5 @@ def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...]) -> Sheet:
     )
 
 
-GS_C200 = _sheet("gs-c200", C200_ROWS, C200S_ONLY)
-GS_C200S = _sheet("gs-c200s", C200S_ROWS, C200_ONLY)
+GS_C200 = _sheet("gs-c200", C200_ROWS, C200S_ONLY, sign="")
+GS_C200S = _sheet("gs-c200s", C200S_ROWS, C200_ONLY, sign="[+-]")

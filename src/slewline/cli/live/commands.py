@@ -38,6 +38,9 @@ PORTS = together(
         "--registers", metavar="HOST:PORT", help="The bus of a chip that also has a serial line: on a TCP socket."
     ),
     click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, which can also read back."),
+    click.option(
+        "--prologix", is_flag=True, help="For a chip on a bus: a GPIB controller with the commands of a Prologix one."
+    ),
     click.option("--baud", hidden=True),
 )
 SERVED = together(

@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ...links.lines.pace import Pace
     from ...links.lines.store import FileStore
     from ...links.server import Server
+    from ...links.sockets.loop import Loop
 
     Stores = Callable[[str], FileStore]
     Call = Callable[..., object]
@@ -50,6 +51,7 @@ class ServeCommand:
     serial: str | None
     registers: str | None
     framing: bool
+    prologix: bool
     rate: str | None
     lockstep: bool
     control: str | None
@@ -108,11 +110,11 @@ class ServeCommand:
         if self.baud is not None:
             says = sheet_of(self.chip).elsewhere("baud", self.baud) if self.chip is not None else ""
             raise click.UsageError(f"--baud {self.baud}: {says or 'this part has no rate of its own; leave it out'}")
-        own = (*ports, self.registers, self.strap, self.option, self.options, self.framing, self.memory)
+        own = (*ports, self.registers, self.strap, self.option, self.options, self.framing, self.prologix, self.memory)
         if self.bench is not None and any(own):
             raise click.UsageError(
                 "a bench file sets all of this itself; leave out ports, --strap, --option, --options, --memory, "
-                "--framing"
+                "--framing, --prologix"
             )
         if self.registers is not None and (self.chip is None or bus_of(self.chip) is None):
             raise click.UsageError(
@@ -127,6 +129,8 @@ class ServeCommand:
             raise click.UsageError(f"{given}: a chip has one port; leave out all but one")
         if self.registers is not None:
             ports.append((REGISTERS, self.registers))
+        if self.framing and self.prologix:
+            raise click.UsageError("--framing and --prologix: a port has one of the two; leave out the other")
         if self.lockstep and self.rate is not None:
             raise click.UsageError("--lockstep follows no clock; leave out --rate")
         if self.anywhere and self.bench is None:
@@ -172,7 +176,7 @@ class ServeCommand:
         (chip,), found = server.bench.chips.values(), []
         for kind, where in ports:
             over = over_which(chip.sheet, kind)
-            line = server.line(chip, framing=self.framing, over=over)
+            line = server.line(chip, framing=self.framing, over=over, prologix=self.prologix)
             found.append((titled(line), getattr(server, "tcp" if kind == REGISTERS else kind)(line, where).where))
         return found
 
@@ -184,7 +188,7 @@ def open_bench_file(server: Server, file: BenchFile) -> list[tuple[str, str]]:
     lines = []
     for port in served:
         with file.at("serve", port.number):
-            lines.append(server.line(*port.chips, framing=port.framing, over=port.over))
+            lines.append(server.line(*port.chips, framing=port.framing, over=port.over, prologix=port.prologix))
     for port, line in zip(served, lines, strict=True):
         with file.at("serve", port.number, port.kind):
             found.append((titled(line), getattr(server, port.kind)(line, port.where).where))
@@ -224,10 +228,15 @@ def keeps(part: str) -> bool:
 
 
 def titled(line: HostLine) -> str:
-    """Return a line by its name; modules that share it, with their addresses."""
-    if len(line.chips) == 1:
+    """Return a line by its name; chips that share it or a bus, with their addresses."""
+    from ...links.ports.prologix import PrologixLine
+
+    if isinstance(line, PrologixLine):
+        addresses = ", ".join(map(str, line.devices))
+    elif len(line.chips) == 1:
         return line.name
-    addresses = ", ".join(str(chip.strapped_address()) for chip in line.chips)  # type: ignore[attr-defined]
+    else:
+        addresses = ", ".join(str(chip.strapped_address()) for chip in line.chips)  # type: ignore[attr-defined]
     return f"{line.name} (addresses {addresses})"
 
 
@@ -287,9 +296,14 @@ def show_again(server: Server) -> None:
     server.loop.after(STATUS_S, lambda: show_again(server))
 
 
+def signals(server: Server) -> AbstractContextManager[None]:
+    """End the server in good order on a signal; print a status line on SIGUSR1."""
+    return ended_by_signals(server.loop, server.stop, lambda: show(server))
+
+
 @contextmanager
-def signals(server: Server) -> Iterator[None]:
-    """End the server in good order on SIGINT, SIGTERM, SIGHUP and SIGBREAK; print a status line on SIGUSR1.
+def ended_by_signals(loop: Loop, stop: Callable[[], object], status: Callable[[], object]) -> Iterator[None]:
+    """Call `stop` on SIGINT, SIGTERM, SIGHUP and SIGBREAK; `status`, in its turn, on SIGUSR1.
 
     From the first one on they mean nothing any more: the process ends anyway.  A SIGHUP that is ignored, as `nohup` has
     it, stays so.  A system may lack some of them.
@@ -302,13 +316,13 @@ def signals(server: Server) -> Iterator[None]:
 
     def end(*_: object) -> None:
         system.ignore(ends)
-        server.stop()
+        stop()
 
     calls: dict[int, Call] = dict.fromkeys(ends, end)
     for number in system.numbers("SIGUSR1"):
-        calls[number] = lambda *_: server.loop.ask(lambda: show(server))
+        calls[number] = lambda *_: loop.ask(status)
     kept = {number: signal.signal(number, call) for number, call in calls.items()}
-    server.loop.hear_signals()
+    loop.hear_signals()
     try:
         yield
     except BaseException:

@@ -104,5 +104,10 @@ ROW_ROLES: Mapping[str, str] = MappingProxyType(  # a command that ...
         "read": "selects what is to be read back",
         "list": "asks for the program, in as many lines as it takes",
         "state": "asks whether the part is busy",
+        "question": "asks for a value, and changes nothing",
+        "goto": "moves to a position",
+        "home": "finds the home position",
+        "store": "keeps the program without power",
+        "recall": "puts the program that is kept without power in the place of the other",
     }
 )

@@ -150,6 +150,9 @@ class Row:
 
     `role` is what the command is for, in a word that all parts share (see ROW_ROLES): texts, rules and hosts go by it.
 
+    `starts` says of a command without a motion of its own that it may begin one outside program entry: it starts a
+    program, or a homing.
+
     `at_once` says what a command does to a running motor without waiting for it, in a word of AT_ONCE; one that waits
     for an update (`buffered`) does so with the update.
     """
@@ -176,6 +179,7 @@ class Row:
     encoder: bool = False
     role: str = ""
     at_once: str = ""
+    starts: bool = False
     trust: Trust = "stated"
 
     def __post_init__(self) -> None:
@@ -197,6 +201,11 @@ class Row:
     def takes(self) -> str:
         """The names of its arguments, in words."""
         return " and ".join(arg.name for arg in self.args) or "no argument"
+
+    @property
+    def may_step(self) -> bool:
+        """May it make the motor step, if a host sends it outside program entry?"""
+        return self.motion or self.starts or self.role == "run"
 
     @property
     def coded(self) -> bool:

@@ -45,13 +45,18 @@ class Lines(Dialect):
     """A command is a line, and so is its answer.
 
     `longest` is how many characters a line may have, `answers` what the answers mean: of these, `accepted` goes without
-    saying, and `busy` is what a part says that cannot obey yet.
+    saying, `busy` is what a part says that cannot obey yet, `garbled` what it says of a line that came damaged, and is
+    not obeyed; with `refusals` it has not done what it was told.  `questions` are the commands that ask for a value and
+    change nothing, each with the pattern of its answer, by what they ask for.
     """
 
     longest: int = 0
     answers: Mapping[str, str] = field(default_factory=dict)
     accepted: str = "Y"
     busy: str = "B"
+    garbled: str = "E1"
+    refusals: tuple[str, ...] = ()
+    questions: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     where: str = ""
 
     name = "lines"

@@ -14,6 +14,7 @@ class Forms(Dialect):
 
     Args:
         queries: the letters that may be asked for, each with the digits of its answer.
+        asked: what queries ask for whose letter sets no register.
         answer_bytes: of the value in a binary answer, by the digits that it has in text.
         listing: the letter that asks for lines of the memory.
         query, quote, display: the forms of the commands that ask, that say a string, that write to a display.
@@ -23,6 +24,7 @@ class Forms(Dialect):
     """
 
     queries: Mapping[str, int] = field(default_factory=dict)
+    asked: Mapping[str, str] = field(default_factory=dict)
     answer_bytes: Mapping[int, int] = field(default_factory=dict)
     listing: str = "M"
     query: str = "?"

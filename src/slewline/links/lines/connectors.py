@@ -1,4 +1,4 @@
-"""What a line ends in on a bench: the serial connector of a computer, a UART, an interface board."""
+"""What a line ends in on a bench: the serial connector of a computer, a UART, an interface board, an IEEE-488 bus."""
 
 from __future__ import annotations
 
@@ -11,13 +11,18 @@ from ...core.datasheet.channel import SerialLine as SerialChannel
 from ...core.wires.pin import strapped
 from ...errors import UsageError
 from ...parts.boards.board import Board
+from ...parts.boards.gpib import HANDSHAKE, MANAGEMENT, GpibListener
+from ...parts.boards.gpib_device import GpibController, GpibDevice
 from ...parts.lines.rs232 import SerialPort
 
 if TYPE_CHECKING:
     from ...bench import Bench
     from ...core.chip import Chip
+    from ...core.wires.net import Net
 
 UART_BAUD = 9600
+FIRST_ADDRESS, LAST_ADDRESS = 5, 30  # of devices on an IEEE-488 bus
+BUS_LINES = ("dio", *HANDSHAKE, *MANAGEMENT)
 BOARDS: Mapping[type[Channel], tuple[str, str]] = {  # the kind of board on a channel, and how its name ends
     HostPort: ("isa", "isa"),
     FlowBus: ("parallel_card", "card"),
@@ -54,6 +59,66 @@ def board(bench: Bench, chip: Chip, over: str | None) -> Board:
     """Return an interface board on a chip."""
     kind, tail = BOARDS[type(channel_over(chip, over))]
     return cast("Board", bench.part(kind, name=f"{chip.name}_{tail}", to=chip))
+
+
+def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int, Chip]]:
+    """Return a controller on an IEEE-488 bus with chips, and the chips by their addresses.
+
+    A chip that is behind no device of such a bus gets one, with the next address from 5 on, and its interrupt logic.
+
+    Raises:
+        UsageError: two have the same address, or one is on the bus as a listener that has no address.
+        WiringError: a chip has no port for such a device.
+    """
+    devices = [device_of(bench, chip) for chip in chips]
+    found: dict[int, tuple[GpibDevice, Chip]] = {}
+    for device, chip in zip(devices, chips, strict=True):
+        if device is None:
+            taken = [each.address for each in devices if each is not None] + [*found]
+            address = next(free for free in range(FIRST_ADDRESS, LAST_ADDRESS + 1) if free not in taken)
+            device = new_device(bench, chip, address)
+        if device.address in found:
+            before = found[device.address][1].name
+            raise UsageError(f"{before} and {chip.name}: both have address {device.address}; give each its own")
+        found[device.address] = device, chip
+    first, *others = [device for device, _ in found.values()]
+    for other in others:
+        for line in BUS_LINES if not same(first.net("dav"), other.net("dav")) else ():
+            bench.wire(f"{first.name}.{line}", f"{other.name}.{line}")
+    controllers = [part for part in bench.parts.values() if isinstance(part, GpibController)]
+    controller = next((part for part in controllers if same(part.net("dav"), first.net("dav"))), None)
+    if controller is None:
+        controller = bench.part("gpib_controller", name=f"{chips[0].name}_controller", to=first)
+    return controller, {address: chip for address, (_, chip) in found.items()}
+
+
+def same(one: Net, other: Net) -> bool:
+    """Return whether two pins are on one wire."""
+    return one.root is other.root
+
+
+def device_of(bench: Bench, chip: Chip) -> GpibDevice | None:
+    """Return the device of an IEEE-488 bus behind which a chip is; None: there is none."""
+    request = chip.pins[chip.sheet.in_role("request").name].net
+    for part in bench.parts.values():
+        if not isinstance(part, GpibDevice | GpibListener) or not same(part.net("io_request"), request):
+            continue
+        if isinstance(part, GpibListener):
+            raise UsageError(
+                f"{chip.name}: {part.name} has no address, and cannot answer; put a gpib_device in its place"
+            )
+        return part
+    return None
+
+
+def new_device(bench: Bench, chip: Chip, address: int) -> GpibDevice:
+    """Put a chip behind a device, with the interrupt logic of figure 12.9."""
+    name, logic = f"{chip.name}_gpib", f"{chip.name}_interrupts"
+    device = bench.part("gpib_device", name=name, to=chip, address=address)
+    bench.part("gpib_interrupts", name=logic, to=chip)
+    for own, theirs in (("clr", "clear"), ("trig", "trigger"), ("srq", "srq")):
+        bench.wire(f"{name}.{own}", f"{logic}.{theirs}")
+    return device
 
 
 def strapped_line(chip: Chip) -> tuple[int, int, str, int]:

@@ -16,7 +16,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from ...bench.runner import Wait
-from ...core.wires.serial import Character
+from ...core.wires.serial import Character, LineSetting
 from ...language.dialect import dialect_of
 from ...parts.hosts.adaptive_host import AdaptiveHost
 from ...parts.hosts.ends.adaptive_uart import AdaptiveUart
@@ -138,6 +138,14 @@ class HostLine:
         self.wait = None
         if not quiet:
             self.log.event(self.name, "no answer after 60 s of virtual time; time stops here")
+
+    def when_sent(self, call: Callable[[], object]) -> None:
+        """Call a function when everything that has come has gone out, or has not for a long time."""
+        self.pace.wait(Wait(self.sent, self.kernel.now + ANSWER_TIMEOUT_PS, lambda _sent: call()))
+
+    def event(self, text: str) -> None:
+        """Note an event on the line in the transcript."""
+        self.log.event(self.name, text)
 
     def give(self, data: bytes, to: object = None) -> None:
         """Bytes go to the host, or to this one alone, unless a gate holds them back."""
@@ -282,6 +290,11 @@ class ConnectorLine(HostLine):
     def baud(self) -> int | str:  # type: ignore[override]
         """The rate of the line."""
         return self.port.baud
+
+    @property
+    def setting(self) -> LineSetting:
+        """Rate and format of the line."""
+        return self.uart.setting
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
         """Connect a host."""

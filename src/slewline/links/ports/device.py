@@ -20,7 +20,7 @@ from typing import Any
 
 from ...errors import SlewlineError, UsageError
 from ...extras import needs
-from ..lines.line import ConnectorLine
+from ..lines.port_line import CableLine
 from ..sockets.loop import Loop
 from ..sockets.stream import CHUNK, SocketStream
 from ..sockets.system import WINDOWS_PORT, Descriptor, pair
@@ -96,15 +96,21 @@ class DevicePort:
 
     Args:
         tell: called when the port goes away, and when it is back.
+        make: opens it; a function that takes URLs would let a bench file connect to anywhere.
 
     Raises:
         UsageError: the port is not there at the beginning, or cannot be opened.
     """
 
     def __init__(
-        self, loop: Loop, line: ConnectorLine, device: str, tell: Callable[[str], object] = lambda _text: None
+        self,
+        loop: Loop,
+        line: CableLine,
+        device: str,
+        tell: Callable[[str], object] = lambda _text: None,
+        make: Callable[..., Any] = serial.Serial,
     ) -> None:
-        self.loop, self.line, self.device, self.tell = loop, line, device, tell
+        self.loop, self.line, self.device, self.tell, self.make = loop, line, device, tell, make
         self.closed = False
         self.port: Any = None
         self.threads: Threads | None = None
@@ -119,10 +125,10 @@ class DevicePort:
         return self.device
 
     def _open(self) -> None:
-        word = self.line.port.word
-        self.port = serial.Serial(
+        word = self.line.setting.word
+        self.port = self.make(
             self.device,
-            int(self.line.port.baud),
+            int(self.line.setting.baud),
             bytesize=word.bits,
             parity=word.parity[0].upper(),
             stopbits=float(word.stop),

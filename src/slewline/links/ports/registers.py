@@ -29,22 +29,19 @@ may pass after an IN that finds bit 7 of the status at 0, until it is 1.  READY 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Callable
+from typing import TYPE_CHECKING, cast
 
 from ...parts.boards.board import FLOATING, Board
 from ...parts.boards.series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, Done, is_step, spelled
-from ..lines.line import HostLine, Say
 from ..lines.log import TO_CHIP, TO_HOST, TranscriptFile
-from ..lines.outlet import Told
 from ..lines.pace import Pace
+from ..lines.request_line import RequestLine
 from ..sockets.preamble import REGISTERS
-from .tcp import Session, TcpPort
+from .tcp import TcpPort, TurnSession
 
 if TYPE_CHECKING:
-    from ...bench import Bench
     from ...core.chip import Chip
-    from ...parts.base.part import Part
     from ...parts.base.request_queue import Request
 
 VERSION = 1
@@ -54,11 +51,10 @@ LOCKSTEP = 0x80  # in the answer to HELLO
 TURNS = 64  # shares of a host, or slices of time, that a request to the control port waits for: 4 kB, a second
 MOST = 512  # bytes of pieces of a series that are worked in one go
 ALL_OF_IT = "nothing of the series is done; "
-BACKLOG = 256  # pieces of work for the board that may wait; the next answer lets in more
 SHARE = 64  # bytes in a turn of the loop: 32 accesses take a millisecond
 
 
-class RegisterLine(HostLine):
+class RegisterLine(RequestLine):
     """Requests to an interface board on the bench, and its answers."""
 
     ports = ("tcp",)
@@ -66,13 +62,15 @@ class RegisterLine(HostLine):
     share = SHARE
 
     def __init__(self, name: str, chip: Chip, pace: Pace, log: TranscriptFile, board: Board) -> None:
-        super().__init__(name, [chip], pace, log)
-        self.board = board
+        super().__init__(name, [chip], pace, log, board)
         self.half = b""  # the beginning of a request
-        self.full = False
         self.strange = False  # this host has sent what is not a request, and that was reported
         self.shown = -1  # the last status in the transcript: polls that read the same are left out
-        self.silent = False  # another bench says again what is in the transcript
+
+    @property
+    def board(self) -> Board:
+        """The board."""
+        return cast("Board", self.part)
 
     @property
     def greeting(self) -> bytes:
@@ -129,10 +127,12 @@ class RegisterLine(HostLine):
         board, number = self.board, len(steps) // 2
         wrong = next((at for at in range(0, len(steps), 2) if not is_step(steps[at], board.waits)), None)
         if wrong is not None:
-            self._answer(lambda _: bytes([self._nobody(steps[wrong], steps[wrong + 1], "in a series ")]) * number)
+            self.answer(
+                lambda _board, _: bytes([self._nobody(steps[wrong], steps[wrong + 1], "in a series ")]) * number
+            )
             return
         work = board.series(spelled(steps), POLL_PS if self.pace.lockstep else 0, on)
-        self._answer(lambda work: self._worked(steps, work), work)
+        self.answer(lambda _board, work: self._worked(steps, work), work)
 
     def _worked(self, steps: bytes, work: Request[Done]) -> bytes:
         """Return what a series has brought; its accesses go into the transcript."""
@@ -150,49 +150,20 @@ class RegisterLine(HostLine):
         board, offset = self.board, request & 0x0F
         if request & 0xF0 == OUT:
             board.cycle(board.base + offset, value)
-            self._answer(lambda _: self._written(offset, value))
+            self.answer(lambda _board, _: self._written(offset, value))
         elif request == HELLO:
-            self._answer(lambda _: bytes([NEWEST | LOCKSTEP * self.pace.lockstep]))
+            self.answer(lambda _board, _: bytes([NEWEST | LOCKSTEP * self.pace.lockstep]))
         elif request == POLL:
             self._series(bytes([request, value]), False)
         elif request & 0xF0 == IN or WAITS.get(request) in board.waits:
             if request in WAITS:
                 board.ready(value * MS, WAITS[request])
             access = board.cycle(board.base + offset)
-            self._answer(lambda access: self._read(offset, access), access)
+            self.answer(lambda _board, access: self._read(offset, access), access)
             if self.pace.lockstep and request == IN + STATUS:
                 board.ready(POLL_PS)
         else:
-            self._answer(lambda _: bytes([self._nobody(request, value)]))
-
-    def _answer(self, answers: Callable[[Any], bytes], work: Request[Any] | None = None) -> None:
-        """Queue the answer to a piece of work, for the host of this moment: the next one has not asked."""
-        host = self.host
-
-        def do(board: Board, work: Request[Any] | None, say: Say) -> None:
-            async def answer() -> None:
-                self.silent = board is not self.board
-                found, self.silent = answers(work), False
-                if host is not None:
-                    say(found, host)
-                if self.full and self.space() > 0 and self.resume is not None:
-                    self.resume()
-
-            board.queue.post("an answer", answer)
-
-        if self.acts is not None:
-            self.acts.add(self.kernel.now, do)
-        do(self.board, work, self.give)
-
-    @property
-    def part(self) -> Part:
-        """The board."""
-        return self.board
-
-    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
-        """End in the board of another bench."""
-        super().move(bench, coming)
-        self.board = cast("Board", bench.parts[self.board.name])
+            self.answer(lambda _board, _: bytes([self._nobody(request, value)]))
 
     def _read(self, offset: int, access: Request[int]) -> bytes:
         """The byte that a read access has brought."""
@@ -239,34 +210,15 @@ class RegisterLine(HostLine):
         if not self.silent:
             self.log.write(ps, self.name, way, f"{offset:x} {byte:02x}")
 
-    def space(self) -> int:
-        """Return how many bytes may come now."""
-        room = BACKLOG - len(self.board.queue)
-        self.full = room <= 0
-        return room
 
-    def sent(self) -> bool:
-        """Return whether everything that has come has been carried out."""
-        return self.board.idle
-
-    def quiet(self) -> bool:
-        """Return whether everything that was asked for is answered."""
-        return not self.board.queue.requests
-
-
-class RegisterSession(Session):
+class RegisterSession(TurnSession):
     """A host on the registers of a board."""
 
     line: RegisterLine
 
     def arrive(self) -> None:
-        """Greet; nothing more goes out before its turn, for every answer belongs to a request."""
+        """Greet."""
         self.stream.write(self.line.greeting)
-
-    def begin(self) -> None:
-        """Begin the turn of this host."""
-        super().begin()
-        self.attach()
 
     def room(self) -> int:
         """Return how many bytes may be read now: none while answers are not read, for none may be dropped."""
@@ -280,6 +232,7 @@ class RegisterPort(TcpPort):
 
     scheme = "registers"
     make = RegisterSession
+    line: RegisterLine
 
     def catch_up(self) -> None:
         """Bring to the board what the host has sent by now, and let the time pass that this takes, for a while.

@@ -22,7 +22,7 @@ except ImportError:
     raise SlewlineError(needs("RFC 2217 needs", "serial")) from None
 
 if TYPE_CHECKING:
-    from ..lines.line import HostLine
+    from ..lines.port_line import PortLine
     from ..sockets.loop import Loop
 
 LETTERS = {parity: letter for letter, parity in PARITIES.items()}
@@ -196,7 +196,7 @@ class NetSession(Session):
                 for found in self.manager.filter(bytes([byte])):
                     self.characters += found
             except Exception as error:  # the PortManager believes what it is sent
-                self.line.log.event(self.line.name, f"not RFC 2217: {error!r}")
+                self.line.event(f"not RFC 2217: {error!r}")
                 self.manager.suboption, self.manager.mode = None, rfc2217.M_NORMAL
             if self.manager.suboption is not None and len(self.manager.suboption) > LONGEST_OPTION:
                 self.gone("not RFC 2217: a suboption without end")
@@ -214,7 +214,7 @@ class NetPort(TcpPort):
     scheme = "rfc2217"
     make = NetSession
 
-    def __init__(self, loop: Loop, line: HostLine, *more: Any) -> None:
+    def __init__(self, loop: Loop, line: PortLine, *more: Any) -> None:
         port = cast("ConnectorLine", line).port  # the server has seen to that
         self.settings = port.baud, port.word
         super().__init__(loop, line, *more)

@@ -23,9 +23,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 
-from ...bench.runner import Wait
 from ...errors import UsageError
-from ..lines.line import ANSWER_TIMEOUT_PS, HostLine
+from ..lines.port_line import PortLine
 from ..sockets.address import parse_address, resolved
 from ..sockets.loop import Loop
 from ..sockets.preamble import HOLD_S, Preamble
@@ -227,6 +226,18 @@ class Session:
         self.port.pump()
 
 
+class TurnSession(Session):
+    """A host to which nothing goes out before its turn, for every answer belongs to a request."""
+
+    def arrive(self) -> None:
+        """Wait for its turn."""
+
+    def begin(self) -> None:
+        """Begin the turn of this host."""
+        super().begin()
+        self.attach()
+
+
 class TcpPort:
     """A line on a TCP port.
 
@@ -240,7 +251,7 @@ class TcpPort:
     def __init__(
         self,
         loop: Loop,
-        line: HostLine,
+        line: PortLine,
         address: str,
         allow_remote: bool = False,
         tell: Callable[[str], object] = lambda _text: None,
@@ -259,7 +270,7 @@ class TcpPort:
 
     def _accept(self, connection: socket.socket, name: str) -> None:
         if self.session is not None and not self.session.leave():
-            self.line.log.event(self.line.name, f"{name} was refused: {self.session.name} is connected")
+            self.line.event(f"{name} was refused: {self.session.name} is connected")
             dismiss(self.loop, connection, f"{self.session.name} has this port; one host at a time")
             return
         self._shorten()
@@ -328,8 +339,7 @@ class TcpPort:
         """The next turn begins when everything of this one is sent."""
         if not self.sending:
             self.sending = True
-            limit_ps = self.line.kernel.now + ANSWER_TIMEOUT_PS
-            self.line.pace.wait(Wait(self.line.sent, limit_ps, lambda _met: self._sent()))
+            self.line.when_sent(self._sent)
 
     def _sent(self) -> None:
         self.sending = False

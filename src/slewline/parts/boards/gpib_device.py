@@ -18,9 +18,21 @@ from ...core.wires.net import Net
 from ...core.wires.waits import first_of, level, until
 from ..base.data import Data
 from ..base.part import Part
-from ..base.request_queue import RequestQueue
-from .gpib import HANDSHAKE, REACTION_PS, SETTLING_PS, US, GpibTalker, SourceHandshake, Talks, add_bus_lines, pull
+from ..base.request_queue import Request, RequestQueue
+from .gpib import (
+    HANDSHAKE,
+    MANAGEMENT,
+    REACTION_PS,
+    SETTLING_PS,
+    US,
+    GpibTalker,
+    SourceHandshake,
+    Talks,
+    add_bus_lines,
+    pull,
+)
 
+GO_TO_LOCAL, LOCAL_LOCKOUT = 0x01, 0x11  # which mean nothing to a device without a panel
 SELECTED_CLEAR, TRIGGER, DEVICE_CLEAR, POLL_ENABLE, POLL_DISABLE = 0x04, 0x08, 0x14, 0x18, 0x19
 LISTEN, UNLISTEN, TALK, UNTALK = 0x20, 0x3F, 0x40, 0x5F
 STATUS = ("motion_complete", "step", "running", "program_entry", "output1", "ready", "direction", "slewing")  # roles
@@ -147,7 +159,8 @@ class GpibDevice(Part):
             if self.polling:
                 await self._give(sum(self.high(f"s{bit}") << bit for bit in range(8)))
                 continue
-            await level(ready, 1)
+            if await first_of(self.kernel, None, (atn, 0), (ready, 1)) is atn:
+                break  # a chip that is busy is nothing that the controller has to wait for
             self.drivers["io_select"].drive(1)
             self.drivers["io_request"].drive(0)
             await level(ready, 0)
@@ -184,12 +197,21 @@ class ControllerSource(SourceHandshake):
         pull(part, "atn", False)
         await until(self.kernel, self.kernel.now + SETTLING_PS)
 
-    async def accept(self, number: int) -> bytes:
-        """Take bytes from the device that talks; the bus stays not ready after the last one."""
+    async def accept(self, most: int, end: int | None = None, pause_ps: int | None = None) -> bytes:
+        """Take bytes from the device that talks; the bus stays not ready after the last one.
+
+        Args:
+            most: how many.
+            end: the byte after which no more are taken.
+            pause_ps: when none comes for so long, no more are taken.
+        """
         part, data, dav = self.part, bytearray(), self.part.net("dav")
-        for _ in range(number):
+        while len(data) < most and (not data or data[-1] != end):
             pull(part, "nrfd", False)
-            await level(dav, 0)
+            limit_ps = None if pause_ps is None else self.kernel.now + pause_ps
+            if await first_of(self.kernel, limit_ps, (dav, 0)) is None:
+                pull(part, "nrfd", True)
+                break
             await until(self.kernel, self.kernel.now + REACTION_PS)
             data.append(part.byte("dio") ^ 0xFF)
             pull(part, "nrfd", True)
@@ -218,13 +240,16 @@ class GpibController(Talks, Part):
         "trigger",
         "device_clear",
         "write",
+        "fetch",
+        "message",
+        "reset",
     )
     wiring = GpibTalker.wiring
     _source: ControllerSource
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
-        self.queue: RequestQueue = RequestQueue(kernel, name)
+        self.queue: RequestQueue = RequestQueue(kernel, name, rest=self._rest)
         self._source = ControllerSource(self, self.queue)
         self.received = bytearray()
         self.polled: list[int] = []
@@ -241,25 +266,38 @@ class GpibController(Talks, Part):
     def read(self, address: int, number: int) -> None:
         """Queue a read-out: so many bytes of what a device has to say."""
         self.input("read", address, number)
-
-        async def action() -> None:
-            await self._source.talk_commands(bytes([UNLISTEN, TALK + address]), hold=True)
-            self.received += await self._source.accept(number)
-            await self._source.talk_commands(bytes([UNTALK]))
-
-        self.queue.post(f"reads {number} bytes from {address}", action)
+        self.queue.post(f"reads {number} bytes from {address}", lambda: self._fetched(address, number, None, None))
 
     @from_outside
-    def poll(self, address: int) -> None:
-        """Queue a serial poll of one device."""
-        self.input("poll", address)
+    def fetch(self, address: int, most: int, end: int | None, pause: int | None) -> Request[bytes]:
+        """Queue a read-out of at most so many bytes.
 
-        async def action() -> None:
-            await self._source.talk_commands(bytes([POLL_ENABLE, TALK + address]), hold=True)
-            self.polled += await self._source.accept(1)
-            await self._source.talk_commands(bytes([POLL_DISABLE, UNTALK]))
+        Args:
+            end: the byte that ends it; None: none does.
+            pause: it ends when no byte comes for so long (ps); None: it waits for ever.
+        """
+        self.input("fetch", address, most, end, pause)
+        return self.queue.submit(f"reads from {address}", lambda: self._fetched(address, most, end, pause))
 
-        self.queue.post(f"polls {address}", action)
+    async def _fetched(self, address: int, most: int, end: int | None, pause: int | None) -> bytes:
+        await self._source.talk_commands(bytes([UNLISTEN, TALK + address]), hold=True)
+        data = await self._source.accept(most, end, pause)
+        await self._source.talk_commands(bytes([UNTALK]))
+        self.received += data
+        return data
+
+    @from_outside
+    def poll(self, address: int, pause: int | None = None) -> Request[int | None]:
+        """Queue a serial poll of one device; its status, or None when it gives none for so long (ps)."""
+        self.input("poll", address, *([] if pause is None else [pause]))
+        return self.queue.submit(f"polls {address}", lambda: self._polled(address, pause))
+
+    async def _polled(self, address: int, pause: int | None) -> int | None:
+        await self._source.talk_commands(bytes([POLL_ENABLE, TALK + address]), hold=True)
+        status = await self._source.accept(1, None, pause)
+        await self._source.talk_commands(bytes([POLL_DISABLE, UNTALK]))
+        self.polled += status
+        return status[0] if status else None
 
     def device_clear(self) -> None:
         """Queue a device clear for all devices."""
@@ -267,7 +305,22 @@ class GpibController(Talks, Part):
 
     def trigger(self, address: int) -> None:
         """Queue a device trigger for one device."""
-        self.command([UNLISTEN, LISTEN + address, TRIGGER, UNLISTEN])
+        self.message(address, TRIGGER)
+
+    def message(self, address: int, code: int) -> None:
+        """Queue an interface message for one device."""
+        self.command([UNLISTEN, LISTEN + address, code, UNLISTEN])
+
+    @from_outside
+    def reset(self) -> None:
+        """Forget what is queued, and let go of the bus; what was under way is cut short."""
+        self.input("reset")
+        self.queue.cancel_after(0, "reset()")
+        self.queue.halt()
+
+    def _rest(self) -> None:
+        for name in ("dio", *HANDSHAKE, *MANAGEMENT):
+            self.drivers[name].drive(None)
 
 
 class GpibInterrupts(Part):

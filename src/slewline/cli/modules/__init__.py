@@ -1,0 +1,1 @@
+"""Commands for a real module on a serial port."""

@@ -1,0 +1,169 @@
+"""The commands about dialogues with a real module: what they take."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from ..options.kinds import HintingCommand
+from ..options.shared import EXIT, JSON, MEMORY, OPTIONS, path
+from ..options.values import FILE, Frequency, PartName, Strap, TimeWithUnit
+from .options import PORT, setting_options
+
+MARKINGS = click.option("--markings", metavar="TEXT", help="What is printed on the module, for the record.")
+STRAPS = click.option(
+    "--strap", type=Strap(), multiple=True, help="How it is strapped, such as rec=0. May be repeated."
+)
+CLOCK = click.option("--crystal", type=Frequency(), help="Its clock, such as '11 MHz', where that is known.")
+ADDRESS = click.option("--address", type=int, metavar="N", help="Of the module, on a line of several.")
+CHECKSUM = click.option(
+    "--checksum/--no-checksum", default=None, help="Lines end in checksums, or not; by default as the dialogue shows."
+)
+
+
+@click.command(
+    "proxy", cls=HintingCommand, short_help="Between a host program and its module: record what they say.", epilog=EXIT
+)
+@click.option("--serial", metavar="DEV", required=True, help="The serial port of the module, as pySerial takes it.")
+@click.option("--pty", metavar="LINK", help="The host opens a pseudo-terminal, under the name of this link.")
+@click.option("--tcp", metavar="HOST:PORT", help="The host connects to this port.")
+@click.option("--part", required=True, type=PartName(), metavar="CHIP", help="What the module is.")
+@click.option("--baud", type=int, metavar="RATE", help="Its rate; the highest one that it has by default.")
+@CHECKSUM
+@ADDRESS
+@STRAPS
+@MARKINGS
+@CLOCK
+@path("--dialogue", required=True, help="A new file for the dialogue.")
+@click.option("--allow-remote", is_flag=True, help="Other machines may connect to the port of --tcp.")
+def proxy_command(**options: Any) -> int:
+    """Stand between a host program and its module, until SIGINT, SIGTERM or SIGHUP: pass on, and record.
+
+    Every character goes on at once, in both directions; nothing is added, and nothing held back.  What the host sends
+    moves the motor as ever.  The record is a dialogue file, which `slewline compare` replays with the model.
+    """
+    from .proxy import ProxyCommand
+
+    return ProxyCommand(**options).perform()
+
+
+@click.command("terminal", cls=HintingCommand, short_help="Speak with a real module, line by line.", epilog=EXIT)
+@PORT
+@click.option("--part", required=True, type=PartName(), metavar="CHIP", help="What it is.")
+@setting_options
+@path("--dialogue", help="Write what is said into this new file.")
+@click.option("--plain", is_flag=True, help="No menus: lines as Python reads them.")
+@click.option("--model/--no-model", default=True, help="Let the model find what is odd in a line, or not.")
+@STRAPS
+@CLOCK
+@OPTIONS
+def terminal_command(**options: Any) -> int:
+    """Speak with a real module on PORT, line by line, until Ctrl-D; what is sent may move the motor.
+
+    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  Lines are sent with the
+    checksum, the address and the end that the part wants.  The tab key completes commands, the row below shows the
+    manual's words, and :help has all of them.  Every line goes to the model as well, which begins as after power-up:
+    what it finds odd stands below the line, with a !.
+    """
+    from .terminal import TerminalCommand
+
+    return TerminalCommand(**options).perform()
+
+
+@click.command(
+    "compare", cls=HintingCommand, short_help="A measured waveform, or a dialogue, against the model's.", epilog=EXIT
+)
+@click.argument("model", metavar="MODEL.vcd | DIALOGUE", type=FILE)
+@click.argument("measured", metavar="[MEASURED.vcd]", type=FILE, required=False)
+@click.option(
+    "--tolerance",
+    type=TimeWithUnit(),
+    help="Times so far apart agree; by default the coarser unit of two waveforms, or what a computer needs to hear.",
+)
+@JSON
+@click.option(
+    "--map",
+    "pairs",
+    metavar="NAME=NAME",
+    multiple=True,
+    help="Waveforms: signals that belong together, the model's first: x.pulse=D0,x.direction=D1. May be repeated.",
+)
+@click.option(
+    "--shift",
+    metavar="TIME",
+    default="first",
+    show_default=True,
+    help="Waveforms: what is added to the measured times, such as '-1.2 ms'; first: the first edges meet; best: the "
+    "most edges.",
+)
+@click.option("--timescale", type=TimeWithUnit(), help="Waveforms: the unit of MEASURED.vcd, if it states none.")
+@click.option("--torn", is_flag=True, help="Waveforms: MEASURED.vcd may have been cut off; read what is there.")
+@click.option("--port", metavar="PORT", help="Dialogue: play it to the module on this port now, and compare that.")
+@click.option("--move", is_flag=True, help="With --port: also if it has commands that may make the motor step.")
+@click.option("--replace", is_flag=True, help="With --port: also if the module loses the program that it holds.")
+@path("--report", help="Dialogue: write a file to send: part, markings, crystal, transcript, and nothing else.")
+@click.option("--part", type=PartName(), metavar="CHIP", help="Dialogue: the part, if it is another than recorded.")
+@click.option("--baud", type=int, metavar="RATE", help="Dialogue: the rate, if it is another than recorded.")
+@CHECKSUM
+@ADDRESS
+@STRAPS
+@MARKINGS
+@CLOCK
+@MEMORY
+@OPTIONS
+def compare_command(**options: Any) -> int:
+    """Compare what was measured with the model: the signals of a waveform file, or the dialogue with a module.
+
+    Of two waveforms, a run's and a logic analyser's, it reports of each signal which edges are missing, extra, late or
+    early, and the drift of the measured clock; exit status 1 if there are such edges.  Without --map signals of the
+    same name are compared, whatever their scopes.  --shift first and best go by the first signal of the list.
+
+    Of a dialogue, which `slewline proxy` and other commands record, every line is sent to the model at its time, in
+    virtual time; reported is every answer and every delay that differs; exit status 1 if one does.  The module and its
+    model should begin in the same state: switch the module on for the recording.
+    """
+    return compare(**options)
+
+
+WAVEFORMS = ("pairs", "shift", "timescale", "torn")  # options of one kind, and of the other
+DIALOGUES = (
+    *(
+        "port",
+        "move",
+        "replace",
+        "report",
+        "part",
+        "baud",
+        "checksum",
+        "address",
+        "strap",
+        "markings",
+        "crystal",
+        "memory",
+    ),
+    "options",
+)
+
+
+def compare(model: str, measured: str | None, **options: Any) -> int:
+    """Compare two waveforms, or a dialogue with the model."""
+    from .differences import CompareDialogue, is_dialogue
+
+    wrong = DIALOGUES if measured is not None else WAVEFORMS
+    given = [name for name in wrong if options[name] not in (None, False, (), "first")]
+    if given:
+        names = ", ".join(f"--{'map' if name == 'pairs' else name}" for name in given)
+        has = "two waveforms have" if measured is not None else "a dialogue has"
+        raise click.UsageError(f"{names}: {has} no such option; leave it out, or name {ALLOWED}")
+    rest = {name: value for name, value in options.items() if name not in wrong}
+    if measured is None:
+        if not is_dialogue(model):
+            raise click.UsageError(f"{model}: is no dialogue; name {ALLOWED}")
+        return CompareDialogue(model, **rest).perform()
+    from ..compare import compare as compare_waveforms
+
+    return compare_waveforms(model, measured, **rest)
+
+
+ALLOWED = "MODEL.vcd and MEASURED.vcd, or a dialogue that slewline has recorded"

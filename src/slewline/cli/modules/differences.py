@@ -1,0 +1,138 @@
+"""slewline compare DIALOGUE: what a module has said against what the model says to the same lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+import click
+
+from ...chips import sheet_of
+from ...core.time.timebase import hertz
+from ...modules.comparing.exchanges import are_checked, exchanges_of
+from ...modules.comparing.replay import PS_PER_US
+from ...modules.dialogue import KIND, DialogueFile, DialogueHeader, RecordedDialogue
+from ...modules.speech import Speech, speech_of
+from .. import FOUND
+from ..files import read_options
+from ..live.serve import say
+from ..programs import print_json
+
+if TYPE_CHECKING:
+    from ...modules.module import Module
+
+BEGINNING = f'{{"slewline":"{KIND} '.encode()
+
+
+def is_dialogue(path: str) -> bool:
+    """Return whether a file begins as a dialogue does, or cannot be read: reading it reports why."""
+    try:
+        with open(path, "rb") as file:
+            return file.read(len(BEGINNING)) == BEGINNING
+    except OSError:
+        return True
+
+
+class SendableFile(DialogueFile):
+    """A dialogue without remarks, which go to the standard error."""
+
+    def note(self, text: str) -> None:
+        """Print a remark."""
+        say(f"slewline: {text}")
+
+
+@dataclass
+class CompareDialogue:
+    """What is to be compared, as the command line asks for it."""
+
+    dialogue: str
+    part: str | None
+    baud: int | None
+    checksum: bool | None
+    address: int | None
+    strap: tuple[tuple[str, int], ...]
+    markings: str | None
+    crystal: str | None
+    options: str | None
+    memory: str | None
+    port: str | None
+    move: bool
+    replace: bool
+    report: str | None
+    tolerance: int | None
+    as_json: bool
+
+    def perform(self) -> int:
+        """Do it; return the exit status."""
+        from ...modules.comparing.differences import DialogueComparison, usual_tolerance
+
+        dialogue = RecordedDialogue.read(self.dialogue)
+        if dialogue.torn:
+            say(f"slewline: {self.dialogue}: the last line was cut off, and is left out")
+        dialogue = replace(dialogue, header=self.header(dialogue))
+        speech = self.speech(dialogue.header)
+        if self.port is not None:
+            dialogue = self.played(dialogue, speech)
+        elif self.report is not None:
+            dialogue.write(self.report)
+        tolerance = usual_tolerance(speech, dialogue.header.crystal_hz)
+        if self.tolerance is not None:
+            tolerance = tolerance._replace(fixed_us=self.tolerance / PS_PER_US)
+        options = read_options(self.options, dialogue.header.part)
+        found = DialogueComparison(dialogue, speech, tolerance, options, self.memory).compare()
+        if self.as_json:
+            print_json(found.as_json())
+        else:
+            click.echo(str(found))
+        return 0 if found.agree else FOUND
+
+    def header(self, dialogue: RecordedDialogue) -> DialogueHeader:
+        """Return the header of a dialogue, with what the command line says instead."""
+        header = dialogue.header
+        checked = header.checksum if self.checksum is None else self.checksum
+        return replace(
+            header,
+            part=self.part or header.part,
+            baud=self.baud or header.baud,
+            checksum=are_checked(dialogue.said) if checked is None else checked,
+            address=header.address if self.address is None else self.address,
+            straps=dict(header.straps) | dict(self.strap),
+            markings=header.markings if self.markings is None else self.markings,
+            crystal_hz=header.crystal_hz if self.crystal is None else int(hertz(self.crystal)),
+        )
+
+    def speech(self, header: DialogueHeader) -> Speech:
+        """Return how the module was spoken to."""
+        return speech_of(sheet_of(header.part), header.baud, header.checksum, header.address)
+
+    def played(self, dialogue: RecordedDialogue, speech: Speech) -> RecordedDialogue:
+        """Play a dialogue to the module now; return what was said."""
+        from ...modules.comparing.playing import play
+
+        with ExitStack() as stack:
+            path = Path(self.report or Path(stack.enter_context(TemporaryDirectory(prefix="slewline-")), "now"))
+            with self.module(path, dialogue.header, speech) as module:
+                play(exchanges_of(dialogue.said, speech), module, self.replace)
+            return RecordedDialogue.read(path)
+
+    @contextmanager
+    def module(self, path: Path, header: DialogueHeader, speech: Speech) -> Iterator[Module]:
+        """Yield the module, with a file that takes down what is said; of a failure before anything was, nothing."""
+        from ...modules.module import Module
+        from ...modules.port import Port
+
+        with Port(str(self.port), speech.setting) as port:
+            file = SendableFile(path, replace(header, baud=speech.baud), lambda text: say(f"slewline: {text}"))
+            try:
+                module = Module(port, speech, file, may_move=self.move)
+                if speech.wake:
+                    module.send(speech.wake)
+                yield module
+            finally:
+                file.close()
+                if not file.entries:
+                    path.unlink()

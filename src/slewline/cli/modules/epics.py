@@ -1,0 +1,132 @@
+"""slewline epics: the motor behind a real module, as a motor record."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import click
+
+from ...chips import ramps_of, sheet_of
+from ...core.messages.whole import counted
+from ...core.time.timebase import hertz
+from ...errors import UsageError
+from ...modules.dialogue import DialogueFile, DialogueHeader
+from ...modules.failures import ModuleFailure
+from ...modules.finding import find
+from .. import FOUND
+from ..live.serve import say, show_ports
+
+if TYPE_CHECKING:
+    from ...labs.motor import ModuleMotor
+    from ...labs.record import MotorRecord
+
+
+@dataclass
+class EpicsCommand:
+    """What is to be served, as the command line asks for it."""
+
+    port: str
+    part: str | None
+    baud: int | None
+    checksum: bool | None
+    address: int | None
+    dialogue: str | None
+    parameters: tuple[str, ...]
+    record: str
+    resolution: float
+    units: str
+    crystal: str | None
+    every: float
+    replace: bool
+
+    def perform(self) -> int:
+        """Do it, until a signal ends it; return the exit status."""
+        from ...labs.record import MotorRecord
+
+        if self.part is None:
+            raise click.UsageError("give --part CHIP; slewline chips lists them")
+        if not 0.05 <= self.every <= 3600:
+            raise click.UsageError(f"--every {self.every}; allowed 0.05 to 3600 s")
+        self.file: DialogueFile | None = None
+        try:
+            record = MotorRecord(self.record, self.find, self.resolution, self.units, tell)
+            self.check_program(record)
+            asyncio.run(self.serve(record))
+        except ModuleFailure as failure:
+            tell(str(failure))
+            return FOUND
+        finally:
+            if self.file is not None:
+                self.file.close()
+        return 0
+
+    def find(self) -> ModuleMotor:
+        """Find the module, now or again."""
+        from ...labs.motor import ModuleMotor
+
+        part = str(self.part)
+        sheet = sheet_of(part)
+        values = self.values()
+        found = find(self.port, sheet, baud=self.baud, checked=self.checksum, address=self.address, may_move=True)
+        try:
+            speech = found.speech
+            if self.dialogue is not None and self.file is None:
+                header = DialogueHeader(sheet.part, baud=speech.baud, checksum=speech.checked, address=speech.address)
+                self.file = DialogueFile(self.dialogue, header, tell)
+            if self.file is not None:
+                found.transcript = self.file
+            crystal_hz = None if self.crystal is None else int(hertz(self.crystal))
+            motor = ModuleMotor(found, ramps_of(part), values, crystal_hz)
+        except BaseException:
+            found.port.close()
+            raise
+        tell(f"{found.name}, {speech.setting}{', with checksums' * speech.checked}: at {motor.position}")
+        return motor
+
+    def values(self) -> Mapping[str, str]:
+        """Return the parameters of the ramp."""
+        found: dict[str, str] = {}
+        for each in self.parameters:
+            name, equals, value = each.partition("=")
+            if not (name and equals and value) or name in found:
+                raise UsageError(f"{each!r}; expected each parameter of the ramp once, as in S=10")
+            found[name] = value
+        return found
+
+    def check_program(self, record: MotorRecord) -> None:
+        """Refuse to replace a program that is not one of these moves."""
+        lines = 0 if self.replace else record.motor.foreign_program()
+        if lines:
+            record.close()
+            raise UsageError(
+                f"{record.motor.module.name}: a program of {counted(lines, 'line')} is in its RAM, which moves would "
+                "replace; save it by slewline pull, then give --replace"
+            )
+
+    async def serve(self, record: MotorRecord) -> None:
+        """Serve the record until a signal comes."""
+        from ...labs.epics import interfaces, serve
+        from ...links.sockets.address import is_loopback
+        from ...links.sockets.system import numbers
+
+        loop, task = asyncio.get_running_loop(), asyncio.current_task()
+        addresses = interfaces()
+        for address in addresses:
+            if not is_loopback(address):
+                tell(f"{address}: open to other machines; any client that connects can move the motor")
+        for number in numbers("SIGINT", "SIGTERM", "SIGHUP"):
+            signal.signal(number, lambda *_: loop.call_soon_threadsafe(task.cancel) if task is not None else None)
+        with suppress(asyncio.CancelledError):
+            await serve(
+                record, addresses, lambda port: show_ports([(self.record, f"{addresses[0]}:{port}")]), self.every
+            )
+
+
+def tell(text: str) -> None:
+    """Print a line on the standard error."""
+    say(f"slewline: {text}")

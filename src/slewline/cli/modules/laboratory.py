@@ -1,0 +1,38 @@
+"""The command that puts a real module into a laboratory: what it takes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from ..options.kinds import HintingCommand
+from ..options.shared import CRYSTAL, EXIT
+from .options import module_options
+
+
+@click.command("epics", cls=HintingCommand, short_help="A motor record of EPICS for a real module.", epilog=EXIT)
+@module_options
+@click.argument("parameters", metavar="NAME=VALUE...", nargs=-1)
+@click.option("--record", required=True, metavar="NAME", help="Of the record: its fields are NAME.VAL, NAME.RBV ...")
+@click.option("--resolution", type=float, default=1.0, metavar="UNITS", help="Units per step; below 0: turned round.")
+@click.option("--units", default="steps", show_default=True, metavar="TEXT", help="Such as mm.")
+@CRYSTAL
+@click.option(
+    "--every", type=float, default=2.0, show_default=True, metavar="S", help="Ask a motor at rest where it is."
+)
+@click.option("--replace", is_flag=True, help="Moves may replace the program in the module's RAM.")
+def epics_command(**options: Any) -> int:
+    """Serve the motor behind a real module on PORT as a motor record, on Channel Access, until SIGINT or SIGTERM.
+
+    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  The parameters are those
+    of the ramp of every move, as `slewline ramp CHIP` has them: S=10 T="1000 steps/s" R=50.  A put to VAL completes
+    when the motor is at rest.
+
+    A GS-C takes moves in programs alone: each replaces the program in RAM, not the one that M has kept.
+
+    Clients of this machine may connect; others only if EPICS_CAS_INTF_ADDR_LIST names an address that they reach.
+    """
+    from .epics import EpicsCommand
+
+    return EpicsCommand(**options).perform()

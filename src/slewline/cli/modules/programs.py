@@ -1,0 +1,122 @@
+"""slewline pull and push: the program of a real module into a file, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...errors import UsageError
+from ...modules.dialogue import DialogueFile, DialogueHeader
+from ...modules.failures import ModuleFailure
+from ...modules.finding import find
+from ...modules.programs.backup import check_new, check_recall, check_store, pull, push
+from ...modules.programs.restore import STORED_BYTE_S, ProgramText
+from ...modules.speech import speech_of
+from .. import FOUND
+from ..files import read_program, sheet_for
+from ..live.serve import say
+
+if TYPE_CHECKING:
+    from ...core.datasheet.table import Sheet
+    from ...modules.module import Module
+
+DIALOGUE = ".dialogue"
+
+
+@dataclass
+class PortOptions:
+    """Where a module is, what it is, and how it is set, as the command line asks for it."""
+
+    port: str
+    part: str | None
+    baud: int | None
+    checksum: bool | None
+    address: int | None
+    dialogue: str | None
+
+    @contextmanager
+    def module(self, sheet: Sheet, beside: str, may_move: bool = False) -> Iterator[Module]:
+        """Find the module, and take down what is said to it; what has gone wrong is shown by `shown`."""
+        speech_of(sheet, self.baud, self.checksum, self.address)  # a mistake here opens no port
+        path = free_dialogue(beside) if self.dialogue is None else Path(self.dialogue)
+        check_new(path, replace=False)
+        found = find(self.port, sheet, baud=self.baud, checked=self.checksum, address=self.address, may_move=may_move)
+        speech = found.speech
+        header = DialogueHeader(sheet.part, baud=speech.baud, checksum=speech.checked, address=speech.address)
+        with found.port, DialogueFile(path, header, tell) as file:
+            found.transcript = file
+            tell(f"{found.name}, {speech.setting}{', with checksums' * speech.checked}; what is said goes to {path}")
+            yield found
+
+
+def tell(text: str) -> None:
+    """Print a line on the standard error."""
+    say(f"slewline: {text}")
+
+
+def free_dialogue(beside: str) -> Path:
+    """Return the name of a new file for a dialogue, beside a file of a program."""
+    path, number = Path(beside + DIALOGUE), 1
+    while path.exists():
+        number += 1
+        path = Path(f"{beside}-{number}{DIALOGUE}")
+    return path
+
+
+def performed(work: Callable[[], object]) -> int:
+    """Do something with a module; return the exit status, 1 if the module has not done it."""
+    try:
+        work()
+    except ModuleFailure as failure:
+        tell(str(failure))
+        return FOUND
+    return 0
+
+
+@dataclass
+class PullCommand(PortOptions):
+    """What is to be saved, as the command line asks for it."""
+
+    output: str
+    base: int | None
+    eeprom: bool
+    replace: bool
+
+    def perform(self) -> int:
+        """Do it; return the exit status."""
+        sheet = sheet_for(self.output, self.part)
+        check_new(Path(self.output), self.replace)
+        check_recall(sheet, self.eeprom)
+        if not Path(self.output).parent.is_dir():
+            raise UsageError(f"{self.output}: there is no directory {str(Path(self.output).parent)!r}")
+        return performed(lambda: self._pull(sheet))
+
+    def _pull(self, sheet: Sheet) -> None:
+        with self.module(sheet, self.output) as module:
+            pull(module, self.output, base=self.base, recall=self.eeprom, replace=self.replace, say=tell)
+
+
+@dataclass
+class PushCommand(PortOptions):
+    """What is to be sent, as the command line asks for it."""
+
+    file: str
+    store: bool
+    keep: str | None
+    pace: float | None
+    move: bool
+
+    def perform(self) -> int:
+        """Do it; return the exit status."""
+        sheet = sheet_for(self.file, self.part)
+        check_store(sheet, self.store)
+        wanted = ProgramText.read(read_program(self.file), sheet, self.file)
+        return performed(lambda: self._push(sheet, wanted))
+
+    def _push(self, sheet: Sheet, wanted: ProgramText) -> None:
+        pace = STORED_BYTE_S if self.pace is None else self.pace / 1000
+        with self.module(sheet, self.file, self.move) as module:
+            push(module, wanted, self.file, store=self.store, keep=self.keep, pace=pace, say=tell)

@@ -1,0 +1,100 @@
+"""slewline proxy: between a host program and its module, with a record of what they say."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import click
+
+from ...chips import sheet_of
+from ...core.time.timebase import hertz
+from ...errors import SlewlineError
+from ..live.serve import ended_by_signals, say, show_ports
+
+if TYPE_CHECKING:
+    from ...core.wires.serial import LineSetting
+    from ...links.server import OpenPort
+    from ...links.sockets.loop import Loop
+    from ...modules.dialogue import DialogueFile
+    from ...modules.proxy import Proxy, ProxyEnd
+
+SETTLE_S = 0.01  # a host that is not as prompt as the proxy may take so long to read back its settings
+
+
+@dataclass
+class ProxyCommand:
+    """What is to be passed on, as the command line asks for it."""
+
+    serial: str
+    pty: str | None
+    tcp: str | None
+    part: str
+    baud: int | None
+    checksum: bool | None
+    address: int | None
+    strap: tuple[tuple[str, int], ...]
+    markings: str | None
+    crystal: str | None
+    dialogue: str
+    allow_remote: bool
+
+    def perform(self) -> int:
+        """Do it, until a signal ends it; return the exit status."""
+        from ...links.sockets.system import be_prompt
+        from ...modules.proxy import DialogueRecorder, Proxy
+
+        if (self.pty is None) == (self.tcp is None):
+            raise click.UsageError("give one of --pty LINK and --tcp HOST:PORT, for the host program")
+        given = be_prompt()  # the thread of the recorder has the same
+        setting, file = self.opened()
+        recorder = DialogueRecorder(file)
+        try:
+            proxy = Proxy(self.serial, setting, recorder, self.host_port, lambda text: say(f"slewline: {text}"))
+        except SlewlineError:
+            recorder.close()
+            file.path.unlink(missing_ok=True)  # nothing was said
+            raise
+        with closing(proxy), ended_by_signals(proxy.loop, proxy.stop, lambda: say(report(proxy))):
+            show_ports([("host", proxy.port.where)])
+            say(f"slewline: {self.serial} at {setting.in_full}; {given}")
+            proxy.run()
+        say(report(proxy))
+        return 0
+
+    def opened(self) -> tuple[LineSetting, DialogueFile]:
+        """Return how the module is spoken to, and the file of the dialogue."""
+        from ...modules.dialogue import DialogueFile, DialogueHeader
+        from ...modules.speech import speech_of
+
+        setting = speech_of(sheet_of(self.part), self.baud, self.checksum, self.address).setting
+        crystal = None if self.crystal is None else int(hertz(self.crystal))
+        header = DialogueHeader(
+            self.part,
+            self.markings or "",
+            crystal,
+            int(setting.baud),
+            self.checksum,
+            self.address or 0,
+            dict(self.strap),
+        )
+        return setting, DialogueFile(self.dialogue, header, lambda text: say(f"slewline: {text}"))
+
+    def host_port(self, loop: Loop, line: ProxyEnd) -> OpenPort:
+        """Open the port for the host program."""
+        if self.pty is not None:
+            from ...links.ports.pty import PtyPort
+
+            port = PtyPort(loop, line, self.pty, SETTLE_S)
+            if line.setting.word.bits < 8:
+                say(f"slewline: {self.pty}: {port.hint}")
+            return port
+        from ...links.ports.tcp import TcpPort
+
+        return TcpPort(loop, line, str(self.tcp), self.allow_remote, lambda text: say(f"slewline: {text}"))
+
+
+def report(proxy: Proxy) -> str:
+    """Return how promptly characters were passed on, in words."""
+    return f"slewline: to the module: {proxy.host.lateness}\nslewline: to the host: {proxy.module.lateness}"

@@ -1,0 +1,54 @@
+"""A motor record on Channel Access: where it listens, and how long."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from ..errors import SlewlineError
+from ..extras import needs
+
+try:
+    from caproto.asyncio.server import Context
+except ImportError:
+    raise SlewlineError(needs("a motor record needs", "epics")) from None
+
+if TYPE_CHECKING:
+    from .record import MotorRecord
+
+LOOPBACK = "127.0.0.1"
+
+
+def interfaces() -> list[str]:
+    """Return the addresses to listen on: those of EPICS_CAS_INTF_ADDR_LIST, by default this machine's own."""
+    return os.environ.get("EPICS_CAS_INTF_ADDR_LIST", "").split() or [LOOPBACK]
+
+
+async def serve(record: MotorRecord, addresses: Sequence[str], began: Callable[[int], object], every_s: float) -> None:
+    """Serve a record until the task is cancelled.
+
+    Args:
+        addresses: of this machine, to listen on.
+        began: called with the port when clients can connect.
+        every_s: how often a motor at rest is asked where it is.
+    """
+    if all(address.startswith("127.") for address in addresses):  # nothing goes out into the network
+        os.environ.setdefault("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "NO")
+        os.environ.setdefault("EPICS_CAS_BEACON_ADDR_LIST", LOOPBACK)
+    log = logging.getLogger("caproto")  # it would print a traceback for every put that is refused
+    log.propagate = False
+    log.addHandler(logging.NullHandler())
+    context = Context(dict(record.channels), list(addresses))
+
+    async def begin(_library: object) -> None:
+        began(context.port)
+        await record.check(every_s)
+
+    try:
+        await context.run(startup_hook=begin)
+    finally:
+        for circuit in context.circuits:
+            circuit.client.close()
+        record.close()

@@ -1,0 +1,357 @@
+r"""A GPIB controller on a port, which takes the commands of a Prologix GPIB-ETHERNET (or, on a pty, GPIB-USB).
+
+    ++addr 5\n                  commands begin with ++; what follows is for the device at this address
+    V 0\n                       anything else is data for it, followed by what ++eos says
+    ++read eoi\n                ... and this reads what it has to say
+    ESC + ESC CR ESC LF ESC ESC these four as data; without ESC a + is dropped, and CR and LF end a line
+
+Requests are worked one after the other, at the pins of the bus, and so are their answers.  ++ifc and ++rst do not wait
+for their turn: they are the way out when a device takes no more.
+
+The circuit of the manual has no EOI.  What the controller knows of it is where the group ends that a command has
+selected to be read: the last byte of it counts as one with EOI.  A read ends there, at the byte that ++read names, or
+when none has come for read_tmo_ms.  A chip from which nothing was selected to be read gives a byte all the same, and
+reports that, so one byte is read then.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+from ...language.dialect import Command, dialect_of
+from ...parts.boards.gpib_device import GO_TO_LOCAL, LOCAL_LOCKOUT, SELECTED_CLEAR
+from ...version import __version__
+from ..lines.log import TranscriptFile
+from ..lines.pace import Pace
+from ..lines.request_line import RequestLine
+from .tcp import TcpPort, TurnSession
+
+if TYPE_CHECKING:
+    from ...bench import Bench
+    from ...core.chip import Chip
+    from ...parts.boards.gpib_device import GpibController
+    from ..lines.outlet import Told
+
+LINE = re.compile(rb"((?:[^\r\n\x1b]|\x1b.)*)[\r\n]", re.DOTALL)
+ESCAPED = re.compile(rb"\x1b(.)|\+", re.DOTALL)
+PLAIN_PLUS = re.compile(rb"(?:[^\x1b+]|\x1b.)*\+", re.DOTALL)
+LONGEST = 4096  # bytes of a line
+SHARE = 64  # bytes in a turn of the loop
+MS = 10**9
+ENDS = (b"\r\n", b"\r", b"\n", b"")  # by the number of ++eos
+UNKNOWN = "Unrecognized command"
+VERSION = f"Prologix GPIB-ETHERNET Controller version 01.06.06.00 (slewline {__version__})"
+HIGHEST = 30  # address
+SECONDARY = (96, 126)
+MOST_TRIGGERED = 15  # devices, by one command
+
+
+class Setting(NamedTuple):
+    """A setting of the controller: its range, what it is at the beginning, what it does."""
+
+    low: int
+    high: int
+    usual: int
+    says: str
+
+
+SETTINGS: Mapping[str, Setting] = {
+    "mode": Setting(1, 1, 1, "1: controller; there is no other mode here"),
+    "auto": Setting(0, 1, 0, "1: read after each line of data"),
+    "eoi": Setting(0, 1, 1, "1: EOI with the last byte of data; the circuit has no EOI"),
+    "eos": Setting(0, 3, 1, "what follows data: 0 CR LF, 1 CR, 2 LF, 3 nothing"),
+    "eot_enable": Setting(0, 1, 0, "1: eot_char follows what was read up to its end"),
+    "eot_char": Setting(0, 255, 0, "code of this character"),
+    "read_tmo_ms": Setting(1, 3000, 500, "ms without a byte that end a read or a poll"),
+    "savecfg": Setting(0, 1, 1, "1: settings are kept, and found again after ++rst"),
+}
+COMMANDS: Mapping[str, str] = {
+    "addr": "[PAD [SAD]]: address of the device, 0 to 30; a secondary address is taken and not used",
+    "clr": "clear the device (SDC)",
+    "help": "list the commands",
+    "ifc": "clear the interface, at once",
+    "llo": "local lockout of the device",
+    "loc": "let the device go to local",
+    "read": "[eoi|CODE]: read from the device, to the end of a group, a character, or a pause",
+    "rst": "forget all that is under way; the settings are those kept",
+    "spoll": "[PAD [SAD]]: poll the status of the device, or of another one",
+    "srq": "is SRQ low? 1 or 0",
+    "trg": "[PAD ...]: trigger the device, or others",
+    "ver": "the version of the controller",
+}
+
+
+class Selection:
+    """What is to be read of a chip, as far as the commands tell that have been sent to it."""
+
+    def __init__(self, chip: Chip) -> None:
+        self.sheet, self.decoder = chip.sheet, dialect_of(chip.sheet).decoder(chip.sheet)
+        self.mode = chip.sheet.role("text")
+        self.entering = False
+        self.left = 0  # bytes of the group
+
+    def heard(self, chip: Chip, data: bytes) -> None:
+        """Take notice of what is sent to the chip."""
+        as_text = self.mode is None or chip.pins[self.mode.name].level != 0
+        for byte in data:
+            found = self.decoder.feed(byte, as_text, self.entering)
+            if not isinstance(found, Command):
+                continue
+            role = found.row.role
+            if role in ("enter", "leave"):
+                self.entering = role == "enter"
+            elif role == "read" and not self.entering and found.values[0] in self.sheet.verify_bytes:
+                group = found.values[0]
+                self.left = self.sheet.verify_bytes[group] if as_text or group else 2
+
+
+class PrologixLine(RequestLine):
+    """Lines of a host to a GPIB controller on the bench, and its answers.
+
+    Args:
+        controller: on the bus.
+        devices: the chips behind devices of the bus, by their addresses; the first one is addressed at the beginning.
+    """
+
+    share = SHARE
+
+    def __init__(
+        self, name: str, pace: Pace, log: TranscriptFile, controller: GpibController, devices: Mapping[int, Chip]
+    ) -> None:
+        super().__init__(name, [*devices.values()], pace, log, controller)
+        self.devices = dict(devices)
+        self.selected = {address: Selection(chip) for address, chip in devices.items()}
+        self.usual = {name: row.usual for name, row in SETTINGS.items()} | {"addr": next(iter(devices))}
+        self.secondary = ""
+        self.settings, self.kept = dict(self.usual), dict(self.usual)
+        self.half = b""  # a line whose end is to come
+        self.too_long = False
+
+    @property
+    def controller(self) -> GpibController:
+        """The controller."""
+        return cast("GpibController", self.part)
+
+    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
+        """End in the controller of another bench."""
+        super().move(bench, coming)
+        self.devices = {address: bench.chips[chip.name] for address, chip in self.devices.items()}
+
+    # ---------------------------------------------------------------------------------------------------------- lines
+    def feed(self, data: bytes) -> None:
+        """Take bytes of the host: lines, each carried out when it is complete."""
+        data, at = self.half + data, 0
+        while found := LINE.match(data, at):
+            at = found.end()
+            if not self.too_long and found[1]:
+                self._line(found[1])
+            self.too_long = False
+        self.half = data[at:]
+        if len(self.half) > LONGEST:
+            if not self.too_long:
+                self.controller.finding("gpib-line", f"a line of more than {LONGEST} bytes; nothing of it is sent")
+            self.half, self.too_long = b"", True
+
+    def whole(self, data: bytes) -> bytes:
+        """Return the whole lines of what has come; the beginning of the next one waits for its end."""
+        data, at = self.half + data, 0
+        while found := LINE.match(data, at):
+            at = found.end()
+        self.half = data[at:][: LONGEST + 1]
+        return data[:at]
+
+    def forget_half(self) -> None:
+        """Forget the beginning of a line whose end comes elsewhere."""
+        self.half = b""
+
+    def sent(self) -> bool:
+        """Return whether everything that has come has been carried out."""
+        return True  # the next host may have come to clear what the last one has left
+
+    def _line(self, line: bytes) -> None:
+        if line.startswith(b"++"):
+            self._command(line[2:].decode("latin-1"))
+        else:
+            self._data(line)
+
+    def _data(self, line: bytes) -> None:
+        """Send data to the device, and read what it says, if that is wanted."""
+        if PLAIN_PLUS.match(line):
+            self.controller.finding("gpib-plus", f"{line!r}: a + that has no ESC before it is not sent; send ESC +")
+        data = ESCAPED.sub(lambda found: found[1] or b"", line) + ENDS[self.settings["eos"]]
+        address = self.settings["addr"]
+        if not data:
+            return
+        self.controller.write(address, data)
+        if address in self.selected:
+            self.selected[address].heard(self.devices[address], data)
+        self.answer(lambda _controller, _work: b"")
+        if self.settings["auto"]:
+            self._read(None)
+
+    def _read(self, end: int | None) -> None:
+        """Read from the device."""
+        address, settings = self.settings["addr"], self.settings
+        selection = self.selected.get(address)
+        left = selection.left if selection is not None else 0
+        most = max(left, 1)
+        if selection is not None:
+            selection.left = 0
+        closed = bytes([settings["eot_char"]]) if settings["eot_enable"] else b""
+
+        def answer(_controller: GpibController, work: Any) -> bytes:
+            data: bytes = work.result
+            if selection is not None and not self.silent:
+                selection.left += max(left - len(data), 0)  # it has ended before
+            return data + closed if len(data) == most else data
+
+        self.answer(answer, self.controller.fetch(address, most, end, settings["read_tmo_ms"] * MS))
+
+    # ------------------------------------------------------------------------------------------------------- commands
+    def _command(self, text: str) -> None:
+        name, *arguments = text.lower().split() or [""]
+        if name in COMMANDS:
+            known = getattr(self, f"do_{name}")(arguments)
+        else:
+            known = name in SETTINGS and self._setting(name, arguments)
+        if not known:
+            allowed = f"{name} {COMMANDS[name]}" if name in COMMANDS else ", ".join(sorted({*COMMANDS, *SETTINGS}))
+            if name in SETTINGS:
+                allowed = f"{name} {SETTINGS[name].low} to {SETTINGS[name].high}"
+            self.controller.finding("gpib-command", f"++{text}: not a command of the controller; allowed {allowed}")
+            self._say(UNKNOWN)
+
+    def _say(self, text: str) -> bool:
+        """Answer a line in its turn."""
+        said = f"{text}\r\n".encode("ascii", "replace")
+        self.answer(lambda _controller, _work: said)
+        return True
+
+    def _setting(self, name: str, arguments: Sequence[str]) -> bool:
+        """Tell a setting, or change it."""
+        if not arguments:
+            return self._say(str(self.settings[name]))
+        row = SETTINGS[name]
+        value = numbers(arguments, row.low, row.high)
+        if value is None or len(value) > 1:
+            return False
+        self._set(name, value[0])
+        return True
+
+    def _set(self, name: str, value: int) -> None:
+        self.settings[name] = value
+        if self.settings["savecfg"] or name == "savecfg":
+            self.kept = dict(self.settings)
+
+    def do_addr(self, arguments: Sequence[str]) -> bool:
+        """Tell the address, or change it."""
+        if not arguments:
+            return self._say(f"{self.settings['addr']}{self.secondary}")
+        address = addressed(arguments)
+        if address is None:
+            return False
+        self._set("addr", address)
+        self.secondary = f" {int(arguments[1])}" if len(arguments) > 1 else ""
+        return True
+
+    def do_read(self, arguments: Sequence[str]) -> bool:
+        """Read from the device."""
+        if not arguments or list(arguments) == ["eoi"]:
+            self._read(None)
+            return True
+        end = numbers(arguments, 0, 255)
+        if end is None or len(end) > 1:
+            return False
+        self._read(end[0])
+        return True
+
+    def do_spoll(self, arguments: Sequence[str]) -> bool:
+        """Poll the status of a device."""
+        address = addressed(arguments) if arguments else self.settings["addr"]
+        if address is None:
+            return False
+        work = self.controller.poll(address, self.settings["read_tmo_ms"] * MS)
+        self.answer(lambda _, work: b"" if work.result is None else f"{work.result}\r\n".encode(), work)
+        return True
+
+    def do_srq(self, arguments: Sequence[str]) -> bool:
+        """Tell whether a device requests service."""
+        if not arguments:
+            self.answer(lambda controller, _: f"{int(not controller.high('srq'))}\r\n".encode())
+        return not arguments
+
+    def do_trg(self, arguments: Sequence[str]) -> bool:
+        """Trigger devices."""
+        addresses = numbers(arguments, 0, HIGHEST) if arguments else [self.settings["addr"]]
+        if addresses is None or len(addresses) > MOST_TRIGGERED:
+            return False
+        for address in addresses:
+            self.controller.trigger(address)
+        return True
+
+    def do_clr(self, arguments: Sequence[str]) -> bool:
+        """Clear the device."""
+        return self._message(SELECTED_CLEAR, arguments)
+
+    def do_loc(self, arguments: Sequence[str]) -> bool:
+        """Let the device go to local."""
+        return self._message(GO_TO_LOCAL, arguments)
+
+    def do_llo(self, arguments: Sequence[str]) -> bool:
+        """Lock out the front panel of the device."""
+        return self._message(LOCAL_LOCKOUT, arguments)
+
+    def _message(self, code: int, arguments: Sequence[str]) -> bool:
+        if not arguments:
+            self.controller.message(self.settings["addr"], code)
+        return not arguments
+
+    def do_ifc(self, arguments: Sequence[str]) -> bool:
+        """Clear the interface: whatever is under way is cut short."""
+        if not arguments:
+            self._forget()
+            self.controller.clear()
+        return not arguments
+
+    def do_rst(self, arguments: Sequence[str]) -> bool:
+        """Begin again, with the settings that are kept."""
+        if not arguments:
+            self._forget()
+            self.settings = dict(self.kept)
+        return not arguments
+
+    def _forget(self) -> None:
+        if not self.queue.idle:
+            self.controller.reset()
+            self.let_in()
+
+    def do_ver(self, arguments: Sequence[str]) -> bool:
+        """Tell the version."""
+        return not arguments and self._say(VERSION)
+
+    def do_help(self, arguments: Sequence[str]) -> bool:
+        """List the commands."""
+        rows = dict(COMMANDS) | {name: f"[{row.low}-{row.high}]: {row.says}" for name, row in SETTINGS.items()}
+        return not arguments and all([self._say(f"++{name} {says}") for name, says in sorted(rows.items())])
+
+
+def numbers(arguments: Sequence[str], low: int, high: int) -> list[int] | None:
+    """Return decimal numbers; None: there is none, or one that is not one of a range."""
+    found = [int(each) if re.fullmatch("[0-9]{1,4}", each) else -1 for each in arguments]
+    return found if found and all(low <= each <= high for each in found) else None
+
+
+def addressed(arguments: Sequence[str]) -> int | None:
+    """Return the address that PAD [SAD] means; None: that is no address."""
+    primary, secondary = numbers(arguments[:1], 0, HIGHEST), arguments[1:]
+    if primary is None or len(secondary) > 1 or (secondary and numbers(secondary, *SECONDARY) is None):
+        return None
+    return primary[0]
+
+
+class PrologixPort(TcpPort):
+    """A GPIB controller on a TCP port."""
+
+    make = TurnSession

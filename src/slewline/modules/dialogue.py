@@ -1,0 +1,252 @@
+r"""The dialogue with a module in a file: who said what and when, one JSON object a line, after a header.
+
+    {"slewline":"dialogue 1","part":"gs-c200s","markings":"GS-C200S 9431","crystal_hz":null,"baud":9600,...}
+    {"at_us":12292,"last_us":13333,"from":"host","text":"F\r"}
+    {"at_us":17729,"last_us":18770,"from":"module","text":"R\r"}
+    {"at_us":30000,"last_us":30000,"from":"tool","text":"parity error at character 2"}
+
+Times are microseconds since the file was begun: `at_us` of the first character, `last_us` of the last one, both as the
+computer sent or received it.  Characters of one direction share an entry up to a carriage return, as long as the other
+side is silent.  `text` is Latin-1, a character a byte.
+
+A line is in the file as soon as it is over, so a dialogue that was cut off is good up to its last whole line.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field, fields
+from os import PathLike
+from pathlib import Path
+from time import monotonic_ns
+from typing import Any, Literal
+
+from ..errors import UsageError
+
+KIND, VERSION = "dialogue", 1
+LONGEST = 256  # characters of one entry
+END = b"\r"
+
+Speaker = Literal["host", "module", "tool"]
+
+
+@dataclass(frozen=True)
+class DialogueHeader:
+    """What was spoken to, and how.
+
+    Args:
+        part: its name, such as "gs-c200s".
+        markings: what is printed on it.
+        crystal_hz: its clock, if that is known.
+        baud: characters were sent and received at this rate.
+        checksum: lines ended in their checksums; None: not known.
+        address: that of the module on a line of several; 0: none is sent.
+        straps: levels of its straps, by pin.
+    """
+
+    part: str
+    markings: str = ""
+    crystal_hz: int | None = None
+    baud: int | None = None
+    checksum: bool | None = None
+    address: int = 0
+    straps: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """An entry: what one side has said, up to a carriage return; `speaker` "tool" is a remark of slewline."""
+
+    at_us: int
+    last_us: int
+    speaker: Speaker
+    data: bytes
+
+    @property
+    def text(self) -> str:
+        """The characters as text, a character a byte."""
+        return self.data.decode("latin-1")
+
+
+class DialogueFile:
+    """A dialogue that is being written, line by line; close it at the end.
+
+    Args:
+        path: a new file.
+        failed: called once, when the file takes no more: what is in it is kept, and nothing more is written.
+        clock: nanoseconds of the clock by which instants are given.
+
+    Raises:
+        UsageError: the file exists, or cannot be written.
+    """
+
+    def __init__(
+        self,
+        path: str | PathLike[str],
+        header: DialogueHeader,
+        failed: Callable[[str], object] = lambda _text: None,
+        clock: Callable[[], int] = monotonic_ns,
+    ) -> None:
+        self.path, self.failed, self.clock = Path(path), failed, clock
+        self.began_ns = clock()
+        self.entries = 0
+        self._open: tuple[Speaker, int, int, bytearray] | None = None  # an entry that may grow
+        try:
+            self._file = self.path.open("xb", buffering=0)
+        except FileExistsError:
+            raise UsageError(f"dialogue {path}: this file exists; name a new file, or remove it") from None
+        except OSError as error:
+            raise UsageError(f"dialogue {path}: {error.strerror or error}; give a file that can be written") from None
+        self._write({"slewline": f"{KIND} {VERSION}", **asdict(header)})
+
+    def host(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
+        """Write what was sent to the module, and when the first and the last character of it was."""
+        self._characters("host", data, first_ns, first_ns if last_ns is None else last_ns)
+
+    def module(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
+        """Write what has come from the module, and when the first and the last character of it did."""
+        self._characters("module", data, first_ns, first_ns if last_ns is None else last_ns)
+
+    def note(self, text: str) -> None:
+        """Write a remark, at this instant."""
+        self.end()
+        now_ns = self.clock()
+        self._entry("tool", now_ns, now_ns, text.encode("latin-1", "replace"))
+
+    def _characters(self, speaker: Speaker, data: bytes, first_ns: int, last_ns: int) -> None:
+        """Append characters; those between the first and the last came at equal intervals, as far as is known."""
+        for number, byte in enumerate(data):
+            at_ns = first_ns + (last_ns - first_ns) * number // max(len(data) - 1, 1)
+            if self._open is not None and self._open[0] != speaker:
+                self.end()
+            _, since_ns, _, so_far = self._open or (speaker, at_ns, at_ns, bytearray())
+            so_far.append(byte)
+            self._open = speaker, since_ns, at_ns, so_far
+            if byte == END[0] or len(so_far) >= LONGEST:
+                self.end()
+
+    def end(self) -> None:
+        """Write what was gathered of a line."""
+        if self._open is not None:
+            speaker, since_ns, last_ns, data = self._open
+            self._open = None
+            self._entry(speaker, since_ns, last_ns, bytes(data))
+
+    def _entry(self, speaker: Speaker, first_ns: int, last_ns: int, data: bytes) -> None:
+        at_us, last_us = ((ns - self.began_ns) // 1000 for ns in (first_ns, last_ns))
+        if self._write({"at_us": at_us, "last_us": last_us, "from": speaker, "text": data.decode("latin-1")}):
+            self.entries += 1
+
+    def _write(self, entry: dict[str, Any]) -> bool:
+        """Write a line; return whether it is in the file, whole."""
+        if self._file.closed:
+            return False
+        line = json.dumps(entry, separators=(",", ":")).encode("ascii") + b"\n"
+        whole = self._file.tell()
+        try:
+            left = memoryview(line)
+            while left:
+                left = left[self._file.write(left) :]
+        except OSError as error:
+            with suppress(OSError):
+                self._file.truncate(whole)
+            self._let_go()
+            kept = f"the {self.entries} lines before are kept"
+            self.failed(f"dialogue {self.path}: {error.strerror or error}; it ends here, {kept}")
+            return False
+        return True
+
+    def _let_go(self) -> None:
+        with suppress(OSError):  # every line has been written, or refused, already
+            self._file.close()
+
+    def close(self) -> None:
+        """Write what is left, and close the file."""
+        self.end()
+        self._let_go()
+
+    def __enter__(self) -> DialogueFile:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+@dataclass(frozen=True)
+class RecordedDialogue:
+    """A dialogue that was recorded; `torn`: its last line was cut off, and is left out."""
+
+    header: DialogueHeader
+    said: tuple[Said, ...] = ()
+    torn: bool = False
+
+    @classmethod
+    def read(cls, path: str | PathLike[str]) -> RecordedDialogue:
+        """Return the dialogue in a file.
+
+        Raises:
+            UsageError: the file cannot be read, is no dialogue, or is damaged before its last line.
+        """
+        try:
+            lines = Path(path).read_bytes().split(b"\n")
+        except OSError as error:
+            raise UsageError(f"dialogue {path}: {error.strerror or error}; name a file that can be read") from None
+        torn = bool(lines.pop())  # what is behind the last line feed
+        header = _header(path, lines[0] if lines else b"")
+        said: list[Said] = []
+        for number, line in enumerate(lines[1:], start=2):
+            try:
+                said.append(_said(json.loads(line)))
+            except (ValueError, KeyError, TypeError) as error:
+                raise UsageError(
+                    f"dialogue {path}, line {number}: {line[:80]!r} is no entry ({error}); allowed at_us, last_us, "
+                    "from (host, module or tool) and text; remove the line, or take the file as it was recorded"
+                ) from None
+        return cls(header, tuple(said), torn)
+
+    def write(self, path: str | PathLike[str]) -> None:
+        """Write the dialogue into a new file, without the remarks of slewline.
+
+        Raises:
+            UsageError: the file exists, or cannot be written.
+        """
+        failures: list[str] = []
+        with DialogueFile(path, self.header, failures.append, lambda: 0) as file:
+            for said in self.said:
+                if said.speaker != "tool":
+                    file.end()
+                    file._entry(said.speaker, said.at_us * 1000, said.last_us * 1000, said.data)
+        if failures:
+            raise UsageError(failures[0])
+
+
+def _header(path: str | PathLike[str], line: bytes) -> DialogueHeader:
+    """Return what the first line says."""
+    expected = f'{{"slewline":"{KIND} {VERSION}","part":...}}'
+    try:
+        found = json.loads(line)
+        kind, _, version = found["slewline"].rpartition(" ")
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise UsageError(
+            f"dialogue {path}: begins with {line[:40]!r}; expected {expected}; name a file that slewline proxy, "
+            "terminal or pull has recorded"
+        ) from None
+    if (kind, version) != (KIND, str(VERSION)):
+        raise UsageError(f"dialogue {path}: is a {found['slewline']!r}; this version reads {KIND} {VERSION}")
+    known = {each.name for each in fields(DialogueHeader)}
+    try:
+        return DialogueHeader(**{name: value for name, value in found.items() if name in known})
+    except TypeError:
+        raise UsageError(f"dialogue {path}: its first line names no part; expected {expected}") from None
+
+
+def _said(entry: Any) -> Said:
+    """Return an entry of a file."""
+    if not isinstance(entry, dict):
+        raise TypeError("not an object")
+    at_us, speaker = int(entry["at_us"]), entry["from"]
+    if speaker not in ("host", "module", "tool"):
+        raise ValueError(f"from {speaker!r}")
+    return Said(at_us, int(entry.get("last_us", at_us)), speaker, entry["text"].encode("latin-1"))

@@ -1,0 +1,182 @@
+"""A module is looked for on a port: at which rate it answers, and whether its lines have checksums.
+
+What is sent is a question that changes nothing.  At another rate than its own a module may take the characters for
+others: what they would be at every other rate of a part is no command (tests/modules/test_finding.py).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from types import MappingProxyType
+
+from ..core.datasheet.table import Sheet
+from .failures import DamagedAnswer, NoAnswer, RefusedCommand
+from .module import Module, Transcript
+from .port import Port
+from .speech import CR, LineSpeech, QuerySpeech, Speech, speech_of
+
+LOOK_S = 0.35  # of silence at a rate, after which the next one is tried
+LOOKS = 2  # at a rate: the first line may only end what the module had got of another one
+
+
+def find(
+    where: str,
+    sheet: Sheet,
+    *,
+    baud: int | None = None,
+    checked: bool | None = None,
+    address: int | None = None,
+    transcript: Transcript | None = None,
+    may_move: bool = False,
+) -> Module:
+    """Return the module at a port, which has answered a question.
+
+    Args:
+        where: the port, as pySerial takes it.
+        sheet: of the part.
+        baud: its rate; None: it is looked for, where straps set it.
+        checked: its lines have checksums; None: it is looked for.
+        address: of the module on a line of several; None: none.
+        transcript, may_move: as for `Module`.
+
+    Raises:
+        UsageError: there is no such port, or the part has not what was given.
+        NoAnswer, DamagedAnswer: nothing answers, or what does is no such part.
+        PortLost: the port is gone.
+    """
+    speech = speech_of(sheet, baud, checked, address)
+    port = Port(where, speech.setting)
+    try:
+        look = next(look for kind, look in LOOKS_FOR.items() if isinstance(speech, kind))
+        return look(Module(port, speech, transcript, may_move=may_move), baud, checked)
+    except BaseException:
+        port.close()
+        raise
+
+
+# ---------------------------------------------------------------------------------------------- what answers every line
+def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
+    """Ask at one rate after the other, with and without checksums."""
+    first = module.speech
+    strange: list[str] = []
+    for rate in first.rates if baud is None else (baud,):
+        speech = _at(first, rate, bool(checked))
+        if rate != first.baud or module.speech is not first:
+            module.port.change(speech.setting)
+        module.speech = speech
+        for _ in range(LOOKS):
+            heard = _heard(module)
+            if checked is None and _has_checksums(speech, heard):
+                module.speech = _at(first, rate, True)
+                heard = _heard(module)
+            if _is_answer(module.speech, heard) or _of_old_firmware(module):
+                module.transcript.note(f"answers at {module.speech.setting}")
+                return module
+            if heard:
+                strange.append(f"{heard[:40]!r} at {rate} baud")
+    raise NoAnswer(_unfound(module, baud, strange))
+
+
+def _at(speech: Speech, baud: int, checked: bool) -> Speech:
+    return speech_of(speech.sheet, baud, checked, speech.address)
+
+
+def _heard(module: Module) -> bytes:
+    """Ask once; return what comes, up to a carriage return."""
+    module.tidy()
+    module.send(module.speech.framed(module.speech.probe))
+    heard = b""
+    while not heard.endswith(CR):
+        chunk = module.port.read(LOOK_S + 12 * module.speech.character_s)
+        if not chunk.data:
+            break
+        module.transcript.module(chunk.data, chunk.ns)
+        heard += chunk.data
+    return heard
+
+
+def _has_checksums(speech: Speech, heard: bytes) -> bool:
+    """Return whether a refusal of a line without a checksum came with one."""
+    checked = _at(speech, speech.baud, True)
+    with suppress(DamagedAnswer):
+        return heard.endswith(CR) and checked.is_garbled(checked.stripped(heard[:-1]))
+    return False
+
+
+def _is_answer(speech: Speech, heard: bytes) -> bool:
+    """Return whether it is what the question is answered with, or that the module is busy."""
+    shape = next(shape for command, shape in speech.questions.values() if command == speech.probe)
+    with suppress(DamagedAnswer):
+        line = speech.stripped(heard.removesuffix(CR))
+        busy = (
+            bool(speech.refusal(line))
+            and not speech.is_garbled(line)
+            and line == getattr(speech.sheet.dialect, "busy", None)
+        )
+        return heard.endswith(CR) and (busy or re.fullmatch(shape, line) is not None)
+    return False
+
+
+def _of_old_firmware(module: Module) -> bool:
+    """Ask with the checksums of old firmware, if there are others; return whether that is answered."""
+    speech = module.speech
+    if not isinstance(speech, LineSpeech) or not speech.checked:
+        return False
+    kept, speech.kept = speech.kept, 0
+    if _is_answer(speech, _heard(module)):
+        return True
+    speech.kept = kept
+    return False
+
+
+def _unfound(module: Module, baud: int | None, strange: list[str]) -> str:
+    speech = module.speech
+    rates = f"{baud} baud" if baud else f"{speech.rates[0]} to {speech.rates[-1]} baud"
+    part = speech.sheet.part.upper()
+    if strange:
+        found = f"no {part} answers {speech.probe} at {rates}; what came was {', '.join(dict.fromkeys(strange))}"
+        echo = any(speech.probe in each for each in strange)
+        remedy = "a line that echoes is a modem's or a console's" if echo else "is it this part, and this line?"
+        return f"{module.port.where}: {found}; {remedy}; give --part, and --baud and --checksum if you know them"
+    others = "" if speech.address else "; a module that shares a line has an address: give --address"
+    return (
+        f"{module.port.where}: nothing answers {speech.probe} at {rates}, {speech.word}; is the module on, are its "
+        f"wires not exchanged (RxD, TxD, ground)?{others}"
+    )
+
+
+# ------------------------------------------------------------------------------------------------ what answers queries
+def _by_queries(module: Module, baud: int | None, checked: bool | None) -> Module:
+    """Let the part find the rate, and ask; if it is silent, it may be in program entry since another session."""
+    speech = module.speech
+    (leave,) = speech.sheet.leave
+    module.send(speech.wake)
+    module.port.pause(4 * speech.character_s)
+    try:
+        _probed(module)
+    except NoAnswer as silence:
+        module.send(CR + leave.form.encode("ascii"))
+        module.transcript.note(f"sent {leave.form}, should program entry be open")
+        try:
+            _probed(module)
+        except NoAnswer:
+            others = f"it keeps the rate that it has found first, so reset it or give --baud (now {speech.baud})"
+            raise NoAnswer(
+                f"{silence}  It is silent also while a program or a motion is under way, while it is in binary mode, "
+                f"and while its mode register sends answers elsewhere; {others}"
+            ) from None
+    return module
+
+
+def _probed(module: Module) -> None:
+    """Ask; what comes back must be an answer of the part."""
+    speech = module.speech
+    what = next(what for what, (command, _) in speech.questions.items() if command == speech.probe)
+    with suppress(RefusedCommand):
+        module.value(what)
+
+
+Look = Callable[[Module, "int | None", "bool | None"], Module]
+LOOKS_FOR: Mapping[type[Speech], Look] = MappingProxyType({LineSpeech: _by_lines, QuerySpeech: _by_queries})

@@ -1,0 +1,246 @@
+"""A real module: commands out, answers back, and no command that may make a step unless that is asked for."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from time import monotonic_ns
+from typing import NamedTuple, Protocol
+
+from .failures import DamagedAnswer, MotionRefused, NoAnswer, RefusedCommand
+from .port import Port
+from .speech import Speech
+
+TRIES = 4
+NOISE = "check cable, rate and format for noise, and call again"
+TIDY_S = 0.05  # of silence, after which nothing comes any more of what was not asked for
+
+
+class Transcript(Protocol):
+    """What takes down a dialogue; a `DialogueFile` does."""
+
+    def host(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
+        """Take what was sent."""
+
+    def module(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
+        """Take what has come."""
+
+    def note(self, text: str) -> None:
+        """Take a remark."""
+
+
+class NoTranscript:
+    """Takes nothing down."""
+
+    def host(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
+        """Do nothing."""
+
+    def module(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
+        """Do nothing."""
+
+    def note(self, text: str) -> None:
+        """Do nothing."""
+
+
+class Answer(NamedTuple):
+    """An answer, without checksums, and its instants (ns of `time.monotonic_ns`).
+
+    `lines` is empty where a command is not answered; `sent_ns` is when it was sent, `first_ns` and `last_ns` when the
+    first and the last character of the answer came.
+    """
+
+    lines: tuple[str, ...]
+    sent_ns: int
+    first_ns: int
+    last_ns: int
+
+    @property
+    def text(self) -> str:
+        r"""The answer as text, "\r" between its lines."""
+        return "\r".join(self.lines)
+
+
+class Module:
+    """A module on a port.
+
+    Args:
+        port: where it is.
+        speech: how it is spoken to.
+        transcript: takes down what is said.
+        may_move: send commands that may make the motor step, too.
+    """
+
+    def __init__(
+        self, port: Port, speech: Speech, transcript: Transcript | None = None, *, may_move: bool = False
+    ) -> None:
+        self.port, self.speech, self.may_move = port, speech, may_move
+        self.transcript: Transcript = NoTranscript() if transcript is None else transcript
+        self.entering = False  # this session has begun program entry, and not ended it
+
+    @property
+    def name(self) -> str:
+        """The part and where it is, for messages."""
+        return f"{self.speech.sheet.part} at {self.port.where}"
+
+    # ------------------------------------------------------------------------------------------------------- commands
+    def ask(self, command: str) -> Answer:
+        """Send a command; return its answer.
+
+        What came damaged to the module is sent again, and so is a question whose answer came damaged, or not at all.
+
+        Raises:
+            MotionRefused: the command may make a step, and may not.
+            RefusedCommand: the module has refused it.
+            NoAnswer, DamagedAnswer: what has become of a command that is no question is not known.
+            PortLost: the port is gone.
+        """
+        repeatable = self.speech.is_question(command)
+        for tries_left in reversed(range(TRIES)):
+            try:
+                answer = self.once(command, again=tries_left < TRIES - 1)
+            except (NoAnswer, DamagedAnswer) as failure:
+                if not repeatable or not tries_left:
+                    raise
+                self.transcript.note(f"asked again: {failure}")
+                continue
+            last = answer.lines[-1] if answer.lines else ""
+            if not self.speech.is_garbled(last) or not tries_left:
+                break
+            self.transcript.note(f"sent again: {last} is the answer to {command}")
+        self._check(command, last)
+        return answer
+
+    def once(
+        self,
+        command: str,
+        data: bytes | None = None,
+        *,
+        again: bool = False,
+        enough: Callable[[bytes], bool] | None = None,
+    ) -> Answer:
+        """Send a command once; return its answer, whatever it is.
+
+        Args:
+            data: what goes over the wire; None: the command as the part has it.
+            again: it has not been answered before.
+            enough: says of what has come whether more of it need not be waited for.
+
+        Raises:
+            MotionRefused, NoAnswer, DamagedAnswer, PortLost: as for `ask`.
+        """
+        self.check_motion(command)
+        self.tidy()
+        if data is None:
+            data = self.speech.again(command) if again else self.speech.framed(command)
+        sent_ns = self.send(data)
+        if not self.speech.answers(command):
+            self._note_entry(command)
+            return Answer((), sent_ns, sent_ns, sent_ns)
+        received, first_ns, last_ns = b"", 0, 0
+        patience = self.speech.patience(command)
+        while not (self.speech.is_complete(command, received) or (enough is not None and enough(received))):
+            chunk = self.port.read(patience)
+            if not chunk.data:
+                raise NoAnswer(self._silence(command, received, patience), received)
+            self.transcript.module(chunk.data, chunk.ns)
+            received += chunk.data
+            first_ns, last_ns = first_ns or chunk.ns, chunk.ns
+        try:
+            lines = tuple(self.speech.lines(received))
+        except DamagedAnswer as damaged:
+            raise DamagedAnswer(f"{self.name}: the answer to {command} came damaged: {damaged}; {NOISE}") from None
+        if not (lines and self.speech.refusal(lines[-1])):
+            self._note_entry(command)
+        return Answer(lines, sent_ns, first_ns, last_ns)
+
+    def value(self, what: str) -> str:
+        """Return what a question of the sheet is answered with: `what` is one of `speech.questions`.
+
+        Raises:
+            DamagedAnswer: the answer is none of this part's, again and again.
+            RefusedCommand, NoAnswer, PortLost: as for `ask`.
+        """
+        command, shape = self.speech.questions[what]
+        for _ in range(TRIES):
+            answer = self.ask(command).text
+            if found := re.fullmatch(shape, answer):
+                return found[1]
+            self.transcript.note(f"asked again: {answer!r} is no answer to {command}")
+        raise DamagedAnswer(
+            f"{self.name}: {command} was answered with {answer!r}; allowed {shape}; {self._strange(command, answer)}"
+        )
+
+    # ----------------------------------------------------------------------------------------------------- characters
+    def send(self, data: bytes) -> int:
+        """Send characters as they are; return the instant at which they were handed over (ns)."""
+        sent_ns = self.port.write(data)
+        self.transcript.host(data, sent_ns)
+        return sent_ns
+
+    def listen(self, silence: float) -> bytes:
+        """Return what comes until there is silence for so many seconds."""
+        heard = b""
+        while data := self.port.read(silence).data:
+            self.transcript.module(data, monotonic_ns())
+            heard += data
+        return heard
+
+    def tidy(self) -> None:
+        """Take down what comes without being asked for, such as an answer that was late, until there is silence."""
+        if data := self.port.waiting():
+            self.transcript.module(data, monotonic_ns())
+            self.transcript.note("that was not asked for")
+            self.listen(TIDY_S)
+
+    def check_motion(self, command: str) -> None:
+        """Check that a command may be sent.
+
+        Raises:
+            MotionRefused: it may make a step, and may not.
+        """
+        row = self.speech.row(command)
+        stored = self.entering and row is not None and row.stored
+        if self.may_move or stored or not self.speech.moves(command):
+            return
+        if row is None:
+            what = f"{command!r} is no command of the {self.speech.sheet.part.upper()}, so it may do anything"
+        else:
+            what = f"{command} may make the motor step: {row.says}"
+        raise MotionRefused(f"{self.name}: {what}; not sent; leave it out, or allow motion with --move")
+
+    # --------------------------------------------------------------------------------------------------------- inside
+    def _note_entry(self, command: str) -> None:
+        """Remember whether program entry is open."""
+        row = self.speech.row(command)
+        if row is not None and row.role in ("enter", "leave"):
+            self.entering = row.role == "enter"
+
+    def _check(self, command: str, line: str) -> None:
+        says = self.speech.refusal(line)
+        if says:
+            raise RefusedCommand(
+                f"{self.name}: {command} was answered with {line}: {says}; {self._remedy(line)}", line, says
+            )
+
+    def _remedy(self, line: str) -> str:
+        dialect = self.speech.sheet.dialect
+        if line == getattr(dialect, "busy", None):
+            return "a program or a motion is under way; wait until it is over, or end it by hand"
+        return NOISE if self.speech.is_garbled(line) else "see what the manual says of this answer"
+
+    def _silence(self, command: str, received: bytes, patience: float) -> str:
+        setting = self.speech.setting.in_full
+        if received:
+            return (
+                f"{self.name}: the answer to {command} stops after {received[-40:]!r}, {len(received)} characters; "
+                f"allowed one that ends; {NOISE}"
+            )
+        return (
+            f"{self.name}: no answer to {command} within {patience:.1f} s, at {setting}; is it this part, is it "
+            "switched on, are these its rate, checksums and address (--baud, --checksum, --address)?"
+        )
+
+    def _strange(self, command: str, answer: str) -> str:
+        if command in answer:
+            return "the line echoes what is sent, as a modem does; name the port of the module"
+        return "is this the right port, and --part the right part?"

@@ -1,0 +1,150 @@
+"""A real serial port, or whatever pySerial takes for one, with the instants at which characters came.
+
+    /dev/ttyUSB0   COM3   /tmp/controller (a pty)   socket://HOST:PORT   rfc2217://HOST:PORT   slewline://PART
+
+Silence is counted in reads that bring nothing, so that a port in virtual time has its own.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from ..errors import UsageError
+from .failures import PortLost
+
+if TYPE_CHECKING:
+    from ..core.wires.serial import LineSetting
+
+Result = TypeVar("Result")
+SLICE_S = 0.02  # of a read that waits
+IFLAG = 0  # of what termios.tcgetattr returns
+
+
+class Chunk(NamedTuple):
+    """Characters that came together, and when (ns of `time.monotonic_ns`)."""
+
+    data: bytes
+    ns: int
+
+
+class Port:
+    """A serial port that is open, for nobody else where the system can see to it.
+
+    Args:
+        where: as pySerial takes it.
+        setting: rate and format.
+
+    Raises:
+        UsageError: there is no such port, it is in use, or it does not take the setting.
+    """
+
+    def __init__(self, where: str, setting: LineSetting) -> None:
+        from ..links.ports.device import refused  # which says what is missing, if pySerial is
+
+        self.where, self.setting = where, setting
+        word = setting.word
+        import serial
+
+        try:
+            self.line: Any = serial.serial_for_url(
+                where,
+                int(setting.baud),
+                bytesize=word.bits,
+                parity=word.parity[0].upper(),
+                stopbits=float(word.stop),
+                timeout=SLICE_S,
+                exclusive=True,
+            )
+        except (OSError, ValueError, TypeError) as error:
+            raise UsageError(f"{where}: {refused(where, error)}") from None
+        self._see_faults()
+
+    def _see_faults(self) -> None:
+        """Let the driver make NUL of a character with a parity or framing fault, where it can."""
+        try:
+            import termios
+
+            device = self.line.fileno()
+        except (ImportError, AttributeError, OSError):  # not here, or no device
+            return
+        with suppress(termios.error):
+            settings = termios.tcgetattr(device)
+            settings[IFLAG] |= termios.INPCK
+            settings[IFLAG] &= ~(termios.IGNPAR | termios.PARMRK)
+            termios.tcsetattr(device, termios.TCSANOW, settings)
+
+    def change(self, setting: LineSetting) -> None:
+        """Take another rate.
+
+        Raises:
+            PortLost: the port is gone, or does not take it.
+        """
+        self.setting = setting
+        self._do(lambda: setattr(self.line, "baudrate", int(setting.baud)))
+        self._see_faults()
+
+    # --------------------------------------------------------------------------------------------------- out and back
+    def write(self, data: bytes) -> int:
+        """Send characters; return the instant just before (ns of `time.monotonic_ns`).
+
+        Raises:
+            PortLost: the port is gone.
+        """
+        now = time.monotonic_ns()
+        self._do(lambda: self.line.write(data))
+        return now
+
+    def read(self, silence: float) -> Chunk:
+        """Return what comes next, or nothing after so many seconds of silence.
+
+        Raises:
+            PortLost: the port is gone.
+        """
+        waited = 0.0
+        while not (data := self._do(lambda: self.line.read(1))):
+            waited += SLICE_S
+            if waited >= silence:
+                return Chunk(b"", time.monotonic_ns())
+        now = time.monotonic_ns()
+        return Chunk(data + self._do(lambda: self.line.read(self.line.in_waiting)), now)
+
+    def waiting(self) -> bytes:
+        """Return what has come already.
+
+        Raises:
+            PortLost: the port is gone.
+        """
+        data: bytes = self._do(lambda: self.line.read(self.line.in_waiting))
+        return data
+
+    def pause(self, seconds: float) -> None:
+        """Let time pass on the line."""
+        getattr(self.line, "sleep", time.sleep)(seconds)
+
+    def _do(self, call: Callable[[], Any]) -> Any:
+        try:
+            return call()
+        except (OSError, TypeError, AttributeError) as error:  # what pySerial raises of a port that is gone
+            why = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
+            raise PortLost(
+                f"{self.where}: the port is gone ({why}); allowed a cable that stays; plug it in, and call again"
+            ) from None
+
+    # ----------------------------------------------------------------------------------------------------------- close
+    def close(self) -> None:
+        """Let go of the port."""
+        with suppress(OSError):
+            self.line.close()
+
+    def __enter__(self) -> Port:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,1 @@
+"""The program of a real module: read, sent, verified, saved in files."""

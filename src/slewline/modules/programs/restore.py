@@ -1,0 +1,159 @@
+"""What a program text wants of a module, and how far a module has come with it: `Restore.stands` says it in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...core.datasheet.table import Sheet
+from ...errors import ProgramError, UsageError
+from ...language.assemble import assemble
+from ...language.source import read
+from ...language.statements import Statement
+from ..failures import DamagedAnswer, ListingDiffers, MotionRefused, NoAnswer, RefusedCommand
+from ..module import Module
+from .contents import Contents, Say
+
+ROUNDS = 8  # in which a program is sent, or what of it came damaged
+STORED_BYTE_S = 0.021  # of a character that an EEPROM stores: it may take 20 ms until it reads back
+QUIET_S = 0.4  # without an answer to a question: program entry is open
+
+
+@dataclass(frozen=True)
+class ProgramText:
+    """A program text, as it is sent: a program, and the commands before and after it, which set registers."""
+
+    sheet: Sheet
+    before: tuple[Statement, ...]
+    program: tuple[Statement, ...]
+    after: tuple[Statement, ...]
+    stored: bytes
+    base: int
+
+    @classmethod
+    def read(cls, text: str, sheet: Sheet, where: str) -> ProgramText:
+        """Return a text, taken apart.
+
+        Raises:
+            ProgramError: the assembler does not take it.
+            UsageError: it is a script for `slewline run`, or the part keeps no program.
+        """
+        if sheet.enter is None:
+            raise UsageError(f"{where}: the {sheet.part.upper()} keeps no program")
+        assembly = assemble(text, sheet, where)
+        source = read(text, sheet, bare=True)
+        for item in source.items:
+            if not isinstance(item, Statement):
+                raise UsageError(
+                    f"{where}, line {item.line}: {item.text} is for slewline run; allowed commands of the "
+                    f"{sheet.part.upper()}; leave it out"
+                )
+        if not source.blocks:
+            raise ProgramError(f"{where}: no program in it; write {sheet.enter.form} in front of its instructions")
+        (block,) = source.blocks[:1]
+        items = source.statements
+        framing = [items.index(each) for each in (block.entry, block.quit) if each is not None]
+        outside = [(at, each) for at, each in enumerate(items) if each.block < 0 and at not in framing]
+        begin = framing[0] if framing else 0
+        before = tuple(each for at, each in outside if at < begin)
+        after = tuple(each for at, each in outside if at > begin)
+        return cls(sheet, before, assembly.statements, after, assembly.stored, assembly.base)
+
+    def check_motion(self, module: Module, where: str) -> None:
+        """Check that none of the commands outside the program may make a step, unless that is allowed.
+
+        Raises:
+            MotionRefused: one may; nothing has been sent.
+        """
+        for each in (*self.before, *self.after):
+            if each.row.may_step and not module.may_move:
+                raise MotionRefused(
+                    f"{where}, line {each.line}: {each.text} may make the motor step: {each.row.says}; nothing was "
+                    "sent; leave it out, or allow motion with --move"
+                )
+
+
+class Restore:
+    """A program that goes to a module.
+
+    Args:
+        wanted: the program.
+        contents: what the module holds.
+        say: told what is done, a line each.
+        pace: seconds from one character to the next that goes into a memory with addresses.
+    """
+
+    def __init__(
+        self,
+        module: Module,
+        wanted: ProgramText,
+        contents: Contents,
+        say: Say = lambda _text: None,
+        pace: float = STORED_BYTE_S,
+    ) -> None:
+        self.module, self.wanted, self.contents, self.say, self.pace = module, wanted, contents, say, pace
+        self.sheet = wanted.sheet
+        self.stands = "it is as it was"  # what the module holds, in words
+
+    @property
+    def is_there(self) -> bool:
+        """Does the module hold the program already?"""
+        held, wanted = self.contents, self.wanted
+        whole = held.stored == wanted.stored or not self.sheet.acting("list")
+        return held.base == wanted.base and whole and held.stored.startswith(wanted.stored)
+
+    @property
+    def was_cut(self) -> bool:
+        """Does the module hold the beginning of the program, as after a `send` that was cut?"""
+        held, wanted = self.contents, self.wanted
+        return held.base == wanted.base and bool(held.stored) and wanted.stored.startswith(held.stored)
+
+    def set(self, statement: Statement) -> None:
+        """Send a command that is not part of the program; where there is a question for what it sets, ask."""
+        module, text = self.module, statement.text
+        question = next((name for name in module.speech.questions if self._sets(statement, name)), None)
+        for _ in range(ROUNDS):
+            module.ask(text)
+            if question is None or int(module.value(question)) == statement.values[0]:
+                return
+        raise ListingDiffers(f"{module.name}: {text} was sent {ROUNDS} times, and is not what the module answers")
+
+    def _sets(self, statement: Statement, name: str) -> bool:
+        letter = next((row.letter for row in self.sheet.registers if row.name == name), "")
+        return letter == statement.row.form and len(statement.values) == 1
+
+    def store(self) -> None:
+        """Let the module keep its program without power.
+
+        Raises:
+            RefusedCommand: it could not be stored.
+            ModuleFailure: whether it was is not known.
+        """
+        (row,) = self.sheet.acting("store")
+        held = "it holds the program, verified"
+        self.stands = f"{held}; whether it keeps it without power is not known: push again, with --store"
+        self.say(f"{row.form}: {row.says} ...")
+        try:
+            self.module.ask(row.form)
+        except (NoAnswer, DamagedAnswer) as failure:
+            self.module.transcript.note(f"sent again: {failure}")
+            self.wait_until_ready()
+            self.module.ask(row.form)  # the same program once more
+        except RefusedCommand as refused:
+            self.stands = f"{held}; it does not keep it without power ({refused.code}: {refused.says})"
+            raise
+        self.stands = f"{held}, and keeps it without power"
+
+    def wait_until_ready(self) -> None:
+        """Wait as long as the module answers that it is busy."""
+        for _ in range(100):
+            try:
+                self.module.ask(self.module.speech.probe)
+            except RefusedCommand:
+                self.module.port.pause(0.2)
+                continue
+            return
+
+
+def can_store(sheet: Sheet) -> bool:
+    """Return whether a part has a command that keeps its program without power."""
+    return bool(sheet.acting("store"))

@@ -1,0 +1,294 @@
+"""A program goes into a module, and is verified by its listing; on the way no command is obeyed that may make a step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from itertools import zip_longest
+from types import MappingProxyType
+
+from ...core.datasheet.channel import AdaptiveLine, Channel, SerialLine, row_for
+from ...core.datasheet.table import Sheet
+from ...language.assemble import units
+from ...language.dialect import dialect_of
+from ...language.statements import Statement
+from ..failures import DamagedAnswer, ListingDiffers, ModuleFailure, MotionRefused, NoAnswer
+from ..module import Module
+from ..speech import CR
+from .contents import MemoryReader, harmless_end, read_listing
+from .restore import Restore, can_store
+
+ROUNDS = 8  # in which a program is sent, or what of it came damaged
+QUIET_S = 0.4  # without an answer to a question: program entry is open
+
+
+# ---------------------------------------------------------------------------------------------- what takes line by line
+def write_listed(restore: Restore) -> None:
+    """Enter a program line by line; a line of which it is not known whether it was taken shows in the listing."""
+    for left in reversed(range(ROUNDS)):
+        try:
+            _enter(restore)
+            _compare(restore)
+            break
+        except (NoAnswer, DamagedAnswer, ListingDiffers) as failure:
+            if not left or (isinstance(failure, NoAnswer) and _is_silent(restore.module)):
+                raise
+            restore.module.transcript.note(f"entered again: {failure}")
+    _leave(restore)
+
+
+def _is_silent(module: Module) -> bool:
+    try:
+        module.ask(module.speech.probe)
+    except ModuleFailure:
+        return True
+    return False
+
+
+def _enter(restore: Restore) -> None:
+    """Begin program entry, for sure, and send the instructions."""
+    module, sheet, lines = restore.module, restore.sheet, restore.wanted.program
+    whole = len(lines)
+    assert sheet.enter is not None  # noqa: S101  # a program text has been read for it
+    restore.stands = f"its program may be erased ({sheet.enter.form}); {_kept(sheet)}"
+    for left in reversed(range(ROUNDS)):
+        try:
+            module.ask(sheet.enter.form)
+            break
+        except (NoAnswer, DamagedAnswer):
+            if not left:
+                raise
+    for number, line in enumerate(lines):
+        restore.stands = f"it holds {number} of {whole} instructions, program entry is open; {_kept(sheet)}"
+        _surely(restore, line.text, lines[: number + 1])
+
+
+def _surely(restore: Restore, text: str, expected: Sequence[Statement]) -> None:
+    """Send a line; if its answer is lost, look into the listing whether it was taken, and send it again if not."""
+    for left in reversed(range(3)):
+        try:
+            restore.module.ask(text)
+            return
+        except (NoAnswer, DamagedAnswer):
+            if not left:
+                raise
+            found = read_listing(restore.module)
+            before = b"".join(each.row.pack(each.values) for each in expected)
+            if found.stored == before:
+                return
+            less = b"".join(each.row.pack(each.values) for each in expected[:-1])
+            if found.stored != less:
+                raise
+
+
+def _kept(sheet: Sheet) -> str:
+    return "what it keeps without power is as it was" if can_store(sheet) else "no other memory has changed"
+
+
+def _compare(restore: Restore) -> None:
+    """Check that the module lists the program.
+
+    Raises:
+        ListingDiffers: it does not.
+    """
+    found = read_listing(restore.module)
+    if found.stored != restore.wanted.stored:
+        spell = dialect_of(restore.sheet).spell
+        sent = [spell(each.row, each.values) for each in restore.wanted.program]
+        pairs = zip_longest(found.program, sent, fillvalue="nothing")
+        at, (one, other) = next((n, pair) for n, pair in enumerate(pairs, 1) if pair[0] != pair[1])
+        raise ListingDiffers(
+            f"{restore.module.name}: instruction {at} is listed as {one}, and was sent as {other}; nothing was stored; "
+            "check the line for noise, and push again"
+        )
+    restore.say(f"verified: {len(found.program)} instructions")
+
+
+def _leave(restore: Restore) -> None:
+    """End program entry, where a command does so without a run."""
+    sheet, module = restore.sheet, restore.module
+    held = f"it holds the program, verified; {_kept(sheet)}"
+    restore.stands = f"{held}, program entry is open"
+    end = harmless_end(sheet)
+    if end is None:
+        (only,) = sheet.leave
+        restore.say(
+            f"program entry is open: {only.form} ends it, and runs the program; switching the module off and on "
+            "ends it, too, and loses a program that is not stored"
+        )
+        return
+    try:
+        module.ask(end.form)
+    except (NoAnswer, DamagedAnswer):
+        module.ask(end.form)  # a second one does nothing
+    restore.stands = held
+
+
+# -------------------------------------------------------------------------------------------- what has a memory
+class MemoryWriter:
+    """Writes a program into a memory with addresses, in groups that begin with an instruction that may step.
+
+    Were program entry not open, what is sent would be obeyed.  So two questions go in front of such an instruction:
+    they are answered if entry is not open, and are stored if it is, over the end of the group before, which is written
+    later: groups go last to first.  In front of the first group they go to the end of the memory, if that is erased.
+    """
+
+    def __init__(self, restore: Restore) -> None:
+        self.restore, self.module, self.wanted = restore, restore.module, restore.wanted
+        self.sheet = restore.sheet
+        self.reader = MemoryReader(self.module, restore.say)
+        self.question = self.module.speech.framed(self.module.speech.probe) * 2
+        self.groups = _groups(self.wanted.program)
+
+    def write(self) -> None:
+        """Write, and read back, until all of it is there.
+
+        Raises:
+            ListingDiffers: it does not get there.
+            MotionRefused: the first instruction may step, and there is no room for the questions in front of it.
+        """
+        whole = f"of {len(self.wanted.stored)} {units(self.sheet)} from {self.wanted.base} on"
+        wrong = self.closed({n for n, group in enumerate(self.groups) if not self.was_read(group)})
+        if 0 in wrong:
+            self.check_room()
+        for _ in range(ROUNDS):
+            if not wrong:
+                self.restore.stands = "it holds the program, verified"
+                self.restore.say(f"verified: {len(self.wanted.program)} instructions")
+                return
+            for number in sorted(wrong, reverse=True):
+                self.restore.stands = f"{whole} some are old and some new; program entry may be open"
+                with suppress(NoAnswer, DamagedAnswer):
+                    self.write_group(self.groups[number])
+                self.end_entry()
+            wrong = self.differing()
+        raise ListingDiffers(
+            f"{self.module.name}: {whole} {len(wrong)} parts do not read back as they were sent; is there a memory, "
+            "and can it be written?  With an EEPROM that is slower than 20 ms a byte give --pace"
+        )
+
+    def was_read(self, group: Sequence[Statement]) -> bool:
+        """Return whether instructions were in the memory before."""
+        held = self.restore.contents
+        begin, end = group[0].address - held.base, group[-1].end - held.base
+        return begin >= 0 and held.stored[begin:end] == b"".join(map(_bytes, group))
+
+    def differing(self) -> set[int]:
+        """Return the numbers of the groups to write: those that read back wrong, and what they overwrite."""
+        wrong: set[int] = set()
+        for number, group in enumerate(self.groups):
+            for each in group:
+                found = self.reader.instruction(each.address)
+                if not found:  # erased: it takes long to find that out, and there is nothing behind
+                    return self.closed(wrong | set(range(number, len(self.groups))))
+                if found != _bytes(each):
+                    wrong.add(number)
+                    break
+        return self.closed(wrong)
+
+    def closed(self, wrong: set[int]) -> set[int]:
+        """Return the numbers of groups with those of the groups that the questions in front of them overwrite."""
+        for number in range(len(self.groups) - 1, 0, -1):
+            if number in wrong and self.is_checked(self.groups[number]):
+                reach = self.groups[number][0].address - len(self.question)
+                wrong |= {at for at in range(number) if self.groups[at][-1].end > reach}
+        return wrong
+
+    def is_checked(self, group: Sequence[Statement]) -> bool:
+        """Return whether it must be known, before a group is sent, that program entry is open."""
+        return group[0].row.may_step and not self.module.may_move
+
+    def check_room(self) -> None:
+        """Check that the questions in front of the first group overwrite nothing: an erased end of the memory."""
+        first = self.groups[0][0]
+        begin = (first.address - len(self.question)) % self.sheet.buffer_bytes
+        at_end = begin > first.address
+        if not self.is_checked(self.groups[0]):
+            return
+        if at_end and self.reader.instruction(begin) in (b"", self.question[: len(self.question) // 2]):
+            return
+        raise MotionRefused(
+            f"{self.module.name}: the program begins with {first.text}, which would make a step if the module missed "
+            f"the beginning of program entry, and at {begin} is no room for a question; nothing was sent; begin with a "
+            "command that makes no step, such as one that sets a register, or allow motion with --move"
+        )
+
+    def write_group(self, group: Sequence[Statement]) -> None:
+        """Write instructions that follow one another."""
+        assert self.sheet.enter is not None  # noqa: S101  # a program text has been read for it
+        checked = self.is_checked(group)
+        begin = (group[0].address - len(self.question) * checked) % self.sheet.buffer_bytes
+        self.module.ask(f"{self.reader.pointer.form} {begin}")
+        what = next(n for n, (ask, _) in self.module.speech.questions.items() if ask[-1] == self.reader.pointer.form)
+        if int(self.module.value(what)) != begin:
+            raise DamagedAnswer(f"{self.module.name}: the pointer is not at {begin}")
+        self.put(self.module.speech.framed(self.sheet.enter.form))
+        if checked:
+            self.put(self.question)
+            if self.module.listen(QUIET_S):
+                raise DamagedAnswer(f"{self.module.name}: program entry is not open")
+        for each in group:
+            self.put(_bytes(each))
+
+    def put(self, data: bytes) -> None:
+        """Send characters, each when the one before is stored."""
+        for byte in data:
+            self.module.send(bytes([byte]))
+            self.module.port.pause(self.restore.pace + self.module.speech.character_s)
+
+    def end_entry(self) -> None:
+        """End program entry, until the module answers."""
+        (leave,) = self.sheet.leave
+        for left in reversed(range(ROUNDS)):
+            self.put(leave.form.encode("ascii"))
+            try:
+                self.module.ask(self.module.speech.probe)
+                return
+            except NoAnswer:
+                if not left:
+                    raise
+                self.put(CR)
+
+
+def _bytes(statement: Statement) -> bytes:
+    return statement.text.encode("latin-1") + CR
+
+
+def _groups(program: Sequence[Statement]) -> list[list[Statement]]:
+    """Cut a program in front of every instruction that may step."""
+    groups: list[list[Statement]] = []
+    for each in program:
+        if not groups or each.row.may_step:
+            groups.append([])
+        groups[-1].append(each)
+    return groups
+
+
+def write_memory(restore: Restore) -> None:
+    """Write a program into a memory with addresses; the pointer is as it was."""
+    writer = MemoryWriter(restore)
+    module = restore.module
+    what = next(n for n, (ask, _) in module.speech.questions.items() if ask[-1] == writer.reader.pointer.form)
+    pointer = int(module.value(what))
+    writer.write()
+    module.ask(f"{writer.reader.pointer.form} {pointer}")
+
+
+def send(restore: Restore) -> None:
+    """Send the commands before a program, the program, and those after it, and verify what can be verified.
+
+    Raises:
+        ModuleFailure: `restore.stands` says what the module holds.
+    """
+    restore.stands = "of its registers some may be set already; its program is as it was"
+    for each in restore.wanted.before:
+        restore.set(each)
+    serial = next(channel for channel in restore.sheet.channels if isinstance(channel, (*WRITERS,)))
+    if not restore.is_there:
+        row_for(serial, WRITERS, "sends a program over")(restore)
+    for each in restore.wanted.after:
+        restore.set(each)
+
+
+Writer = Callable[[Restore], None]
+WRITERS: Mapping[type[Channel], Writer] = MappingProxyType({SerialLine: write_listed, AdaptiveLine: write_memory})

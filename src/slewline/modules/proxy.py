@@ -1,0 +1,293 @@
+"""A proxy: between a host program and its module, every character goes on at once, and is recorded.
+
+    host program <--> pty or TCP port <--> proxy <--> serial port <--> module
+                                             |
+                                       dialogue file
+
+One thread does nothing but pass characters on, and a second one writes the file, so that a disk that is slow makes no
+character late.  The rate that a host sets on a pty, and RTS/CTS, are set on the serial port.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import stat
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from queue import Empty, SimpleQueue
+from threading import Thread
+from time import monotonic_ns
+from typing import TYPE_CHECKING, Any
+
+from serial import serial_for_url
+
+from ..core.wires.serial import LineSetting
+from ..links.ports.device import DevicePort
+from ..links.sockets.loop import Loop
+from ..links.sockets.preamble import TEXT
+from ..links.sockets.stream import CHUNK
+from ..links.sockets.system import fine_timer
+
+if TYPE_CHECKING:
+    from ..links.server import OpenPort
+    from .dialogue import DialogueFile
+
+BACKLOG = 4096  # characters that may wait for the serial port; a host that sends more is held up
+FULL_S = 0.01  # how soon it is tried again then
+SILENCE_S = 1.0  # after which an unfinished line is written into the file
+BIN_US, BINS = 10, 1000
+
+
+def prompt_port(url: str, *more: Any, **options: Any) -> Any:
+    """Open a port as pySerial does; one that is a socket sends every character at once."""
+    port = serial_for_url(url, *more, **options)
+    with suppress(AttributeError, OSError):  # it has no descriptor
+        if stat.S_ISSOCK(os.fstat(port.fileno()).st_mode):
+            with socket.socket(fileno=os.dup(port.fileno())) as end:
+                end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return port
+
+
+class LatenessHistogram:
+    """How late characters were passed on: counts in bins of 10 us; what is later than 10 ms is in the last one."""
+
+    def __init__(self) -> None:
+        self.counts = [0] * (BINS + 1)
+        self.worst_ns = 0
+
+    def note(self, late_ns: int, characters: int = 1) -> None:
+        """Count characters that were so late."""
+        self.counts[min(late_ns // (BIN_US * 1000), BINS)] += characters
+        self.worst_ns = max(self.worst_ns, late_ns)
+
+    @property
+    def characters(self) -> int:
+        """All that were counted."""
+        return sum(self.counts)
+
+    def within_us(self, share: float) -> float:
+        """Return the lateness that so much of all characters do not exceed, such as 0.99 of them (us)."""
+        wanted, seen = share * self.characters, 0
+        for number, count in enumerate(self.counts[:-1]):
+            seen += count
+            if seen >= wanted:
+                return min((number + 1) * BIN_US, self.worst_ns / 1000)
+        return self.worst_ns / 1000
+
+    def __str__(self) -> str:
+        if not self.characters:
+            return "no characters"
+        half, most = self.within_us(0.5), self.within_us(0.99)
+        return (
+            f"{self.characters} characters, half of them within {half:.0f} us, 99 % within {most:.0f} us, "
+            f"all within {self.worst_ns / 1000:.0f} us"
+        )
+
+
+class DialogueRecorder:
+    """Writes a dialogue file in a thread of its own, which has the priority of whoever makes it."""
+
+    def __init__(self, file: DialogueFile) -> None:
+        self.file = file
+        self._calls: SimpleQueue[Callable[[], object] | None] = SimpleQueue()
+        self._thread = Thread(target=self._write, name="recorder", daemon=True)
+        self._thread.start()
+
+    def characters(self, end: ProxyEnd, data: bytes, ns: int) -> None:
+        """Write characters that have come to one end."""
+        write = self.file.host if isinstance(end, HostEnd) else self.file.module
+        self._calls.put(partial(write, data, ns))
+
+    def note(self, text: str) -> None:
+        """Write a remark."""
+        self._calls.put(partial(self.file.note, text))
+
+    def _write(self) -> None:
+        call: Callable[[], object] | None = self.file.end
+        while call is not None:
+            call()
+            try:
+                call = self._calls.get(timeout=SILENCE_S)
+            except Empty:
+                call = self.file.end
+
+    def close(self) -> None:
+        """Write all that there is, and close the file."""
+        self._calls.put(None)
+        self._thread.join()
+        self.file.close()
+
+
+class ProxyEnd:
+    """One end of a proxy, which is what its port takes for a line: what comes there goes out at the other end."""
+
+    greetings, share = TEXT, CHUNK
+
+    def __init__(self, proxy: Proxy, name: str) -> None:
+        self.proxy, self.name = proxy, name
+        self.write: Callable[[bytes], int] | None = None  # returns how much was dropped
+        self.resume: Callable[[], object] = lambda: None
+        self.lost = 0  # characters that nothing has taken at this end
+        self.lateness = LatenessHistogram()
+
+    @property
+    def setting(self) -> LineSetting:
+        """Rate and format of the serial port."""
+        return self.proxy.setting
+
+    @property
+    def baud(self) -> int | str:
+        """The rate of the serial port."""
+        return self.setting.baud
+
+    def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
+        """Connect what takes and gives bytes at this end."""
+        self.write, self.resume = host, resume
+        self.event(f"{self.name}: connected")
+
+    def leave(self, why: str) -> None:
+        """Disconnect it."""
+        self.write = None
+        self.event(f"{self.name}: {why}")
+
+    def event(self, text: str) -> None:
+        """Record an event."""
+        self.proxy.recorder.note(text)
+
+    def take(self, data: bytes) -> None:
+        """Pass on what has come."""
+        self.proxy.passed_on(self, data)
+
+    def put(self, data: bytes) -> None:
+        """Send characters out at this end."""
+        lost = len(data) if self.write is None else self.write(data)
+        if lost and not self.lost:
+            self.event(f"{self.name}: takes no characters; {lost} and those that follow are lost")
+        self.lost = self.lost + lost if lost else 0
+
+    def room(self) -> int:
+        """Return how many bytes may come now."""
+        return CHUNK
+
+    def sent(self) -> bool:
+        """Return whether everything that has come has gone out."""
+        return True
+
+    def when_sent(self, call: Callable[[], object]) -> None:
+        """Call a function when it has."""
+        call()
+
+    def when_answered(self, call: Callable[[], object]) -> None:
+        """Let a host that sends no more have answers until it hangs up: what an answer is, only the module knows."""
+
+    def obey(self, on: bool) -> None:
+        """Take notice of what a host wants of RTS and CTS."""
+
+    def opened_at(self, baud: int) -> None:
+        """Take notice of the rate that a host has set."""
+
+
+class HostEnd(ProxyEnd):
+    """The end at which a host program is."""
+
+    def room(self) -> int:
+        """Return how many bytes may come now; a host that sends faster than the line is held up."""
+        room = BACKLOG - self.proxy.waiting
+        if room <= 0:
+            self.proxy.loop.after(FULL_S, self.resume)
+        return room
+
+    def obey(self, on: bool) -> None:
+        """Let the serial port use RTS and CTS, or not."""
+        self.proxy.set_port("rtscts", on)
+
+    def opened_at(self, baud: int) -> None:
+        """Set the rate of the serial port."""
+        if self.proxy.set_port("baudrate", baud):
+            self.proxy.setting = LineSetting(baud, self.setting.word)
+            self.event(f"the host has set {baud} baud")
+
+
+class Proxy:
+    """Between a host program and a module on a serial port.
+
+    Args:
+        device: the serial port, as pySerial takes it.
+        setting: rate and format of the line.
+        recorder: takes down what passes.
+        open_host: opens the port for the host, of the loop and the line that it is given.
+        tell: called with what the user should know.
+
+    Raises:
+        UsageError: a port cannot be opened.
+    """
+
+    def __init__(
+        self,
+        device: str,
+        setting: LineSetting,
+        recorder: DialogueRecorder,
+        open_host: Callable[[Loop, ProxyEnd], OpenPort],
+        tell: Callable[[str], object] = lambda _text: None,
+    ) -> None:
+        self.setting, self.recorder = setting, recorder
+        self.loop = Loop()
+        self.over = False
+        self.host, self.module = HostEnd(self, "host"), ProxyEnd(self, "module")
+        try:
+            self.device = DevicePort(self.loop, self.module, device, tell, prompt_port)
+            try:
+                self.port = open_host(self.loop, self.host)
+            except BaseException:
+                self.device.close()
+                raise
+        except BaseException:
+            self.loop.close()
+            raise
+
+    @property
+    def waiting(self) -> int:
+        """Characters that wait for the serial port."""
+        return len(self.device.stream.outgoing)
+
+    def set_port(self, name: str, value: Any) -> bool:
+        """Set something of the serial port, unless it has that; return whether it has it now and had it not before."""
+        port = self.device.port
+        try:
+            if getattr(port, name) == value:
+                return False
+            setattr(port, name, value)
+        except (OSError, ValueError) as error:
+            self.recorder.note(f"{name} {value}: refused by the serial port ({error})")
+            return False
+        return True
+
+    def passed_on(self, end: ProxyEnd, data: bytes) -> None:
+        """Send what has come to one end out at the other, then record it."""
+        now_ns = monotonic_ns()
+        (self.module if end is self.host else self.host).put(data)
+        self.loop.dirty.append(partial(self._out, end, data, now_ns))  # behind what sends it
+
+    def _out(self, end: ProxyEnd, data: bytes, came_ns: int) -> None:
+        end.lateness.note(monotonic_ns() - came_ns, len(data))
+        self.recorder.characters(end, data, came_ns)
+
+    def run(self) -> None:
+        """Pass characters on until `stop`."""
+        with fine_timer():
+            while not self.over:
+                self.loop.serve(self.loop.sleep(None))
+
+    def stop(self) -> None:
+        """End `run`; may be called in any thread, and in a signal handler."""
+        self.over = True
+        self.loop.ask(lambda: None)
+
+    def close(self) -> None:
+        """Close the ports and the file."""
+        self.port.close()
+        self.device.close()
+        self.loop.close()
+        self.recorder.close()

@@ -1,0 +1,104 @@
+r"""A backend of PyVISA: sessions with modules in the process of the program that opens them.
+
+    rm = pyvisa.ResourceManager("@slewline")                   # PyVISA finds the package pyvisa_slewline by this name
+    rm.list_resources()                                        # ASRLslewline://cy545::INSTR, ...
+    rm.open_resource("ASRLslewline://gs-c200s?chs=0::INSTR", read_termination="\r", write_termination="\r")
+
+It is PyVISA-py with one kind of session more.  A timeout is virtual time, as on the port of the URL: that of a whole
+read, however many characters come.  Other resources are what they are to PyVISA-py, so one of a port that
+`slewline serve` has opened works as well: TCPIP::127.0.0.1::4001::SOCKET.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ..chips import CATALOGUE, sheet_of
+from ..errors import SlewlineError
+from ..extras import needs
+from .rig import NAMED, SCHEME, Rig, seconds, serial_line
+
+try:
+    import serial
+    from pyvisa import attributes, constants, rname
+    from pyvisa.constants import AccessModes, InterfaceType, ResourceAttribute, StatusCode
+    from pyvisa.typing import VISARMSession, VISASession
+    from pyvisa.util import LibraryPath
+    from pyvisa_py.highlevel import PyVisaLibrary
+    from pyvisa_py.serial import SerialSession
+except ImportError:
+    raise SlewlineError(needs("sessions of PyVISA need", "visa")) from None
+
+KIND = InterfaceType.asrl, "INSTR"
+KEPT = ("asrl_end_in", "asrl_end_out", "send_end_enabled", "termchar", "termchar_enabled", "suppress_end_enabled")
+
+
+class ModuleSession(SerialSession):
+    """A session with a serial port, whose timeout is virtual where a module of slewline is at its other end."""
+
+    session_type = KIND
+
+    def after_parsing(self) -> None:
+        """Open the port.  On Windows, PyVISA-py would put COM before every name, and so before a URL."""
+        if "://" not in self.parsed.board:
+            super().after_parsing()
+            return
+        self.interface = serial.serial_for_url(self.parsed.board, timeout=self.timeout, write_timeout=self.timeout)
+        for name in KEPT:
+            attribute = ResourceAttribute[name]
+            self.attrs[attribute] = attributes.AttributesByID[attribute].default
+
+    def _read(
+        self, reader: Callable[[], bytes], count: int, is_end: Callable[[bytes], bool], suppress_end: bool, *rest: Any
+    ) -> tuple[bytes, StatusCode]:
+        rig: Rig | None = getattr(self.interface, "rig", None)
+        if rig is None:
+            return super()._read(reader, count, is_end, suppress_end, *rest)  # type: ignore[no-any-return]
+        over_ps = None if self.timeout is None else rig.present() + seconds(self.timeout)
+        data = bytearray()
+        while len(data) < count:
+            character = reader()
+            if not character:
+                return bytes(data), StatusCode.error_timeout
+            data += character
+            if is_end(character) and not suppress_end:
+                return bytes(data), StatusCode.success
+            if over_ps is not None and rig.bench.now_ps > over_ps:
+                return bytes(data), StatusCode.error_timeout
+        return bytes(data), StatusCode.success_max_count_read
+
+
+class SlewlineVisaLibrary(PyVisaLibrary):
+    """PyVISA-py with modules of slewline."""
+
+    @staticmethod
+    def get_library_paths() -> tuple[LibraryPath, ...]:
+        """Return what stands for the path of a library."""
+        return (LibraryPath(SCHEME),)
+
+    def list_resources(self, session: VISARMSession, query: str = "?*::INSTR") -> tuple[str, ...]:
+        """Return the modules that can be opened: those that are there under a name, and a new one of each part."""
+        urls = [rig.url for rig in NAMED.values()]
+        urls += [f"{SCHEME}://{part}" for part in CATALOGUE.ours if serial_line(sheet_of(part)) is not None]
+        return tuple(rname.filter([f"ASRL{url}::INSTR" for url in urls], query))
+
+    def open(
+        self,
+        session: VISARMSession,
+        resource_name: str,
+        access_mode: AccessModes = AccessModes.no_lock,
+        open_timeout: int | None = constants.VI_TMO_IMMEDIATE,
+    ) -> tuple[VISASession, StatusCode]:
+        """Open a session.
+
+        Raises:
+            UsageError: the URL means no module, or has a strap or an option that the part does not have.
+        """
+        try:
+            parsed = rname.parse_resource_name(resource_name)
+        except rname.InvalidResourceName:
+            parsed = None
+        if parsed is None or (parsed.interface_type_const, parsed.resource_class) != KIND:
+            return super().open(session, resource_name, access_mode, open_timeout)  # type: ignore[no-any-return]
+        return self._register(ModuleSession(session, resource_name, parsed, open_timeout)), StatusCode.success

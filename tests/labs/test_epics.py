@@ -1,0 +1,530 @@
+"""A motor record: what its fields do, in virtual time, and what clients of EPICS see of it."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+
+import slewline.testing  # noqa: F401  # pySerial knows slewline://
+from slewline.chips import ramps_of, sheet_of
+from slewline.errors import UsageError
+from slewline.labs.motor import ModuleMotor
+from slewline.modules.failures import PortLost, RefusedCommand
+from slewline.modules.finding import find
+from slewline.testing.endpoints import running
+
+pytest.importorskip("caproto")
+pytest.importorskip("serial")
+
+from slewline.labs import record as labs
+from slewline.labs.epics import interfaces, serve
+from slewline.labs.record import MotorRecord
+
+GSC = {"S": 10, "T": "1000 steps/s", "R": 50}
+PATIENCE = 30.0
+
+
+def motor_at(url, part="gs-c200s", values=GSC):
+    return ModuleMotor(find(url, sheet_of(part), may_move=True), ramps_of(part), values)
+
+
+class Watched(MotorRecord):
+    """A record that keeps what it posts, in the order in which clients are told, and what it says."""
+
+    def __init__(self, url="slewline://gs-c200s?chs=0", part="gs-c200s", values=GSC, **more):
+        self.told, self.said = [], []
+        super().__init__("m1", lambda: motor_at(url, part, values), say=self.said.append, **more)
+        for key, field in self.fields.items():
+            field.post = self._noted(key, field.post)
+
+    def _noted(self, key, post):
+        async def noted(value):
+            self.told.append((key, value))
+            await post(value)
+
+        return noted
+
+    def get(self, key):
+        value = self.fields[key].value
+        return value.item() if hasattr(value, "item") else value
+
+    async def put(self, key, value):
+        await self.fields[key].write(value)
+
+    @property
+    def chip(self):
+        return self.motor.module.port.line.chip
+
+    def of(self, *keys):
+        return [each for each in self.told if each[0] in keys]
+
+
+@pytest.fixture
+def run(monkeypatch):
+    """Run what a client does with a record."""
+    monkeypatch.setattr(labs, "NEWS_S", 0)
+
+    def run(play, **more):
+        record = Watched(**more)
+        try:
+            asyncio.run(asyncio.wait_for(play(record), PATIENCE))
+        finally:
+            record.close()
+        return record
+
+    return run
+
+
+# --------------------------------------------------------------------------------------------------------------- fields
+def test_a_put_completes_when_the_motion_has(run):
+    async def play(record):
+        put = asyncio.create_task(record.put("VAL", 1200))
+        while not record.get("MOVN"):
+            await asyncio.sleep(0)
+        assert (record.get("DMOV"), put.done()) == (0, False)
+        await put
+        assert (record.chip.position, record.get("RBV"), record.get("DMOV")) == (1200, 1200, 1)
+
+    record = run(play)
+    assert record.of("RBV", "DMOV") == [("DMOV", 0), ("RBV", 1200), ("DMOV", 1)]
+    assert record.of("TDIR", "MISS") == [("TDIR", 1), ("MISS", 0)]
+    assert [value & 0x403 for key, value in record.of("MSTA")] == [0x401, 0x003]
+    assert record.said == []
+
+
+def test_a_place_where_the_motor_is_is_reached_at_once_and_told(run):
+    async def play(record):
+        await record.put("VAL", 0)
+
+    assert run(play).of("RBV", "DMOV") == [("DMOV", 0), ("RBV", 0), ("DMOV", 1)]
+
+
+def test_a_part_that_says_nothing_while_it_moves_has_a_record_as_well(run):
+    async def play(record):
+        await record.put("VAL", 4000)
+        assert record.chip.position == record.get("RBV") == 4000
+        with pytest.raises(UsageError, match="no homing in a given direction"):
+            await record.put("HOMF", 1)
+        put = asyncio.create_task(record.put("VAL", 0))
+        while not record.get("MOVN"):
+            await asyncio.sleep(0)
+        with pytest.raises(UsageError, match="takes no command while it moves"):
+            await record.put("STOP", 1)
+        await put
+        assert record.get("RBV") == 0
+
+    run(play, url="slewline://cy545", part="cy545", values={"F": 20, "R": 100, "S": 200})
+
+
+def test_a_stop_completes_at_rest_and_forgets_what_was_to_come(run):
+    async def play(record):
+        put = asyncio.create_task(record.put("VAL", 50_000))
+        while not record.get("MOVN"):
+            await asyncio.sleep(0)
+        await record.put("STOP", 1)
+        await put
+        assert 0 <= record.get("RBV") < 1000
+        assert record.get("VAL") == record.get("RBV") == record.chip.position
+        assert (record.get("DMOV"), record.get("MISS")) == (1, 0)
+        await record.put("STOP", 1)  # at rest it does nothing
+        await record.put("VAL", 100)
+        assert record.get("RBV") == 100
+
+    run(play)
+
+
+def test_a_position_that_is_put_meanwhile_is_the_next_one_and_all_puts_complete_with_it(run):
+    async def play(record):
+        puts = [asyncio.create_task(record.put("VAL", 50_000))]
+        while not record.get("MOVN"):
+            await asyncio.sleep(0)
+        for target in (40_000, 300):
+            puts.append(asyncio.create_task(record.put("VAL", target)))
+            await asyncio.sleep(0)
+        await asyncio.gather(*puts)
+        assert (record.chip.position, record.get("RBV"), record.get("VAL")) == (300, 300, 300)
+
+        assert len(record.chip.steps()) < 5000  # none of the others was reached
+
+    run(play)
+
+
+def test_a_position_that_is_put_after_a_stop_is_reached(run):
+    async def play(record):
+        put = asyncio.create_task(record.put("VAL", 50_000))
+        while not record.get("MOVN"):
+            await asyncio.sleep(0)
+        stop = asyncio.create_task(record.put("STOP", 1))
+        await asyncio.sleep(0)
+        await record.put("VAL", 700)
+        await asyncio.gather(put, stop)
+        assert (record.chip.position, record.get("RBV")) == (700, 700)
+
+    assert run(play).of("RBV", "VAL", "DMOV")[-4:] == [("VAL", 700), ("DMOV", 0), ("RBV", 700), ("DMOV", 1)]
+
+
+def test_the_last_client_that_has_gone_leaves_the_motion_to_go_on(run):
+    async def play(record):
+        put = asyncio.create_task(record.put("VAL", 600))
+        while not record.get("MOVN"):
+            await asyncio.sleep(0)
+        put.cancel()
+        while not record.get("DMOV"):
+            await asyncio.sleep(0.001)
+        assert record.chip.position == record.get("RBV") == 600
+        await record.put("VAL", 500)
+        assert record.get("RBV") == 500
+
+    run(play)
+
+
+def test_tweaks_go_by_a_step_of_their_own(run):
+    async def play(record):
+        await record.put("TWV", 25)
+        await record.put("TWF", 1)
+        await record.put("TWF", 1)
+        await record.put("TWR", 1)
+        await record.put("TWR", 0)  # which is nothing
+        assert record.get("RBV") == record.chip.position == 25
+
+    run(play)
+
+
+def test_a_homing_ends_where_the_switches_are(run):
+    async def play(record):
+        await record.put("VAL", 40)
+        for switch in ("eot", "home"):
+            record.chip.pin(switch).drive(0)
+        await record.put("HOMR", 1)
+        assert record.get("RBV") == record.get("VAL") == record.chip.position == 0
+
+    run(play)
+
+
+@pytest.mark.parametrize(("value", "within"), [(100, True), (101, False), (-1, False), (float("nan"), False)])
+def test_a_position_beyond_the_limits_is_no_motion(run, value, within):
+    async def play(record):
+        await record.put("LLM", 0)
+        await record.put("HLM", 100)
+        await record.put("VAL", value)
+        assert record.get("LVIO") == (not within)
+        assert record.chip.position == (100 if within else 0)
+        assert len(record.of("DMOV")) == 2 * within
+
+    run(play)
+
+
+def test_equal_limits_are_none_but_those_of_the_part(run):
+    async def play(record):
+        await record.put("LLM", 0)
+        await record.put("HLM", 0)
+        await record.put("VAL", 50)
+        assert (record.get("RBV"), record.get("LVIO")) == (50, 0)
+        await record.put("VAL", 1e7)
+        assert (record.get("RBV"), record.get("LVIO")) == (50, 1)
+
+    run(play)
+
+
+def test_units_and_direction_are_those_of_the_resolution(run):
+    async def play(record):
+        assert [record.get(key) for key in ("MRES", "PREC", "EGU", "VELO", "VBAS")] == [-0.005, 3, "mm", 5, 0.5]
+        assert (record.get("LLM"), record.get("HLM")) == pytest.approx((-41943.035, 41943.04))
+        await record.put("VAL", 1)
+        assert (record.chip.position, record.get("RBV"), record.get("RRBV"), record.get("TDIR")) == (-200, 1, -200, 1)
+        await record.put("VELO", 10)
+        assert (record.get("VELO"), record.motor.ramp.top) == (10, 2000)
+
+    run(play, resolution=-0.005, units="mm")
+
+
+def test_rates_are_those_that_the_part_can_have(run):
+    async def play(record):
+        assert (record.get("VELO"), record.get("VBAS"), record.get("VMAX")) == (1000, 100, 10_000)
+        assert record.get("ACCL") == pytest.approx(0.0961, abs=1e-4)
+        await record.put("VELO", 2004)  # it counts in tens
+        assert record.get("VELO") == 2000
+        with pytest.raises(UsageError, match=r"allowed 1\.\.1000"):
+            await record.put("VELO", 1e6)
+        await record.put("VBAS", 200)
+        assert (record.get("VELO"), record.get("VBAS")) == (2000, 200)
+
+    run(play)
+
+
+def test_what_is_refused_is_said(run):
+    async def play(record):
+        with pytest.raises(UsageError):
+            await record.fields["VELO"].write(1e6)
+        with pytest.raises(UsageError):
+            await record.fields["TWV"].write(float("inf"))
+        assert record.get("SEVR") == "NO_ALARM"
+
+    record = run(play)
+    assert [text.partition(": refused: ")[0] for text in record.said] == ["m1.VELO 1e+06", "m1.TWV inf"]
+
+
+def test_a_resolution_of_nothing_is_refused():
+    with pytest.raises(UsageError, match="allowed units per step"):
+        MotorRecord("m1", lambda: None, 0)
+
+
+# ------------------------------------------------------------------------------------------------------------- failures
+def test_a_command_that_is_refused_fails_the_put_and_is_no_alarm(run):
+    async def play(record):
+        record.motor.values = {**record.motor.values, "R": 5000}
+        with pytest.raises(RefusedCommand, match="R5000"):
+            await record.put("VAL", 10)
+        assert (record.get("SEVR"), record.get("DMOV"), record.get("RBV")) == ("NO_ALARM", 1, 0)
+        record.motor.values = {**record.motor.values, "R": 50}
+        await record.put("VAL", 10)
+        assert record.get("RBV") == 10
+
+    run(play)
+
+
+def test_a_port_that_is_gone_is_an_alarm_until_it_is_back(run, monkeypatch):
+    monkeypatch.setattr(labs, "RETRY_S", 0.01)
+    found = []
+
+    def again(url, part, values):
+        found.append(url)
+        if 1 < len(found) < 4:
+            raise PortLost("still gone")
+        return motor_at(url, part, values)
+
+    async def play(record):
+        record.find = lambda: again("slewline://gs-c200s?chs=0", "gs-c200s", GSC)
+        await record.put("VAL", 100)
+        await record.put("VELO", 2000)
+        put = asyncio.create_task(record.put("VAL", 50_000))
+        while not record.get("MOVN"):
+            await asyncio.sleep(0)
+        record.motor.module.port.line.close()
+        with pytest.raises(PortLost):
+            await put
+        assert (record.get("STAT"), record.get("SEVR"), record.get("DMOV")) == ("COMM", "INVALID", 1)
+        assert record.get("MSTA") & 0x1200 == 0x1200
+        assert record.fields["VAL"].alarm.severity == 3
+        with pytest.raises(UsageError, match="does not answer"):
+            await record.put("VAL", 5)
+        found.append("")
+        while record.get("SEVR") != "NO_ALARM":
+            await asyncio.sleep(0.005)
+        assert not record.get("MSTA") & 0x1000
+        await record.put("VAL", 60)
+        assert record.chip.position == record.get("RBV") == 60
+        assert record.get("VELO") == 2000 == record.motor.ramp.top
+
+    record = run(play)
+    assert record.said[-1] == "m1: back"
+
+
+def test_a_motor_at_rest_is_asked_where_it_is(run, monkeypatch):
+    monkeypatch.setattr(labs, "RETRY_S", 10)
+
+    async def play(record):
+        looks = asyncio.create_task(record.check(0.005))
+        for line in ("Po", "S10", "T100", "R50", "+20", "E"):  # by somebody else
+            record.motor.module.ask(line)
+        while record.get("RBV") != 20:
+            await asyncio.sleep(0.005)
+        assert record.get("VAL") == 20
+        record.motor.module.port.line.close()
+        while record.get("SEVR") != "INVALID":
+            await asyncio.sleep(0.005)
+        looks.cancel()
+
+    run(play)
+
+
+# ------------------------------------------------------------------------------------------------------------- clients
+SCRIPT = "import json, sys, time, epics\ndef tell(*what): print(json.dumps(what), flush=True)\n"
+
+
+def free_port():
+    with socket.socket(type=socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Client:
+    """A program with pyepics, in a process of its own."""
+
+    def __init__(self, script):
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", SCRIPT + script],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+
+    def go_on(self):
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+
+    def told(self):
+        line = self.process.stdout.readline()
+        assert line, "the client has ended"
+        return json.loads(line)
+
+    def end(self):
+        self.process.kill()
+        self.process.communicate()
+
+
+async def rest_gone(tasks):
+    """What caproto leaves of clients ends."""
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+    await asyncio.sleep(0.05)
+
+
+@contextmanager
+def served(module, monkeypatch, **more):
+    """A record of a module, served in a thread."""
+    port = str(free_port())
+    for name in ("EPICS_CA_SERVER_PORT", "EPICS_CAS_SERVER_PORT"):
+        monkeypatch.setenv(name, port)
+    monkeypatch.setenv("EPICS_CA_ADDR_LIST", "127.0.0.1")
+    monkeypatch.setenv("EPICS_CA_AUTO_ADDR_LIST", "NO")
+    monkeypatch.setenv("EPICS_CA_REPEATER_PORT", str(free_port()))
+    monkeypatch.setenv("EPICS_CAS_BEACON_ADDR_LIST", "127.0.0.1")
+    monkeypatch.setenv("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "NO")
+    said, began, loop = [], threading.Event(), asyncio.new_event_loop()
+    record = MotorRecord("m1", lambda: motor_at(module.url), say=said.append, **more)
+    record.began = lambda _port: began.set()
+    task = loop.create_task(serve(record, interfaces(), record.began, 0.2))
+    thread = threading.Thread(target=lambda: loop.run_until_complete(task), daemon=True)
+    thread.start()
+    assert began.wait(PATIENCE)
+    record.where = int(port)
+    record.said = said
+    try:
+        yield record
+    finally:
+        loop.call_soon_threadsafe(task.cancel)
+        thread.join(PATIENCE)
+        assert not thread.is_alive()
+        loop.run_until_complete(rest_gone(asyncio.all_tasks(loop)))
+        loop.close()
+
+
+@pytest.fixture
+def clients():
+    """Start clients."""
+    pytest.importorskip("epics")
+    started = []
+
+    def start(script):
+        started.append(Client(script))
+        return started[-1]
+
+    yield start
+    for client in started:
+        client.end()
+
+
+def test_clients_of_epics_have_a_whole_session(clients, monkeypatch):
+    """One moves, tweaks, stops; the other one watches; a third one dies in a put, and the motion goes on."""
+    module = running("gs-c200s", straps={"chs": 0}, rate=20)
+    with served(module, monkeypatch) as record:
+        watcher = clients(
+            "seen = []\n"
+            "dmov = epics.PV('m1.DMOV', callback=lambda value, **_: seen.append(value))\n"
+            "tell(dmov.wait_for_connection(20))\n"
+            "while seen[-2:] != [0, 1]: time.sleep(0.01)\n"
+            "tell(epics.caget('m1.RBV'), epics.caget('m1.RTYP'), epics.caget('m1.EGU'))\n"
+            "input()\n"
+            "tell(epics.caput('m1', 19_000, wait=True, timeout=20), epics.caget('m1.RBV'))\n"
+        )
+        assert watcher.told() == [True]
+        mover = clients(
+            "val, dmov = epics.PV('m1.VAL'), epics.PV('m1.DMOV')\n"
+            "tell(val.wait_for_connection(20) and dmov.wait_for_connection(20), val.units, val.upper_ctrl_limit)\n"
+            "ok = val.put(3000, wait=True, timeout=20)\n"
+            "tell(ok, dmov.get(use_monitor=False), epics.caget('m1.RBV'))\n"
+            "val.put(-900_000, wait=False)\n"
+            "while dmov.get(use_monitor=False): time.sleep(0.01)\n"
+            "tell(epics.caput('m1.STOP', 1, wait=True, timeout=20), dmov.get(use_monitor=False))\n"
+            "tell(epics.caput('m1.VELO', 5000, wait=True), epics.caget('m1.VELO'))\n"
+            "tell(epics.PV('m1.RBV').wait_for_connection(20) and epics.PV('m1.RBV').write_access)\n"
+        )
+        assert mover.told() == [True, "steps", 0.0]
+        assert mover.told() == [1, 1, 3000.0]
+        assert watcher.told() == [3000.0, "motor", "steps"]
+        assert mover.told() == [1, 1]
+        assert -900_000 < module.position < 3000
+        assert mover.told() == [1, 5000.0]
+        assert mover.told() == [False]
+
+        dying = clients("epics.PV('m1').wait_for_connection(20)\nepics.caput('m1', 20_000, wait=True, timeout=60)\n")
+        end = time.monotonic() + PATIENCE
+        while not record.fields["MOVN"].value:
+            assert time.monotonic() < end
+            time.sleep(0.005)
+        os.kill(dying.process.pid, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
+        while not record.fields["DMOV"].value:
+            assert time.monotonic() < end
+            time.sleep(0.005)
+        assert module.position == 20_000 == record.fields["RBV"].value
+        watcher.go_on()
+        assert watcher.told() == [1, 19_000.0]
+    assert [found.code for found in module.chip.findings] == []
+    module.close()
+
+
+def wishes():
+    """What moves the motor, if it is heard."""
+    import caproto
+
+    cid, priority, version = 0, 0, caproto.DEFAULT_PROTOCOL_VERSION
+    messages = [
+        caproto.VersionRequest(priority, version),
+        caproto.HostNameRequest("here"),
+        caproto.ClientNameRequest("me"),
+        caproto.CreateChanRequest("m1", cid, version),
+        caproto.WriteRequest((900,), caproto.ChannelType.DOUBLE, 1, 0, 0),
+    ]
+    return b"".join(bytes(message) for message in messages)
+
+
+@pytest.mark.parametrize(
+    "begins", [b"", b"POST / HTTP/1.1\r\nContent-Length: 30000\r\n\r\n"], ids=["client", "browser"]
+)
+def test_a_browser_moves_nothing(begins, monkeypatch):
+    """Its first words are a header of Channel Access with a length, behind which a page may put what it wishes."""
+    module = running("gs-c200s", straps={"chs": 0}, rate=20)
+    taken = 16 + int.from_bytes(begins[2:4], "big") if begins else 0
+    with served(module, monkeypatch) as record, socket.create_connection(("127.0.0.1", record.where)) as browser:
+        browser.settimeout(1)
+        browser.sendall(begins.ljust(taken, b"x") + wishes())
+        heard = b"."
+        while heard and not record.fields["MOVN"].value and begins:
+            try:
+                heard = browser.recv(4096)
+            except OSError:
+                break
+        time.sleep(0.3)
+        moved = record.fields["RBV"].value + record.fields["MOVN"].value
+    assert (moved > 0) is not bool(begins)
+    module.close()
+
+
+def test_it_listens_on_this_machine_alone_unless_told_otherwise(monkeypatch):
+    monkeypatch.delenv("EPICS_CAS_INTF_ADDR_LIST", raising=False)
+    assert interfaces() == ["127.0.0.1"]
+    monkeypatch.setenv("EPICS_CAS_INTF_ADDR_LIST", "10.0.0.1 127.0.0.1")
+    assert interfaces() == ["10.0.0.1", "127.0.0.1"]

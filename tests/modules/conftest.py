@@ -1,0 +1,59 @@
+"""Modules to speak to: a URL in virtual time, whose bench a test can look into."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+
+import pytest
+
+import slewline.testing  # noqa: F401  # pySerial knows slewline://
+from slewline.chips import sheet_of
+from slewline.modules.module import Module
+from slewline.modules.port import Port
+from slewline.modules.speech import speech_of
+from tests.links.conftest import client, serve  # noqa: F401
+
+
+class Taken:
+    """A transcript in lists."""
+
+    def __init__(self):
+        self.said, self.notes = [], []
+
+    def host(self, data, first_ns, last_ns=None):
+        self.said.append(("host", data))
+
+    def module(self, data, first_ns, last_ns=None):
+        self.said.append(("module", data))
+
+    def note(self, text):
+        self.notes.append(text)
+
+    @property
+    def sent(self):
+        return b"".join(data for who, data in self.said if who == "host")
+
+
+@pytest.fixture
+def module():
+    """Return a module behind a URL in virtual time, as the tools speak to it."""
+    with ExitStack() as stack:
+
+        def make(url, *, may_move=False, **speech):
+            part = url.partition("?")[0]
+            spoken = speech_of(sheet_of(part), **speech)
+            port = stack.enter_context(Port(f"slewline://{url}", spoken.setting))
+            port.write(spoken.wake)
+            return Module(port, spoken, Taken(), may_move=may_move)
+
+        yield make
+
+
+def chip_of(module):
+    return module.port.line.chip
+
+
+def noise(module, to="host"):
+    """What spoils characters in one direction."""
+    line = module.port.line.rig.line
+    return line.to_host if to == "host" else line.to_chip

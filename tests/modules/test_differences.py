@@ -1,0 +1,215 @@
+"""A dialogue against the model: what was planted is found, and nothing else."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+
+import pytest
+
+from slewline.chips import sheet_of
+from slewline.modules.comparing.differences import DialogueComparison, Tolerance, usual_tolerance
+from slewline.modules.comparing.exchanges import are_checked, commands, exchanges_of
+from slewline.modules.dialogue import RecordedDialogue
+from slewline.modules.speech import speech_of
+
+from .recorded import CY545, GSC, GSC200, recorded
+
+PARTS = {
+    "gs-c200s": lambda: recorded("gs-c200s", GSC),
+    "gs-c200s with checksums": lambda: recorded("gs-c200s", GSC, checksum=True),
+    "gs-c200 of a line": lambda: recorded(
+        "gs-c200", GSC200, checksum=True, address=5, straps={"sel2": 0, "sel1": 1, "sel0": 0}
+    ),
+    "cy545b": lambda: recorded("cy545b", CY545, pause_us=50_000),
+    "cy545": lambda: recorded("cy545", CY545, pause_us=50_000),
+}
+
+
+@pytest.fixture(scope="module")
+def dialogues():
+    """Dialogues that are made once."""
+    made = {}
+
+    def give(name):
+        if name not in made:
+            made[name] = PARTS[name]()
+        return made[name]
+
+    return give
+
+
+def speech(dialogue):
+    header = dialogue.header
+    return speech_of(sheet_of(header.part), header.baud, header.checksum, header.address)
+
+
+def compared(dialogue, tolerance=None):
+    return DialogueComparison(dialogue, speech(dialogue), tolerance).compare()
+
+
+def later(dialogue, place, by_us):
+    """A dialogue in which everything from an entry on comes later."""
+    said = [
+        replace(each, at_us=each.at_us + by_us, last_us=each.last_us + by_us) if number >= place else each
+        for number, each in enumerate(dialogue.said)
+    ]
+    return replace(dialogue, said=tuple(said))
+
+
+def with_answer(dialogue, place, data):
+    said = list(dialogue.said)
+    said[place] = replace(said[place], data=data)
+    return replace(dialogue, said=tuple(said))
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_a_part_like_its_model_does_not_differ(dialogues, name):
+    dialogue = dialogues(name)
+    found = compared(dialogue, Tolerance(100, 0))
+    assert found.agree, str(found)
+    assert found.exchanges == sum(said.speaker == "host" and said.data != b"Q" for said in dialogue.said)
+    assert max(map(abs, found.delays_us)) < 10
+
+
+def test_an_address_is_that_of_the_model_and_others_on_the_line_are_left_out():
+    straps = {"sel2": 0, "sel1": 1, "sel0": 0}  # address 5
+    own = recorded("gs-c200s", ["F", "V1"], address=5, straps=straps)
+    other = recorded("gs-c200s", ["I3", "F"], address=4, straps={"sel2": 1, "sel1": 1, "sel0": 0})
+    both = replace(own, header=replace(own.header, straps={}), said=(*other.said, *later(own, 0, 10**6).said))
+    found = compared(both)
+    assert (found.exchanges, found.rows) == (2, [])
+
+
+def plants(dialogue, count, seed):
+    """Twenty differences in one dialogue, far enough apart: where, of which kind, and the dialogue with them."""
+    draw = random.Random(seed)
+    places = {id(said): number for number, said in enumerate(dialogue.said)}
+    number, told, answers = 0, [], []
+    for said in dialogue.said:
+        number += said.speaker == "host" and said.data != b"Q"  # which a line follows
+        if said.speaker == "module":
+            answers.append((number, places[id(said)], said))
+    lines = {number: sum(other == number for other, _, _ in answers) for number, _, _ in answers}
+    chosen = sorted(draw.sample(sorted(lines), count))
+    for number in chosen:
+        own = [(place, said) for other, place, said in answers if other == number]
+        place, said = draw.choice(own)
+        kind = draw.choice(
+            ["listing" if lines[number] > 1 else "answer", "delay", "duration" if len(own) > 1 else "delay"]
+        )
+        if kind == "delay":
+            dialogue = later(dialogue, own[0][0], draw.randrange(30_000, 300_000))
+        elif kind == "duration":
+            dialogue = later(dialogue, own[-1][0], draw.randrange(60_000, 300_000))
+        else:
+            odd = bytes(byte ^ 1 if 0x30 <= byte <= 0x39 else 0x58 for byte in said.data[:-1])
+            dialogue = with_answer(dialogue, place, odd + b"\r")
+        told.append((number, kind))
+    return told, dialogue
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", PARTS)
+def test_twenty_planted_differences_are_found_and_no_other(dialogues, name, seed):
+    told, dialogue = plants(dialogues(name), 20, seed)
+    found = compared(dialogue, Tolerance(20_000, 0))
+    assert sorted({(row.exchange, row.kind) for row in found.rows}) == told, str(found)
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_a_planted_difference_of_each_kind_names_what_differs(dialogues, name):
+    dialogue = dialogues(name)
+    places = [number for number, said in enumerate(dialogue.said) if said.speaker == "module"]
+    found = compared(with_answer(later(dialogue, places[3], 40_000), places[0], b"X\r")).as_json()
+    first, second = found["differences"]
+    assert (first["kind"], first["module"].strip()) == ("answer", "X")
+    assert second["kind"] == "delay"
+    assert second["module"] - second["model"] == pytest.approx(40_000, abs=200)
+    assert found["agree"] is False
+
+
+def test_a_silent_module_differs(dialogues):
+    dialogue = dialogues("gs-c200s")
+    said = tuple(each for number, each in enumerate(dialogue.said) if number != 3)
+    (row,) = compared(replace(dialogue, said=said)).rows
+    assert (row.exchange, row.module, row.model) == (2, "", "V+0")
+    assert str(row).endswith("V1: module no answer, model V+0")
+
+
+def test_a_module_that_says_what_the_model_does_not_differs(dialogues):
+    dialogue = dialogues("cy545")
+    place = next(number for number, each in enumerate(dialogue.said) if each.data == b"F 10\r")
+    own = dialogue.said[place]
+    more = replace(own, speaker="module", at_us=own.at_us + 10_000, last_us=own.last_us + 10_000, data=b"?\r")
+    said = (*dialogue.said[: place + 1], more, *dialogue.said[place + 1 :])
+    (row,) = compared(replace(dialogue, said=said)).rows
+    assert (row.command, row.module, row.model) == ("F 10", "?", "")
+
+
+def stretched(dialogue, factor):
+    """The dialogue of a module whose clock is slower than that of the model, with a host that waits as long."""
+    said = [
+        replace(each, at_us=round(each.at_us * factor), last_us=round(each.last_us * factor)) for each in dialogue.said
+    ]
+    return replace(dialogue, said=tuple(said))
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_a_clock_within_tolerance_makes_no_difference_and_polls_may_meet_another_moment(dialogues, name):
+    found = compared(stretched(dialogues(name), 1.003))
+    assert found.agree, str(found)
+
+
+def test_a_poll_that_meets_another_moment_counts():
+    """The module is ready at the poll before the one at which the model is."""
+    dialogue = recorded("gs-c200s", [*GSC[:12], *["F"] * 120], pause_us=5_000)
+    place = next(number for number, each in enumerate(dialogue.said) if each.data == b"R\r" and number > 30)
+    early = with_answer(dialogue, place - 2, b"R\r")
+    found = compared(early)
+    assert (found.agree, found.moments) == (True, 1)
+    assert "1 answers agree with a question that comes a little earlier or later" in str(found)
+    far = with_answer(dialogue, place - 12, b"R\r")
+    assert [(row.module, row.model) for row in compared(far).rows] == [("R", "B")]
+
+
+def test_a_slower_motion_is_found(dialogues):
+    slow = recorded("gs-c200s", ["Po", "S10", "T90", "R50", "+6000", "Px", "E", *["F"] * 4], pause_us=2_130_000)
+    said = [replace(each, data=each.data.replace(b"T90", b"T100")) for each in slow.said]
+    rows = compared(replace(slow, said=tuple(said))).rows
+    assert [(row.command, row.module, row.model) for row in rows] == [("F", "B", "R")]
+
+
+def test_the_usual_tolerance_has_four_characters_and_the_clock():
+    spoken = speech_of(sheet_of("gs-c200s"), 1200)
+    assert usual_tolerance(spoken, None) == Tolerance(20_000 + round(4 * 11e6 / 1200), 0.005)
+    assert usual_tolerance(spoken, 6_000_000).share == 0.0002
+
+
+def test_lines_that_are_sent_at_once_share_an_exchange():
+    dialogue = recorded("gs-c200s", ["F", "F"])
+    first, answer, second, last = dialogue.said
+    at_once = replace(first, data=first.data + second.data)
+    (found,) = exchanges_of([at_once, answer, last], speech(dialogue))
+    assert (found.sent, found.answer) == (b"F\rF\r", b"R\rR\r")
+    assert commands(speech(dialogue), found.sent) == ["F", "F"]
+
+
+def test_times_are_those_on_the_line():
+    """Three characters of 11 bits at 9600 baud that a host has handed over at once."""
+    (found,) = exchanges_of(recorded("gs-c200s", ["V1"]).said, speech_of(sheet_of("gs-c200s")))
+    assert found.over_us - found.at_us == pytest.approx(3 * 11e6 / 9600)
+    assert 1_000 < found.delay_us < 4_000
+    assert found.duration_us == pytest.approx(3 * 11e6 / 9600, abs=2)
+
+
+def test_checksums_are_seen_in_what_was_sent(dialogues):
+    assert are_checked(dialogues("gs-c200s with checksums").said)
+    assert not are_checked(dialogues("gs-c200s").said)
+    assert not are_checked(())
+
+
+def test_nothing_said_is_nothing_that_differs(dialogues):
+    empty = RecordedDialogue(dialogues("gs-c200s").header)
+    assert (compared(empty).exchanges, compared(empty).agree) == (0, True)
+    assert compared(empty).as_json()["module_less_model_us"] == {"least": None, "median": None, "greatest": None}

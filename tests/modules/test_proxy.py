@@ -1,0 +1,325 @@
+"""The proxy, between real ptys and sockets: every character passes, at once, and is in the record."""
+
+from __future__ import annotations
+
+import os
+import random
+import select
+import signal
+import socket
+import subprocess
+import sys
+import termios
+import threading
+import time
+import tty
+
+import pytest
+import serial
+
+from slewline.core.wires.serial import CharacterFormat, LineSetting
+from slewline.errors import UsageError
+from slewline.links.ports.pty import PtyPort
+from slewline.links.ports.tcp import TcpPort
+from slewline.modules.dialogue import DialogueFile, DialogueHeader, RecordedDialogue
+from slewline.modules.proxy import DialogueRecorder, LatenessHistogram, Proxy
+from tests.links.conftest import PATIENCE
+from tests.modules import lateness
+
+pytestmark = pytest.mark.posix
+PLAIN = LineSetting(9600, CharacterFormat(8, "none", 1))
+COMMAND = [sys.executable, "-m", "slewline", "proxy", "--part", "gs-c200s"]
+
+
+class Running:
+    """A proxy in a thread, between two ptys: `module` and `host` are descriptors of their far ends."""
+
+    def __init__(self, folder, file=None, kind="pty"):
+        self.path, self.told = folder / "x.dialogue", []
+        self.module, self.slave = os.openpty()
+        tty.setraw(self.slave)
+        self.device = folder / "ttyUSB0"
+        self.device.symlink_to(os.ttyname(self.slave))
+        self.file = file or DialogueFile(self.path, DialogueHeader("gs-c200s"), self.told.append)
+
+        def port(loop, line):
+            if kind == "pty":
+                return PtyPort(loop, line, str(folder / "host"))
+            return TcpPort(loop, line, "127.0.0.1:0")
+
+        self.proxy = Proxy(str(self.device), PLAIN, DialogueRecorder(self.file), port, self.told.append)
+        self.thread = threading.Thread(target=self.proxy.run)
+        self.thread.start()
+        self.socket = None
+        if kind == "pty":
+            self.host = os.open(folder / "host", os.O_RDWR | os.O_NOCTTY)
+        else:
+            self.socket = socket.create_connection(self.proxy.port.where.rpartition("/")[2].split(":"))
+            self.host = self.socket.fileno()
+
+    def end(self):
+        self.proxy.stop()
+        self.thread.join(PATIENCE)
+        self.proxy.close()
+        if self.socket is None:
+            os.close(self.host)
+        else:
+            self.socket.close()
+        for end in (self.module, self.slave):
+            os.close(end)
+        return RecordedDialogue.read(self.path)
+
+
+def read(fd, count):
+    """Return so many characters."""
+    found = b""
+    while len(found) < count:
+        assert select.select([fd], [], [], PATIENCE)[0], found
+        found += os.read(fd, count - len(found))
+    return found
+
+
+def until(met):
+    end = time.monotonic() + PATIENCE
+    while not met():
+        assert time.monotonic() < end
+        time.sleep(0.002)
+
+
+@pytest.fixture
+def start(tmp_path):
+    made = []
+
+    def run(**options):
+        made.append(Running(tmp_path, **options))
+        return made[-1]
+
+    yield run
+    for one in made:
+        if one.thread.is_alive():
+            one.end()
+
+
+@pytest.mark.parametrize("kind", ["pty", "tcp"])
+def test_every_character_passes_and_is_recorded(start, kind):
+    running = start(kind=kind)
+    draw = random.Random(20)
+    sent = {speaker: bytes(draw.choices(range(256), k=3000)) for speaker in ("host", "module")}
+    if kind == "tcp":
+        sent["host"] = b"\r" + sent["host"]
+    for at in range(0, 3001, 100):
+        ways = ("host", running.host, running.module), ("module", running.module, running.host)
+        for speaker, here, there in ways:
+            part = sent[speaker][at : at + 100]
+            os.write(here, part)
+            assert read(there, len(part)) == part
+    found = running.end()
+    for speaker, data in sent.items():
+        assert b"".join(said.data for said in found.said if said.speaker == speaker) == data
+
+
+def test_a_host_that_sends_much_at_once_is_held_up_and_loses_nothing(start):
+    running = start()
+    data = bytes(random.Random(3).choices(range(256), k=200_000))
+
+    def write():
+        left = memoryview(data)
+        while left:
+            left = left[os.write(running.host, left) :]
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    time.sleep(0.2)
+    assert running.proxy.waiting <= 3 * 4096  # far less than what has come
+    assert read(running.module, len(data)) == data
+    writer.join(PATIENCE)
+
+
+def test_times_are_those_of_the_characters(start):
+    running = start()
+    began = time.monotonic()
+    os.write(running.host, b"F")
+    read(running.module, 1)
+    time.sleep(0.2)
+    os.write(running.host, b"\r")
+    read(running.module, 1)
+    os.write(running.module, b"R\r")
+    read(running.host, 2)
+    took = time.monotonic() - began
+    said = [each for each in running.end().said if each.speaker != "tool"]
+    assert [each.text for each in said] == ["F\r", "R\r"]
+    assert 200_000 <= said[0].last_us - said[0].at_us <= took * 1e6
+    assert said[0].last_us <= said[1].at_us <= said[1].last_us <= said[0].at_us + took * 1e6
+
+
+def test_an_unfinished_line_is_written_after_a_silence(start):
+    running = start()
+    os.write(running.host, b"V1")
+    until(lambda: b'"V1"' in running.path.read_bytes())
+
+
+def test_the_rate_that_a_host_sets_is_set_on_the_serial_port(start, tmp_path):
+    running = start()
+    with serial.Serial(str(tmp_path / "host"), 4800, timeout=PATIENCE) as port:
+        until(lambda: termios.tcgetattr(running.slave)[5] == termios.B4800)
+        port.write(b"F\r")
+        assert read(running.module, 2) == b"F\r"
+    assert "the host has set 4800 baud" in [said.text for said in running.end().said]
+
+
+def test_rts_and_cts_are_those_of_the_serial_port(start, tmp_path):
+    running = start()
+    with serial.Serial(str(tmp_path / "host"), 9600, rtscts=True):
+        until(lambda: termios.tcgetattr(running.slave)[2] & termios.CRTSCTS)
+
+
+def test_a_cable_that_is_pulled_and_put_back(start, tmp_path):
+    running = start()
+    running.device.unlink()
+    old = running.module, running.slave
+    running.module, running.slave = os.openpty()
+    tty.setraw(running.slave)
+    for end in old:
+        os.close(end)
+    until(lambda: running.told)
+    assert running.told[0].startswith(f"{running.device}: gone")
+    os.write(running.host, b"lost\r")
+    until(lambda: running.proxy.module.lost)
+    running.device.symlink_to(os.ttyname(running.slave))
+    until(lambda: len(running.told) > 1)
+    assert running.told[1] == f"{running.device}: back"
+    os.write(running.host, b"F\r")
+    assert read(running.module, 2) == b"F\r"
+    texts = [said.text for said in running.end().said]
+    assert "module: takes no characters; 5 and those that follow are lost" in texts
+
+
+class SlowFile(DialogueFile):
+    """A file on a disk that is slow."""
+
+    def _write(self, entry):
+        time.sleep(0.3)
+        return super()._write(entry)
+
+
+def test_a_slow_disk_makes_no_character_late(start, tmp_path):
+    running = start(file=SlowFile(tmp_path / "x.dialogue", DialogueHeader("gs-c200s")))
+    began = time.monotonic()
+    for _ in range(20):
+        os.write(running.host, b"F\r")
+        read(running.module, 2)
+    assert time.monotonic() - began < 2
+    running.end()
+
+
+def test_a_port_that_cannot_be_opened_leaves_nothing_behind(tmp_path):
+    path = tmp_path / "x.dialogue"
+    call = [*COMMAND, "--serial", "/dev/ttyUSB77", "--pty", tmp_path / "host", "--dialogue", path]
+    done = subprocess.run(call, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("slewline: /dev/ttyUSB77: No such file or directory; name a serial port that exists")
+    assert not path.exists()
+    assert not os.path.lexists(tmp_path / "host")
+
+
+def test_a_dialogue_that_is_there_stays(tmp_path):
+    path = tmp_path / "x.dialogue"
+    path.write_text("precious")
+    call = [*COMMAND, "--serial", "/dev/ttyUSB77", "--pty", tmp_path / "host", "--dialogue", path]
+    done = subprocess.run(call, capture_output=True, text=True, check=False)
+    assert (done.returncode, path.read_text()) == (2, "precious")
+    assert "this file exists; name a new file" in done.stderr
+
+
+def test_one_port_for_the_host_is_wanted(tmp_path):
+    for ports in ([], ["--pty", "a", "--tcp", "127.0.0.1:0"]):
+        call = [*COMMAND, "--serial", "x", "--dialogue", tmp_path / "x", *ports]
+        done = subprocess.run(call, capture_output=True, text=True, check=False)
+        assert done.returncode == 2
+        assert "give one of --pty LINK and --tcp HOST:PORT" in done.stderr
+
+
+def test_other_machines_need_leave(tmp_path):
+    running = Running(tmp_path)
+    try:
+        with pytest.raises(UsageError, match="add --allow-remote"):
+            TcpPort(running.proxy.loop, running.proxy.host, "0.0.0.0:0")
+    finally:
+        running.end()
+
+
+HOST = """
+import serial, sys, time
+for _ in range(10):
+    with serial.Serial(sys.argv[1], 9600, bytesize=7, parity="O", stopbits=2, timeout=30) as port:
+        port.write(b"V1\\r")
+        assert port.read_until(b"\\r") == b"V+0\\r"
+    time.sleep(0.1)  # an open right after a close would fail
+"""
+
+
+@pytest.fixture
+def proxied(serve, tmp_path):
+    """Start the command between a served module and a pty; return both links, the file, and the process."""
+    module, host, path = tmp_path / "module", tmp_path / "host", tmp_path / "x.dialogue"
+    serve("gs-c200s", "--pty", module, "--strap", "chs=0")
+    call = [*COMMAND, "--serial", module, "--pty", host, "--dialogue", path]
+    process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == f"host: {host}\n"
+    yield host, path, process
+    if process.poll() is None:
+        process.kill()
+    process.communicate()
+
+
+def test_a_host_opens_it_as_7o2_again_and_again(proxied):
+    host, path, process = proxied
+    subprocess.run([sys.executable, "-c", HOST, host], check=True, timeout=PATIENCE)
+    process.terminate()
+    out, err = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, out) == (0, "")
+    assert "to the module: 30 characters, half of them within" in err
+    assert "to the host: 40 characters" in err
+    said = [each.text for each in RecordedDialogue.read(path).said if each.speaker != "tool"]
+    assert said == ["V1\r", "V+0\r"] * 10
+    assert RecordedDialogue.read(path).header.baud == 9600
+    assert not os.path.lexists(host)
+
+
+def test_after_a_kill_the_record_has_what_was_said(proxied):
+    host, path, process = proxied
+    subprocess.run([sys.executable, "-c", HOST, host], check=True, timeout=PATIENCE)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    said = [each.text for each in RecordedDialogue.read(path).said if each.speaker != "tool"]
+    assert said == ["V1\r", "V+0\r"] * 10
+
+
+def test_a_browser_reaches_no_module(start):
+    running = start(kind="tcp")
+    running.socket.sendall(b"POST / HTTP/1.1\r\nHost: x\r\n\r\nG\r")
+    running.socket.settimeout(PATIENCE)
+    assert running.socket.recv(10) == b""
+    assert not select.select([running.module], [], [], 0.1)[0]
+    assert any("speaks HTTP" in said.text for said in running.end().said)
+
+
+def test_a_histogram_counts_characters():
+    found = LatenessHistogram()
+    assert str(found) == "no characters"
+    for late_us in range(100):
+        found.note(late_us * 10_000, 2)
+    found.note(50_000_000)
+    assert found.characters == 201
+    assert (found.within_us(0.5), found.within_us(0.99), found.within_us(1)) == (510, 1000, 50_000)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["tcp", "pty"])
+def test_a_character_is_late_by_a_millisecond_at_most_beside_busy_processes(kind):
+    """A pty delivers by threads of the system, which busy processes hold up: its own lateness is measured, too."""
+    direct, *proxied = lateness.measured(kind, 10)
+    line_us = lateness.share_us(direct, 0.99)
+    for late in proxied:
+        assert lateness.share_us(late, 0.99) <= (2 * line_us if kind == "pty" else 0) + 1000
+        assert lateness.share_us(late, 0.5) <= 500
