@@ -415,7 +415,7 @@ built.
 """
 TIMES_NOTE = """\
 Times up to 45,000 steps/s, measured in an emulator of the processor; it takes up to 70,000 steps/s, STEP being low for
-1.3 us then. The times of drivers are those of their data sheets.
+0.7 us then. The times of drivers are those of their data sheets.
 """
 WIRE_NOTE = """\
 500,000 baud, 8N1. A frame is `number u8, kind u8, payload, CRC-16/X-25 u16`, stuffed by COBS, and a 00 behind it; all

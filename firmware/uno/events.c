@@ -33,6 +33,7 @@ void note_in_passing(uint8_t kind, uint8_t which, uint32_t tick)
     int32_t position = position_now();
     uint8_t number = next_event++, inputs = levels, state_then = state;
 
+    show_in_time();
     sei();
     write_event(number, kind, which, state_then, inputs, position, tick);
 }

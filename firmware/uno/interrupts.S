@@ -1,8 +1,9 @@
 /* The interrupts.  By hand, because the time of the step interrupt is what limits the rate: the compiler would save
  * twenty registers where four are enough.
  *
- * Interrupt A of timer 1 does the ordinary step, the one in the middle of a record, and calls match() of motion.c for
- * everything else.  It has touched nothing when it does that.
+ * Interrupt A of timer 1 shows the phases of the step, first of all.  It does the ordinary step, the one in the middle
+ * of a record, loads a record like the one before, and finds the first step of a way down; for everything else, and for
+ * the rest of that, it calls match() of motion.c.
  */
 #define __SFR_OFFSET 0
 #include <avr/io.h>

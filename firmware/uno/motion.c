@@ -42,7 +42,7 @@ volatile uint8_t mode = STILL;
 struct instant due;
 struct instant interval;
 int32_t add;
-uint32_t last;      /* tick of the last step */
+uint32_t last; /* tick of the last step */
 uint16_t left;
 uint8_t phase_step;
 
@@ -58,17 +58,18 @@ int8_t way_slope;           /* and how many more from each next one: -1, 0, 1 */
 static struct record *in = queue; /* where the main loop writes */
 static struct record *prepared;   /* behind what it has written */
 static uint32_t far;              /* ticks from the next hop to `due` */
-static uint8_t paced;   /* there have been two */
-static uint32_t pace;   /* ticks between them, as of the end of a record */
-uint8_t follows;          /* behind a record comes the next one */
+static uint8_t paced;             /* there have been two */
+static uint32_t pace;             /* ticks between them, as of the end of a record */
+uint8_t follows;                  /* behind a record comes the next one */
 static uint32_t held_at;
 static uint8_t overdue; /* the end of a pause has passed by unseen */
+
 const struct tail_entry *tail_end = TAIL_ENTRIES; /* behind the last entry */
 const struct tail_entry *entry;                   /* the one that comes next */
 const struct tail_entry *hint = TAIL_ENTRIES;     /* that of the present pace, as of the last turn of the main loop */
-uint8_t quick;  /* interrupts.S may begin a way down where steps are fast: there is a table, and it is in its place */
-uint8_t begun;  /* it has begun one: the first entry is in `entry`, its first step in `interval`, */
-uint16_t skip;  /* and, if the record has a way, that many steps of the table come before that one */
+uint8_t quick; /* interrupts.S may begin a way down where steps are fast: there is a table, and it is in its place */
+uint8_t begun; /* it has begun one: the first entry is in `entry`, how far its first step is in `interval`, */
+uint16_t skip; /* and, if the record has a way, how many steps of the table come before that one here */
 
 void place(int32_t position)
 {

@@ -192,6 +192,11 @@ def pulse_widths(board: EmulatedBoard) -> tuple[int, int]:
     return int(widths.min()), int(widths.max())
 
 
+def low_time(board: EmulatedBoard) -> int:
+    """Return the least time for which STEP is low between two pulses, in ticks."""
+    return int((np.array(board.rises[1:]) - np.array(board.falls[: len(board.rises) - 1])).min())
+
+
 def said(line: EmulatedLine) -> wire.Answer | wire.BoardEvent:
     """Return the last answer or event of a board, as it went out."""
     for _, frame in reversed(line.board.frames):

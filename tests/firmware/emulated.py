@@ -17,6 +17,9 @@ HERE = Path(__file__).resolve().parent
 DIR, ENABLE, LED, OUT2, OUT3 = 0x04, 0x08, 0x20, 0x01, 0x10  # of port B
 OUT0, OUT1 = 0x04, 0x08  # of port D
 BYTE = 320  # ticks
+PHASES_WITHIN = (
+    176  # ticks from a rise of STEP to its phases, at 45,000 steps/s and whatever else falls together: 11 us
+)
 PRIORITY = -5  # of an emulator that is to keep up with the clock
 
 

@@ -15,12 +15,12 @@ from slewline.drive.board.records import Record
 from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, FrameKind, Happening, Reflex, encode
 from tools.firmware import FLASH, RAM, build
 
-from .emulated import EmulatedBoard
+from .chain import low_time, phase_lags, pulse_widths
+from .emulated import PHASES_WITHIN, EmulatedBoard
 
 HZ = UNO.hz
 PAUSE, REST = 4, 2
 HALVES = (1, 3, 2, 6, 4, 12, 8, 9)
-PHASES_WITHIN = 176  # ticks, from a rise of STEP: 11 us
 
 
 def read(board):
@@ -142,13 +142,6 @@ def test_forty_five_thousand_in_a_ramp_with_the_line_busy(emulator):
     assert len(board.rises) == 4_000
 
 
-def worst_lag(board):
-    """Return how long after a step its phases changed at worst, in ticks; each step changes them."""
-    changes = [tick for tick, _ in board.phases if tick > board.rises[0]]
-    assert len(changes) == len(board.rises)
-    return max(change - rise for change, rise in zip(changes, board.rises, strict=True))
-
-
 def nudged(board, random):
     """Let edges of inputs come in the next 8,000 ticks, now and then more than one at once."""
     for number in random.sample(range(6), random.choice((0, 0, 0, 0, 1, 1, 3))):
@@ -180,17 +173,25 @@ class RestlessHost(Host):
             nudged(self.board, self.random)
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(2, 12))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 12))])
 @pytest.mark.parametrize("quiet", [True, False], ids=["quiet", "restless"])
 def test_phases_follow_the_steps(emulator, quiet, seed):
     half = ramp(HZ / 45_000)
-    records = [*half[:100], *(Record(0, 23 + seed, 355) for _ in range(50)), *half[100:], Record(PAUSE | REST, 0, 16_000)]
+    records = [
+        *half[:100],
+        *(Record(0, 23 + seed, 355) for _ in range(50)),
+        *half[100:],
+        Record(PAUSE | REST, 0, 16_000),
+    ]
     host = (Host if quiet else RestlessHost)(emulator, records, pattern=HALVES, **({} if quiet else {"seed": seed}))
     host.start((sum(record.length for record in records) >> 16) + 100_000)
     told = {event.kind for event in events(host.board)}
     assert told == ({Happening.REST} if quiet else {Happening.MARK, Happening.INPUT, Happening.REST})
     assert len(host.board.rises) == 4_000 + 50 * (23 + seed) and not host.board.overruns
-    assert worst_lag(host.board) <= PHASES_WITHIN
+    lags, _ = phase_lags(host.board)
+    assert lags.min() > 0 and lags.max() <= PHASES_WITHIN
+    high, _ = pulse_widths(host.board)
+    assert high >= UNO.high and low_time(host.board) >= UNO.low
 
 
 def test_a_record_for_each_step(emulator):

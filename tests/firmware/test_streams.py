@@ -21,6 +21,7 @@ from .chain import (
     pulse_widths,
     said,
 )
+from .emulated import PHASES_WITHIN
 
 FASTEST = {  # steps/s that a stream must come to, by name
     "cy525 top": 9_600,
@@ -37,7 +38,6 @@ SHORT = {  # part of a text, what it is instead, seconds
 }
 STEP_LEAST, STEP_MOST = 80, 640  # ticks, of a pulse
 DIR_LEAST = 320  # ticks: 20 us, set-up and hold
-PHASES_WITHIN_US = 11
 OUTPUTS_WITHIN_US = 60
 
 
@@ -185,7 +185,7 @@ def test_phases_follow_each_step(emulator, part):
         check(drive, line)
         assert x.idle and getattr(x.state, "half", False) is (part == "cy512")
         lags, values = phase_lags(line.board)
-        assert lags.max() <= PHASES_WITHIN_US * TICKS_A_US, lags.max() / TICKS_A_US
+        assert lags.max() <= PHASES_WITHIN, lags.max() / TICKS_A_US
         assert lags.min() > 0
         model = last_at_each(shown, x.steps().times_ps)
         assert values == model
