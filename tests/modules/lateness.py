@@ -152,7 +152,7 @@ def main(what, *arguments):
         shares = ", ".join(f"{share:.1%} {share_us(late, share):.0f} us" for share in (0.5, 0.9, 0.99, 0.999))
         print(f"{what}, {name}: {len(late)} characters, {shares}, worst {max(late):.0f} us")
         print("   " + "  ".join(f"<={edge}: {count}" for edge, count in histogram(late)))
-    
+
 
 if __name__ == "__main__":
     main(*sys.argv[1:])

@@ -91,7 +91,9 @@ def plants(dialogue, count, seed):
     for number in chosen:
         own = [(place, said) for other, place, said in answers if other == number]
         place, said = draw.choice(own)
-        kind = draw.choice(["listing" if lines[number] > 1 else "answer", "delay", "duration" if len(own) > 1 else "delay"])
+        kind = draw.choice(
+            ["listing" if lines[number] > 1 else "answer", "delay", "duration" if len(own) > 1 else "delay"]
+        )
         if kind == "delay":
             dialogue = later(dialogue, own[0][0], draw.randrange(30_000, 300_000))
         elif kind == "duration":
@@ -143,7 +145,9 @@ def test_a_module_that_says_what_the_model_does_not_differs(dialogues):
 
 def stretched(dialogue, factor):
     """The dialogue of a module whose clock is slower than that of the model, with a host that waits as long."""
-    said = [replace(each, at_us=round(each.at_us * factor), last_us=round(each.last_us * factor)) for each in dialogue.said]
+    said = [
+        replace(each, at_us=round(each.at_us * factor), last_us=round(each.last_us * factor)) for each in dialogue.said
+    ]
     return replace(dialogue, said=tuple(said))
 
 
