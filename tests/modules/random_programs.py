@@ -31,7 +31,8 @@ def _line(random, sheet):
     row = random.choice([row for row in sheet.commands if row.stored and "n" in row.flow and row.form not in '?"['])
     if random.random() < 0.1:
         return f'"{random.choice(("done", "Q", "a  b", ""))}"'
-    text = dialect_of(sheet).spell(row, [_value(random, arg) for arg in row.args])
+    values = [0 if arg.name == "target" else _value(random, arg) for arg in row.args]  # a branch leads back
+    text = dialect_of(sheet).spell(row, values)
     return f"/{text}" if row.form in dialect_of(sheet).negated and random.random() < 0.2 else text
 
 
