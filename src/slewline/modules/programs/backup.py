@@ -142,9 +142,9 @@ def push(
     if restore.is_there:
         kept = ""
         say("it holds this program already")
-    elif restore.was_cut:
-        kept = "what was there before is in the file that the earlier push has made"
-        say(f"it holds the beginning of this program, {contents.size}: an earlier push was cut; sent again from there")
+    elif restore.was_cut and (earlier := beside(path, "before") if keep is None else Path(keep)).is_file():
+        kept = f"what was there is in {earlier}"
+        say(f"it holds the beginning of this program, {contents.size}: an earlier push was cut, which goes on")
     else:
         saved = save_beside(path, contents, keep, say)
         kept = f"what was there is in {saved}"
@@ -199,7 +199,7 @@ def check_new(path: Path, replace: bool) -> None:
     Raises:
         UsageError: it is there.
     """
-    if path.exists() and not replace:
+    if path.is_file() and not replace:
         raise UsageError(f"{path}: this file exists; name a new file, or give --replace")
 
 
@@ -227,7 +227,7 @@ def save_beside(path: str | PathLike[str], contents: Contents, keep: str | PathL
     """
     text = contents.text
     found = free(path, "before", text) if keep is None else Path(keep)
-    if found.exists() and found.read_bytes() == text.encode("latin-1"):
+    if found.is_file() and found.read_bytes() == text.encode("latin-1"):
         say(f"{found} has what is there")
         return found
     check_new(found, replace=False)

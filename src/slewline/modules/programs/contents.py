@@ -21,7 +21,7 @@ from ..failures import DamagedAnswer, ListingDiffers, ModuleFailure, NoAnswer
 from ..module import Module
 from ..speech import CR
 
-READINGS = 6  # of a listing, of which two in a row must agree
+READINGS = 8  # of a listing, of which two must agree
 LONGEST_LINE = 1024  # characters; more without a carriage return are no program
 ERASED = 0xFF
 Say = Callable[[str], object]
@@ -133,7 +133,7 @@ def read_listing(module: Module, base: int | None = None, say: Say = lambda _tex
     """Return the program that a module lists.
 
     Raises:
-        ListingDiffers: no two listings in a row agree.
+        ListingDiffers: no two listings agree.
         DamagedAnswer: what it lists is no program of the part.
         UsageError: `base` is given.
     """
@@ -141,18 +141,18 @@ def read_listing(module: Module, base: int | None = None, say: Say = lambda _tex
     if base:
         raise UsageError(f"--from {base}: the program of a {sheet.part.upper()} begins at 0; leave it out")
     (listing,) = sheet.acting("list")
-    before: tuple[str, ...] | None = None
+    seen: list[tuple[str, ...]] = []
     for _ in range(READINGS):
         try:
             found = module.ask(listing.form).lines[:-1]
         except NoAnswer as silence:
-            if before is None and not silence.received:
+            if not seen and not silence.received:
                 raise
             continue
-        if found == before:
+        if found in seen:
             return Reading(found, b"".join(_instruction(module, line).stored for line in found))
-        before = found
-    raise ListingDiffers(f"{module.name}: {READINGS} listings, no two in a row agree; check the line for noise")
+        seen.append(found)
+    raise ListingDiffers(f"{module.name}: {READINGS} listings, and no two agree; check the line for noise")
 
 
 def _instruction(module: Module, line: str) -> Command:
@@ -223,26 +223,27 @@ class MemoryReader:
         return data
 
     def line(self, address: int) -> bytes:
-        """Return a line of memory, which two readings in a row agree on; empty: the memory is erased there.
+        """Return a line of memory, on which two readings agree; empty: the memory is erased there.
 
         Raises:
-            ListingDiffers: no two readings in a row agree.
+            ListingDiffers: no two readings agree.
             NoAnswer, DamagedAnswer: the last one failed.
         """
         where = f"{self.module.name}: address {address}"
         failure: ModuleFailure = ListingDiffers(
-            f"{where}: {READINGS} readings, no two in a row agree; check the line for noise"
+            f"{where}: {READINGS} readings, and no two agree; check the line for noise"
         )
-        before: bytes | None = None
+        seen: list[bytes] = []
         for _ in range(READINGS):
-            found: bytes | None = None
             try:
                 found = self.read(address)
             except (NoAnswer, DamagedAnswer) as error:
                 failure = error
-            if found is not None and (found == before or not found):
+                continue
+            if found is not None and (found in seen or not found):
                 return found
-            before = found
+            if found is not None:
+                seen.append(found)
         raise failure
 
     def read(self, address: int) -> bytes | None:

@@ -40,7 +40,7 @@ class ProgramText:
         if sheet.enter is None:
             raise UsageError(f"{where}: the {sheet.part.upper()} keeps no program")
         assembly = assemble(text, sheet, where)
-        source = read(text, sheet, bare=True)
+        source = read(text, sheet)
         for item in source.items:
             if not isinstance(item, Statement):
                 raise UsageError(
