@@ -16,6 +16,7 @@ EXTRAS = {  # by extra: packages, each as it is installed and as it is imported
     "panel": tuple((name, name) for name in ("starlette", "uvicorn", "websockets", "textual")),
     "plot": (("matplotlib", "matplotlib"),),
     "serial": (("pyserial", "serial"),),
+    "terminal": (("prompt_toolkit", "prompt_toolkit"),),
 }
 
 

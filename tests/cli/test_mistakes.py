@@ -15,7 +15,7 @@ FILES = {
 MISTAKES = [  # the line, the end of the answer
     (
         "help nothing",
-        "serve, drive, panel, debug, demo, examples",
+        "serve, drive, panel, debug, pull, push, compare, proxy, terminal, demo, examples",
     ),
     ("plot p.cy525", "slewline run FILE --plot F.svg draws a run, slewline ramp CHIP ... --plot F.svg a ramp"),
     ("simulate p.cy525", "No such command 'simulate': slewline run FILE"),
@@ -27,7 +27,7 @@ MISTAKES = [  # the line, the end of the answer
     ("rnu p.cy525", "No such command 'rnu'. Did you mean 'run'?"),
     (
         "frobnicate",
-        "serve, drive, panel, debug, demo, examples",
+        "serve, drive, panel, debug, pull, push, compare, proxy, terminal, demo, examples",
     ),
     ("run", "give one of a program, a bench file and --replay JOURNAL"),
     ("run none.cy525", "none.cy525: cannot be read: No such file or directory"),
@@ -144,7 +144,13 @@ MISTAKES = [  # the line, the end of the answer
     ("describe mc1451a SET_VELOCITY", "SET_VELOCITY is not a command of the MC1451A; write SET_VEL"),
     ("describe mc1451a GETVRSN", "GETVRSN is not a command of the MC1451A; write GET_VRSN"),
     ("chips --jsn", "No such option '--jsn'. Did you mean '--json'?"),
-    ("compare a.vcd", "Missing argument 'MEASURED.vcd'."),
+    ("compare a.vcd", "a.vcd: No such file or directory; name a file that can be read"),
+    ("compare p.cy525", "p.cy525: is no dialogue; name MODEL.vcd and MEASURED.vcd, or a dialogue"),
+    ("compare", "Missing argument 'MODEL.vcd | DIALOGUE'."),
+    ("talk COM3", "No such command 'talk': slewline terminal PORT --part CHIP"),
+    ("sniff", "No such command 'sniff': slewline proxy --serial DEV --part CHIP --pty LINK --dialogue F"),
+    ("proxy", "Missing option '--serial'."),
+    ("proxy --serial x --part cy525 --tcp 0 --dialogue y", "cy525: has a bus, and no serial line"),
     ("compare none.vcd none.vcd", "none.vcd: cannot be read: No such file or directory"),
     ("serve", "give one of a chip, such as gs-c200s, and --bench FILE"),
     ("serve cy525", "no port given; give one of --tcp, --pty, --rfc2217, --serial"),

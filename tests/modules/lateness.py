@@ -81,9 +81,9 @@ def proxied(kind, folder):
             call += ["--serial", os.ttyname(slave), "--pty", folder / "host"]
         else:
             listener = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
-            call += ["--serial", "socket://127.0.0.1:%d" % listener.getsockname()[1], "--tcp", "127.0.0.1:0"]
-        proxy = subprocess.Popen(call, stdout=subprocess.PIPE, text=True)
-        stack.callback(proxy.wait)
+            call += ["--serial", f"socket://127.0.0.1:{listener.getsockname()[1]}", "--tcp", "127.0.0.1:0"]
+        proxy = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        stack.callback(proxy.communicate)
         stack.callback(proxy.terminate)
         where = proxy.stdout.readline().split()[1]
         if kind == "pty":

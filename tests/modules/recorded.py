@@ -11,6 +11,7 @@ from slewline.modules.dialogue import DialogueHeader, RecordedDialogue, Said
 
 PS_PER_US = 10**6
 GSC = ["F", "V1", "Po", "S10", "T100", "R50", "+60", "D1", "-60", "Px", "Q", "E", *["F"] * 40, "V1", "S0", "Q", "V2"]
+GSC200 = [{"Po": "P", "Px": "E"}.get(line, line) for line in GSC if line != "E"]  # E ends programming and runs
 CY545 = [
     *("", "", "R 200", "F 10", "S 200", "? R", "? S", "A 0", "? P", "+", "N 4", "G", "? P", "? N", "? F", "? R"),
     *("Y 0", "E", "N 12", "R 7", "G", "0", "Q", "Y 0", "? M,3", "? Y", "? R", "N 9", "? N", "? N", "? S", "? F", "? Y"),

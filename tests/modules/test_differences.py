@@ -8,16 +8,20 @@ from dataclasses import replace
 import pytest
 
 from slewline.chips import sheet_of
+from slewline.modules.comparing.differences import DialogueComparison, Tolerance, usual_tolerance
+from slewline.modules.comparing.exchanges import are_checked, commands, exchanges_of
 from slewline.modules.dialogue import RecordedDialogue
-from slewline.modules.differences import DialogueComparison, Tolerance, usual_tolerance
-from slewline.modules.exchanges import are_checked, commands, exchanges_of
 from slewline.modules.speech import speech_of
 
-from .recorded import CY545, GSC, recorded
+from .recorded import CY545, GSC, GSC200, recorded
 
 PARTS = {
     "gs-c200s": lambda: recorded("gs-c200s", GSC),
     "gs-c200s with checksums": lambda: recorded("gs-c200s", GSC, checksum=True),
+    "gs-c200 of a line": lambda: recorded(
+        "gs-c200", GSC200, checksum=True, address=5, straps={"sel2": 0, "sel1": 1, "sel0": 0}
+    ),
+    "cy545b": lambda: recorded("cy545b", CY545, pause_us=50_000),
     "cy545": lambda: recorded("cy545", CY545, pause_us=50_000),
 }
 

@@ -14,7 +14,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src/slewline"
-PACKAGES = ("core", "language", "chips", "parts", "record", "bench", "links", "testing", "tuning", "cli", "errors.py")
+PACKAGES = ("core", "language", "chips", "parts", "record", "bench", "links", "testing", "tuning", "modules", "cli", "errors.py")
 
 GENERATED = "<!-- Written by tools/describe_docs.py"
 PAGES = [

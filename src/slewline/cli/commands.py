@@ -8,7 +8,7 @@ import click
 
 from .live.commands import debug_command, drive_command, panel_command, serve_command
 from .modules.commands import pull_command, push_command
-from .modules.dialogues import compare_command, proxy_command
+from .modules.dialogues import compare_command, proxy_command, terminal_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide
 from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, path
@@ -285,6 +285,7 @@ for live in (
     push_command,
     compare_command,
     proxy_command,
+    terminal_command,
 ):
     cli.add_command(live)
 

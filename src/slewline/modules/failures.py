@@ -45,5 +45,9 @@ class MotionRefused(ModuleFailure):
     """A command was not sent, since it may make the motor step."""
 
 
+class ReplacementRefused(ModuleFailure):
+    """A dialogue was not played, since it would replace the program of the module."""
+
+
 class ListingDiffers(ModuleFailure):
     """What the module lists is not what it was sent, or not the same twice."""

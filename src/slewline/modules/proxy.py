@@ -86,8 +86,8 @@ class LatenessHistogram:
         )
 
 
-class Recorder:
-    """Writes a dialogue file in a thread of its own, which has the priority of whoever makes it."""
+class DialogueRecorder:
+    """Writes a dialogue file in a thread of its own, which has the priority of the thread that makes it."""
 
     def __init__(self, file: DialogueFile) -> None:
         self.file = file
@@ -196,7 +196,7 @@ class HostEnd(ProxyEnd):
         """Return how many bytes may come now; a host that sends faster than the line is held up."""
         room = BACKLOG - self.proxy.waiting
         if room <= 0:
-            self.proxy.loop.after(FULL_S, lambda: self.resume())
+            self.proxy.loop.after(FULL_S, self.resume)
         return room
 
     def obey(self, on: bool) -> None:
@@ -228,7 +228,7 @@ class Proxy:
         self,
         device: str,
         setting: LineSetting,
-        recorder: Recorder,
+        recorder: DialogueRecorder,
         open_host: Callable[[Loop, ProxyEnd], OpenPort],
         tell: Callable[[str], object] = lambda _text: None,
     ) -> None:

@@ -9,6 +9,7 @@ import click
 from ..options.kinds import HintingCommand
 from ..options.shared import EXIT, JSON, MEMORY, OPTIONS, path
 from ..options.values import FILE, Frequency, PartName, Strap, TimeWithUnit
+from .options import PORT, setting_options
 
 MARKINGS = click.option("--markings", metavar="TEXT", help="What is printed on the module, for the record.")
 STRAPS = click.option(
@@ -47,6 +48,29 @@ def proxy_command(**options: Any) -> int:
     return ProxyCommand(**options).perform()
 
 
+@click.command("terminal", cls=HintingCommand, short_help="Speak with a real module, line by line.", epilog=EXIT)
+@PORT
+@click.option("--part", required=True, type=PartName(), metavar="CHIP", help="What it is.")
+@setting_options
+@path("--dialogue", help="Write what is said into this new file.")
+@click.option("--plain", is_flag=True, help="No menus: lines as Python reads them.")
+@click.option("--model/--no-model", default=True, help="Let the model find what is odd in a line, or not.")
+@STRAPS
+@CLOCK
+@OPTIONS
+def terminal_command(**options: Any) -> int:
+    """Speak with a real module on PORT, line by line, until Ctrl-D; what is sent may move the motor.
+
+    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  Lines are sent with the
+    checksum, the address and the end that the part wants.  The tab key completes commands, the row below shows the
+    manual's words, and :help has all of them.  Every line goes to the model as well, which begins as after power-up:
+    what it finds odd stands below the line, with a !.
+    """
+    from .terminal import TerminalCommand
+
+    return TerminalCommand(**options).perform()
+
+
 @click.command(
     "compare", cls=HintingCommand, short_help="A measured waveform, or a dialogue, against the model's.", epilog=EXIT
 )
@@ -77,6 +101,7 @@ def proxy_command(**options: Any) -> int:
 @click.option("--torn", is_flag=True, help="Waveforms: MEASURED.vcd may have been cut off; read what is there.")
 @click.option("--port", metavar="PORT", help="Dialogue: play it to the module on this port now, and compare that.")
 @click.option("--move", is_flag=True, help="With --port: also if it has commands that may make the motor step.")
+@click.option("--replace", is_flag=True, help="With --port: also if the module loses the program that it holds.")
 @path("--report", help="Dialogue: write a file to send: part, markings, crystal, transcript, and nothing else.")
 @click.option("--part", type=PartName(), metavar="CHIP", help="Dialogue: the part, if it is another than recorded.")
 @click.option("--baud", type=int, metavar="RATE", help="Dialogue: the rate, if it is another than recorded.")
@@ -103,7 +128,20 @@ def compare_command(**options: Any) -> int:
 
 WAVEFORMS = ("pairs", "shift", "timescale", "torn")  # options of one kind, and of the other
 DIALOGUES = (
-    *("port", "move", "report", "part", "baud", "checksum", "address", "strap", "markings", "crystal", "memory"),
+    *(
+        "port",
+        "move",
+        "replace",
+        "report",
+        "part",
+        "baud",
+        "checksum",
+        "address",
+        "strap",
+        "markings",
+        "crystal",
+        "memory",
+    ),
     "options",
 )
 

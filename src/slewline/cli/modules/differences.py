@@ -13,9 +13,9 @@ import click
 
 from ...chips import sheet_of
 from ...core.time.timebase import hertz
+from ...modules.comparing.exchanges import are_checked, exchanges_of
+from ...modules.comparing.replay import PS_PER_US
 from ...modules.dialogue import KIND, DialogueFile, DialogueHeader, RecordedDialogue
-from ...modules.exchanges import are_checked, exchanges_of
-from ...modules.replay import PS_PER_US
 from ...modules.speech import Speech, speech_of
 from .. import FOUND
 from ..files import read_options
@@ -29,7 +29,7 @@ BEGINNING = f'{{"slewline":"{KIND} '.encode()
 
 
 def is_dialogue(path: str) -> bool:
-    """Return whether a file begins as a dialogue does, or cannot be read at all, which whoever reads it reports."""
+    """Return whether a file begins as a dialogue does, or cannot be read: reading it reports why."""
     try:
         with open(path, "rb") as file:
             return file.read(len(BEGINNING)) == BEGINNING
@@ -61,13 +61,14 @@ class CompareDialogue:
     memory: str | None
     port: str | None
     move: bool
+    replace: bool
     report: str | None
     tolerance: int | None
     as_json: bool
 
     def perform(self) -> int:
         """Do it; return the exit status."""
-        from ...modules.differences import DialogueComparison, usual_tolerance
+        from ...modules.comparing.differences import DialogueComparison, usual_tolerance
 
         dialogue = RecordedDialogue.read(self.dialogue)
         if dialogue.torn:
@@ -110,12 +111,12 @@ class CompareDialogue:
 
     def played(self, dialogue: RecordedDialogue, speech: Speech) -> RecordedDialogue:
         """Play a dialogue to the module now; return what was said."""
-        from ...modules.playing import play
+        from ...modules.comparing.playing import play
 
         with ExitStack() as stack:
             path = Path(self.report or Path(stack.enter_context(TemporaryDirectory(prefix="slewline-")), "now"))
             with self.module(path, dialogue.header, speech) as module:
-                play(exchanges_of(dialogue.said, speech), module)
+                play(exchanges_of(dialogue.said, speech), module, self.replace)
             return RecordedDialogue.read(path)
 
     @contextmanager

@@ -13,24 +13,29 @@ from ..options.values import PartName
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 PORT = click.argument("port")
-OPTIONS = (
-    click.option(
-        "--part",
-        type=PartName(),
-        metavar="CHIP",
-        help="What it is; by default as FILE ends, such as .gs-c200s.",
-    ),
+PART = click.option(
+    "--part",
+    type=PartName(),
+    metavar="CHIP",
+    help="What it is; by default as FILE ends, such as .gs-c200s.",
+)
+SETTING = (
     click.option("--baud", type=int, metavar="RATE", help="Its rate; by default it is looked for, or 9600."),
     click.option(
         "--checksum/--no-checksum", default=None, help="Its lines have checksums, or not; by default it is asked."
     ),
     click.option("--address", type=int, metavar="N", help="Of the module, on a line that several share."),
-    path("--dialogue", help="Write what is said into this new file; by default one beside FILE."),
 )
+DIALOGUE = path("--dialogue", help="Write what is said into this new file; by default one beside FILE.")
+
+
+def setting_options(function: Function) -> Function:
+    """Give a command how a module is set."""
+    for option in reversed(SETTING):
+        function = option(function)
+    return function
 
 
 def module_options(function: Function) -> Function:
     """Give a command the port of a module, and what it takes to speak to it."""
-    for option in reversed((PORT, *OPTIONS)):
-        function = option(function)
-    return function
+    return PORT(PART(setting_options(DIALOGUE(function))))

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from ...modules.dialogue import DialogueFile
     from ...modules.proxy import Proxy, ProxyEnd
 
+SETTLE_S = 0.01  # a host that is not as prompt as the proxy may take so long to read back its settings
+
 
 @dataclass
 class ProxyCommand:
@@ -41,13 +43,13 @@ class ProxyCommand:
     def perform(self) -> int:
         """Do it, until a signal ends it; return the exit status."""
         from ...links.sockets.system import be_prompt
-        from ...modules.proxy import Proxy, Recorder
+        from ...modules.proxy import DialogueRecorder, Proxy
 
         if (self.pty is None) == (self.tcp is None):
             raise click.UsageError("give one of --pty LINK and --tcp HOST:PORT, for the host program")
         given = be_prompt()  # the thread of the recorder has the same
         setting, file = self.opened()
-        recorder = Recorder(file)
+        recorder = DialogueRecorder(file)
         try:
             proxy = Proxy(self.serial, setting, recorder, self.host_port, lambda text: say(f"slewline: {text}"))
         except SlewlineError:
@@ -84,7 +86,7 @@ class ProxyCommand:
         if self.pty is not None:
             from ...links.ports.pty import PtyPort
 
-            port = PtyPort(loop, line, self.pty)
+            port = PtyPort(loop, line, self.pty, SETTLE_S)
             if line.setting.word.bits < 8:
                 say(f"slewline: {self.pty}: {port.hint}")
             return port

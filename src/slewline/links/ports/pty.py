@@ -78,13 +78,15 @@ class PtyPort:
 
     Args:
         link: a symbolic link of this name is made, and removed at the end.
+        settle_s: how long the C library of a host may take to read back what it has set; a process with a priority
+            above its hosts has to wait longer, for it may run between the two.
 
     Raises:
         UsageError: the link cannot be made, or the file exists and is not an old link of ours; or the system
             has no pseudo-terminals.
     """
 
-    def __init__(self, loop: Loop, line: PortLine, link: str) -> None:
+    def __init__(self, loop: Loop, line: PortLine, link: str, settle_s: float = SETTLE_S) -> None:
         if not hasattr(os, "openpty"):
             raise UsageError(NONE)
         if system.WINDOWS_PORT.fullmatch(link):
@@ -93,7 +95,7 @@ class PtyPort:
             )
         if not link:
             raise UsageError("a pty needs a link; name it, such as /tmp/x")
-        self.loop, self.line, self.link = loop, line, Path(link)
+        self.loop, self.line, self.link, self.settle_s = loop, line, Path(link), settle_s
         self.master, self.slave = os.openpty()  # without a slave of its own, the master fails when the host closes
         self.name = os.ttyname(self.slave)
         try:
@@ -143,8 +145,8 @@ class PtyPort:
         self.line.obey(bool(settings[CFLAG] & termios.CRTSCTS))
         if (baud := system.bauds().get(settings[OSPEED])) is not None and baud != self.line.baud:
             self.line.opened_at(baud)
-        self.settled_at = perf_counter() + SETTLE_S
-        self.loop.after(SETTLE_S, self._settled)
+        self.settled_at = perf_counter() + self.settle_s
+        self.loop.after(self.settle_s, self._settled)
 
     def _settled(self) -> None:
         if self.stream.open and self.settled_at is not None and perf_counter() >= self.settled_at:

@@ -280,6 +280,7 @@ class RegisterPort(TcpPort):
 
     scheme = "registers"
     make = RegisterSession
+    line: RegisterLine
 
     def catch_up(self) -> None:
         """Bring to the board what the host has sent by now, and let the time pass that this takes, for a while.

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from ..language.lines import KEPT, checksum
-from .dialogue import Said
-from .speech import CR, Speech
+from ...language.lines import KEPT, checksum
+from ..dialogue import Said
+from ..speech import CR, Speech
 
 
 @dataclass
-class Exchange:
+class RecordedExchange:
     """What was sent, and what came until the next line was sent.
 
     `at_us` is when the first character was handed over, `over_us` when the last one was on the line; `first_us` and
@@ -60,12 +60,12 @@ def is_for(speech: Speech, data: bytes) -> bool:
     return not speech.address or data.startswith(str(speech.address).encode())
 
 
-def exchanges_of(said: Iterable[Said], speech: Speech) -> list[Exchange]:
+def exchanges_of(said: Iterable[Said], speech: Speech) -> list[RecordedExchange]:
     """Return the exchanges of a dialogue with one module; what is for others on its line is left out.
 
     A line that a host sends without waiting until the one before it is over shares its exchange.
     """
-    found: list[Exchange] = []
+    found: list[RecordedExchange] = []
     character_us = speech.character_s * 1e6
     over_us = 0.0
     begun = False  # a line
@@ -80,7 +80,7 @@ def exchanges_of(said: Iterable[Said], speech: Speech) -> list[Exchange]:
                 passed = not is_for(speech, bytes([code]))
                 begun = True
                 if not passed and not (found and waits_for_none(found[-1], at_us)):
-                    found.append(Exchange(len(found) + 1, at_us, 0.0))
+                    found.append(RecordedExchange(len(found) + 1, at_us, 0.0))
             over_us = max(over_us, at_us) + character_us
             if not passed:
                 found[-1].characters.append((at_us, code))
@@ -89,7 +89,7 @@ def exchanges_of(said: Iterable[Said], speech: Speech) -> list[Exchange]:
     return found
 
 
-def waits_for_none(before: Exchange, at_us: int) -> bool:
+def waits_for_none(before: RecordedExchange, at_us: int) -> bool:
     """Return whether a line is sent before the one before it is over on the line, let alone answered."""
     return not before.answer and at_us < before.over_us and before.sent.strip(CR) != b""
 
@@ -107,7 +107,7 @@ def spread(entry: Said) -> list[tuple[int, int]]:
     return [(entry.at_us + span * number // last, code) for number, code in enumerate(entry.data)]
 
 
-def _answered(exchange: Exchange, entry: Said) -> None:
+def _answered(exchange: RecordedExchange, entry: Said) -> None:
     exchange.answer += entry.data
     if exchange.first_us is None:
         exchange.first_us = entry.at_us

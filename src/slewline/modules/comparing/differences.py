@@ -8,15 +8,15 @@ the tolerance of that instant.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from statistics import median
 from typing import Any, Literal, NamedTuple
 
-from .dialogue import RecordedDialogue
-from .exchanges import Exchange, commands, exchanges_of
+from ..dialogue import RecordedDialogue
+from ..speech import Speech
+from .exchanges import RecordedExchange, commands, exchanges_of
 from .replay import ModelAnswer, ModelReplay
-from .speech import Speech
 
 ADAPTER_US = 16_000  # how long an adapter for USB may hold a character back
 SYSTEM_US = 4_000  # two frames of USB, a proxy, and the waking of a program
@@ -48,7 +48,7 @@ def usual_tolerance(speech: Speech, crystal_hz: int | None) -> Tolerance:
     return Tolerance(round(fixed_us), RESONATOR if crystal_hz is None else CRYSTAL)
 
 
-class Difference(NamedTuple):
+class DialogueDifference(NamedTuple):
     """Where module and model differ.
 
     `line` counts the lines of a listing from 1; of an answer of one line it is 0.  `module` and `model` are answers, or
@@ -91,7 +91,7 @@ class Differences:
     part: str
     tolerance: Tolerance
     exchanges: int
-    rows: list[Difference] = field(default_factory=list)
+    rows: list[DialogueDifference] = field(default_factory=list)
     moments: int = 0
     delays_us: list[float] = field(default_factory=list)
     findings: list[tuple[int, str, str]] = field(default_factory=list)  # exchange, code and text
@@ -103,7 +103,7 @@ class Differences:
 
     def as_json(self) -> dict[str, Any]:
         """Return it as JSON has it."""
-        delays = {"least": min, "median": median, "greatest": max}
+        delays: dict[str, Callable[[Iterable[float]], float]] = {"least": min, "median": median, "greatest": max}
         return {
             "part": self.part,
             "exchanges": self.exchanges,
@@ -182,7 +182,7 @@ class DialogueComparison:
         return replay.play(self.exchanges[:count], lambda *both: bool(self._time_rows(*both)), shift_us)
 
     # ---------------------------------------------------------------------------------------------------------- times
-    def _time_rows(self, exchange: Exchange, answer: ModelAnswer) -> list[Difference]:
+    def _time_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
         """Return the delay or the duration of an answer, if it differs."""
         delay_us, model_us = exchange.delay_us, answer.delay_us
         if delay_us is None or model_us is None:
@@ -194,13 +194,13 @@ class DialogueComparison:
         return []
 
     def _row(
-        self, exchange: Exchange, kind: Kind, module: str | float, model: str | float, line: int = 0
-    ) -> Difference:
+        self, exchange: RecordedExchange, kind: Kind, module: str | float, model: str | float, line: int = 0
+    ) -> DialogueDifference:
         command = " ".join(commands(self.speech, exchange.sent)) or "an empty line"
-        return Difference(exchange.number, exchange.at_us, command, kind, module, model, line)
+        return DialogueDifference(exchange.number, exchange.at_us, command, kind, module, model, line)
 
     # -------------------------------------------------------------------------------------------------------- answers
-    def _answer_rows(self, exchange: Exchange, answer: ModelAnswer) -> list[Difference]:
+    def _answer_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
         """Return the lines of an answer that differ."""
         module, model = (
             data.decode("latin-1").removesuffix("\r").split("\r") for data in (exchange.answer, answer.answer)
@@ -215,7 +215,7 @@ class DialogueComparison:
             if own != theirs
         ]
 
-    def _at_another_moment(self, exchange: Exchange) -> bool:
+    def _at_another_moment(self, exchange: RecordedExchange) -> bool:
         """Does the model answer as the module did if it is asked a little earlier or later?"""
         if not exchange.answer or self.asked_again >= LATER:
             return False
@@ -224,7 +224,7 @@ class DialogueComparison:
         early, late = (self.played(exchange.number, shift_us)[-1].answer for shift_us in (-allowed_us, allowed_us))
         return exchange.answer in (early, late)
 
-    def _since_motion_us(self, exchange: Exchange) -> float:
+    def _since_motion_us(self, exchange: RecordedExchange) -> float:
         """Return the time since a command that may have begun a motion, from which a lag grows."""
         before = [
             each.at_us

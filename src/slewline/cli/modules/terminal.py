@@ -1,0 +1,223 @@
+"""slewline terminal: a person's conversation with a module."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from importlib import import_module
+from threading import Event, Lock, Thread
+from typing import Any
+
+import click
+
+from ...chips import sheet_of
+from ...core.time.timebase import hertz
+from ...extras import needs
+from ...modules.comparing.model import ModelLine
+from ...modules.conversation import Conversation, Reply, ShadowModel
+from ...modules.dialogue import DialogueFile, DialogueHeader
+from ...modules.finding import find
+from ...modules.speech import speech_of
+from ..files import read_options
+from .programs import PortOptions, performed, tell
+
+LISTEN_S = 0.05  # how often what comes unasked is looked for
+LEAVE = "Ctrl-D leaves, :help lists the commands"
+
+
+@dataclass
+class TerminalCommand(PortOptions):
+    """With whom a person wants to speak, as the command line asks for it."""
+
+    plain: bool
+    model: bool
+    strap: tuple[tuple[str, int], ...]
+    crystal: str | None
+    options: str | None
+
+    def perform(self) -> int:
+        """Do it until the person leaves; return the exit status."""
+        part = str(self.part)  # which the command line demands
+        sheet = sheet_of(part)
+        speech_of(sheet, self.baud, self.checksum, self.address)  # a mistake here opens no port
+        options = read_options(self.options, part)
+        return performed(lambda: self._converse(part, options))
+
+    def _converse(self, part: str, options: dict[str, Any]) -> None:
+        with ExitStack() as stack:
+            module = find(
+                self.port, sheet_of(part), baud=self.baud, checked=self.checksum, address=self.address, may_move=True
+            )
+            stack.enter_context(module.port)
+            speech = module.speech
+            header = DialogueHeader(
+                part,
+                crystal_hz=None if self.crystal is None else int(hertz(self.crystal)),
+                baud=speech.baud,
+                checksum=speech.checked,
+                address=speech.address,
+                straps=dict(self.strap),
+            )
+            if self.dialogue is not None:
+                module.transcript = stack.enter_context(DialogueFile(self.dialogue, header, tell))
+            shadow = ShadowModel(ModelLine(header, speech, options)) if self.model else None
+            tell(f"{module.name}, {speech.setting}{', with checksums' * speech.checked}; {LEAVE}")
+            converse(Conversation(module, shadow), self.lines)
+
+    def lines(self, conversation: Conversation, lock: Lock) -> Iterator[str]:
+        """Return the lines of the person: of a terminal with completion, or of whatever the standard input is."""
+        if not sys.stdin.isatty():
+            return piped(conversation)
+        if not self.plain:
+            with suppress(ModuleNotFoundError):
+                return prompted(conversation, lock)
+            tell(needs("completion with the manual's words needs", "terminal"))
+        return typed(conversation)
+
+
+Lines = Callable[[Conversation, Lock], Iterator[str]]
+
+
+def converse(conversation: Conversation, lines: Lines) -> None:
+    """Send lines to a module and print its answers, until there are no more.
+
+    Raises:
+        PortLost: the port is gone.
+    """
+    lock = Lock()
+    for line in lines(conversation, lock):
+        with lock:
+            show_unasked(conversation)
+            try:
+                reply = conversation.say(line)
+            except KeyboardInterrupt:
+                reply = Reply(failure="not waited for")
+        show(reply)
+        if reply.over:
+            break
+
+
+def show(reply: Reply) -> None:
+    """Print what a line has led to: findings with a !, an answer with its meaning and how long it took."""
+    for text in reply.since:
+        click.echo(f"  ! meanwhile, {text}")
+    if reply.text:
+        click.echo(reply.text)
+    for number, line in enumerate(reply.lines, start=1):
+        last = number == len(reply.lines)
+        took = f"{reply.answered_ms:.0f} ms" if reply.answered_ms is not None else ""
+        says = ", ".join(filter(None, (reply.meaning, took))) if last else ""
+        click.echo(f"{line}  ({says})" if says else line)
+    for text in reply.findings:
+        click.echo(f"  ! {text}")
+    if reply.failure:
+        click.echo(f"  ! {reply.failure}")
+
+
+def show_unasked(conversation: Conversation) -> None:
+    """Print what the module has said by itself."""
+    if text := conversation.unasked():
+        click.echo(f"unasked: {text.encode('unicode_escape').decode()}")
+
+
+# --------------------------------------------------------------------------------------------------------------- input
+def piped(conversation: Conversation) -> Iterator[str]:
+    """Yield lines of a file or of another program; they are printed, for nobody has seen them."""
+    for line in sys.stdin:
+        click.echo(f"{conversation.sheet.part}> {line.rstrip()}")
+        yield line
+
+
+def typed(conversation: Conversation) -> Iterator[str]:
+    """Yield lines as Python reads them, with history and completion by the tab key where it has them."""
+    with completed(conversation):
+        while True:
+            try:
+                yield input(f"{conversation.sheet.part}> ")
+            except EOFError:
+                click.echo()
+                return
+            except KeyboardInterrupt:  # the line is given up
+                click.echo()
+
+
+@contextmanager
+def completed(conversation: Conversation) -> Iterator[None]:
+    """Let the tab key complete a line, where there is a readline."""
+    try:
+        readline: Any = import_module("readline")
+    except ModuleNotFoundError:
+        yield
+        return
+
+    def complete(begun: str, number: int) -> str | None:
+        found = conversation.suggestions(begun)
+        return found[number].text if number < len(found) else None
+
+    readline.set_completer(complete)
+    readline.set_completer_delims("")
+    readline.parse_and_bind("tab: complete")
+    try:
+        yield
+    finally:
+        readline.set_completer(None)
+
+
+def prompted(conversation: Conversation, lock: Lock) -> Iterator[str]:
+    """Return lines from a prompt that completes them, and shows the manual's words below.
+
+    Raises:
+        ModuleNotFoundError: its package is missing.
+    """
+    from prompt_toolkit import PromptSession
+    from prompt_toolkit.completion import Completer, Completion
+    from prompt_toolkit.patch_stdout import patch_stdout
+
+    class ManualCompleter(Completer):
+        """What a line may become, with the manual's words."""
+
+        def get_completions(self, document: Any, _event: Any) -> Iterator[Completion]:
+            begun = document.text_before_cursor
+            for text, says in conversation.suggestions(begun):
+                yield Completion(text, -len(begun), display_meta=says)
+
+    def below() -> str:
+        return conversation.hint(session.default_buffer.text) or LEAVE
+
+    session: PromptSession[str] = PromptSession(
+        f"{conversation.sheet.part}> ", completer=ManualCompleter(), bottom_toolbar=below, complete_while_typing=False
+    )
+
+    def lines() -> Iterator[str]:
+        with patch_stdout(raw=True), listening(conversation, lock):
+            while True:
+                try:
+                    yield session.prompt()
+                except EOFError:
+                    return
+                except KeyboardInterrupt:  # the line is given up
+                    continue
+
+    return lines()
+
+
+@contextmanager
+def listening(conversation: Conversation, lock: Lock) -> Iterator[None]:
+    """Print what a module says by itself while a line is written."""
+    over = Event()
+
+    def listen() -> None:
+        with suppress(Exception):  # a port that is gone is reported with the next line
+            while not over.wait(LISTEN_S):
+                with lock:
+                    show_unasked(conversation)
+
+    thread = Thread(target=listen, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()

@@ -1,0 +1,89 @@
+"""The model of a part at the end of a line, in virtual time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, cast
+
+from ...core.datasheet.channel import AdaptiveLine, SerialLine
+from ...errors import UsageError
+from ...links.lines.connectors import connector
+from ...parts.hosts.adaptive_host import AdaptiveHost
+from ..dialogue import DialogueHeader
+from ..speech import Speech
+
+if TYPE_CHECKING:
+    from ...core.component import Finding
+    from ...core.wires.serial import Character
+    from ...parts.lines.rs232 import SerialPort
+
+PAUSE_PS = 10**12  # between power-up and what comes first
+
+
+class ModelLine:
+    """The model of a part at the end of a line, a second after power-up.
+
+    `heard` are the characters that it has said, `found` its findings; both may be cleared.
+
+    Args:
+        header: its crystal and straps.
+        speech: how it is spoken to.
+        options: of the model.
+        memory: an image of the memory beside the chip.
+
+    Raises:
+        UsageError: straps, a crystal or options that the part has not.
+    """
+
+    def __init__(
+        self,
+        header: DialogueHeader,
+        speech: Speech,
+        options: Mapping[str, Any] | None = None,
+        memory: str | None = None,
+    ) -> None:
+        from ...bench import Bench
+        from ...bench.memories import put_memory
+
+        bench = Bench()
+        straps = strapped(speech) | dict(header.straps)
+        self.chip = bench.add(header.part, crystal=header.crystal_hz, straps=straps, **(options or {}))
+        put_memory(bench, self.chip, memory)
+        self.kernel, self.speech = bench.kernel, speech
+        self.port: SerialPort | AdaptiveHost
+        if speech.sheet.channel(AdaptiveLine) is not None:
+            over = speech.sheet.through(AdaptiveLine).name
+            self.port = cast("AdaptiveHost", bench.host(self.chip, baud=speech.baud, over=over))
+            self.port.heed(False)  # a cable of three wires
+        else:
+            self.port = connector(bench, "line", [self.chip])
+        self.heard: list[Character] = []
+        self.found: list[Finding] = []
+        self.port.on_character.add(self.heard.append)
+        bench.on_finding.add(self.found.append)
+        bench.run(PAUSE_PS)
+
+    def run(self, ps: int) -> None:
+        """Let time pass up to an instant (ps), if it is not over."""
+        self.kernel.run(max(ps, self.kernel.now))
+
+    def wake(self) -> None:
+        """Send what a module gets before its first command, if there is any; let it take its time."""
+        if self.speech.wake:
+            self.port.write(self.speech.wake)
+            self.run(self.kernel.now + PAUSE_PS)
+
+
+def strapped(speech: Speech) -> dict[str, int]:
+    """Return the straps of a part that is spoken to so."""
+    line = speech.sheet.channel(SerialLine)
+    if line is None:
+        return {}
+    levels = next(levels for levels, baud in line.bauds.items() if baud == speech.baud)
+    straps = dict(zip(line.baud_pins, levels, strict=True))
+    if line.address_pins:
+        own = next((levels for levels, address in line.addresses.items() if address == speech.address), None)
+        if own is None:
+            raise UsageError(f"address {speech.address}: no strap gives it")
+        straps |= dict(zip(line.address_pins, own, strict=True))
+    return straps | ({line.checksum_pin: int(speech.checked)} if line.checksum_pin else {})

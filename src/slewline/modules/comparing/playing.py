@@ -1,0 +1,74 @@
+"""A dialogue once more, with a module: the same commands, with the pauses that they had."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ..failures import DamagedAnswer, MotionRefused, NoAnswer, ReplacementRefused
+from ..module import Module
+from ..speech import Speech
+from .exchanges import RecordedExchange, commands
+
+LONGEST_PAUSE_S = 60.0
+
+
+REPLACING = ("enter", "erase", "recall", "store")  # what the module held before is lost, in RAM or in its EEPROM
+
+
+class Hazards(NamedTuple):
+    """The commands of a dialogue that may make a step, and those that replace the program of a module."""
+
+    moving: list[str]
+    replacing: list[str]
+
+
+def hazards(exchanges: Sequence[RecordedExchange], speech: Speech) -> Hazards:
+    """Return what of a dialogue is not harmless; a move that is entered into a program makes no step."""
+    found, entering = Hazards([], []), False
+    for exchange in exchanges:
+        for command in commands(speech, exchange.sent):
+            row = speech.row(command)
+            role = "" if row is None else row.role
+            stored = entering and row is not None and row.stored
+            if speech.moves(command) and not stored and command not in found.moving:
+                found.moving.append(command)
+            if role in REPLACING and command not in found.replacing:
+                found.replacing.append(command)
+            if role in ("enter", "leave"):
+                entering = role == "enter"
+    return found
+
+
+def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: bool = False) -> None:
+    """Send the commands of a dialogue to a module, whose transcript takes down what it answers.
+
+    Args:
+        may_replace: the program of the module may be lost.
+
+    Raises:
+        MotionRefused: one of them may make a step, and the module may not; nothing has been sent.
+        ReplacementRefused: one of them replaces the program, and may not; nothing has been sent.
+        PortLost: the port is gone.
+    """
+    found = hazards(exchanges, module.speech)
+    if found.moving and not module.may_move:
+        raise MotionRefused(
+            f"{module.name}: {', '.join(found.moving)} may make the motor step; nothing was sent; allow motion with "
+            "--move, or record a dialogue without"
+        )
+    if found.replacing and not may_replace:
+        raise ReplacementRefused(
+            f"{module.name}: {', '.join(found.replacing)} would replace the program that it holds; nothing was sent; "
+            "save it with slewline pull, then allow that with --replace"
+        )
+    before_us: int | float | None = None
+    for exchange in exchanges:
+        if before_us is not None:
+            module.port.pause(min(max(exchange.at_us - before_us, 0) / 1e6, LONGEST_PAUSE_S))
+        for command in commands(module.speech, exchange.sent):
+            try:
+                module.once(command)
+            except (NoAnswer, DamagedAnswer) as failure:
+                module.transcript.note(str(failure))
+        before_us = exchange.over_us if exchange.last_us is None else exchange.last_us

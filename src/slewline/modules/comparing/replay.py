@@ -1,0 +1,110 @@
+"""A dialogue once more, with the model: the same lines at the same times, in virtual time.
+
+A line goes out at its own time of the dialogue, but not before the answer to the line before it.  Where an answer of
+the model comes so much later or sooner that it counts as a difference, what follows is shifted by that: a difference
+is reported once, and not again with every line behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from ..speech import CR
+from .exchanges import RecordedExchange
+from .model import PAUSE_PS, ModelLine
+
+if TYPE_CHECKING:
+    from ...core.component import Finding
+
+PS_PER_US = 10**6
+LATE_US = 10_000_000  # how much later than the module's an answer of the model is still waited for
+
+
+@dataclass(eq=False)
+class ModelAnswer:
+    """What the model has answered in an exchange; times in us of the replay, as those of a `RecordedExchange`."""
+
+    over_us: float = 0.0
+    answer: bytes = b""
+    first_us: float | None = None
+    last_us: float | None = None
+    findings: list[Finding] = field(default_factory=list)
+
+    @property
+    def delay_us(self) -> float | None:
+        """From the end of the last character that was sent to the first one that came."""
+        return None if self.first_us is None else self.first_us - self.over_us
+
+    @property
+    def duration_us(self) -> float:
+        """From the first character of the answer to the last one."""
+        return 0 if self.first_us is None or self.last_us is None else self.last_us - self.first_us
+
+
+class ModelReplay(ModelLine):
+    """The model of a part, to which a dialogue is sent; a new one for each replay."""
+
+    def play(
+        self,
+        exchanges: Sequence[RecordedExchange],
+        differs: Callable[[RecordedExchange, ModelAnswer], bool],
+        shift_us: float = 0,
+    ) -> list[ModelAnswer]:
+        """Send the lines of a dialogue, from its beginning; return what the model has answered to each.
+
+        Args:
+            differs: whether times differ so much that what follows is to be shifted.
+            shift_us: how much later than in the dialogue the last line is sent; its answer may depend on it.
+        """
+        answers: list[ModelAnswer] = []
+        offset_us = self.kernel.now / PS_PER_US - exchanges[0].at_us if exchanges else 0.0
+        if self.speech.wake and not b"".join(each.sent for each in exchanges[:2]).startswith(self.speech.wake):
+            self.wake()  # the module has been woken before the dialogue began
+            offset_us += PAUSE_PS / PS_PER_US
+        for number, exchange in enumerate(exchanges, start=1):
+            answer = ModelAnswer()
+            self._send(exchange, answer, offset_us + shift_us * (number == len(exchanges)), answers)
+            self._wait(exchange, answer, offset_us)
+            if answer.last_us is not None and exchange.last_us is not None and differs(exchange, answer):
+                offset_us = answer.last_us - exchange.last_us
+        self.run(self.kernel.now + PAUSE_PS)
+        self._take(answers)
+        return answers
+
+    def _send(
+        self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float, answers: list[ModelAnswer]
+    ) -> None:
+        """Send the characters of a line at their times; what has come until then belongs to the line before."""
+        character_us = self.speech.character_s * 1e6
+        for at_us, group in groupby(exchange.characters, key=lambda pair: pair[0]):
+            data = bytes(code for _, code in group)
+            self.run(round((at_us + offset_us) * PS_PER_US))
+            if answers[-1:] != [answer]:
+                self._take(answers)
+                del self.heard[:], self.found[:]
+                answers.append(answer)
+            answer.over_us = max(answer.over_us, self.kernel.now / PS_PER_US) + len(data) * character_us
+            self.port.write(data)
+
+    def _wait(self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float) -> None:
+        """Let time pass until the answer has as many lines as that of the module."""
+        if exchange.last_us is not None:
+            limit_us = max(exchange.last_us + offset_us, answer.over_us) + LATE_US
+            lines = exchange.answer.count(CR)
+            self.kernel.run_while(lambda: self._has(lines), round(limit_us * PS_PER_US))
+            self.run(self.heard[-1].end_ps if self.heard else 0)
+        self._take([answer])
+
+    def _has(self, lines: int) -> bool:
+        return sum(each.byte == CR[0] for each in self.heard) >= lines
+
+    def _take(self, answers: list[ModelAnswer]) -> None:
+        """Note what has come since the last line was sent."""
+        for answer in answers[-1:]:
+            answer.findings = list(self.found)
+            answer.answer = bytes(each.byte for each in self.heard)
+            if self.heard:
+                answer.first_us, answer.last_us = (self.heard[at].end_ps / PS_PER_US for at in (0, -1))

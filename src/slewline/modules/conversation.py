@@ -1,0 +1,227 @@
+"""A person's conversation with a module: a line and its answer, what the manual says of both, and what was odd.
+
+The lines go to the model as well, at the same times; what it finds stands beside the line that caused it.  The model
+begins as after power-up, and knows nothing of what the module held before.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+from ..core.time.timebase import PS_PER_S
+from ..errors import SlewlineError
+from ..language.describe import describe_command
+from ..language.dialect import dialect_of
+from ..language.lookup import SIGNED
+from ..links.control.view_verbs import syntax
+from .failures import DamagedAnswer, ModuleFailure, NoAnswer
+
+if TYPE_CHECKING:
+    from .comparing.model import ModelLine
+    from .module import Module
+
+VERB = ":"  # no command of a part begins so
+VERBS = {
+    ":help": "the manual's words on a command, such as :help R; alone: all commands",
+    ":values": "ask for all values for which there is a question",
+    ":send": "send characters as they are, such as :send V1\\r",
+    ":quit": "leave; so does Ctrl-D",
+}
+LONGEST_S = 600  # of virtual time that the model may catch up with at a line
+
+
+@dataclass
+class Reply:
+    """What a line has led to: lines of an answer, what they mean, and what was odd.
+
+    `findings` are about this line, `since` about what has gone on since the line before.
+    """
+
+    lines: Sequence[str] = ()
+    meaning: str = ""
+    findings: Sequence[str] = ()
+    since: Sequence[str] = ()
+    failure: str = ""
+    text: str = ""  # of a verb
+    over: bool = False  # the person wants to leave
+    answered_ms: float | None = None
+
+
+class Suggestion(NamedTuple):
+    """What a line may become, and what that means."""
+
+    text: str
+    says: str
+
+
+@dataclass
+class ShadowModel:
+    """The model, which gets the same lines at the same times, whose answers nobody waits for.
+
+    Args:
+        line: the model.
+        clock: seconds of the wall clock.
+    """
+
+    line: ModelLine
+    clock: Callable[[], float] = time.monotonic
+    began_s: float = field(init=False)
+    began_ps: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.line.wake()
+        self.began_s, self.began_ps = self.clock(), self.line.kernel.now
+
+    def take(self, data: bytes) -> tuple[list[str], list[str]]:
+        """Send what was sent to the module; return what was odd since the line before, and about this one."""
+        self.catch_up()
+        since = self._found()
+        line_ps = round((len(data) + 4) * self.line.speech.character_s * PS_PER_S)
+        self.line.port.write(data)
+        self.line.run(self.line.kernel.now + line_ps + PS_PER_S // 100)
+        return since, self._found()
+
+    def _found(self) -> list[str]:
+        """Return the findings that nobody has been given yet."""
+        found = [f"{each.code}: {each.text}" for each in self.line.found]
+        self.line.found.clear()
+        return list(dict.fromkeys(found))
+
+    def catch_up(self) -> None:
+        """Let as much time pass as has passed outside, unless that is very much."""
+        due_ps = self.began_ps + round((self.clock() - self.began_s) * PS_PER_S)
+        now_ps = self.line.kernel.now
+        self.line.run(min(due_ps, now_ps + LONGEST_S * PS_PER_S))
+        if due_ps > self.line.kernel.now:  # the rest is left out
+            self.began_ps -= due_ps - self.line.kernel.now
+
+
+class Conversation:
+    """Lines of a person, and what they lead to.
+
+    Args:
+        module: which may move, for that is the person's business.
+        shadow: None: nothing is found in the lines.
+    """
+
+    def __init__(self, module: Module, shadow: ShadowModel | None = None) -> None:
+        self.module, self.shadow = module, shadow
+        self.speech = module.speech
+        self.sheet = module.speech.sheet
+
+    # ---------------------------------------------------------------------------------------------------------- a line
+    def say(self, line: str) -> Reply:
+        """Send a line, or obey a verb; return what comes of it.
+
+        Raises:
+            PortLost: the port is gone.
+        """
+        line = line.strip()
+        if not line:
+            return Reply()
+        if line.startswith(VERB):
+            return self._verb(*line.partition(" ")[::2])
+        try:
+            data = self.speech.framed(line)
+        except SlewlineError as error:
+            return Reply(failure=str(error))
+        since, findings = self._odd(data)
+        try:
+            answer = self.module.once(line)
+        except (NoAnswer, DamagedAnswer) as failure:
+            return Reply(findings=findings, since=since, failure=str(failure))
+        answered_ms = (answer.first_ns - answer.sent_ns) / 1e6 if answer.lines else None
+        return Reply(answer.lines, self.meaning(answer.lines), findings, since, answered_ms=answered_ms)
+
+    def _odd(self, data: bytes) -> tuple[list[str], list[str]]:
+        return ([], []) if self.shadow is None else self.shadow.take(data)
+
+    def meaning(self, lines: Sequence[str]) -> str:
+        """Return what the manual says of an answer; empty: nothing."""
+        return dialect_of(self.sheet).answers.get(lines[-1], "") if lines else ""
+
+    def unasked(self) -> str:
+        """Return what the module has said without being asked."""
+        data = self.module.port.waiting()
+        if data:
+            self.module.transcript.module(data, time.monotonic_ns())
+        return data.decode("latin-1")
+
+    # --------------------------------------------------------------------------------------------------------- verbs
+    def _verb(self, verb: str, rest: str) -> Reply:
+        if verb == ":help":
+            return Reply(text=self.manual(rest.strip()))
+        if verb == ":values":
+            return Reply(text=self._values())
+        if verb == ":send":
+            return self._send(rest)
+        if verb == ":quit":
+            return Reply(over=True)
+        return Reply(failure=f"{verb}: there is no such verb; allowed {', '.join(VERBS)}")
+
+    def _values(self) -> str:
+        rows = []
+        for what, (command, _) in self.speech.questions.items():
+            try:
+                rows.append(f"{what}: {self.module.value(what)}")
+            except ModuleFailure as failure:
+                rows.append(f"{what}: {failure} ({command})")
+        return "\n".join(rows)
+
+    def _send(self, text: str) -> Reply:
+        try:
+            data = text.encode("ascii").decode("unicode_escape").encode("latin-1")
+        except UnicodeError:
+            return Reply(failure=f":send {text}: allowed ASCII, and \\r, \\n, \\x41 for other characters")
+        since, findings = self._odd(data)
+        self.module.tidy()
+        self.module.send(data)
+        answer = b""
+        while chunk := self.module.port.read(self.speech.patience("")).data:
+            self.module.transcript.module(chunk, time.monotonic_ns())
+            answer += chunk
+        lines = answer.decode("latin-1").removesuffix("\r").split("\r") if answer else []
+        return Reply([each.encode("unicode_escape").decode() for each in lines], "", findings, since)
+
+    # ------------------------------------------------------------------------------------------------- manual's words
+    def manual(self, command: str = "") -> str:
+        """Return what the manual says of a command; without one, a row of each command and of each verb."""
+        if command:
+            try:
+                return describe_command(self.sheet, command)
+            except SlewlineError as error:
+                return str(error)
+        rows = [*((syntax(row), row.says) for row in self.sheet.commands), *VERBS.items()]
+        width = max(len(name) for name, _ in rows)
+        return "\n".join(f"{name:<{width}}  {says}" for name, says in rows)
+
+    def hint(self, line: str) -> str:
+        """Return the manual's words on the line that is being written; empty: it is nothing yet."""
+        line = line.strip()
+        if line.startswith(VERB):
+            return VERBS.get(line.partition(" ")[0], "")
+        heads = [head for head in self.heads if line.startswith(head)]
+        return self.heads[max(heads, key=len)] if heads else ""
+
+    @cached_property
+    def heads(self) -> dict[str, str]:
+        """How commands begin, with the manual's words; questions are whole."""
+        found: dict[str, str] = {}
+        for row in self.sheet.commands:
+            says = f"{syntax(row)}: {row.says}"
+            for head in ("+", "-") if row.head == SIGNED else (row.head,):
+                found[head] = f"{found[head]}; {says}" if head in found else says
+        return found | {command: f"asks for {what}" for what, (command, _) in self.speech.questions.items()}
+
+    def suggestions(self, begun: str) -> list[Suggestion]:
+        """Return what a line that has begun may become."""
+        verb, space, rest = begun.partition(" ")
+        if begun.startswith(VERB) and not space:
+            return [Suggestion(name, says) for name, says in VERBS.items() if name.startswith(begun)]
+        if begun.startswith(VERB):
+            return [Suggestion(f"{verb} {each.text}", each.says) for each in self.suggestions(rest) if verb == ":help"]
+        return [Suggestion(head, says) for head, says in self.heads.items() if head.lower().startswith(begun.lower())]

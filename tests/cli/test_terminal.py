@@ -1,0 +1,215 @@
+"""slewline terminal: lines from a file, and from a person at a real pty, with and without menus."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import select
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+import slewline.testing  # noqa: F401  # pySerial knows slewline://
+from slewline.modules.dialogue import RecordedDialogue
+from tests.links.conftest import PATIENCE, serve  # noqa: F401
+
+GSC = "slewline://gs-c200s?chs=0"
+OWNED = """
+import fcntl, struct, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)  # the terminal sends a signal when Ctrl-C is pressed
+fcntl.ioctl(0, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 100, 0, 0))
+from slewline.cli.main import main
+main()
+"""
+ESCAPES = re.compile(rb"\x1b\[[0-9;?]*[A-Za-z]|\x1b[()=>].?|\x1b\][^\x07]*\x07")
+
+
+@pytest.fixture
+def talk(call, monkeypatch):
+    """Call the command with lines on its standard input."""
+
+    def talk(*lines, url=GSC, part="gs-c200s", options=()):
+        monkeypatch.setattr(sys, "stdin", io.StringIO("".join(f"{line}\n" for line in lines)))
+        return call("terminal", url, "--part", part, *options)
+
+    return talk
+
+
+def test_lines_their_answers_and_what_is_odd(talk):
+    found = talk("V1", "S0", "Q")
+    assert found.status == 0
+    assert re.sub(r"[0-9]+ ms", "1 ms", found.out).splitlines() == [
+        "gs-c200s> V1",
+        "V+0  (1 ms)",
+        "gs-c200s> S0",
+        "E2  (argument missing, wrong or out of range, 1 ms)",
+        "  ! E2: S0: speed 0, allowed 1..1000; the nearest is 1",
+        "gs-c200s> Q",
+        "END  (end of the listing, 1 ms)",
+    ]
+    assert found.err == f"slewline: gs-c200s at {GSC}, 9600 7O2; Ctrl-D leaves, :help lists the commands\n"
+
+
+def test_a_part_that_answers_queries_only(talk):
+    found = talk("R 300", "? R", url="slewline://cy545", part="cy545")
+    assert re.sub(r"[0-9]+ ms", "1 ms", found.out).splitlines() == [
+        "cy545> R 300",
+        "  ! range: RATE rate 300: allowed 0..255; its low bits count, so 44 is taken",
+        "cy545> ? R",
+        "R=00044  (1 ms)",
+    ]
+
+
+def test_verbs(talk):
+    found = talk(":values", ":quit", "V1")
+    assert found.out.splitlines() == [
+        "gs-c200s> :values",
+        "position: +0",
+        "inputs and outputs: 70",
+        "gs-c200s> :quit",
+    ]
+
+
+def test_without_the_model_nothing_is_found(talk):
+    assert "!" not in talk("S0", options=["--no-model"]).out
+
+
+def test_what_is_said_is_recorded(talk, folder):
+    assert talk("V1", options=["--dialogue", "x.dialogue"]).status == 0
+    found = RecordedDialogue.read("x.dialogue")
+    assert [each.text for each in found.said if each.speaker != "tool"] == ["V1\r", "V+0\r"]
+    assert (found.header.part, found.header.checksum) == ("gs-c200s", False)
+    again = talk("V1", options=["--dialogue", "x.dialogue"])
+    assert (again.status, "this file exists; name a new file" in again.err) == (2, True)
+
+
+def test_a_module_with_checksums_and_an_address_is_found(talk):
+    url = "slewline://gs-c200s?sel2=0&sel1=0&sel0=1"
+    found = talk("V1", url=url, options=["--address", "3"])
+    assert "V+0" in found.out
+    assert "with checksums" in found.err
+
+
+WRONG = {
+    "no port": (["/dev/ttyUSB77", "--part", "gs-c200s"], "/dev/ttyUSB77: No such file or directory"),
+    "no part": ([GSC], "Missing option '--part'"),
+    "a part on a bus": ([GSC, "--part", "cy525"], "cy525: has a bus, and no serial line"),
+    "a rate": ([GSC, "--part", "gs-c200s", "--baud", "9601"], "--baud 9601: no rate of the GS-C200S"),
+}
+
+
+@pytest.mark.parametrize("arguments, says", WRONG.values(), ids=WRONG)
+def test_what_is_refused(call, arguments, says):
+    found = call("terminal", *arguments)
+    assert found.status == 2
+    assert says in found.err
+
+
+# ----------------------------------------------------------------------------------------------------- a person at a pty
+class Person:
+    """Whoever sits at a terminal on which the command runs."""
+
+    def __init__(self, where, *options):
+        self.fd, slave = os.openpty()
+        call = [sys.executable, "-c", OWNED, "terminal", where, "--part", "gs-c200s", *options]
+        environment = os.environ | {"TERM": "xterm"}
+        ends = {"stdin": slave, "stdout": slave, "stderr": slave}
+        self.process = subprocess.Popen(call, **ends, env=environment, start_new_session=True)
+        os.close(slave)
+        self.seen = b""
+
+    def sees(self, text):
+        """Wait until a text has been shown."""
+        end = time.monotonic() + PATIENCE
+        while text.encode() not in ESCAPES.sub(b"", self.seen):
+            assert time.monotonic() < end, self.seen
+            self.looks()
+
+    def looks(self):
+        """Take what is shown; say where the cursor is, as a terminal does that is asked."""
+        if select.select([self.fd], [], [], 0.1)[0]:
+            shown = os.read(self.fd, 4096)
+            self.seen += shown
+            os.write(self.fd, b"\x1b[1;1R" * shown.count(b"\x1b[6n"))
+
+    def types(self, text):
+        self.seen = b""
+        os.write(self.fd, text.encode())
+
+    def leaves(self):
+        """Press Ctrl-D; return the exit status."""
+        os.write(self.fd, b"\x04")
+        end = time.monotonic() + PATIENCE
+        while self.process.poll() is None and time.monotonic() < end:
+            with suppress(OSError):  # the terminal is gone
+                self.looks()
+        return self.process.wait(PATIENCE)
+
+
+@pytest.fixture
+def person(serve):  # noqa: F811
+    """A person who speaks with a served module."""
+    made = []
+
+    def sit_down(*options):
+        served = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs=0")
+        made.append(Person(served.where, *options))
+        made[-1].server = served
+        made[-1].sees("gs-c200s>")
+        return made[-1]
+
+    yield sit_down
+    for one in made:
+        one.process.kill()
+        one.process.wait()
+        os.close(one.fd)
+
+
+@pytest.mark.posix
+def test_a_person_with_plain_lines(person):
+    person = person("--plain")
+    person.types("V1\r")
+    person.sees("V+0  (")
+    person.types("\x1b[A\r")  # the line before
+    person.sees("V+0  (")
+    person.types("Px")
+    person.types("\x03")  # Ctrl-C gives it up
+    person.sees("gs-c200s>")
+    person.types("S0\r")
+    person.sees("! E2: S0: speed 0")
+    person.server.kill()
+    person.types("F\r")
+    person.sees("the port is gone")
+    assert person.process.wait(PATIENCE) == 1
+
+
+@pytest.mark.posix
+def test_the_tab_key_completes_a_plain_line(person):
+    pytest.importorskip("readline")
+    person = person("--plain")
+    person.types(":val\t\r")
+    person.sees("inputs and outputs: 70")
+    assert person.leaves() == 0
+
+
+@pytest.mark.posix
+@pytest.mark.skipif(find_spec("prompt_toolkit") is None, reason="needs prompt_toolkit")
+def test_a_person_with_menus(person, tmp_path):
+    person = person("--dialogue", str(tmp_path / "x"))
+    person.sees("Ctrl-D leaves, :help lists the commands")
+    person.types("S1")
+    person.sees("S <speed>: start-stop speed")
+    person.types("\x15P\t")
+    person.sees("begin programming; erases the program")
+    person.types("\x03")
+    person.types("V1\r")
+    person.sees("V+0  (")
+    assert person.leaves() == 0
+    said = RecordedDialogue.read(Path(tmp_path / "x")).said
+    assert [each.text for each in said if each.speaker == "host"] == ["V1\r"]
