@@ -92,7 +92,19 @@ class Served:
         self.server.process.communicate()
 
 
-@pytest.fixture(params=["gs-c200s", "three", "cy545", "cy545b"])
+KINDS = ("gs-c200s", "three", "cy545", "cy545b")
+
+
+def often(number, *quick):
+    """Every kind so many times; of these kinds once in a quick run."""
+    return [
+        pytest.param(kind, seed, marks=[] if not seed and kind in quick else [pytest.mark.long])
+        for kind in KINDS
+        for seed in range(number)
+    ]
+
+
+@pytest.fixture(params=KINDS)
 def served(request, tmp_path, monkeypatch):
     """A module that holds a program, OLD, which it keeps without power if it can; NEW is to be sent."""
     monkeypatch.chdir(tmp_path)
@@ -133,7 +145,7 @@ def test_a_program_goes_in_and_comes_out_without_a_step(served, capfd):
         assert served.stored("both") == served.stored("both.eeprom") == served.stored("new")
 
 
-@pytest.mark.parametrize("seed", [pytest.param(n, marks=[pytest.mark.long] if n else []) for n in range(50)])
+@pytest.mark.parametrize(("served", "seed"), often(50, "gs-c200s", "cy545b"), indirect=["served"])
 def test_a_push_that_is_killed_loses_nothing_and_the_next_one_goes_on(served, seed, capfd):
     random = Random(f"{served.kind} {seed}")
     pushing = subprocess.Popen([*COMMAND, *served.words("push", "new")], stderr=subprocess.PIPE, text=True)
@@ -150,7 +162,7 @@ def test_a_push_that_is_killed_loses_nothing_and_the_next_one_goes_on(served, se
     check_files(served)
 
 
-@pytest.mark.parametrize("seed", [pytest.param(n, marks=[pytest.mark.long] if n else []) for n in range(10)])
+@pytest.mark.parametrize(("served", "seed"), often(10, "three"), indirect=["served"])
 def test_a_cut_cable_is_told_with_what_stands_in_the_module(served, seed, capfd):
     pushing = subprocess.Popen([*COMMAND, *served.words("push", "new")], stderr=subprocess.PIPE, text=True)
     pushing.stderr.readline()
