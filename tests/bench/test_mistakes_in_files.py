@@ -225,7 +225,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[serve]]\nport = 4001\n',
-        "[[serve]] 1, port: unknown key; allowed chips, tcp, pty, rfc2217, serial, framing, over",
+        "[[serve]] 1, port: unknown key; allowed chips, tcp, pty, rfc2217, serial, framing, prologix, over",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[serve]]\n',

@@ -8,8 +8,9 @@ import pytest
 
 import slewline.testing  # noqa: F401  # pySerial knows slewline://
 from slewline.chips import sheet_of
+from slewline.modules.finding import find
 from slewline.modules.module import Module
-from slewline.modules.port import Port
+from slewline.modules.port import ModulePort
 from slewline.modules.speech import speech_of
 from tests.links.conftest import client, serve  # noqa: F401
 
@@ -42,7 +43,7 @@ def module():
         def make(url, *, may_move=False, **speech):
             part = url.partition("?")[0]
             spoken = speech_of(sheet_of(part), **speech)
-            port = stack.enter_context(Port(f"slewline://{url}", spoken.setting))
+            port = stack.enter_context(ModulePort(f"slewline://{url}", spoken.setting))
             port.write(spoken.wake)
             return Module(port, spoken, Taken(), may_move=may_move)
 
@@ -57,3 +58,32 @@ def noise(module, to="host"):
     """What spoils characters in one direction."""
     line = module.port.line.rig.line
     return line.to_host if to == "host" else line.to_chip
+
+
+@pytest.fixture
+def found():
+    """Look for a module behind a URL in virtual time, as the commands do."""
+    with ExitStack() as stack:
+
+        def look(url, **given):
+            x = find(f"slewline://{url}", sheet_of(url.partition("?")[0]), transcript=Taken(), **given)
+            stack.enter_context(x.port)
+            return x
+
+        yield look
+
+
+@pytest.fixture
+def stores(tmp_path):
+    """Return what keeps programs without power, by part, to be added to a URL: of a memory that is not all erased."""
+
+    def made(part):
+        if part.startswith("cy"):
+            (tmp_path / "image").write_bytes(b"0\r")
+        return (
+            f"chs=0&store={tmp_path}/kept"
+            if part.startswith("gs")
+            else f"store={tmp_path}/kept&memory={tmp_path}/image"
+        )
+
+    return made

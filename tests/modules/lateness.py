@@ -82,8 +82,8 @@ def proxied(kind, folder):
         else:
             listener = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
             call += ["--serial", f"socket://127.0.0.1:{listener.getsockname()[1]}", "--tcp", "127.0.0.1:0"]
-        proxy = subprocess.Popen(call, stdout=subprocess.PIPE, text=True)
-        stack.callback(proxy.wait)
+        proxy = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        stack.callback(proxy.communicate)
         stack.callback(proxy.terminate)
         where = proxy.stdout.readline().split()[1]
         if kind == "pty":

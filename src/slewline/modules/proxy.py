@@ -87,7 +87,7 @@ class LatenessHistogram:
 
 
 class DialogueRecorder:
-    """Writes a dialogue file in a thread of its own, which has the priority of whoever makes it."""
+    """Writes a dialogue file in a thread of its own, which has the priority of the thread that makes it."""
 
     def __init__(self, file: DialogueFile) -> None:
         self.file = file

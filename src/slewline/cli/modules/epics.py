@@ -31,7 +31,7 @@ class EpicsCommand:
     """What is to be served, as the command line asks for it."""
 
     port: str
-    part: str | None
+    part: str
     baud: int | None
     checksum: bool | None
     address: int | None
@@ -48,8 +48,6 @@ class EpicsCommand:
         """Do it, until a signal ends it; return the exit status."""
         from ...labs.record import MotorRecord
 
-        if self.part is None:
-            raise click.UsageError("give --part CHIP; slewline chips lists them")
         if not 0.05 <= self.every <= 3600:
             raise click.UsageError(f"--every {self.every}; allowed 0.05 to 3600 s")
         self.file: DialogueFile | None = None
@@ -69,8 +67,7 @@ class EpicsCommand:
         """Find the module, now or again."""
         from ...labs.motor import ModuleMotor
 
-        part = str(self.part)
-        sheet = sheet_of(part)
+        sheet = sheet_of(self.part)
         values = self.values()
         found = find(self.port, sheet, baud=self.baud, checked=self.checksum, address=self.address, may_move=True)
         try:
@@ -81,7 +78,7 @@ class EpicsCommand:
             if self.file is not None:
                 found.transcript = self.file
             crystal_hz = None if self.crystal is None else int(hertz(self.crystal))
-            motor = ModuleMotor(found, ramps_of(part), values, crystal_hz)
+            motor = ModuleMotor(found, ramps_of(self.part), values, crystal_hz)
         except BaseException:
             found.port.close()
             raise

@@ -7,13 +7,17 @@ from typing import Any
 import click
 
 from ..options.kinds import HintingCommand
-from ..options.shared import CRYSTAL, EXIT
-from .options import module_options
+from ..options.shared import CRYSTAL, EXIT, path
+from ..options.values import PartName
+from .options import PORT, setting_options
 
 
 @click.command("epics", cls=HintingCommand, short_help="A motor record of EPICS for a real module.", epilog=EXIT)
-@module_options
+@PORT
 @click.argument("parameters", metavar="NAME=VALUE...", nargs=-1)
+@click.option("--part", required=True, type=PartName(), metavar="CHIP", help="What it is.")
+@setting_options
+@path("--dialogue", help="Write what is said into this new file.")
 @click.option("--record", required=True, metavar="NAME", help="Of the record: its fields are NAME.VAL, NAME.RBV ...")
 @click.option("--resolution", type=float, default=1.0, metavar="UNITS", help="Units per step; below 0: turned round.")
 @click.option("--units", default="steps", show_default=True, metavar="TEXT", help="Such as mm.")

@@ -21,14 +21,14 @@ from ..failures import DamagedAnswer, ListingDiffers, ModuleFailure, NoAnswer
 from ..module import Module
 from ..speech import CR
 
-READINGS = 6  # of a listing, of which two in a row must agree
+READINGS = 8  # of a listing, of which two must agree
 LONGEST_LINE = 1024  # characters; more without a carriage return are no program
 ERASED = 0xFF
 Say = Callable[[str], object]
 
 
 @dataclass(frozen=True)
-class Contents:
+class ModuleContents:
     """What a module holds.
 
     Args:
@@ -98,7 +98,7 @@ def harmless_end(sheet: Sheet) -> Row | None:
     return next((row for row in reversed(sheet.leave) if not row.may_step), None)
 
 
-def read_contents(module: Module, base: int | None = None, say: Say = lambda _text: None) -> Contents:
+def read_contents(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ModuleContents:
     """Return what a module holds; nothing in it changes.
 
     Args:
@@ -113,14 +113,14 @@ def read_contents(module: Module, base: int | None = None, say: Say = lambda _te
     values = {what: module.value(what) for what in module.speech.questions}
     reader = row_for(_serial(module.speech.sheet), READERS, "reads a program over")
     found = reader(module, base, say)
-    return Contents(module.speech.sheet, found.program, found.stored, base or 0, values, found.notes)
+    return ModuleContents(module.speech.sheet, found.program, found.stored, base or 0, values, found.notes)
 
 
 def _serial(sheet: Sheet) -> Channel:
     return next(channel for channel in sheet.channels if isinstance(channel, (*READERS,)))
 
 
-class Reading(NamedTuple):
+class ProgramReading(NamedTuple):
     """A program that was read: an instruction each, as the assembler stores them, and what should be noted."""
 
     program: tuple[str, ...]
@@ -129,11 +129,11 @@ class Reading(NamedTuple):
 
 
 # ------------------------------------------------------------------------------------------------------- what lists all
-def read_listing(module: Module, base: int | None = None, say: Say = lambda _text: None) -> Reading:
+def read_listing(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
     """Return the program that a module lists.
 
     Raises:
-        ListingDiffers: no two listings in a row agree.
+        ListingDiffers: no two listings agree.
         DamagedAnswer: what it lists is no program of the part.
         UsageError: `base` is given.
     """
@@ -141,18 +141,18 @@ def read_listing(module: Module, base: int | None = None, say: Say = lambda _tex
     if base:
         raise UsageError(f"--from {base}: the program of a {sheet.part.upper()} begins at 0; leave it out")
     (listing,) = sheet.acting("list")
-    before: tuple[str, ...] | None = None
+    seen: list[tuple[str, ...]] = []
     for _ in range(READINGS):
         try:
             found = module.ask(listing.form).lines[:-1]
         except NoAnswer as silence:
-            if before is None and not silence.received:
+            if not seen and not silence.received:
                 raise
             continue
-        if found == before:
-            return Reading(found, b"".join(_instruction(module, line).stored for line in found))
-        before = found
-    raise ListingDiffers(f"{module.name}: {READINGS} listings, no two in a row agree; check the line for noise")
+        if found in seen:
+            return ProgramReading(found, b"".join(_instruction(module, line).stored for line in found))
+        seen.append(found)
+    raise ListingDiffers(f"{module.name}: {READINGS} listings, and no two agree; check the line for noise")
 
 
 def _instruction(module: Module, line: str) -> Command:
@@ -184,7 +184,7 @@ class MemoryReader:
         self.dialect = spoken_as(self.sheet, Verbatim)
         (self.pointer,) = self.sheet.acting("pointer")
 
-    def program(self, base: int) -> Reading:
+    def program(self, base: int) -> ProgramReading:
         """Return the instructions from an address on, up to where no run of them goes on."""
         found: list[bytes] = []
         notes: tuple[str, ...] = ()
@@ -202,7 +202,7 @@ class MemoryReader:
             if "t" in cut.row.flow:
                 furthest = max(furthest, self.target(cut.values[-1], cut.row, address))
             ends = "n" not in cut.row.flow
-        return Reading(tuple(data[: -len(CR)].decode("latin-1") for data in found), b"".join(found), notes)
+        return ProgramReading(tuple(data[: -len(CR)].decode("latin-1") for data in found), b"".join(found), notes)
 
     def target(self, value: int, row: Row, end: int) -> int:
         """Return where a branch goes that ends at an address."""
@@ -223,26 +223,27 @@ class MemoryReader:
         return data
 
     def line(self, address: int) -> bytes:
-        """Return a line of memory, which two readings in a row agree on; empty: the memory is erased there.
+        """Return a line of memory, on which two readings agree; empty: the memory is erased there.
 
         Raises:
-            ListingDiffers: no two readings in a row agree.
+            ListingDiffers: no two readings agree.
             NoAnswer, DamagedAnswer: the last one failed.
         """
         where = f"{self.module.name}: address {address}"
         failure: ModuleFailure = ListingDiffers(
-            f"{where}: {READINGS} readings, no two in a row agree; check the line for noise"
+            f"{where}: {READINGS} readings, and no two agree; check the line for noise"
         )
-        before: bytes | None = None
+        seen: list[bytes] = []
         for _ in range(READINGS):
-            found: bytes | None = None
             try:
                 found = self.read(address)
             except (NoAnswer, DamagedAnswer) as error:
                 failure = error
-            if found is not None and (found == before or not found):
+                continue
+            if found is not None and (found in seen or not found):
                 return found
-            before = found
+            if found is not None:
+                seen.append(found)
         raise failure
 
     def read(self, address: int) -> bytes | None:
@@ -266,7 +267,7 @@ def _shows_erased(received: bytes) -> bool:
     return received.partition(CR)[2][:1] == bytes([ERASED])
 
 
-def read_memory(module: Module, base: int | None = None, say: Say = lambda _text: None) -> Reading:
+def read_memory(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
     """Return the program in a memory with addresses; the pointer is as it was.
 
     Args:
@@ -281,5 +282,5 @@ def read_memory(module: Module, base: int | None = None, say: Say = lambda _text
         module.ask(f"{reader.pointer.form} {pointer}")
 
 
-Reader = Callable[[Module, "int | None", Say], Reading]
+Reader = Callable[[Module, "int | None", Say], ProgramReading]
 READERS: Mapping[type[Channel], Reader] = MappingProxyType({SerialLine: read_listing, AdaptiveLine: read_memory})

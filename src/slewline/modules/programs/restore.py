@@ -11,7 +11,7 @@ from ...language.source import read
 from ...language.statements import Statement
 from ..failures import DamagedAnswer, ListingDiffers, MotionRefused, NoAnswer, RefusedCommand
 from ..module import Module
-from .contents import Contents, Say
+from .contents import ModuleContents, Say
 
 ROUNDS = 8  # in which a program is sent, or what of it came damaged
 STORED_BYTE_S = 0.021  # of a character that an EEPROM stores: it may take 20 ms until it reads back
@@ -40,7 +40,7 @@ class ProgramText:
         if sheet.enter is None:
             raise UsageError(f"{where}: the {sheet.part.upper()} keeps no program")
         assembly = assemble(text, sheet, where)
-        source = read(text, sheet, bare=True)
+        source = read(text, sheet)
         for item in source.items:
             if not isinstance(item, Statement):
                 raise UsageError(
@@ -86,7 +86,7 @@ class Restore:
         self,
         module: Module,
         wanted: ProgramText,
-        contents: Contents,
+        contents: ModuleContents,
         say: Say = lambda _text: None,
         pace: float = STORED_BYTE_S,
     ) -> None:

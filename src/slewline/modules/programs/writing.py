@@ -1,9 +1,8 @@
-"""A program goes into a module, and is verified by its listing; on the way no command is obeyed that may make a step."""
+"""A program goes into a module, and is verified by its listing; nothing on the way may make a step."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from itertools import zip_longest
 from types import MappingProxyType
 
@@ -156,12 +155,12 @@ class MemoryWriter:
                 self.restore.stands = "it holds the program, verified"
                 self.restore.say(f"verified: {len(self.wanted.program)} instructions")
                 return
+            missed = set()
             for number in sorted(wrong, reverse=True):
                 self.restore.stands = f"{whole} some are old and some new; program entry may be open"
-                with suppress(NoAnswer, DamagedAnswer):
-                    self.write_group(self.groups[number])
-                self.end_entry()
-            wrong = self.differing()
+                if not self.is_written(self.groups[number]):
+                    missed.add(number)
+            wrong = self.differing(missed)
         raise ListingDiffers(
             f"{self.module.name}: {whole} {len(wrong)} parts do not read back as they were sent; is there a memory, "
             "and can it be written?  With an EEPROM that is slower than 20 ms a byte give --pace"
@@ -173,18 +172,20 @@ class MemoryWriter:
         begin, end = group[0].address - held.base, group[-1].end - held.base
         return begin >= 0 and held.stored[begin:end] == b"".join(map(_bytes, group))
 
-    def differing(self) -> set[int]:
-        """Return the numbers of the groups to write: those that read back wrong, and what they overwrite."""
-        wrong: set[int] = set()
-        for number, group in enumerate(self.groups):
-            for each in group:
-                found = self.reader.instruction(each.address)
-                if not found:  # erased: it takes long to find that out, and there is nothing behind
-                    return self.closed(wrong | set(range(number, len(self.groups))))
-                if found != _bytes(each):
-                    wrong.add(number)
-                    break
-        return self.closed(wrong)
+    def differing(self, missed: set[int]) -> set[int]:
+        """Return the numbers of the groups to write: those missed, those that read back wrong, and what they overwrite.
+
+        What was missed is not read: it may be erased, and that takes long to find out.
+        """
+        read = (number for number in range(len(self.groups)) if number not in missed)
+        return self.closed(missed | {number for number in read if not self.reads_back(self.groups[number])})
+
+    def reads_back(self, group: Sequence[Statement]) -> bool:
+        """Return whether instructions are in the memory."""
+        try:
+            return all(self.reader.instruction(each.address) == _bytes(each) for each in group)
+        except (NoAnswer, DamagedAnswer, ListingDiffers):
+            return False
 
     def closed(self, wrong: set[int]) -> set[int]:
         """Return the numbers of groups with those of the groups that the questions in front of them overwrite."""
@@ -213,14 +214,30 @@ class MemoryWriter:
             "command that makes no step, such as one that sets a register, or allow motion with --move"
         )
 
+    def is_written(self, group: Sequence[Statement]) -> bool:
+        """Write instructions that follow one another; return whether as many characters were stored as were sent."""
+        try:
+            self.write_group(group)
+        except (NoAnswer, DamagedAnswer) as failure:
+            self.module.transcript.note(f"written again: {failure}")
+            self.end_entry()
+            return False
+        self.end_entry()
+        return self.pointer == group[-1].end
+
+    @property
+    def pointer(self) -> int:
+        """Where the memory pointer is."""
+        questions = self.module.speech.questions.items()
+        return int(self.module.value(next(n for n, (ask, _) in questions if ask[-1] == self.reader.pointer.form)))
+
     def write_group(self, group: Sequence[Statement]) -> None:
         """Write instructions that follow one another."""
         assert self.sheet.enter is not None  # noqa: S101  # a program text has been read for it
         checked = self.is_checked(group)
         begin = (group[0].address - len(self.question) * checked) % self.sheet.buffer_bytes
         self.module.ask(f"{self.reader.pointer.form} {begin}")
-        what = next(n for n, (ask, _) in self.module.speech.questions.items() if ask[-1] == self.reader.pointer.form)
-        if int(self.module.value(what)) != begin:
+        if self.pointer != begin:
             raise DamagedAnswer(f"{self.module.name}: the pointer is not at {begin}")
         self.put(self.module.speech.framed(self.sheet.enter.form))
         if checked:
@@ -267,11 +284,9 @@ def _groups(program: Sequence[Statement]) -> list[list[Statement]]:
 def write_memory(restore: Restore) -> None:
     """Write a program into a memory with addresses; the pointer is as it was."""
     writer = MemoryWriter(restore)
-    module = restore.module
-    what = next(n for n, (ask, _) in module.speech.questions.items() if ask[-1] == writer.reader.pointer.form)
-    pointer = int(module.value(what))
+    pointer = writer.pointer
     writer.write()
-    module.ask(f"{writer.reader.pointer.form} {pointer}")
+    restore.module.ask(f"{writer.reader.pointer.form} {pointer}")
 
 
 def send(restore: Restore) -> None:

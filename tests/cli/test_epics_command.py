@@ -1,0 +1,68 @@
+"""slewline epics: what is wrong is told before anything is served."""
+
+from __future__ import annotations
+
+import pytest
+
+import slewline.testing  # pySerial knows slewline://
+from slewline.cli.main import invoke
+from slewline.testing.endpoints import running
+
+pytest.importorskip("caproto")
+serial = pytest.importorskip("serial")
+
+RAMP = ("S=10", "T=1000 steps/s", "R=50")
+OPTIONS = ("--part", "gs-c200s", "--record", "m1")
+
+
+@pytest.fixture
+def module():
+    """A module without checksums, and how a program speaks to it."""
+    module = running("gs-c200s", straps={"chs": 0})
+    yield module
+    module.close()
+
+
+def refused(capsys, *arguments):
+    """What is said; nothing is served."""
+    assert invoke(["epics", *map(str, arguments)]) in (1, 2)
+    out, err = capsys.readouterr()
+    assert out == ""
+    return err
+
+
+@pytest.mark.parametrize(
+    ("parameters", "says"),
+    [
+        (("S=10", "R=50"), "no value for T (slew speed, 1..1000 (10 steps/s))"),
+        ((*RAMP, "X=1"), "no parameter 'X'"),
+        ((*RAMP, "S=20"), "'S=20'; expected each parameter of the ramp once, as in S=10"),
+        (("S10", *RAMP), "'S10'; expected each parameter of the ramp once, as in S=10"),
+        (("S=10", "T=5000", "R=50"), "T '5000'; allowed 1..1000"),
+        ((*RAMP, "--resolution", "0"), "allowed units per step"),
+        ((*RAMP, "--every", "0"), "--every 0.0; allowed 0.05 to 3600 s"),
+        ((*RAMP, "--baud", "1000"), "--baud 1000: no rate of the GS-C200S"),
+    ],
+)
+def test_what_is_wrong_is_told(capsys, module, parameters, says):
+    assert says in refused(capsys, module.url, *OPTIONS, *parameters)
+    assert module.position == 0
+
+
+def test_a_port_that_is_not_there_is_told(capsys):
+    assert "/dev/none: No such file or directory" in refused(capsys, "/dev/none", *OPTIONS, *RAMP)
+
+
+def test_a_part_that_has_no_serial_line_is_told(capsys, module):
+    said = refused(capsys, module.url, "--part", "cy525", "--record", "m1", *RAMP)
+    assert "no serial line" in said
+
+
+def test_another_program_is_not_replaced_unasked(capsys, module):
+    with serial.serial_for_url(module.url, 9600, bytesize=7, parity="O", stopbits=2, timeout=2) as port:
+        for line in (b"Po", b"S10", b"T100", b"R50", b"+200", b"Px"):
+            port.write(line + b"\r")
+            assert port.read_until(b"\r") == b"Y\r"
+    said = refused(capsys, module.url, *OPTIONS, *RAMP)
+    assert "a program of 4 lines is in its RAM, which moves would replace; save it by slewline pull" in said
+    assert module.ask("Q").count("\r") == 4
