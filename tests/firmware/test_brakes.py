@@ -8,13 +8,14 @@ from slewline.drive.board import wire
 from slewline.drive.board.records import Record
 from slewline.drive.board.wire import FrameKind, Happening, Reflex
 from slewline.drive.stopping.ways import spread
+from tests.ensembles import members
 
 from .dialogue import told_to_twin
 from .test_rates import HZ, Host, events, ramp
 
 WAIT = 6_000_000  # ticks, in which a way down ends
 WATCHDOG = 60_000
-FEW, MANY = 3, 40
+FEW, MANY = 2, 40
 FAST_RATE = 27_000
 HALVES = (1, 3, 2, 6, 4, 12, 8, 9)
 
@@ -74,11 +75,10 @@ def braked(emulator, rate, cause, phase, way, length, pattern=(0,) * 8):
     return host
 
 
-@pytest.mark.timeout(600)
 @pytest.mark.parametrize("way", [None, 40])
 @pytest.mark.parametrize("cause", ["underrun", "stop", "input", "watchdog"])
 @pytest.mark.parametrize("rate", [27_000, 45_000])
-@pytest.mark.parametrize("phases", [range(FEW), pytest.param(range(FEW, MANY), marks=pytest.mark.long)], ids=len)
+@members("phases", FEW, MANY, at_once=MANY)
 def test_a_brake_ends_in_a_way_down(emulator, rate, cause, way, phases):
     lead = {"underrun": Happening.UNDERRUN, "watchdog": Happening.WATCHDOG}.get(cause, Happening.BRAKED)
     late = 0
