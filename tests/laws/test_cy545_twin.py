@@ -15,7 +15,7 @@ from .twins import agree, compared, hashes_are_free, ties_are_free
 ENDS = {("G", "done"), ("G", "stopped"), ("G", "limit"), ("G", "cut"), ("H", "done"), ("H", "limit"), ("J", "done")}
 
 
-@pytest.mark.parametrize("block", few(range(4), 1))
+@pytest.mark.parametrize("block", few((1, 0, 2, 3), 1))
 def test_fast_path_and_twin_agree(block: int) -> None:
     kinds: Counter[str] = Counter()
     ends: set[tuple[str, str]] = set()

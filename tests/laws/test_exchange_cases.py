@@ -87,7 +87,7 @@ def instants(what: str) -> list[int]:
     return sorted({at + beside for at in found for beside in (-1, 0, 1, 20 * NS)})
 
 
-@pytest.mark.parametrize("every", [8, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.parametrize("every", [6, pytest.param(1, marks=pytest.mark.long)])
 @pytest.mark.parametrize(
     ("what", "how", "within"),
     [
@@ -101,7 +101,7 @@ def instants(what: str) -> list[int]:
 def test_what_happens_at_any_edge_leaves_what_it_leaves_edge_by_edge(
     what: str, how: str, within: bool, every: int
 ) -> None:
-    """At every eighth instant, from another one on for each way to disturb it; the long run takes all of them."""
+    """At every sixth instant, from another one on for each way to disturb it; the long run takes all of them."""
     make, quiet = OF[what]
     for at in instants(what)[list(AT_ONE).index(how) % every :: every]:
         acts = []

@@ -25,7 +25,7 @@ from .motor_dialogues import DRIVERS, LOADS, UNIPOLAR, Dialogue, blocks, differe
 from .motor_twin import slow
 
 QUICK = (6, 1, 11, 3, 13, 5, 17, 7, 18, 15, 21)
-TWINS = (2, 3, 6, 22, 30)
+TWINS = (6, 2, 22, 3, 30)
 KINDS = (
     "cy525", "gs-c200s", "mc1151a-e", "fed back", "circle", "carriage", "gear", "stop", "phases", "gs_d200", "levels",
 )  # fmt: skip
