@@ -19,8 +19,8 @@ def few(members: Iterable[Any], count: int) -> list[Any]:
 
 
 def in_long_runs(member: Any) -> Any:
-    """Return a member, several arguments or one, as a parameter of long runs."""
-    return pytest.param(*(member if isinstance(member, tuple) else (member,)), marks=pytest.mark.long)
+    """Return a member as a parameter of long runs."""
+    return pytest.param(member, marks=pytest.mark.long)
 
 
 def members(name: str, count: int, many: int, at_once: int = AT_ONCE) -> Callable[[Test], Test]:
