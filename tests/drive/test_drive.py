@@ -11,6 +11,7 @@ import slewline
 from slewline.drive.board.boards import UNO
 from slewline.drive.board.wire import BoardState, Happening
 from slewline.errors import Timeout, UsageError
+from tests.ensembles import few
 
 from .families import SCRIPTS, furnished
 from .rig import HZ, MS_NS, TwinLine, check_steps, drive_of
@@ -35,7 +36,7 @@ def test_streams_of_all_families(name):
         assert drive.state == "ok" and not drive.troubles
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", few(range(3), 1))
 @pytest.mark.parametrize("name", ["cy525 to and fro", "gs-c200s moves in a row", "cy545 to 27 k", "mc1451a to 45 k"])
 def test_pauses_of_the_host_up_to_half_the_horizon(name, seed):
     rnd = Random(f"pauses {seed}")
@@ -371,7 +372,7 @@ def test_an_emergency_stop_on_the_way_down_may_have_cost_steps():
 
 
 # ---------------------------------------------------------------------------------------------------------------- line
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", few(range(4), 2))
 def test_a_line_that_damages_one_frame_in_a_hundred_loses_no_step(seed):
     rnd = Random(f"damage {seed}")
     bench, x, _, seconds = furnished("cy525 top")

@@ -8,6 +8,7 @@ from slewline.drive.board import wire
 from slewline.drive.board.records import PAUSE, REST, Record
 from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, BoardState, FrameKind, FrameResult, Happening
 from slewline.errors import UsageError
+from tests.ensembles import few
 
 from .pipe import MS, Pipe
 
@@ -41,7 +42,7 @@ def train(count: int, interval: int = 100_000) -> list[Record]:
 INTERVALS = {"late and bytes": 700_000}
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", few(range(5), 2))
 @pytest.mark.parametrize("line", LINES)
 def test_every_record_arrives_once_and_in_order_and_every_event_is_told_once_and_in_order(line: str, seed: int) -> None:
     pipe = opened(Pipe(seed, **LINES[line], ppm=4000, begun=2**32 * 60))  # type: ignore[arg-type]
@@ -105,7 +106,7 @@ def test_what_the_board_refuses_is_told_and_what_comes_behind_it_goes_on() -> No
     assert [*pipe.twin.queue] == train(7)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", few(range(10), 4))
 def test_a_refusal_on_a_bad_line_drops_that_one_alone(seed: int) -> None:
     pipe = opened(Pipe(seed, bad_frames=0.2))
     refused: list[Answer] = []
@@ -144,7 +145,7 @@ def test_records_wait_for_slots_and_everything_behind_them_too() -> None:
     assert pipe.link.answer is not None and pipe.link.resent == 0
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", few(range(10), 4))
 def test_a_stop_goes_first_and_what_was_said_after_it_comes_after_it(seed: int) -> None:
     pipe = opened(Pipe(seed, bad_frames=0.2))
     told: list[BoardEvent] = []
@@ -162,7 +163,7 @@ def test_a_stop_goes_first_and_what_was_said_after_it_comes_after_it(seed: int) 
     assert pipe.twin.position == told[0].position > 0
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", few(range(10), 4))
 def test_a_boot_is_noticed_at_any_time_and_the_clock_goes_on(seed: int) -> None:
     pipe = opened(Pipe(seed, bad_frames=0.1))
     booted: list[int] = []

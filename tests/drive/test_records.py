@@ -10,6 +10,7 @@ import pytest
 from slewline.drive.board import records
 from slewline.drive.board.records import DOWN, HALF, OUT, PAUSE, PER_TICK, REST, Record, fit, length, pauses
 from slewline.errors import UsageError
+from tests.ensembles import few
 
 SHORTEST = 224
 
@@ -72,7 +73,7 @@ def trains(seed: int) -> dict[str, list[float]]:
     }
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", few(range(4), 2))
 @pytest.mark.parametrize("tolerance", [PER_TICK, 8 * PER_TICK])
 def test_every_step_is_within_the_tolerance(seed: int, tolerance: int) -> None:
     for name, intervals in trains(seed).items():
@@ -93,7 +94,7 @@ def test_equal_intervals_that_are_no_whole_ticks_are_one_record_and_quadratic_on
     assert len(fit([*Record(0, 65_535, 300).times(0), 65_536 * 300 * PER_TICK], 0)) == 2  # the count has 16 bits
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", few(range(20), 8))
 def test_no_record_could_be_longer(seed: int) -> None:
     """The greedy fit against a search over all values of `add` in steps of 1/20 tick, for short trains."""
     chance = random.Random(seed)

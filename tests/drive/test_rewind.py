@@ -12,6 +12,7 @@ from slewline.drive.board.wire import BoardConfig, Reflex
 from slewline.drive.drive import Drive
 from slewline.drive.stopping.reflexes import Homing, configured, inputs_of
 from slewline.errors import UsageError
+from tests.ensembles import members
 
 from .families import GSC
 from .rig import HZ, TwinLine, check_steps, drive_of
@@ -88,11 +89,12 @@ def signature(bench, stop):
     return x.steps(0, stop).positions.tolist(), dict(x.registers)
 
 
+@members("numbers", 5, 25)
 @pytest.mark.parametrize("name", [name for name in CASES if "mark" not in name])
-def test_the_chip_stops_where_the_board_has(name, tmp_path):
-    rnd = Random(name)
+def test_the_chip_stops_where_the_board_has(name, numbers, tmp_path):
     off, differing = [], 0
-    for number in range(25):
+    for number in numbers:
+        rnd = Random(f"{name} {number}")
         (folder := tmp_path / str(number)).mkdir()
         rig = Driven(folder, name, rnd)
         drive, line = rig.drive, rig.line
@@ -125,9 +127,10 @@ def test_the_chip_stops_where_the_board_has(name, tmp_path):
     assert differing <= 2 * (name in RAMPS) and all(abs(each) <= 1 for each in off), off
 
 
-def test_a_command_that_acts_at_once_stops_the_motor_at_once(tmp_path):
-    rnd = Random("K")
-    for number, (command, rate) in enumerate([("K", 50), ("Z", 50)] * 5):
+@members("numbers", 2, 10)
+def test_a_command_that_acts_at_once_stops_the_motor_at_once(numbers, tmp_path):
+    for number in numbers:
+        command, rate, rnd = "KZ"[number % 2], 50, Random(f"K {number}")
         (folder := tmp_path / str(number)).mkdir()
         rig = Driven(folder, "gs-c200s homing", rnd)
         rig.host.send(f"Po\rS50\rT{rate}\rR90\r+5000\rPx\rE\r")

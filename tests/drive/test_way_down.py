@@ -8,11 +8,12 @@ from typing import NamedTuple
 import pytest
 
 import slewline
+from tests.ensembles import members
 
 from . import test_rewind
 from .test_rewind import Driven
 
-FEW, MANY = 5, 100
+FEW, MANY = 2, 100
 
 
 class BrakeCase(NamedTuple):
@@ -48,11 +49,7 @@ CASES = {
 }
 
 
-def each_phase(test):
-    """A few phases in the normal run, all of them in long ones."""
-    others = [pytest.param(range(at, min(at + 20, MANY)), marks=pytest.mark.long) for at in range(FEW, MANY, 20)]
-    given = pytest.mark.parametrize("phases", [range(FEW), *others], ids=lambda each: f"{each[0]} to {each[-1]}")
-    return pytest.mark.timeout(600)(given(test))
+each_phase = members("phases", FEW, MANY)
 
 
 @each_phase

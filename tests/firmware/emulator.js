@@ -45,9 +45,32 @@ function readHex(text) {
   return new Uint16Array(memory.buffer);
 }
 
+/** Return what an instruction does, by the place in the program where it stands.
+ *
+ *  avr8js asks at every step which of some hundred branches is meant, and that is most of its time.  Here each branch is
+ *  a function of its own, and is chosen once.  Where its text looks otherwise, it goes on asking.
+ */
+function decoded(whole, program) {
+  const text = whole.toString();
+  const [, opcode, asked, end] = text.match(/^    const (\w+) = [^\n]*\n(.*^    \})\n(.*)\}$/ms) || [];
+  const branches = [...(asked || "").matchAll(/^    (?:else )?if \((.*?)\) \{\n(.*?)^    \}(?: |\n|$)/gms)];
+  if (!asked || asked.match(/^    \}/gm).length !== branches.length) return Array.from(program, () => whole);
+  const which = new Function(opcode, branches.map(([, meant], at) => `if (${meant}) return ${at};`).join("\n"));
+  const made = branches.map(([, , does]) =>
+    new Function("isTwoWordInstruction", `return (cpu, ${opcode}) => {\n${does}${end}};`)(isTwoWords),
+  );
+  return Array.from(program, (word) => made[which(word)] || whole);
+}
+
+/** Return whether LDS, STS, JMP or CALL is meant. */
+function isTwoWords(opcode) {
+  return (opcode & 0xfc0f) === 0x9000 || (opcode & 0xfe0c) === 0x940c;
+}
+
 class Board {
   constructor({ CPU, avrInstruction }, program) {
-    this.instruction = avrInstruction;
+    this.instructions = decoded(avrInstruction, program);
+    this.program = program;
     this.cpu = new CPU(program, RAM - 0x100);
     this.levels = 0x3f; // of the inputs: nothing is connected, pull-ups
     this.looped = false; // STEP to D4
@@ -304,7 +327,7 @@ class Board {
     const { cpu } = this;
     const { data } = cpu;
     const before = data[SREG] & 0x80;
-    this.instruction(cpu);
+    this.instructions[cpu.pc](cpu, this.program[cpu.pc]);
     if (cpu.cycles >= this.next) {
       this.#happen(cpu.cycles);
       this.#plan();

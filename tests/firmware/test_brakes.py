@@ -10,6 +10,7 @@ from slewline.drive.board import wire
 from slewline.drive.board.records import Record
 from slewline.drive.board.wire import FrameKind, Happening, Reflex
 from slewline.drive.stopping.ways import spread
+from tests.ensembles import members
 
 from .chain import phase_lags
 from .dialogue import told_to_twin
@@ -18,7 +19,7 @@ from .test_rates import HALVES, HZ, Host, events, ramp
 
 WAIT = 6_000_000  # ticks, in which a way down ends
 WATCHDOG = 60_000
-FEW, MANY = 3, 100
+FEW, MANY = 2, 100
 
 
 class BrakedHost(Host):
@@ -89,11 +90,10 @@ def check(host, cause):
         assert phase_lags(board)[0].max() <= PHASES_WITHIN
 
 
-@pytest.mark.timeout(600)
 @pytest.mark.parametrize("way", [None, 40])
 @pytest.mark.parametrize("cause", ["underrun", "stop", "input", "watchdog"])
 @pytest.mark.parametrize("rate", [27_000, 45_000])
-@pytest.mark.parametrize("phases", [range(FEW), pytest.param(range(FEW, MANY), marks=pytest.mark.long)], ids=len)
+@members("phases", FEW, MANY, at_once=MANY)
 def test_a_brake_ends_in_a_way_down(emulator, rate, cause, way, phases):
     for phase in phases:
         # with short records the one more step is now and then that of the next one
@@ -101,8 +101,7 @@ def test_a_brake_ends_in_a_way_down(emulator, rate, cause, way, phases):
         check(braked(emulator, rate, cause, phase, way, length, pattern), cause)
 
 
-@pytest.mark.timeout(600)
-@pytest.mark.parametrize("seeds", [range(3), pytest.param(range(3, 203), marks=pytest.mark.long)], ids=len)
+@members("seeds", 2, 202, at_once=200)
 def test_brakes_at_any_rate_with_ways_of_any_length(emulator, seeds):
     for seed in seeds:
         random = Random(seed)

@@ -10,6 +10,7 @@ import pytest
 import slewline
 from slewline.drive.board.wire import BoardState, Happening
 from tests.drive.families import SCRIPTS, furnished
+from tests.ensembles import members
 
 from .chain import WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, unharmed, wanted
 
@@ -115,12 +116,7 @@ def test_a_line_that_damages_one_frame_in_a_hundred_loses_no_step(emulator, name
         line.damage = unharmed
 
 
-@pytest.mark.timeout(600)
-@pytest.mark.parametrize(
-    "seeds",
-    [range(1), pytest.param(range(1, 12), marks=pytest.mark.long)],
-    ids=lambda seeds: f"{seeds[0]} to {seeds[-1]}",
-)
+@members("seeds", 1, 12)
 @pytest.mark.parametrize("name", STREAMS)
 def test_a_line_that_damages_one_byte_in_a_hundred_is_slow_or_dry_and_the_count_is_exact(emulator, name, seeds):
     dry = 0
@@ -149,12 +145,7 @@ def test_a_line_that_damages_one_byte_in_a_hundred_is_slow_or_dry_and_the_count_
     print(f"{name}: {dry} of {len(seeds)} dry")
 
 
-@pytest.mark.timeout(600)
-@pytest.mark.parametrize(
-    "seeds",
-    [range(3), *(pytest.param(range(at, at + 20), marks=pytest.mark.long) for at in range(3, 203, 20))],
-    ids=lambda seeds: f"{seeds[0]} to {seeds[-1]}",
-)
+@members("seeds", 3, 203)
 def test_a_host_that_is_killed_at_any_instant(emulator, seeds):
     for seed in seeds:
         random = Random(f"killed {seed}")

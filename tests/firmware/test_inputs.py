@@ -11,10 +11,11 @@ import pytest
 import slewline
 from slewline.drive.board.wire import BoardConfig, BoardState, Happening, Reflex
 from tests.drive.families import GSC
+from tests.ensembles import members
 
 from .chain import HZ, WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, wanted
 
-FEW, MANY = 5, 100
+FEW, MANY = 2, 100
 WAY_DOWN_WITHIN = 3000  # ticks that a step of a ramp may be off whose levels share 40 entries
 STAMP_WITHIN = 1400  # ticks from an edge to the instant that the board tells
 
@@ -134,11 +135,7 @@ def lawful(case, edges, until_ms):
     return x
 
 
-def each_phase(test):
-    """A few phases in the normal run, the others in long ones, not too many at a time."""
-    others = [pytest.param(range(at, min(at + 20, MANY)), marks=pytest.mark.long) for at in range(FEW, MANY, 20)]
-    given = pytest.mark.parametrize("seeds", [range(FEW), *others], ids=lambda seeds: f"{seeds[0]} to {seeds[-1]}")
-    return pytest.mark.timeout(600)(given(test))
+each_phase = members("seeds", FEW, MANY)
 
 
 @each_phase

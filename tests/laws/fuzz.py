@@ -175,15 +175,15 @@ def run(bytes_wanted: int, seed: int, journal: str | None = None, mad: type[Mad]
     return one
 
 
-def check(bytes_wanted: int, folder: Path, mad: type[Mad] = Mad) -> None:
+def check(bytes_wanted: int, folder: Path, mad: type[Mad] = Mad, seed: int = 1) -> None:
     """Run so many bytes: every command is reached, RESET brings the chip back, run and journal repeat it."""
     journal = str(folder / "journal")
-    one = run(bytes_wanted, 1, journal, mad)
+    one = run(bytes_wanted, seed, journal, mad)
     print(one.accepted, dict(one.effects), dict(one.findings))
     assert one.accepted >= bytes_wanted
     for letter in set(one.letters) - {"Q"}:
         assert one.effects[letter] >= bytes_wanted // 2000, f"{letter} was hardly reached"
-    assert run(bytes_wanted, 1, mad=mad).digest() == one.digest()
+    assert run(bytes_wanted, seed, mad=mad).digest() == one.digest()
     assert replayed(journal) == one.end_state()
 
 

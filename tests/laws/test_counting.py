@@ -13,6 +13,7 @@ import pytest
 import slewline
 from slewline.core.wires.net import Driver
 from slewline.parts.base.part import Part
+from tests.ensembles import few
 
 from . import dialogues, gsc_dialogues, mc_dialogues
 from .edge_driven import placed
@@ -112,7 +113,7 @@ def agree(seed: int) -> int:
     return edges + len({repr(answer) for answer in twin["answers"].values()}) - 1
 
 
-@pytest.mark.parametrize("block", range(10))
+@pytest.mark.parametrize("block", few(range(10), 4))
 def test_parts_that_count_and_parts_that_step_agree(block: int) -> None:
     assert sum(agree(seed) for seed in range(block * 10, block * 10 + 10)) > 0
 
@@ -209,12 +210,12 @@ def behind(seed: int, family: str) -> int:
 
 @pytest.mark.parametrize("family", BEHIND)
 def test_parts_behind_a_chip_do_what_their_twins_do(family: str) -> None:
-    assert sum(behind(seed, family) for seed in range(10)) > 100
+    assert sum(behind(seed, family) for seed in range(4)) > 20
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3000)
 @pytest.mark.parametrize("family", BEHIND)
 def test_parts_behind_a_chip_do_what_their_twins_do_in_many_dialogues(family: str) -> None:
-    for seed in range(1000, 1334):
+    for seed in (*range(4, 10), *range(1000, 1334)):
         behind(seed, family)

@@ -6,6 +6,8 @@ from collections import Counter
 
 import pytest
 
+from tests.ensembles import few
+
 from . import cy545_dialogues
 from .cy545_dialogues import KINDS, made
 from .twins import agree, compared, hashes_are_free, ties_are_free
@@ -13,9 +15,7 @@ from .twins import agree, compared, hashes_are_free, ties_are_free
 ENDS = {("G", "done"), ("G", "stopped"), ("G", "limit"), ("G", "cut"), ("H", "done"), ("H", "limit"), ("J", "done")}
 
 
-@pytest.mark.parametrize(
-    "block", [0, 1, pytest.param(2, marks=pytest.mark.long), pytest.param(3, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("block", few((1, 0, 2, 3), 1))
 def test_fast_path_and_twin_agree(block: int) -> None:
     kinds: Counter[str] = Counter()
     ends: set[tuple[str, str]] = set()

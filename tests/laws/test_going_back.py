@@ -15,9 +15,10 @@ import pytest
 
 import slewline
 from slewline.bench.rewinding import ReachablePast, driven, take_over
+from tests.ensembles import members
 
 MS = 10**9
-PHASES = 20
+FEW, MANY = 6, 20
 AHEAD = 100 * MS  # the present is so far behind the input
 
 
@@ -84,11 +85,13 @@ def state(bench: slewline.Bench) -> tuple[Any, ...]:
     return steps, dict(x.registers), heard, [str(found) for found in bench.findings], x.waiting, host.waiting
 
 
+@members("phases", FEW, MANY)
 @pytest.mark.parametrize("name", CASES)
-def test_an_input_of_the_past_is_one_that_came_at_its_time(name: str, tmp_path: Path) -> None:
-    case, chance = CASES[name], Random(name)
+def test_an_input_of_the_past_is_one_that_came_at_its_time(name: str, phases: range, tmp_path: Path) -> None:
+    case = CASES[name]
     differing = 0
-    for number in range(PHASES):
+    for number in phases:
+        chance = Random(f"{name} {number}")
         first = chance.randrange(int(case.first_ms * MS), int(case.last_ms * MS))
         edges = [(pin, level, first + n * 7 * MS) for n, (pin, level) in enumerate(case.edges)]
         present = edges[-1][2] + chance.randrange(1, AHEAD)
@@ -115,4 +118,4 @@ def test_an_input_of_the_past_is_one_that_came_at_its_time(name: str, tmp_path: 
         assert state(new) == state(straight), (number, edges, present)
         if number % 10 == 0:
             assert state(slewline.replay(tmp_path / "a")) == state(straight)
-    assert differing > PHASES // 2
+    assert differing > len(phases) // 2

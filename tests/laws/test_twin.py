@@ -7,6 +7,7 @@ from random import Random
 import pytest
 
 import slewline
+from tests.ensembles import few
 
 from . import dialogues
 from .dialogues import Played
@@ -15,9 +16,7 @@ from .twins import agree, hashes_are_free, ties_are_free
 KINDS = ("abort", "inhibit", "rate", "read", "reset", "tie")
 
 
-@pytest.mark.parametrize(
-    "block", [0, 1, 2, pytest.param(3, marks=pytest.mark.long), pytest.param(4, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("block", few(range(5), 2))
 def test_fast_path_and_twin_agree(block: int) -> None:
     agree(dialogues, range(block * 20, block * 20 + 20))
 

@@ -12,6 +12,7 @@ from slewline.links.clients.control_client import merged
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 from slewline.links.views.dialogue import Dialogue
+from tests.ensembles import few
 
 from .conftest import Asks, Threaded
 
@@ -72,7 +73,7 @@ LINES = (
 )
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", few(range(3), 1))
 def test_the_changes_make_the_view_at_every_stop(stand, seed):
     hosts, another = stand
     chance = random.Random(seed)
@@ -108,9 +109,10 @@ def settled(watching, plain):
     assert said == entries
 
 
-def test_fifty_clients_are_told_the_same(stand):
+@pytest.mark.parametrize("clients", few([12, 50], 1))
+def test_many_clients_are_told_the_same(stand, clients):
     hosts, another = stand
-    plain, many = another(), [Watching(another()) for _ in range(50)]
+    plain, many = another(), [Watching(another()) for _ in range(clients)]
     hosts[1].send(b"V1\r")
     plain("advance", time="100 ms")
     for watching in many:

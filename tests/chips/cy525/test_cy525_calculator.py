@@ -12,6 +12,7 @@ import pytest
 
 import slewline
 from slewline.errors import UsageError
+from tests.ensembles import few
 
 Make = Callable[..., Any]
 Period = Callable[[int], int]  # clocks of a step at a rate
@@ -183,7 +184,7 @@ def cases() -> list[tuple[int, int, str, float, dict[str, int]]]:
     return [*found, *edges]
 
 
-@pytest.mark.parametrize("case", cases())
+@pytest.mark.parametrize("case", few(cases(), 16))
 def test_what_is_found_is_the_best_of_all_s_and_z(
     mover: Make, case: tuple[int, int, str, float, dict[str, int]]
 ) -> None:

@@ -288,7 +288,7 @@ def test_home_steps_at_a_twentieth_of_the_first_rate_without_ramp() -> None:
 
 @pytest.mark.fact("CY545-HOME-7", "CY545-HOME-1")
 def test_home_ends_at_the_same_place_from_everywhere_whatever_the_backlash() -> None:
-    places(Random(1), 60)
+    places(Random(1), 20)
 
 
 @pytest.mark.long
