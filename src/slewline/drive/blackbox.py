@@ -11,7 +11,6 @@ took the time of the board to be; ">" goes to the board.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
