@@ -96,8 +96,6 @@ def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
             try:
                 return function(*given)
             except Exception:  # of whatever kind: what was kept is unpickled, at the first call
-                if function is not kept[name]:
-                    raise
                 drop_source(path)
                 function = anew()[name]
                 return function(*given)
