@@ -182,7 +182,6 @@ class Conversation:
         except UnicodeError:
             return Reply(failure=f":send {text}: allowed ASCII, and \\r, \\n, \\x41 for other characters")
         since, findings = self._odd(data)
-        self.module.tidy()
         self.module.send(data)
         answer = b""
         while chunk := self.module.port.read(self.speech.patience("")).data:
