@@ -10,7 +10,7 @@ import slewline.testing  # noqa: F401  # pySerial knows slewline://
 from slewline.chips import sheet_of
 from slewline.modules.finding import find
 from slewline.modules.module import Module
-from slewline.modules.port import Port
+from slewline.modules.port import ModulePort
 from slewline.modules.speech import speech_of
 from tests.links.conftest import client, serve  # noqa: F401
 
@@ -43,7 +43,7 @@ def module():
         def make(url, *, may_move=False, **speech):
             part = url.partition("?")[0]
             spoken = speech_of(sheet_of(part), **speech)
-            port = stack.enter_context(Port(f"slewline://{url}", spoken.setting))
+            port = stack.enter_context(ModulePort(f"slewline://{url}", spoken.setting))
             port.write(spoken.wake)
             return Module(port, spoken, Taken(), may_move=may_move)
 

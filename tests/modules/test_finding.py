@@ -13,7 +13,7 @@ from slewline.language.lines import parse
 from slewline.modules.failures import DamagedAnswer, NoAnswer
 from slewline.modules.finding import LOOKS_FOR, find
 from slewline.modules.module import Module
-from slewline.modules.port import Port
+from slewline.modules.port import ModulePort
 from slewline.modules.speech import QuerySpeech, speech_of
 
 RATES = [(levels, rate) for levels, rate in sheet_of("gs-c200s").through(SerialLine).bauds.items()]
@@ -88,7 +88,7 @@ def test_at_no_other_rate_is_the_question_a_command(part, straps):
             continue
         speech = speech_of(sheet, sent[1], checked, address)
         urls = "&".join(f"br{n}={level}" for n, level in enumerate(levels))
-        with Port(f"slewline://{part}?{straps}&{urls}", speech.setting) as port:
+        with ModulePort(f"slewline://{part}?{straps}&{urls}", speech.setting) as port:
             taken = []
             chip = port.line.chip
             chip.on_command.add(taken.append)
@@ -107,7 +107,7 @@ def test_at_no_other_rate_is_what_is_sent_to_a_part_with_queries_a_command_that_
             continue
         taken = []
         speech = speech_of(sheet_of(part), sent)
-        with Port(f"slewline://{part}?fixed_baud={rate}", speech.setting) as port:
+        with ModulePort(f"slewline://{part}?fixed_baud={rate}", speech.setting) as port:
             chip = port.line.chip
             chip.on_command.add(taken.append)
             with pytest.raises((NoAnswer, DamagedAnswer)):

@@ -169,7 +169,7 @@ def test_a_busy_module_is_not_disturbed(found, tmp_path):
     assert (steps(x), [*tmp_path.iterdir()]) == (5000, [])
 
 
-# --------------------------------------------------------------------------------------------- what is kept without power
+# --------------------------------------------------------------------------------------- what is kept without power
 @pytest.mark.parametrize("part", ["gs-c200", "gs-c200s"])
 @pytest.mark.parametrize("ram", [DRILL, []])
 def test_the_program_of_the_eeprom_is_saved_and_ram_is_put_back(found, tmp_path, part, ram):

@@ -6,7 +6,7 @@ from ..errors import SlewlineError
 
 
 class ModuleFailure(SlewlineError, OSError):
-    """A module does not do what it was told, or nothing is known of it any more."""
+    """A module does not do what is asked of it, or nothing is known of it any more."""
 
     def __str__(self) -> str:  # OSError would print numbers
         return str(self.args[0]) if self.args else ""
@@ -29,7 +29,7 @@ class DamagedAnswer(ModuleFailure):
 
 
 class RefusedCommand(ModuleFailure):
-    """The module has answered that it does not do what it was told.
+    """The module has answered that it does not do what was asked.
 
     Args:
         code: the answer, such as "E2".

@@ -13,8 +13,8 @@ from types import MappingProxyType
 
 from ..core.datasheet.table import Sheet
 from .failures import DamagedAnswer, NoAnswer, RefusedCommand
-from .module import Module, Transcript
-from .port import Port
+from .module import DialogueRecord, Module
+from .port import ModulePort
 from .speech import CR, LineSpeech, QuerySpeech, Speech, speech_of
 
 LOOK_S = 0.35  # of silence at a rate, after which the next one is tried
@@ -28,7 +28,7 @@ def find(
     baud: int | None = None,
     checked: bool | None = None,
     address: int | None = None,
-    transcript: Transcript | None = None,
+    transcript: DialogueRecord | None = None,
     may_move: bool = False,
 ) -> Module:
     """Return the module at a port, which has answered a question.
@@ -47,7 +47,7 @@ def find(
         PortLost: the port is gone.
     """
     speech = speech_of(sheet, baud, checked, address)
-    port = Port(where, speech.setting)
+    port = ModulePort(where, speech.setting)
     try:
         look = next(look for kind, look in LOOKS_FOR.items() if isinstance(speech, kind))
         return look(Module(port, speech, transcript, may_move=may_move), baud, checked)

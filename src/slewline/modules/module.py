@@ -8,7 +8,7 @@ from time import monotonic_ns
 from typing import NamedTuple, Protocol
 
 from .failures import DamagedAnswer, MotionRefused, NoAnswer, RefusedCommand
-from .port import Port
+from .port import ModulePort
 from .speech import Speech
 
 TRIES = 4
@@ -16,7 +16,7 @@ NOISE = "check cable, rate and format for noise, and call again"
 TIDY_S = 0.05  # of silence, after which nothing comes any more of what was not asked for
 
 
-class Transcript(Protocol):
+class DialogueRecord(Protocol):
     """What takes down a dialogue; a `DialogueFile` does."""
 
     def host(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
@@ -29,7 +29,7 @@ class Transcript(Protocol):
         """Take a remark."""
 
 
-class NoTranscript:
+class NoRecord:
     """Takes nothing down."""
 
     def host(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
@@ -42,7 +42,7 @@ class NoTranscript:
         """Do nothing."""
 
 
-class Answer(NamedTuple):
+class ModuleAnswer(NamedTuple):
     """An answer, without checksums, and its instants (ns of `time.monotonic_ns`).
 
     `lines` is empty where a command is not answered; `sent_ns` is when it was sent, `first_ns` and `last_ns` when the
@@ -71,10 +71,10 @@ class Module:
     """
 
     def __init__(
-        self, port: Port, speech: Speech, transcript: Transcript | None = None, *, may_move: bool = False
+        self, port: ModulePort, speech: Speech, transcript: DialogueRecord | None = None, *, may_move: bool = False
     ) -> None:
         self.port, self.speech, self.may_move = port, speech, may_move
-        self.transcript: Transcript = NoTranscript() if transcript is None else transcript
+        self.transcript: DialogueRecord = NoRecord() if transcript is None else transcript
         self.entering = False  # this session has begun program entry, and not ended it
 
     @property
@@ -83,7 +83,7 @@ class Module:
         return f"{self.speech.sheet.part} at {self.port.where}"
 
     # ------------------------------------------------------------------------------------------------------- commands
-    def ask(self, command: str) -> Answer:
+    def ask(self, command: str) -> ModuleAnswer:
         """Send a command; return its answer.
 
         What came damaged to the module is sent again, and so is a question whose answer came damaged, or not at all.
@@ -117,7 +117,7 @@ class Module:
         *,
         again: bool = False,
         enough: Callable[[bytes], bool] | None = None,
-    ) -> Answer:
+    ) -> ModuleAnswer:
         """Send a command once; return its answer, whatever it is.
 
         Args:
@@ -135,7 +135,7 @@ class Module:
         sent_ns = self.send(data)
         if not self.speech.answers(command):
             self._note_entry(command)
-            return Answer((), sent_ns, sent_ns, sent_ns)
+            return ModuleAnswer((), sent_ns, sent_ns, sent_ns)
         received, first_ns, last_ns = b"", 0, 0
         patience = self.speech.patience(command)
         while not (self.speech.is_complete(command, received) or (enough is not None and enough(received))):
@@ -151,7 +151,7 @@ class Module:
             raise DamagedAnswer(f"{self.name}: the answer to {command} came damaged: {damaged}; {NOISE}") from None
         if not (lines and self.speech.refusal(lines[-1])):
             self._note_entry(command)
-        return Answer(lines, sent_ns, first_ns, last_ns)
+        return ModuleAnswer(lines, sent_ns, first_ns, last_ns)
 
     def value(self, what: str) -> str:
         """Return what a question of the sheet is answered with: `what` is one of `speech.questions`.

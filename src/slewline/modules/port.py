@@ -32,7 +32,7 @@ class Chunk(NamedTuple):
     ns: int
 
 
-class Port:
+class ModulePort:
     """A serial port that is open, for nobody else where the system can see to it.
 
     Args:
@@ -141,7 +141,7 @@ class Port:
         with suppress(OSError):
             self.line.close()
 
-    def __enter__(self) -> Port:
+    def __enter__(self) -> ModulePort:
         return self
 
     def __exit__(

@@ -55,8 +55,8 @@ def push_command(**options: Any) -> int:
     """Send a program to a real module on PORT, and verify it by its listing; nothing is run.
 
     PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  What was there is saved
-    first.  With --store the module is told to keep the program only after its listing has agreed.  Where something goes
-    wrong, what stands in the module is said; the same command again goes on from there.
+    first.  With --store the module keeps the program without power, but only after its listing has agreed.  Where
+    something goes wrong, what stands in the module is said; the same command again goes on from there.
 
     A GS-C200 stays in program entry, since only E ends it, which runs the program.
     """

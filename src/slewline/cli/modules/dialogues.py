@@ -8,14 +8,12 @@ import click
 
 from ..options.kinds import HintingCommand
 from ..options.shared import EXIT, JSON, MEMORY, OPTIONS, path
-from ..options.values import FILE, Frequency, PartName, Strap, TimeWithUnit
-from .options import PORT, setting_options
+from ..options.values import FILE, PartName, Strap, TimeWithUnit
+from .options import CLOCK, MARKINGS, PORT, setting_options
 
-MARKINGS = click.option("--markings", metavar="TEXT", help="What is printed on the module, for the record.")
 STRAPS = click.option(
     "--strap", type=Strap(), multiple=True, help="How it is strapped, such as rec=0. May be repeated."
 )
-CLOCK = click.option("--crystal", type=Frequency(), help="Its clock, such as '11 MHz', where that is known.")
 ADDRESS = click.option("--address", type=int, metavar="N", help="Of the module, on a line of several.")
 CHECKSUM = click.option(
     "--checksum/--no-checksum", default=None, help="Lines end in checksums, or not; by default as the dialogue shows."

@@ -123,9 +123,9 @@ class CompareDialogue:
     def module(self, path: Path, header: DialogueHeader, speech: Speech) -> Iterator[Module]:
         """Yield the module, with a file that takes down what is said; of a failure before anything was, nothing."""
         from ...modules.module import Module
-        from ...modules.port import Port
+        from ...modules.port import ModulePort
 
-        with Port(str(self.port), speech.setting) as port:
+        with ModulePort(str(self.port), speech.setting) as port:
             file = SendableFile(path, replace(header, baud=speech.baud), lambda text: say(f"slewline: {text}"))
             try:
                 module = Module(port, speech, file, may_move=self.move)

@@ -8,10 +8,12 @@ from typing import Any, TypeVar
 import click
 
 from ..options.shared import path
-from ..options.values import PartName
+from ..options.values import Frequency, PartName
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+MARKINGS = click.option("--markings", metavar="TEXT", help="What is printed on the module, for the record.")
+CLOCK = click.option("--crystal", type=Frequency(), help="Its clock, such as '11 MHz', where that is known.")
 PORT = click.argument("port")
 PART = click.option(
     "--part",
@@ -38,4 +40,4 @@ def setting_options(function: Function) -> Function:
 
 def module_options(function: Function) -> Function:
     """Give a command the port of a module, and what it takes to speak to it."""
-    return PORT(PART(setting_options(DIALOGUE(function))))
+    return PORT(PART(setting_options(DIALOGUE(MARKINGS(CLOCK(function))))))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...core.time.timebase import hertz
 from ...errors import UsageError
 from ...modules.dialogue import DialogueFile, DialogueHeader
 from ...modules.failures import ModuleFailure
@@ -36,6 +37,8 @@ class PortOptions:
     checksum: bool | None
     address: int | None
     dialogue: str | None
+    markings: str | None
+    crystal: str | None
 
     @contextmanager
     def module(self, sheet: Sheet, beside: str, may_move: bool = False) -> Iterator[Module]:
@@ -45,7 +48,9 @@ class PortOptions:
         check_new(path, replace=False)
         found = find(self.port, sheet, baud=self.baud, checked=self.checksum, address=self.address, may_move=may_move)
         speech = found.speech
-        header = DialogueHeader(sheet.part, baud=speech.baud, checksum=speech.checked, address=speech.address)
+        crystal = None if self.crystal is None else int(hertz(self.crystal))
+        markings = self.markings or ""
+        header = DialogueHeader(sheet.part, markings, crystal, speech.baud, speech.checked, speech.address)
         with found.port, DialogueFile(path, header, tell) as file:
             found.transcript = file
             tell(f"{found.name}, {speech.setting}{', with checksums' * speech.checked}; what is said goes to {path}")

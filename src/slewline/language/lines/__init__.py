@@ -46,7 +46,7 @@ class Lines(Dialect):
 
     `longest` is how many characters a line may have, `answers` what the answers mean: of these, `accepted` goes without
     saying, `busy` is what a part says that cannot obey yet, `garbled` what it says of a line that came damaged, and is
-    not obeyed; with `refusals` it has not done what it was told.  `questions` are the commands that ask for a value and
+    not obeyed; with `refusals` it has not done what was asked.  `questions` are the commands that ask for a value and
     change nothing, each with the pattern of its answer, by what they ask for.
     """
 

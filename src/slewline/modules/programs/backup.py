@@ -17,7 +17,7 @@ from ...errors import UsageError
 from ...record.whole_file import WholeFile
 from ..failures import ModuleFailure, RefusedCommand
 from ..module import Module
-from .contents import Contents, Say, read_contents
+from .contents import ModuleContents, Say, read_contents
 from .restore import STORED_BYTE_S, ProgramText, Restore, can_store
 from .writing import send
 
@@ -37,7 +37,7 @@ def pull(
     recall: bool = False,
     replace: bool = False,
     say: Say = lambda _text: None,
-) -> Contents:
+) -> ModuleContents:
     """Save what a module holds into a file, and return it.
 
     Args:
@@ -64,7 +64,7 @@ def pull(
     return contents
 
 
-def _pull_other(module: Module, contents: Contents, path: Path, say: Say) -> None:
+def _pull_other(module: Module, contents: ModuleContents, path: Path, say: Say) -> None:
     """Save the program that is kept without power, and put the other one back."""
     (row,) = contents.sheet.acting("recall")
     try:
@@ -78,7 +78,7 @@ def _pull_other(module: Module, contents: Contents, path: Path, say: Say) -> Non
 
 
 @contextmanager
-def _putting_back(module: Module, contents: Contents, say: Say) -> Iterator[None]:
+def _putting_back(module: Module, contents: ModuleContents, say: Say) -> Iterator[None]:
     """Put a program back into a module at the end, whatever happens meanwhile."""
     try:
         yield
@@ -203,7 +203,7 @@ def check_new(path: Path, replace: bool) -> None:
         raise UsageError(f"{path}: this file exists; name a new file, or give --replace")
 
 
-def save(path: Path, contents: Contents, say: Say) -> None:
+def save(path: Path, contents: ModuleContents, say: Say) -> None:
     """Write what a module holds into a file, whole; beside it an image, if the text cannot say all of it.
 
     Raises:
@@ -219,7 +219,9 @@ def save(path: Path, contents: Contents, say: Say) -> None:
         say(f"{path} does not say all of the program: {unsaid}; its bytes are in {image}")
 
 
-def save_beside(path: str | PathLike[str], contents: Contents, keep: str | PathLike[str] | None, say: Say) -> Path:
+def save_beside(
+    path: str | PathLike[str], contents: ModuleContents, keep: str | PathLike[str] | None, say: Say
+) -> Path:
     """Save what was in a module before a push; return where.
 
     Raises:

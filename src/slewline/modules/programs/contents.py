@@ -28,7 +28,7 @@ Say = Callable[[str], object]
 
 
 @dataclass(frozen=True)
-class Contents:
+class ModuleContents:
     """What a module holds.
 
     Args:
@@ -98,7 +98,7 @@ def harmless_end(sheet: Sheet) -> Row | None:
     return next((row for row in reversed(sheet.leave) if not row.may_step), None)
 
 
-def read_contents(module: Module, base: int | None = None, say: Say = lambda _text: None) -> Contents:
+def read_contents(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ModuleContents:
     """Return what a module holds; nothing in it changes.
 
     Args:
@@ -113,14 +113,14 @@ def read_contents(module: Module, base: int | None = None, say: Say = lambda _te
     values = {what: module.value(what) for what in module.speech.questions}
     reader = row_for(_serial(module.speech.sheet), READERS, "reads a program over")
     found = reader(module, base, say)
-    return Contents(module.speech.sheet, found.program, found.stored, base or 0, values, found.notes)
+    return ModuleContents(module.speech.sheet, found.program, found.stored, base or 0, values, found.notes)
 
 
 def _serial(sheet: Sheet) -> Channel:
     return next(channel for channel in sheet.channels if isinstance(channel, (*READERS,)))
 
 
-class Reading(NamedTuple):
+class ProgramReading(NamedTuple):
     """A program that was read: an instruction each, as the assembler stores them, and what should be noted."""
 
     program: tuple[str, ...]
@@ -129,7 +129,7 @@ class Reading(NamedTuple):
 
 
 # ------------------------------------------------------------------------------------------------------- what lists all
-def read_listing(module: Module, base: int | None = None, say: Say = lambda _text: None) -> Reading:
+def read_listing(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
     """Return the program that a module lists.
 
     Raises:
@@ -150,7 +150,7 @@ def read_listing(module: Module, base: int | None = None, say: Say = lambda _tex
                 raise
             continue
         if found in seen:
-            return Reading(found, b"".join(_instruction(module, line).stored for line in found))
+            return ProgramReading(found, b"".join(_instruction(module, line).stored for line in found))
         seen.append(found)
     raise ListingDiffers(f"{module.name}: {READINGS} listings, and no two agree; check the line for noise")
 
@@ -184,7 +184,7 @@ class MemoryReader:
         self.dialect = spoken_as(self.sheet, Verbatim)
         (self.pointer,) = self.sheet.acting("pointer")
 
-    def program(self, base: int) -> Reading:
+    def program(self, base: int) -> ProgramReading:
         """Return the instructions from an address on, up to where no run of them goes on."""
         found: list[bytes] = []
         notes: tuple[str, ...] = ()
@@ -202,7 +202,7 @@ class MemoryReader:
             if "t" in cut.row.flow:
                 furthest = max(furthest, self.target(cut.values[-1], cut.row, address))
             ends = "n" not in cut.row.flow
-        return Reading(tuple(data[: -len(CR)].decode("latin-1") for data in found), b"".join(found), notes)
+        return ProgramReading(tuple(data[: -len(CR)].decode("latin-1") for data in found), b"".join(found), notes)
 
     def target(self, value: int, row: Row, end: int) -> int:
         """Return where a branch goes that ends at an address."""
@@ -267,7 +267,7 @@ def _shows_erased(received: bytes) -> bool:
     return received.partition(CR)[2][:1] == bytes([ERASED])
 
 
-def read_memory(module: Module, base: int | None = None, say: Say = lambda _text: None) -> Reading:
+def read_memory(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
     """Return the program in a memory with addresses; the pointer is as it was.
 
     Args:
@@ -282,5 +282,5 @@ def read_memory(module: Module, base: int | None = None, say: Say = lambda _text
         module.ask(f"{reader.pointer.form} {pointer}")
 
 
-Reader = Callable[[Module, "int | None", Say], Reading]
+Reader = Callable[[Module, "int | None", Say], ProgramReading]
 READERS: Mapping[type[Channel], Reader] = MappingProxyType({SerialLine: read_listing, AdaptiveLine: read_memory})

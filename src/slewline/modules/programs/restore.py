@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...core.datasheet.table import Sheet
-from ...errors import ProgramError, UsageError
+from ...errors import UsageError
 from ...language.assemble import assemble
 from ...language.source import read
 from ...language.statements import Statement
 from ..failures import DamagedAnswer, ListingDiffers, MotionRefused, NoAnswer, RefusedCommand
 from ..module import Module
-from .contents import Contents, Say
+from .contents import ModuleContents, Say
 
 ROUNDS = 8  # in which a program is sent, or what of it came damaged
 STORED_BYTE_S = 0.021  # of a character that an EEPROM stores: it may take 20 ms until it reads back
@@ -35,7 +35,7 @@ class ProgramText:
 
         Raises:
             ProgramError: the assembler does not take it.
-            UsageError: it is a script for `slewline run`, or the part keeps no program.
+            UsageError: it has no program, or is a script for `slewline run`; or the part keeps no program.
         """
         if sheet.enter is None:
             raise UsageError(f"{where}: the {sheet.part.upper()} keeps no program")
@@ -48,7 +48,7 @@ class ProgramText:
                     f"{sheet.part.upper()}; leave it out"
                 )
         if not source.blocks:
-            raise ProgramError(f"{where}: no program in it; write {sheet.enter.form} in front of its instructions")
+            raise UsageError(f"{where}: no program in it; write {sheet.enter.form} in front of its instructions")
         (block,) = source.blocks[:1]
         items = source.statements
         framing = [items.index(each) for each in (block.entry, block.quit) if each is not None]
@@ -86,7 +86,7 @@ class Restore:
         self,
         module: Module,
         wanted: ProgramText,
-        contents: Contents,
+        contents: ModuleContents,
         say: Say = lambda _text: None,
         pace: float = STORED_BYTE_S,
     ) -> None:
