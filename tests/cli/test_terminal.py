@@ -83,10 +83,10 @@ def test_without_the_model_nothing_is_found(talk):
 
 
 def test_what_is_said_is_recorded(talk, folder):
-    assert talk("V1", options=["--dialogue", "x.dialogue"]).status == 0
+    assert talk("V1", options=["--dialogue", "x.dialogue", "--markings", "9431"]).status == 0
     found = RecordedDialogue.read("x.dialogue")
     assert [each.text for each in found.said if each.speaker != "tool"] == ["V1\r", "V+0\r"]
-    assert (found.header.part, found.header.checksum) == ("gs-c200s", False)
+    assert (found.header.part, found.header.checksum, found.header.markings) == ("gs-c200s", False, "9431")
     again = talk("V1", options=["--dialogue", "x.dialogue"])
     assert (again.status, "this file exists; name a new file" in again.err) == (2, True)
 
