@@ -301,6 +301,22 @@ def test_a_listing_that_never_agrees_lets_nothing_be_stored(found, tmp_path, par
     assert kept(x) == b""
 
 
+def test_a_module_that_refuses_a_line_in_the_middle_is_told_with_what_it_holds(found, tmp_path):
+    x = filled(found, "gs-c200s", "chs=0", ["S99"])
+    x.ask("M")
+    take, taken = chip_of(x)._stored.store, []
+
+    def full(command):
+        taken.append(command)
+        return len(taken) <= 3 and take(command)
+
+    chip_of(x)._stored.store = full
+    with pytest.raises(Unfinished, match=r"answered with E3: program memory full.*\n.*it holds 3 of 15 instr") as told:
+        push(x, wanted("gs-c200s"), tmp_path / "weld", store=True)
+    assert f"what was there is in {tmp_path}/weld.before" in str(told.value)
+    assert (kept(x), b"M\r" in x.transcript.sent.partition(b"W1")[2]) == (wanted("gs-c200s", ["S99"]).stored, False)
+
+
 @pytest.mark.parametrize("store", [False, True])
 def test_what_is_there_already_is_not_sent_again(found, tmp_path, store):
     x, said = filled(found, "gs-c200s", "chs=0"), []
