@@ -467,7 +467,7 @@ def boards_page() -> str:
         (title, ", ".join(f"{int(each)} {each.name}" for each in kind))
         for title, kind in (
             ("state", wire.BoardState), ("event", wire.Happening),
-            ("result", wire.Outcome), ("reflex", wire.Reflex),
+            ("result", wire.FrameResult), ("reflex", wire.Reflex),
         )
     )  # fmt: skip
     named_pins = ((pin.printed, pin.port, says) for pin, says in pins)

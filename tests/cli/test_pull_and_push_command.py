@@ -59,6 +59,8 @@ def test_a_dialogue_is_not_replaced_but_has_a_number(call, write):
         (("pull", "slewline://gs-c200", "-o", "a.gs-c200s"), 1, "V1 was answered with 'V0'; allowed V([+-][0"),
         (("pull", "slewline://gs-c200s?br0=1", "-o", "a.gs-c200s", "--baud", "9600"), 1, "nothing answers V2"),
         (("pull", "loop://", "-o", "a.gs-c200s"), 1, "a line that echoes is a modem's or a console's"),
+        (("push", "slewline://cy545", "p.cy545", "--chip", "cy545"), 2, "--part names the part"),
+        (("backup",), 2, "slewline pull PORT -o FILE"),
         (("push", "slewline://cy545", "p.cy545", "--store"), 2, "--store: the CY545 has no such command"),
         (("push", "slewline://gs-c200s", "here.gs-c200s"), 2, "no program in it"),
         (("push", "slewline://gs-c200s", "runs.gs-c200s"), 1, "runs.gs-c200s, line 4: H+ may make the motor step"),

@@ -330,11 +330,12 @@ def test_steps_that_are_too_fast_for_the_board_stop_it():
     line = TwinLine(model=UNO._replace(shortest=1700))  # 9.4 k steps/s
     with drive_of(bench, x, line) as drive:
         drive.run("1 s")
-        assert "too-fast" in codes(x) and drive.state == "halted"
+        assert codes(x) == ["too-fast", "position-taken-over"] and drive.state == "halted"
+        assert x.position == line.twin.position == len(line.twin.steps) > 0
 
 
 def test_a_motion_whose_first_steps_are_too_fast_is_halted_and_cleared():
-    bench, x, _, _ = furnished("cy525 top")
+    bench, x, host, _ = furnished("cy525 top")
     line = TwinLine()
     with drive_of(bench, x, line) as drive:
         drive.feeder.shortest = 1 << 20  # the board stands, and will tell nothing
@@ -342,8 +343,13 @@ def test_a_motion_whose_first_steps_are_too_fast_is_halted_and_cleared():
         assert codes(x)[0] == "too-fast" and drive.state == "halted" and not line.twin.steps
         drive.run("3 s")
         assert not x.moving and not line.twin.steps
+        assert "position-taken-over" in codes(x) and x.position == 0
+        drive.feeder.shortest = UNO.shortest
         drive.clear()
         assert drive.state == "ok"
+        host.send("N 40\rG\r")
+        drive.run_until_rest()
+        assert x.position == 40 == line.twin.position
 
 
 def test_an_emergency_stop_on_the_way_down_may_have_cost_steps():

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import os
+import select
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 
 import pytest
@@ -25,6 +29,12 @@ def pty():
             os.close(each)
 
 
+def come(port):
+    """Return what comes next on a port."""
+    assert select.select([port.fileno()], [], [], 10)[0]
+    return port.read()
+
+
 def test_bytes_go_both_ways_and_nothing_waits(pty):
     ours, name = pty
     port = BoardSerial(name, 500_000)
@@ -32,17 +42,67 @@ def test_bytes_go_both_ways_and_nothing_waits(pty):
     assert port.write(b"\x01\x02\x00\x11\x13") == 5
     assert os.read(ours, 100) == b"\x01\x02\x00\x11\x13"
     os.write(ours, b"\x00\x0d\x0a\x03\x1a")
-    assert port.read() == b"\x00\x0d\x0a\x03\x1a" == bytes(port.heard)
+    assert come(port) == b"\x00\x0d\x0a\x03\x1a" == bytes(port.heard)
+    assert port.read() == b""
     port.close()
+    assert port.fileno() is None
+
+
+def test_many_bytes_come_in_order_however_late_they_are_read(pty):
+    ours, name = pty
+    port = BoardSerial(name, 500_000)
+    sent = bytes(range(256)) * 2000  # more than a pipe holds
+    with ThreadPoolExecutor() as pool:
+        sending = pool.submit(lambda: [os.write(ours, sent[at : at + 64]) for at in range(0, len(sent), 64)])
+        time.sleep(0.2)
+        found = b""
+        while len(found) < len(sent):
+            found += come(port)
+        sending.result()
+    assert found == sent
+    port.close()
+
+
+def test_a_port_that_is_gone_fails_after_its_last_byte(pty):
+    ours, name = pty
+    port = BoardSerial(name, 500_000)
+    os.write(ours, b"\x01")
+    assert come(port) == b"\x01"
+    os.close(ours)
+    with pytest.raises(OSError, match=r"Input/output error|hung up"):
+        come(port)
+    with pytest.raises(OSError, match=r"Input/output error|hung up"):
+        port.read()
+    port.close()
+    port.close()
+
+
+@pytest.mark.parametrize("full", [False, True])
+def test_nothing_of_a_port_stays_behind(pty, full):
+    ours, name = pty
+    before = threading.active_count(), len(os.listdir("/dev/fd"))
+    port = BoardSerial(name, 500_000)
+    assert threading.active_count() == before[0] + 1
+    if full:
+        os.set_blocking(ours, False)
+        with suppress(BlockingIOError):
+            while select.select([], [ours], [], 0.2)[1]:
+                os.write(ours, bytes(1000))
+    port.close()
+    assert (threading.active_count(), len(os.listdir("/dev/fd"))) == before
 
 
 def test_dtr_stays_up_when_the_port_is_closed(pty):
     import termios
 
     _, name = pty
-    port = BoardSerial(name, 500_000)
-    assert not termios.tcgetattr(port.fileno())[2] & termios.HUPCL
-    port.close()
+    other = os.open(name, os.O_RDWR | os.O_NOCTTY)
+    settings = termios.tcgetattr(other)
+    settings[2] |= termios.HUPCL  # as a serial port has it; a pseudo-terminal begins without
+    termios.tcsetattr(other, termios.TCSANOW, settings)
+    BoardSerial(name, 500_000).close()
+    assert not termios.tcgetattr(other)[2] & termios.HUPCL
+    os.close(other)
 
 
 def test_a_port_is_for_one_program_alone(pty):
@@ -90,7 +150,7 @@ def test_what_the_line_does_not_take_at_once_follows():
             return b""
 
     port = BoardSerial.__new__(BoardSerial)
-    port.heard, port._unsent, port._port = bytearray(), b"", Narrow()
+    port.heard, port._unsent, port._port, port._reader = bytearray(), b"", Narrow(), None
     assert port.write(b"1234567") == 7 and port._port.got == b"123"
     assert port.write(b"89") == 2
     port.read()

@@ -10,7 +10,7 @@ import slewline
 from slewline.bench.rewinding import take_over
 from slewline.drive.board.wire import BoardConfig, Reflex
 from slewline.drive.drive import Drive
-from slewline.drive.stopping.reflexes import configured, inputs_of
+from slewline.drive.stopping.reflexes import Homing, configured, inputs_of
 from slewline.errors import UsageError
 
 from .families import GSC
@@ -148,6 +148,38 @@ def test_a_command_that_acts_at_once_stops_the_motor_at_once(tmp_path):
         assert slewline.replay(folder / "journal")["x"].travel == rig.x.travel
 
 
+@pytest.mark.parametrize("command", ["K", "Z"])
+def test_a_command_that_comes_as_the_motor_stops_is_forgotten_and_the_next_one_acts(tmp_path, command):
+    rig = Driven(tmp_path, "gs-c200s homing", Random(command))
+    drive, line = rig.drive, rig.line
+    ordered = []
+    stop, drive.stop = drive.stop, lambda at_once=False: (ordered.append(rig.x.position), stop(at_once))
+    with drive:
+        drive.run("150 ms")
+        for number in range(12):
+            rewinds, orders = rig.exchanged, len(ordered)
+            way = rig.line.twin.position
+            rig.bench["h"].send("Po\rS50\rT50\rR90\r+40\rPx\rE\r")
+            while line.twin.position < way + 40 - number // 3:
+                drive.run("200 us")
+            rig.bench["h"].send(command + "\r")  # two characters of 1 ms, and up to 3 ms on the line of the board
+            drive.run("300 ms")
+            assert drive.state == "ok" and not drive.troubles and rig.rewind.command is None
+            assert line.twin.position == rig.x.travel
+            if len(ordered) > orders and rig.exchanged == rewinds:
+                break
+        else:
+            pytest.fail("none came as the motor had stopped, and the board had not said so")
+        rig.bench["h"].send("Po\rS50\rT50\rR90\r+5000\rPx\rE\r")
+        drive.run("500 ms")
+        rewinds = rig.exchanged
+        rig.bench["h"].send(command + "\r")
+        before = line.now
+        drive.run("300 ms")
+        assert rig.exchanged == rewinds + 1 and not rig.x.moving and not drive.troubles
+        assert line.twin.steps[-1][0] < line.tick(before) + 25 * HZ // 1000  # and not a horizon later
+
+
 def test_what_cannot_be_gone_back_to_is_taken_over_at_the_present(tmp_path):
     rig = Driven(tmp_path, "cy545 limit", Random(3))
     rig.rewind.allowed_s = 0
@@ -158,6 +190,25 @@ def test_what_cannot_be_gone_back_to_is_taken_over_at_the_present(tmp_path):
         assert drive.state == "halted" and not rig.exchanged
         assert drive.troubles[0].startswith("late-input: ") and "allowed 0.000 s" in drive.troubles[0]
         assert rig.x.position == rig.line.twin.position == len(rig.line.twin.steps)
+
+
+def test_a_board_that_is_reset_on_its_way_down_stops_the_chip_too(tmp_path):
+    rig = Driven(tmp_path, "cy525 long ramp", Random(8))
+    with rig.drive as drive:
+        drive.run("700 ms")
+        rig.edge(rig.level)
+        drive.run("15 ms")
+        assert rig.rewind.stop is not None and rig.x.moving
+        rig.line.reset_board()
+        rig.edge(1 - rig.level)
+        drive.run("1 s")
+        assert drive.state == "unknown" and not rig.x.moving
+        drive.clear()
+        drive.run("100 ms")
+        assert drive.state == "ok" and rig.rewind.stop is None and not rig.line.twin.steps
+        rig.bench["h"].send("A 0\rN 40\rG\r")
+        drive.run("800 ms")
+        assert rig.x.position == 40 == rig.line.twin.position
 
 
 def test_an_emergency_stop_is_not_the_chips(tmp_path):
@@ -225,9 +276,9 @@ def test_inputs_that_are_wired_wrongly_are_refused():
         with pytest.raises(UsageError, match=says):
             inputs_of(x, wiring)
     inputs = inputs_of(x, {"A1": "!abort", "A0": "step_inhibit", "A5": "estop", "A2": "wait"})
-    config = configured(BoardConfig(1000), inputs, 0)
+    config = configured(BoardConfig(1000), inputs)
     assert config.reflex == (Reflex.HOLD, Reflex.BRAKE, 0, 0, 0, Reflex.ESTOP)
     assert config.active & 0b100011 == 0b100011 and config.report == 0b100111
     g = inputs_of(slewline.Bench().add("gs-c200s", "x"), {"A0": "eot", "A1": "home"})
-    assert configured(BoardConfig(1000), g, 0).reflex[:2] == (0, 0)
-    assert configured(BoardConfig(1000), g, -1).reflex[:2] == (Reflex.STOP | 32, Reflex.STOP | 16)
+    assert configured(BoardConfig(1000), g).reflex[:2] == (0, 0)
+    assert configured(BoardConfig(1000), g, Homing(-1)).reflex[:2] == (Reflex.STOP | 32, Reflex.STOP | 16)

@@ -45,7 +45,8 @@ class Server:
         self.levels = 0x3F
         self.on, self.open, self.stays = True, False, False
         self.rate, self.chance = 0.0, random.Random(0)
-        self.behind, self.resets, self.dropped = 0.0, 0, 0
+        self.hurries, self.lost = True, 0.0  # does it make up for time that it has lost?
+        self.resets = self.dropped = 0
         self.master = -1
         self.plug()
         self._start_again()
@@ -106,8 +107,11 @@ class Server:
         data = self._from_host()
         if not self.on:
             return
+        late = time.monotonic() - self.began - self.board.now / HZ - MOST
+        if late > 0 and not self.hurries:
+            self.began += late
+            self.lost += late
         goal = int((time.monotonic() - self.began) * HZ)
-        self.behind = max(self.behind, (goal - self.board.now) / HZ - SLICE)
         if data:
             self.board.receive(self._damaged(data), self.board.now)
         if goal > self.board.now:
@@ -172,8 +176,8 @@ class Server:
             self.rate, self.chance = more["rate"], random.Random(more["seed"])
         elif what == "promptly":
             self.emulator.prompt()
+            self.hurries = False
             gc.disable()
-            self.behind = 0.0
         elif what == "loop":
             self.emulator.ask(loop=more["on"])
         elif what == "steps":
@@ -186,7 +190,7 @@ class Server:
         return {
             "now": self.board.now,
             "resets": self.resets,
-            "behind": self.behind,
+            "lost": self.lost,
             "overruns": self.board.overruns,
             "dropped": self.dropped,
             "open": self.open,
@@ -242,9 +246,9 @@ class ServedBoard:
         self._folder.cleanup()
 
     def status(self) -> dict[str, Any]:
-        """Return `now` (tick), `resets`, `behind` (worst lag of the emulation, seconds), `overruns`, `dropped`, `open`.
+        """Return `now` (tick), `resets`, `lost`, `overruns`, `dropped`, `open`.
 
-        `dropped` are bytes that nobody could read.
+        `lost`: seconds for which its time has stood (`promptly`); `dropped`: bytes that nobody could read.
         """
         return self._ask("status")
 
@@ -269,7 +273,10 @@ class ServedBoard:
         self._ask("damage", rate=rate, seed=seed)
 
     def promptly(self) -> None:
-        """Let the emulator go before all others, where that is allowed, and forget how far behind it was."""
+        """Let the emulator go before all others, where that is allowed, and let its time stand where it is held up.
+
+        Else it hurries then, and no host could feed such a board.
+        """
         self._ask("promptly")
 
     def loop(self, on: bool) -> None:

@@ -381,16 +381,13 @@ def busy(number):
 
 def in_time(board, folder, seconds):
     """Move at 9,700 steps/s for so long beside two busy processes; return figures of the turns of the host."""
-    before = board.status()
     words = ("drive", *GSC, "--board", board.port, "--no-black-box")
     program = ("tests.firmware.lateness", str(folder / "figures.json"))
     with busy(2), Slewline(*words, folder=folder, program=program) as drive, ModuleHost(drive.ready()) as host:
         host.program(*FAST, "g+")
-        began = time.monotonic()
         time.sleep(seconds)
-        behind = board.status()["behind"]
+        lost = board.status()["lost"]
         answer = host.ask("Z")
-        passed = time.monotonic() - began
         if answer == "Y":
             host.until_ready()
         made = drive.stands()
@@ -399,7 +396,8 @@ def in_time(board, folder, seconds):
         assert drive.end() == 0
         text = drive.text
     told = json.loads((folder / "figures.json").read_text())
-    told |= {"steps": made, "seconds": passed, "behind before": before["behind"], "behind": behind}
+    ticks = [tick for tick, _ in board.steps()]
+    told |= {"steps": made, "seconds of the board": (ticks[-1] - ticks[0]) / HZ, "lost, s": lost}
     told["findings"] = [line for line in text.splitlines() if line.startswith("slewline: gs_c200s: ")]
     return told
 
@@ -407,13 +405,17 @@ def in_time(board, folder, seconds):
 @pytest.mark.long
 @pytest.mark.timeout(300)
 def test_for_a_minute_at_full_rate_beside_busy_processes_no_step_is_late(firmware, tmp_path):
+    """The board judges its host in its own time, which stands while the emulator is held up, and does not hurry then.
+
+    So only a host that is late makes it run dry.  Nothing is shown for as long as a machine holds up both at once.
+    """
     with ServedBoard(firmware) as board:
         board.promptly()
         told = in_time(board, tmp_path, 60)
     print(json.dumps(told, indent=1))
     if out := os.environ.get("SLEWLINE_FIGURES"):
         Path(out).write_text(json.dumps(told, indent=1) + "\n")
-    if told["behind"] > 0.02:
-        pytest.skip(f"the emulator was {told['behind'] * 1000:.0f} ms behind the clock: this says nothing of the host")
     assert not told["findings"]
-    assert told["steps"] > 9_700 * (told["seconds"] - 1)
+    assert told["seconds of the board"] > 58 - told["lost, s"]
+    assert told["steps"] > 9_700 * (told["seconds of the board"] - 1)
+    assert told["lead, ms"]["least"] > 20

@@ -37,6 +37,7 @@ CASES = {
     "gs-c200s homing": Return(
         "gs-c200s", GSC, "I3\rPo\rS50\rT300\rR90\rPx\rE\r", "H\r", "eot", 0, (320, 700), "V1\r", "V{:+d}\r"
     ),
+    "cy545 seeks": Return("cy545", {}, "F 255\rH 0\r", "", "usrb0", 1, (150, 900), "? P\r", "{}"),
     "mc1451a limit": Return(
         "mc1451a",
         {},
@@ -92,7 +93,7 @@ def agree(rig):
 
 
 @each_phase
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [name for name in CASES if name != "cy545 seeks"])
 def test_after_going_back_all_agree(emulator, tmp_path, name, seeds):
     found = []
     for seed in seeds:
@@ -153,3 +154,56 @@ def test_a_dead_stop_above_the_start_stop_rate_leaves_the_position_uncertain(emu
         assert [each.partition(":")[0] for each in drive.troubles] == ["position-uncertain"]
         assert [found.code for found in rig.x.findings] == ["position-uncertain"]
         agree(rig)
+
+
+def test_a_homing_of_the_chip_finds_a_motor_whose_board_was_reset(emulator, tmp_path):
+    rig = Returning(emulator, tmp_path, "gs-c200s homing", 0)
+    line = rig.line
+    with rig.drive as drive:
+        drive.run("450 ms")
+        assert rig.x.motor.homing and line.board.steps
+        line.reset(loader_ms=50)
+        drive.run("500 ms")
+        assert drive.state == "unknown" and not rig.x.moving and not line.board.steps
+        drive.clear()
+        drive.run("50 ms")
+        drive.bench["h"].send("Po\rS50\rT300\rR90\rE\rH+\r")
+        drive.run("400 ms")
+        rig.edge(0)
+        drive.run("300 ms")
+        rig.edge(1)
+        drive.run("100 ms")
+        rig.edge(0, 1)
+        drive.run("400 ms")
+        assert drive.rewind.rewinds == 2 and rig.x.position == 0 and not rig.x.moving
+        home = sum(way for _, way in line.board.steps)
+        drive.bench["h"].send("Po\r+250\r-33\rE\r")
+        drive.run("900 ms")
+        way = sum(way for _, way in line.board.steps)
+        assert way == said(line).position == drive.count == rig.x.travel + drive.count_origin
+        assert rig.x.position == 217 == way - home
+        drive.bench["h"].send("V1\r")
+        drive.run("50 ms")
+        assert drive.bench["h"].received.endswith(b"V+217\r")
+        assert [each.partition(":")[0] for each in drive.troubles] == ["board-reset"]
+
+
+def test_a_user_bit_that_a_cy545_seeks_stops_the_motor_both_ways(emulator, tmp_path):
+    rig = Returning(emulator, tmp_path, "cy545 seeks", 0)
+    with rig.drive as drive:
+        drive.run("600 ms")
+        assert rig.x.motor.homing == 1
+        rig.edge(1)
+        drive.run("400 ms")
+        assert drive.rewind.rewinds == 1 and rig.x.position == 0 and not rig.x.moving
+        edge = agree(rig)
+        drive.bench["h"].send("H 0\r")  # the bit matches: out of it, and back
+        drive.run("300 ms")
+        assert rig.x.motor.homing == -1
+        rig.edge(0)
+        drive.run("400 ms")
+        assert rig.x.motor.homing == 1 and drive.rewind.rewinds == 2
+        rig.edge(1)
+        drive.run("400 ms")
+        assert drive.rewind.rewinds == 3 and rig.x.position == 0 and not rig.x.moving
+        assert agree(rig) != edge and drive.state == "ok" and not drive.troubles, drive.troubles

@@ -301,6 +301,18 @@ def test_no_process_and_no_file_stays_behind(module, number):
         folder.rmdir()
 
 
+def test_a_server_ends_in_good_order_while_a_branch_owes_a_reply(module):
+    x = module()
+    x.ask("pause")
+    x.ask("back", time="1 ms")
+    x.ask("go", rate="0.001")
+    other = x.another()
+    other.client.send(b'{"do": "until", "chip": "gs_c200s", "position": 7, "timeout": "1000 s", "id": 7}\n')
+    assert x.ask("view")["view"]["pace"]["branch"] == 1
+    time.sleep(0.05)
+    assert x.server.end() == (0, "")
+
+
 def test_many_ways_back_leave_nothing_open(module):
     x = module("--rate", "20")
     x.begin("Po", "S50", "T200", "R20", "+400", "E")

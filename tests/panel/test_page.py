@@ -11,6 +11,10 @@ import slewline.panel
 
 SIZES = {"desktop": (1440, 900), "phone": (390, 844)}
 PAGE = Path(slewline.panel.__file__).with_name("page")
+UNANSWERED = """
+const send = WebSocket.prototype.send;
+WebSocket.prototype.send = function (text) { if (!text.includes('"said"')) send.call(this, text); };
+"""
 HEAVIEST = 300_000  # bytes of the whole page
 pytestmark = pytest.mark.system
 
@@ -26,8 +30,9 @@ def opened(browser, panel, size):
     """Open the page at a size, with the address that is printed or another one; no error may show on its console."""
     pages, wrong = [], []
 
-    def page(url=panel.url, **more):
+    def page(url=panel.url, script="", **more):
         one = browser.new_page(viewport=size, **more)
+        one.add_init_script(script)
         pages.append(one)
         one.set_default_timeout(15_000)
         one.on("pageerror", lambda error: wrong.append(str(error)))
@@ -132,8 +137,9 @@ def test_a_program_is_loaded_and_a_breakpoint_set_with_the_keyboard(opened, serv
     page.locator(".listing-row[aria-selected=true]").wait_for(state="detached")
 
 
-def test_a_page_that_was_cut_off_comes_back(opened, served):
-    page = opened()
+@pytest.mark.parametrize("script", ["", UNANSWERED], ids=["at rest", "while it waits"])
+def test_a_page_that_was_cut_off_comes_back(opened, served, script):
+    page = opened(script=script)
     control = served.server.ports[0]
     served.do(lambda: [client.gone("") for client in list(control.clients)])
     page.locator("#connection.off").wait_for()

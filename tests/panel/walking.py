@@ -19,10 +19,13 @@ DESKTOP, PHONE = (1440, 900), (390, 844)
 CONTROLS = ("button", "checkbox", "combobox", "listbox", "searchbox", "slider", "spinbutton", "tab", "textbox", "link")
 
 
+CROWDED = "virtual time"  # what the command says of a machine that is too slow; other tests fill it
+
+
 class Running:
     """The command, with the ports that it has told of, by name."""
 
-    def __init__(self, *arguments, may_say=None):
+    def __init__(self, *arguments, may_say=()):
         self.may_say = may_say
         own = {name: value for name, value in os.environ.items() if name != "SLEWLINE_TOKEN"}
         self.process = subprocess.Popen(
@@ -51,9 +54,9 @@ class Running:
         except subprocess.TimeoutExpired:
             self.process.send_signal(getattr(signal, "SIGABRT", signal.SIGTERM))  # it writes where it hangs
             raise AssertionError(self.process.stderr.read()) from None
-        assert self.process.wait(PATIENCE) == 0
         said = self.process.stderr.read().splitlines()
-        assert [line for line in said if self.may_say is None or self.may_say not in line] == []
+        wrong = [line for line in said if not any(text in line for text in (CROWDED, *self.may_say))]
+        assert (self.process.returncode, wrong) == (0, []), "\n".join(said)
 
     def close(self):
         """Leave nothing behind, whatever has happened."""
@@ -64,8 +67,8 @@ class Running:
 
 
 @contextmanager
-def running(*arguments, may_say=None):
-    """Yield the command, and end it with a signal; lines with `may_say` in them are no errors."""
+def running(*arguments, may_say=()):
+    """Yield the command, and end it with a signal; lines with a text of `may_say` in them are no errors."""
     command = Running(*arguments, may_say=may_say)
     try:
         yield command

@@ -129,7 +129,7 @@ class Drive:
         self.keep_count = keep_count
         usual = usual_config(board, self.chip, self.horizon_ps, self.start_stop, driver) if config is None else config
         self.board_inputs = inputs_of(self.chip, inputs or {})
-        self.config = configured(usual, self.board_inputs, 0) if inputs else usual
+        self.config = configured(usual, self.board_inputs) if inputs else usual
         self.outputs = outputs_of(board, self.chip, outputs)
         # Has anything been said to the chip, so that it may move?
         self.spoken = self_start or bench.now_ps > 0 or any(not part.idle for part in bench.parts.values())

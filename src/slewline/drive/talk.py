@@ -59,7 +59,7 @@ class Talk:
         if data:
             self._heard_ns, self._silent = now, False
             drive.link.receive(data, now)
-            self.watch.heard_again()
+            self.watch.heard()
         elif drive.state != "closed" and not (self._silent or self._gone) and now - self._heard_ns > SILENT_NS:
             self._silent = True
             self.watch.silent(readable(SILENT_NS * 1000))

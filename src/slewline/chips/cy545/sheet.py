@@ -35,7 +35,7 @@ PINS = (
     Pin(0, "io_request", "in", "low: a byte from the host is on the bus, or one may come", active=0, pull=1, tie=1, seen="between commands, and for every byte of one", where=PORT, role="request"),
     Pin(0, "busy", "out", "low: a byte has been taken, or is there; a command is in progress", active=0, reset=1, sense=1, where=PORT, role="ready"),
     *(Pin(0, f"db{bit}", "both", f"data bus, bit {bit}: host, memory, display, switches; or user bit {bit + 8}", active=1, pull=1, where="ch.16; ch.6", role="data") for bit in range(8)),
-    *(Pin(0, f"usrb{bit}", "both", f"user bit {bit}; high: an input, too", active=1, pull=1, reset=1, where="ch.6", told=("", "")) for bit in range(6)),
+    *(Pin(0, f"usrb{bit}", "both", f"user bit {bit}; high: an input, too", active=1, pull=1, reset=1, where="ch.6", reflex="stop sought", told=("", "")) for bit in range(6)),
     Pin(0, "usrb6", "both", "user bit 6; FPL, low: output for the host; or CTS, low: the host may send", active=1, pull=1, reset=1, sense=0, where="ch.16; ch.6", role="flow"),
     Pin(0, "usrb7", "both", "user bit 7; HP_SEL, low: the display is selected", active=1, pull=1, reset=1, sense=0, where="ch.16; ch.6", role="display_select"),
     Pin(0, "rxd", "in", "characters of the host", active=0, pull=1, tie=1, where=SERIAL, role="serial_in"),

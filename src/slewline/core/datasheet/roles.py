@@ -80,6 +80,7 @@ REFLEXES: Mapping[str, str] = (
             "mark": "notes where the motor is, which goes on",
             "stop out": "stops the motor on the way out of a homing",
             "stop back": "stops the motor on the way back of a homing",
+            "stop sought": "stops the motor in a homing that seeks its level, if it seeks that of this pin alone",
         }
     )
 )

@@ -151,6 +151,7 @@ class Axis:
         self.kept = Kept()
         self.forgotten = 0  # steps of the past that is not kept
         self.homing = 0  # the direction of the way out of a homing that is in progress; 0: there is none
+        self.sought: tuple[str, int] | None = None  # the pin that ends its present way, in this direction, and how
         self.log = Motions(kernel, self.stands, self.halt)  # what a chip reports of its motions
 
     @property

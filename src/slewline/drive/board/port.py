@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from ...errors import UsageError
 from ...extras import needs
+from .reader import PortReader
 from .rehearsal import TWIN, TwinPort
 
 if TYPE_CHECKING:
@@ -83,6 +84,9 @@ class BoardSerial:
             raise UsageError(f"{self.name}: {_refused(error)}") from None
         with suppress(ImportError, OSError, AttributeError):
             self._keep_dtr()
+        self._reader: PortReader | None = None
+        with suppress(AttributeError, OSError):  # Windows has no descriptor, and its reads do not wait
+            self._reader = PortReader(self._port.fileno())
 
     def _keep_dtr(self) -> None:
         """Let DTR stay up when the port is closed (POSIX)."""
@@ -104,9 +108,7 @@ class BoardSerial:
 
     def fileno(self) -> int | None:
         """Return the descriptor that a loop waits for; None: this system has none, or it is closed."""
-        with suppress(AttributeError, OSError):
-            return int(self._port.fileno())
-        return None
+        return None if self._reader is None else self._reader.fileno()
 
     def read(self) -> bytes:
         """Return what has come since the last call.
@@ -114,7 +116,7 @@ class BoardSerial:
         Raises:
             OSError: the port is gone.
         """
-        data: bytes = self._port.read(4096)
+        data: bytes = self._port.read(4096) if self._reader is None else self._reader.read()
         self.heard += data
         del self.heard[:-KEPT]
         if self._unsent:
@@ -134,6 +136,9 @@ class BoardSerial:
 
     def close(self) -> None:
         """Close it; the board keeps its supply, its count, and its outputs."""
+        reader, self._reader = self._reader, None
+        if reader is not None:
+            reader.close()
         with suppress(OSError):
             self._port.close()
 

@@ -1,7 +1,7 @@
 """Inputs of a board that are pins of a chip: what the board does at once when they change, by the law of the chip.
 
     inputs = inputs_of(x, {"A0": "abort", "A1": "!home", "A5": "estop"})
-    config = configured(config, inputs, homing=0)
+    config = configured(config, inputs)
 
 A0 to A5 are the inputs of an Uno.  A pin of the chip has the level of the input; with "!" before its name, the other
 one.  An emergency stop has a contact that opens: it is active when its wire breaks.
@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 from ...core.messages.near import hint
 from ...errors import UsageError
@@ -20,6 +20,7 @@ from ..board.wire import INPUTS, BoardConfig, Reflex
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
+    from ...core.motion.axis import Axis
 
 ESTOP = "estop"
 REFLEX: Mapping[str, int] = {  # of a board, by the reflex of a pin
@@ -32,7 +33,27 @@ REFLEX: Mapping[str, int] = {  # of a board, by the reflex of a pin
     "hold": Reflex.HOLD,
     "mark": Reflex.MARK,
 }
-HOMING = {"stop out": 1, "stop back": -1}  # in a homing, and in which direction, seen from its way out
+HOMING = {"stop out": 1, "stop back": -1, "stop sought": 1}  # in a homing; in which direction, seen from its way out
+SOUGHT = "stop sought"
+
+
+class Homing(NamedTuple):
+    """A homing in progress: the direction of its way out; the pin that it seeks, if that is one, and its level there.
+
+    0: there is none.
+    """
+
+    way: int = 0
+    pin: str = ""
+    level: int = 0
+
+    @classmethod
+    def of(cls, axis: Axis) -> Self:
+        """Return that of an axis."""
+        return cls(axis.homing, *axis.sought or ())
+
+
+NO_HOMING = Homing()
 
 
 class BoardInput(NamedTuple):
@@ -52,12 +73,12 @@ class BoardInput(NamedTuple):
         """Return the level of the pin, of all inputs of a board as bits."""
         return (inputs >> self.number & 1) ^ self.inverted
 
-    def code(self, homing: int) -> int:
-        """Return what the board is to do; `homing` is the direction of the way out of a homing, 0: there is none."""
+    def code(self, homing: Homing) -> int:
+        """Return what the board is to do."""
         if not self.pin:
             return Reflex.ESTOP
         if self.reflex in HOMING:
-            way = homing * HOMING[self.reflex]
+            way = 0 if self.reflex == SOUGHT and self.pin != homing.pin else homing.way * HOMING[self.reflex]
             return 0 if not way else Reflex.STOP | (Reflex.UPWARDS if way > 0 else Reflex.DOWNWARDS)
         return REFLEX[self.reflex]
 
@@ -88,11 +109,12 @@ def inputs_of(chip: Chip, wiring: Mapping[str, str]) -> tuple[BoardInput, ...]:
     return tuple(found[number] for number in sorted(found))
 
 
-def configured(config: BoardConfig, inputs: Iterable[BoardInput], homing: int) -> BoardConfig:
+def configured(config: BoardConfig, inputs: Iterable[BoardInput], homing: Homing = NO_HOMING) -> BoardConfig:
     """Return a configuration in which a board acts on its inputs as the chip would, and tells their edges."""
     active, report, reflex = 0, 0, [0] * INPUTS
     for each in inputs:
-        active |= (each.acts ^ each.inverted) << each.number
+        acts = homing.level if each.pin and each.pin == homing.pin else each.acts
+        active |= (acts ^ each.inverted) << each.number
         report |= 1 << each.number
         reflex[each.number] = each.code(homing)
     return replace(config, active=active, report=report, reflex=tuple(map(int, reflex)))

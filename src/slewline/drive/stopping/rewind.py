@@ -26,7 +26,7 @@ from ...bench.rewinding import ReachablePast, driven, given
 from ...core.time.timebase import readable
 from ...errors import SlewlineError, UsageError
 from ..board.wire import BoardEvent, Happening
-from .reflexes import BoardInput, configured
+from .reflexes import NO_HOMING, BoardInput, Homing, configured
 from .rerun import Cause, Rewound, following, named, travelled
 from .troubles import HOST
 
@@ -81,10 +81,10 @@ class Rewind:
         self.final: BoardEvent | None = None  # how it stands
         self.not_before = 0  # an instant (ps) at which the chip stands in the run that is to be taken over
         self.command: tuple[int, str] | None = None  # of the host, that has stopped it: when, and what it was
-        self.homing = 0  # for which the board is configured
+        self.homing = NO_HOMING  # for which the board is configured
         self.rewinds = 0
         self.config = drive.config
-        drive.config = configured(drive.config, inputs, 0)
+        drive.config = configured(drive.config, inputs)
         drive.on_event.add(self.event)
         drive.chip.on_command.add(self.commanded)
         drive.stopping = self
@@ -105,7 +105,7 @@ class Rewind:
                 self.forget(before)
             if (more := self.past.played - played) > MEASURED and (spent := drive.wall() - began) > 0:
                 self.past.entry_s = spent / more / 10**9
-        homing = drive.axis.homing
+        homing = Homing.of(drive.axis)
         if homing != self.homing and drive.link.idle and not drive.feeder.running:
             self.homing = homing
             drive.config = configured(self.config, self.inputs.values(), homing)
@@ -167,13 +167,13 @@ class Rewind:
     def stopped(self, event: BoardEvent) -> None:
         """Take note that the board has stopped, or is on its way down."""
         if not self.expects(event):
-            self.command = None
+            self._forget()
             self.otherwise.stopped(event)
             return
         self.stop = event
         each = self.inputs.get(event.which)
         if each is not None and not self.edges:  # it was active before, against another direction
-            self.edges = [(each, each.acts, self._instant(event))]
+            self.edges = [(each, each.level(event.inputs), self._instant(event))]
 
     @property
     def going_back_to(self) -> int | None:
@@ -210,7 +210,7 @@ class Rewind:
             why = str(error)
         if why is None:
             return
-        self.stop, self.final, self.edges, self.command = None, None, [], None
+        self._forget()
         if why:
             self.drive.watch.report(
                 "late-input",
@@ -222,8 +222,13 @@ class Rewind:
             self.otherwise.stopped(stop)
             self.otherwise.halted(final)
 
+    def _forget(self) -> None:
+        """Nothing is to be gone back to any more."""
+        self.stop, self.final, self.edges, self.command = None, None, [], None
+
     def clear(self) -> None:
-        """Let the chip go on that was stopped otherwise."""
+        """Let the chip go on that was stopped otherwise; inputs may have changed while the board told nothing."""
+        self.levels.clear()
         self.otherwise.clear()
 
     # ------------------------------------------------------------------------------------------------------ going back
@@ -312,7 +317,7 @@ class Rewind:
         """Go on with another bench, where the motor stands."""
         drive = self.drive
         self._move(found.bench, found.since_ps)
-        self.homing = drive.axis.homing
+        self.homing = Homing.of(drive.axis)
         drive.config = configured(self.config, self.inputs.values(), self.homing)
         if found.missing:
             drive.watch.taken_over(-found.missing * sign, True)

@@ -207,7 +207,7 @@ class Troubles:
         before, drive.state = drive.state, "unknown"
         drive.feeder.halt()
         drive.cable.flush()  # its ticks are those of the board's life before
-        if before == "ok":
+        if before == "ok" or not self._final:
             drive.stopping.stopped(self._unknown())
 
     def _unknown(self) -> BoardEvent:
@@ -223,21 +223,21 @@ class Troubles:
         )
         if drive.state == "ok" and drive.cable.under_way:
             drive.state, self._final = "halted", False
-            self._before_silence = drive.link.answer
+            self._before_halt = drive.link.answer
             drive.feeder.halt()
             drive.stopping.stopped(self._unknown())
 
-    _before_silence: Answer | None = None  # the last one before a silence that has halted the drive
+    _before_halt: Answer | None = None  # the last one before the drive halted of which the board had told nothing
 
-    def heard_again(self) -> None:
-        """The board has said something: behind a silence that has halted the drive it tells its count."""
+    def heard(self) -> None:
+        """The board has said something: behind a halt of which it had told nothing, its count, once it stands."""
         drive, answer = self.drive, self.drive.link.answer
-        if self._before_silence is None or answer is None or answer is self._before_silence:
+        if self._before_halt is None or answer is None or answer is self._before_halt:
             return
         if drive.state != "halted" or self._final:
-            self._before_silence = None
+            self._before_halt = None
         elif answer.state not in MOVING and drive.link.idle:
-            self._before_silence, self._final = None, True
+            self._before_halt, self._final = None, True
             count = signed(answer.position - drive.count_origin)
             drive.stopping.halted(self._unknown()._replace(state=answer.state, position=count))
 
@@ -282,7 +282,8 @@ class Troubles:
         """The model makes steps faster than the board can."""
         drive = self.drive
         drive.link.stop(1)
-        drive.state, self._final = "halted", False  # a board that stands already tells nothing more
-        self.report("too-fast", f"{error}; steps were not made: home the motor")
+        drive.state, self._final = "halted", False
+        self._before_halt = drive.link.answer  # of a board that stands already no event comes
+        self.report("too-fast", f"{error}; steps were not made")
         drive.feeder.halt()
         drive.stopping.stopped(self._unknown())

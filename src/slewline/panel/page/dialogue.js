@@ -4,6 +4,7 @@
 
 import { button, choices, field, h, select } from "./dom.js";
 import { clock } from "./format.js";
+import { complain } from "./link.js";
 
 /** @typedef {import("./link.js").Link} Link */
 /** @typedef {{number: number, time_ps: number, who: string, kind: string, text: string, code?: string}} Entry */
@@ -137,7 +138,7 @@ export function dialogue(link, root) {
       aloudAt = performance.now(); // old findings are not read aloud
       flush();
     } catch (error) {
-      console.error(error);
+      complain(error);
     }
   }
 

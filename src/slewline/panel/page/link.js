@@ -46,6 +46,17 @@ export function merge(state, change) {
   return state;
 }
 
+/** A request has no reply, because the connection is lost. */
+class Lost extends Error {}
+
+/**
+ * Report what was wrong with a request; that the connection is lost is shown as it is.
+ * @param {unknown} error
+ */
+export function complain(error) {
+  if (!(error instanceof Lost)) console.error(error);
+}
+
 export class Link {
   /**
    * @param {string} url of the websocket
@@ -100,7 +111,7 @@ export class Link {
    */
   request(object) {
     const socket = this.socket;
-    if (!socket || socket.readyState !== WebSocket.OPEN) return Promise.reject(new Error(LOST));
+    if (!socket || socket.readyState !== WebSocket.OPEN) return Promise.reject(new Lost(LOST));
     const id = ++this.number;
     return new Promise((resolve, reject) => {
       this.waiting.set(id, { resolve, reject });
@@ -181,7 +192,7 @@ export class Link {
         this.view = reply.view;
         this.emit("view", { event: "view", time_ps: this.timePs, view: reply.view });
       },
-      (error) => console.error(error),
+      complain,
     );
   }
 
@@ -193,7 +204,7 @@ export class Link {
   lost(socket, reason, forGood) {
     if (socket !== this.socket) return;
     this.connected = false;
-    for (const waiting of this.waiting.values()) waiting.reject(new Error(reason || LOST));
+    for (const waiting of this.waiting.values()) waiting.reject(new Lost(reason || LOST));
     this.waiting.clear();
     this.emit("lost", { event: "lost", reason: reason || LOST });
     if (this.closed || forGood) return;

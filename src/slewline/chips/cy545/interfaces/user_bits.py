@@ -120,6 +120,12 @@ class UserBits:
             return tuple(self.pins[:6])
         return (self.chip.bus,) if argument & sheet.DATA_BUS else (self.pins[argument & 7],)
 
+    def single(self, argument: int, match: bool) -> tuple[str, int] | None:
+        """Return the pin and the level that make the pins match an argument, or not; None: there are several pins."""
+        if argument & 0xC0 or argument & sheet.DATA_BUS:
+            return None
+        return f"usrb{argument & 7}", int(bool(argument & sheet.CLEAR_BIT) is not match)
+
     def matches(self, argument: int) -> bool:
         """T, W and H: return whether the pins match an argument."""
         operand, group = argument & FREE, self.user & FREE

@@ -52,12 +52,24 @@ class Home(Stepping):
 
         The position is 0 there; where a limit ends the seek it is what it was, with the steps made.
         """
+        try:
+            await self._seek(argument)
+        finally:
+            self._way(0)
+
+    def _way(self, direction: int) -> None:
+        """Tell in which direction is sought, up until the pins match, down until they do not; 0: in none any more."""
+        self.axis.homing = direction
+        self.axis.sought = self.bits.single(self.argument, direction > 0) if direction else None
+
+    async def _seek(self, argument: int) -> None:
         chip, outputs = self.chip, self.outputs
         self.moving, self.text, self.argument, self.limited = True, f"H {argument}", argument, False
         single = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
         inside = self.matches
         outputs.begin(self.text, single.parameters, -1 if inside else 1)
         outputs.turn(not inside)
+        self._way(-1 if inside else 1)
         await chip.ticks(max(self.ticks["first_step"] - self.lead, 0))
         if self.refused():
             self.over()
@@ -69,6 +81,7 @@ class Home(Stepping):
         if inside and not self.limited:
             self.inside = False
             outputs.turn(True)
+            self._way(1)
             await self.set_out()
             if not self.refused():
                 await self.play(profile.steady(single.period))
