@@ -135,10 +135,11 @@ class Person:
 
     def looks(self):
         """Take what is shown; say where the cursor is, as a terminal does that is asked."""
-        if select.select([self.fd], [], [], 0.1)[0]:
-            shown = os.read(self.fd, 4096)
-            self.seen += shown
-            os.write(self.fd, b"\x1b[1;1R" * shown.count(b"\x1b[6n"))
+        with suppress(OSError):  # the command has ended, and the terminal with it
+            if select.select([self.fd], [], [], 0.1)[0]:
+                shown = os.read(self.fd, 4096)
+                self.seen += shown
+                os.write(self.fd, b"\x1b[1;1R" * shown.count(b"\x1b[6n"))
 
     def types(self, text):
         self.seen = b""
@@ -149,8 +150,7 @@ class Person:
         os.write(self.fd, b"\x04")
         end = time.monotonic() + PATIENCE
         while self.process.poll() is None and time.monotonic() < end:
-            with suppress(OSError):  # the terminal is gone
-                self.looks()
+            self.looks()
         return self.process.wait(PATIENCE)
 
 

@@ -61,6 +61,7 @@ def filled(found, part, url, lines=None):
 
 
 # ---------------------------------------------------------------------------------------------------------------- pull
+@pytest.mark.fact("GSC-CMD-Q-3", "CY545-QUERY-5")
 @pytest.mark.parametrize("part", PARTS)
 def test_what_is_saved_assembles_to_what_is_in_the_module_which_does_not_change(found, stores, tmp_path, part):
     x = filled(found, part, stores(part))
@@ -84,6 +85,7 @@ def test_the_text_of_a_module_has_its_program_and_what_can_be_asked_for(found, t
     ]
 
 
+@pytest.mark.fact("GSC-CMD-P-1", "GSC-CMD-E-2")
 def test_the_text_of_a_gs_c200_has_no_e(found, tmp_path):
     x = filled(found, "gs-c200", "chs=0", ["S10", "+5"])
     assert pull(x, tmp_path / "a").text.splitlines()[3:] == [
@@ -170,6 +172,7 @@ def test_a_busy_module_is_not_disturbed(found, tmp_path):
 
 
 # --------------------------------------------------------------------------------------- what is kept without power
+@pytest.mark.fact("GSC-CMD-X-1", "GSC-CMD-X-2")
 @pytest.mark.parametrize("part", ["gs-c200", "gs-c200s"])
 @pytest.mark.parametrize("ram", [DRILL, []])
 def test_the_program_of_the_eeprom_is_saved_and_ram_is_put_back(found, tmp_path, part, ram):
@@ -267,6 +270,7 @@ def test_a_program_is_sent_and_verified_without_a_step(found, stores, tmp_path, 
     assert said[-1].startswith("it holds the program, verified")
 
 
+@pytest.mark.fact("GSC-CMD-M-1", "GSC-CMD-M-2")
 @pytest.mark.parametrize("part", ["gs-c200", "gs-c200s"])
 def test_m_is_sent_only_after_the_listing_has_agreed(found, tmp_path, part):
     x = found(f"{part}?chs=0")
@@ -295,6 +299,22 @@ def test_a_listing_that_never_agrees_lets_nothing_be_stored(found, tmp_path, par
     assert "what it keeps without power is as it was" in str(how.value)
     assert b"M\r" not in x.transcript.sent
     assert kept(x) == b""
+
+
+def test_a_module_that_refuses_a_line_in_the_middle_is_told_with_what_it_holds(found, tmp_path):
+    x = filled(found, "gs-c200s", "chs=0", ["S99"])
+    x.ask("M")
+    take, taken = chip_of(x)._stored.store, []
+
+    def full(command):
+        taken.append(command)
+        return len(taken) <= 3 and take(command)
+
+    chip_of(x)._stored.store = full
+    with pytest.raises(Unfinished, match=r"answered with E3: program memory full.*\n.*it holds 3 of 15 instr") as told:
+        push(x, wanted("gs-c200s"), tmp_path / "weld", store=True)
+    assert f"what was there is in {tmp_path}/weld.before" in str(told.value)
+    assert (kept(x), b"M\r" in x.transcript.sent.partition(b"W1")[2]) == (wanted("gs-c200s", ["S99"]).stored, False)
 
 
 @pytest.mark.parametrize("store", [False, True])
