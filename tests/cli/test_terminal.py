@@ -113,7 +113,7 @@ def test_what_is_refused(call, arguments, says):
     assert says in found.err
 
 
-# ----------------------------------------------------------------------------------------------------- a person at a pty
+# ---------------------------------------------------------------------------------------------------- a person at a pty
 class Person:
     """Whoever sits at a terminal on which the command runs."""
 
