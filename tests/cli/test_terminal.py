@@ -113,7 +113,7 @@ def test_what_is_refused(call, arguments, says):
     assert says in found.err
 
 
-# ----------------------------------------------------------------------------------------------------- a person at a pty
+# ---------------------------------------------------------------------------------------------------- a person at a pty
 class Person:
     """Whoever sits at a terminal on which the command runs."""
 
@@ -133,6 +133,14 @@ class Person:
             assert time.monotonic() < end, self.seen
             self.looks()
 
+    def gets(self, text):
+        """Wait until a text has been shown, and after it a prompt."""
+        self.sees(text)
+        end = time.monotonic() + PATIENCE
+        while b"gs-c200s>" not in ESCAPES.sub(b"", self.seen).rpartition(text.encode())[2]:
+            assert time.monotonic() < end, self.seen
+            self.looks()
+
     def looks(self):
         """Take what is shown; say where the cursor is, as a terminal does that is asked."""
         with suppress(OSError):  # the command has ended, and the terminal with it
@@ -146,10 +154,11 @@ class Person:
         os.write(self.fd, text.encode())
 
     def leaves(self):
-        """Press Ctrl-D; return the exit status."""
-        os.write(self.fd, b"\x04")
+        """Press Ctrl-D until a prompt is there to take it; return the exit status."""
         end = time.monotonic() + PATIENCE
         while self.process.poll() is None and time.monotonic() < end:
+            with suppress(OSError):
+                os.write(self.fd, b"\x04")
             self.looks()
         return self.process.wait(PATIENCE)
 
@@ -177,14 +186,15 @@ def person(serve):  # noqa: F811
 def test_a_person_with_plain_lines(person):
     person = person("--plain")
     person.types("V1\r")
-    person.sees("V+0  (")
+    person.gets("V+0  (")
     person.types("\x1b[A\r")  # the line before
-    person.sees("V+0  (")
+    person.gets("V+0  (")
     person.types("Px")
+    person.sees("Px")
     person.types("\x03")  # Ctrl-C gives it up
     person.sees("gs-c200s>")
     person.types("S0\r")
-    person.sees("! E2: S0: speed 0")
+    person.gets("! E2: S0: speed 0")
     person.server.kill()
     person.types("F\r")
     person.sees("the port is gone")
@@ -196,7 +206,7 @@ def test_the_tab_key_completes_a_plain_line(person):
     pytest.importorskip("readline")
     person = person("--plain")
     person.types(":val\t\r")
-    person.sees("inputs and outputs: 70")
+    person.gets("inputs and outputs: 70")
     assert person.leaves() == 0
 
 
@@ -211,7 +221,7 @@ def test_a_person_with_menus(person, tmp_path):
     person.sees("begin programming; erases the program")
     person.types("\x03")
     person.types("V1\r")
-    person.sees("V+0  (")
+    person.gets("V+0  (")
     assert person.leaves() == 0
     said = RecordedDialogue.read(Path(tmp_path / "x")).said
     assert [each.text for each in said if each.speaker == "host"] == ["V1\r"]
@@ -240,7 +250,7 @@ def test_what_comes_unasked_is_shown_while_a_line_is_written(person):
         thread.start()
         person = person(*("--no-checksum", "--baud", "9600"), where=f"socket://127.0.0.1:{listener.getsockname()[1]}")
         person.types("V1\r")
-        person.sees("V+0  (")
+        person.gets("V+0  (")
         person.types("S1")
         person.sees("unasked: HELLO")
         person.process.kill()

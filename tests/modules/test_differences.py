@@ -210,6 +210,16 @@ def test_lines_that_are_sent_at_once_share_an_exchange():
     assert commands(speech(dialogue), found.sent) == ["F", "F"]
 
 
+def test_a_line_feed_belongs_to_the_line_before_it():
+    dialogue = recorded("gs-c200s", ["F", "V1"])
+    said = [replace(each, data=each.data + b"\n") if each.speaker == "host" else each for each in dialogue.said]
+    first, second = exchanges_of(said, speech(dialogue))
+    assert (first.sent, first.answer, second.sent) == (b"F\r\n", b"R\r", b"V1\r\n")
+    assert commands(speech(dialogue), first.sent) == ["F"]
+    (row,) = compared(replace(dialogue, said=tuple(said))).rows  # the module of the recording has got no line feed
+    assert (row.command, row.module, row.model) == ("V1", "V+0", "E4")
+
+
 def test_times_are_those_on_the_line():
     """Three characters of 11 bits at 9600 baud that a host has handed over at once."""
     (found,) = exchanges_of(recorded("gs-c200s", ["V1"]).said, speech_of(sheet_of("gs-c200s")))
