@@ -11,7 +11,6 @@ import pytest
 
 import slewline
 from slewline.chips.cy545 import profile
-
 from tests.sources import tree
 
 from .blocks import ROOT

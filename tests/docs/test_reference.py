@@ -22,7 +22,6 @@ from slewline.parts.hosts.packet_host import PacketHost
 from slewline.parts.hosts.serial_host import SerialHost
 from slewline.record.measuring.compare import Comparison
 from slewline.record.waveforms.waveforms import Waveforms
-
 from tests.sources import tree
 
 from .blocks import ROOT
