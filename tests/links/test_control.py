@@ -6,6 +6,7 @@ import json
 import os
 import random
 import socket
+from functools import cache
 
 import fastjsonschema
 import pytest
