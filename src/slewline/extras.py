@@ -11,14 +11,14 @@ from itertools import chain
 EXTRAS = {  # by extra: packages, each as it is installed and as it is imported
     "cli": (("click", "click"), ("rich", "rich")),
     "dask": (("distributed", "distributed"),),
-    "epics": (("caproto", "caproto"), ("pyserial", "serial")),
+    "epics": (("caproto", "caproto"),),
     "files": (("msgspec", "msgspec"),),
     "fast": (("numba", "numba"),),
     "panel": tuple((name, name) for name in ("starlette", "uvicorn", "websockets", "textual")),
     "plot": (("matplotlib", "matplotlib"),),
     "serial": (("pyserial", "serial"),),
     "terminal": (("prompt_toolkit", "prompt_toolkit"),),
-    "visa": (("pyvisa", "pyvisa"), ("pyvisa-py", "pyvisa_py"), ("pyserial", "serial")),
+    "visa": (("pyvisa", "pyvisa"), ("pyvisa-py", "pyvisa_py")),
 }
 
 
@@ -41,6 +41,6 @@ def needs(what: str, extra: str) -> str:
     says = f"{what} {' and '.join(own)}: pip install {' '.join(own)}"
     if lacks:
         others = ", ".join(f"{' and '.join(names)} ({other})" for other, names in lacks.items())
-        everything = " ".join(dict.fromkeys(chain(own, *lacks.values())))
+        everything = " ".join(chain(own, *lacks.values()))
         says += f"; also missing: {others}; everything at once: pip install {everything}"
     return says

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-import slewline.testing  # pySerial knows slewline://
 from slewline.cli.main import invoke
 from slewline.testing.endpoints import running
 

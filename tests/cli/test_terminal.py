@@ -6,8 +6,10 @@ import io
 import os
 import re
 import select
+import socket
 import subprocess
 import sys
+import threading
 import time
 from contextlib import suppress
 from importlib.util import find_spec
@@ -81,10 +83,10 @@ def test_without_the_model_nothing_is_found(talk):
 
 
 def test_what_is_said_is_recorded(talk, folder):
-    assert talk("V1", options=["--dialogue", "x.dialogue"]).status == 0
+    assert talk("V1", options=["--dialogue", "x.dialogue", "--markings", "9431"]).status == 0
     found = RecordedDialogue.read("x.dialogue")
     assert [each.text for each in found.said if each.speaker != "tool"] == ["V1\r", "V+0\r"]
-    assert (found.header.part, found.header.checksum) == ("gs-c200s", False)
+    assert (found.header.part, found.header.checksum, found.header.markings) == ("gs-c200s", False, "9431")
     again = talk("V1", options=["--dialogue", "x.dialogue"])
     assert (again.status, "this file exists; name a new file" in again.err) == (2, True)
 
@@ -111,7 +113,7 @@ def test_what_is_refused(call, arguments, says):
     assert says in found.err
 
 
-# ----------------------------------------------------------------------------------------------------- a person at a pty
+# ---------------------------------------------------------------------------------------------------- a person at a pty
 class Person:
     """Whoever sits at a terminal on which the command runs."""
 
@@ -131,24 +133,33 @@ class Person:
             assert time.monotonic() < end, self.seen
             self.looks()
 
+    def gets(self, text):
+        """Wait until a text has been shown, and after it a prompt."""
+        self.sees(text)
+        end = time.monotonic() + PATIENCE
+        while b"gs-c200s>" not in ESCAPES.sub(b"", self.seen).rpartition(text.encode())[2]:
+            assert time.monotonic() < end, self.seen
+            self.looks()
+
     def looks(self):
         """Take what is shown; say where the cursor is, as a terminal does that is asked."""
-        if select.select([self.fd], [], [], 0.1)[0]:
-            shown = os.read(self.fd, 4096)
-            self.seen += shown
-            os.write(self.fd, b"\x1b[1;1R" * shown.count(b"\x1b[6n"))
+        with suppress(OSError):  # the command has ended, and the terminal with it
+            if select.select([self.fd], [], [], 0.1)[0]:
+                shown = os.read(self.fd, 4096)
+                self.seen += shown
+                os.write(self.fd, b"\x1b[1;1R" * shown.count(b"\x1b[6n"))
 
     def types(self, text):
         self.seen = b""
         os.write(self.fd, text.encode())
 
     def leaves(self):
-        """Press Ctrl-D; return the exit status."""
-        os.write(self.fd, b"\x04")
+        """Press Ctrl-D until a prompt is there to take it; return the exit status."""
         end = time.monotonic() + PATIENCE
         while self.process.poll() is None and time.monotonic() < end:
-            with suppress(OSError):  # the terminal is gone
-                self.looks()
+            with suppress(OSError):
+                os.write(self.fd, b"\x04")
+            self.looks()
         return self.process.wait(PATIENCE)
 
 
@@ -157,9 +168,9 @@ def person(serve):  # noqa: F811
     """A person who speaks with a served module."""
     made = []
 
-    def sit_down(*options):
-        served = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs=0")
-        made.append(Person(served.where, *options))
+    def sit_down(*options, where=None):
+        served = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs=0") if where is None else None
+        made.append(Person(where or served.where, *options))
         made[-1].server = served
         made[-1].sees("gs-c200s>")
         return made[-1]
@@ -175,14 +186,15 @@ def person(serve):  # noqa: F811
 def test_a_person_with_plain_lines(person):
     person = person("--plain")
     person.types("V1\r")
-    person.sees("V+0  (")
+    person.gets("V+0  (")
     person.types("\x1b[A\r")  # the line before
-    person.sees("V+0  (")
+    person.gets("V+0  (")
     person.types("Px")
+    person.sees("Px")
     person.types("\x03")  # Ctrl-C gives it up
     person.sees("gs-c200s>")
     person.types("S0\r")
-    person.sees("! E2: S0: speed 0")
+    person.gets("! E2: S0: speed 0")
     person.server.kill()
     person.types("F\r")
     person.sees("the port is gone")
@@ -194,7 +206,7 @@ def test_the_tab_key_completes_a_plain_line(person):
     pytest.importorskip("readline")
     person = person("--plain")
     person.types(":val\t\r")
-    person.sees("inputs and outputs: 70")
+    person.gets("inputs and outputs: 70")
     assert person.leaves() == 0
 
 
@@ -209,7 +221,37 @@ def test_a_person_with_menus(person, tmp_path):
     person.sees("begin programming; erases the program")
     person.types("\x03")
     person.types("V1\r")
-    person.sees("V+0  (")
+    person.gets("V+0  (")
     assert person.leaves() == 0
     said = RecordedDialogue.read(Path(tmp_path / "x")).said
     assert [each.text for each in said if each.speaker == "host"] == ["V1\r"]
+
+
+def answering(listener, said):
+    """A module that answers V2, and says something by itself when it is asked for F."""
+    with listener.accept()[0] as line:
+        coming = b""
+        while data := line.recv(100):
+            coming += data
+            while b"\r" in coming:
+                command, _, coming = coming.partition(b"\r")
+                said.append(command)
+                line.sendall({b"V2": b"V70\r", b"V1": b"V+0\r"}.get(command, b"E4\r"))
+                if command == b"V1":
+                    time.sleep(0.5)
+                    line.sendall(b"HELLO\r")
+
+
+@pytest.mark.posix
+@pytest.mark.skipif(find_spec("prompt_toolkit") is None, reason="needs prompt_toolkit")
+def test_what_comes_unasked_is_shown_while_a_line_is_written(person):
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        thread = threading.Thread(target=answering, args=(listener, []), daemon=True)
+        thread.start()
+        person = person(*("--no-checksum", "--baud", "9600"), where=f"socket://127.0.0.1:{listener.getsockname()[1]}")
+        person.types("V1\r")
+        person.gets("V+0  (")
+        person.types("S1")
+        person.sees("unasked: HELLO")
+        person.process.kill()
+        thread.join(PATIENCE)

@@ -89,7 +89,7 @@ def test_what_a_message_of_the_program_installs_is_what_is_missing(missing, monk
         *_, last = LINE.findall(extras.needs("this needs", extra).replace(";", "\n"))
         lacking = [name for name, module in rows if module in gone] or [name for name, _ in rows]
         others = [name for other, rows in extras.EXTRAS.items() if other != extra for name, at in rows if at in gone]
-        assert requirements(last) == [*dict.fromkeys(lacking + others)]
+        assert requirements(last) == lacking + others
 
 
 def test_no_other_message_installs_anything():

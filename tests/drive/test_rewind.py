@@ -127,6 +127,21 @@ def test_the_chip_stops_where_the_board_has(name, numbers, tmp_path):
     assert differing <= 2 * (name in RAMPS) and all(abs(each) <= 1 for each in off), off
 
 
+@pytest.mark.parametrize("off", [-3, 2])
+def test_the_count_at_rest_wins_over_that_at_the_stop(off, tmp_path, monkeypatch):
+    rig = Driven(tmp_path, "cy545 limit", Random(1))
+    drive, rewind = rig.drive, rig.rewind
+    stopped = rewind.stopped
+    monkeypatch.setattr(rewind, "stopped", lambda event: stopped(event._replace(position=event.position + off)))
+    with drive:
+        drive.run("400 ms")
+        rig.edge(rig.level)
+        drive.run("900 ms")
+        assert rig.exchanged == 1
+        assert (drive.state, drive.troubles) == ("ok", [])  # nothing had to be taken over: the law stops there
+        assert rig.line.twin.position == rig.x.travel == len(rig.line.twin.steps)
+
+
 @members("numbers", 2, 10)
 def test_a_command_that_acts_at_once_stops_the_motor_at_once(numbers, tmp_path):
     for number in numbers:

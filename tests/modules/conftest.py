@@ -15,6 +15,12 @@ from slewline.modules.speech import speech_of
 from tests.links.conftest import client, serve  # noqa: F401
 
 
+def rarely(name, values, quick=()):
+    """Parametrize by many values, of which a quick run takes these alone."""
+    rows = [pytest.param(each, marks=[] if each in quick else [pytest.mark.long]) for each in values]
+    return pytest.mark.parametrize(name, rows)
+
+
 class Taken:
     """A transcript in lists."""
 

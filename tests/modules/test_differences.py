@@ -180,6 +180,21 @@ def test_a_slower_motion_is_found(dialogues):
     assert [(row.command, row.module, row.model) for row in rows] == [("F", "B", "R")]
 
 
+def test_the_clock_counts_from_the_beginning_of_a_motion():
+    """A motion of 6.09 s, which a clock that is 0.4 % slow ends 24 ms later; the last poll but one falls in between."""
+    lines = ["Po", "S10", "T100", "R50", "+6000", "Px", "E", *["F"] * 4]
+    slow = stretched(recorded("gs-c200s", lines, pause_us=2_024_000), 1.004)
+    assert (compared(slow, Tolerance(1_000, 0.005)).rows, compared(slow, Tolerance(1_000, 0.005)).moments) == ([], 1)
+    assert [(row.module, row.model) for row in compared(slow, Tolerance(1_000, 0)).rows] == [("B", "R")]
+
+
+def test_two_times_agree_within_a_fixed_part_and_a_share():
+    tolerance = Tolerance(1_000, 0.01)
+    assert tolerance.allows(100_000, 101_900) and tolerance.allows(101_900, 100_000)
+    assert not tolerance.allows(100_000, 103_000)
+    assert not Tolerance(1_000, 0).allows(100_000, 101_900)
+
+
 def test_the_usual_tolerance_has_four_characters_and_the_clock():
     spoken = speech_of(sheet_of("gs-c200s"), 1200)
     assert usual_tolerance(spoken, None) == Tolerance(20_000 + round(4 * 11e6 / 1200), 0.005)
@@ -193,6 +208,16 @@ def test_lines_that_are_sent_at_once_share_an_exchange():
     (found,) = exchanges_of([at_once, answer, last], speech(dialogue))
     assert (found.sent, found.answer) == (b"F\rF\r", b"R\rR\r")
     assert commands(speech(dialogue), found.sent) == ["F", "F"]
+
+
+def test_a_line_feed_belongs_to_the_line_before_it():
+    dialogue = recorded("gs-c200s", ["F", "V1"])
+    said = [replace(each, data=each.data + b"\n") if each.speaker == "host" else each for each in dialogue.said]
+    first, second = exchanges_of(said, speech(dialogue))
+    assert (first.sent, first.answer, second.sent) == (b"F\r\n", b"R\r", b"V1\r\n")
+    assert commands(speech(dialogue), first.sent) == ["F"]
+    (row,) = compared(replace(dialogue, said=tuple(said))).rows  # the module of the recording has got no line feed
+    assert (row.command, row.module, row.model) == ("V1", "V+0", "E4")
 
 
 def test_times_are_those_on_the_line():

@@ -16,6 +16,8 @@ from slewline.modules.module import Module
 from slewline.modules.port import ModulePort
 from slewline.modules.speech import QuerySpeech, speech_of
 
+from .conftest import rarely
+
 RATES = [(levels, rate) for levels, rate in sheet_of("gs-c200s").through(SerialLine).bauds.items()]
 
 
@@ -79,8 +81,8 @@ def test_the_wrong_part_is_told():
         find("slewline://gs-c200s?chs=0", sheet_of("cy545"))
 
 
-@pytest.mark.parametrize("straps", ["chs=0", "chs=1", "chs=0&sel0=1&sel1=0&sel2=0"])
-@pytest.mark.parametrize("part", ["gs-c200", "gs-c200s"])
+@rarely("straps", ["chs=0", "chs=1", "chs=0&sel0=1&sel1=0&sel2=0"], quick=["chs=0"])
+@rarely("part", ["gs-c200", "gs-c200s"], quick=["gs-c200s"])
 def test_at_no_other_rate_is_the_question_a_command(part, straps):
     sheet = sheet_of(part)
     for (levels, rate), sent, checked, address in product(RATES, RATES, (False, True), (0, 3)):
@@ -99,7 +101,7 @@ def test_at_no_other_rate_is_the_question_a_command(part, straps):
             assert [text for text in taken if isinstance(parse(sheet, text), Command)] == []
 
 
-@pytest.mark.parametrize("part", ["cy545", "cy545b"])
+@rarely("part", ["cy545", "cy545b"], quick=["cy545"])
 def test_at_no_other_rate_is_what_is_sent_to_a_part_with_queries_a_command_that_steps(part):
     rates = sheet_of(part).through(AdaptiveLine).bauds
     for rate, sent in product(rates, rates):

@@ -17,12 +17,15 @@ import tty
 import pytest
 import serial
 
+from slewline.chips import sheet_of
 from slewline.core.wires.serial import CharacterFormat, LineSetting
 from slewline.errors import UsageError
 from slewline.links.ports.pty import PtyPort
 from slewline.links.ports.tcp import TcpPort
+from slewline.modules.comparing.differences import DialogueComparison, Tolerance
 from slewline.modules.dialogue import DialogueFile, DialogueHeader, RecordedDialogue
 from slewline.modules.proxy import DialogueRecorder, LatenessHistogram, Proxy
+from slewline.modules.speech import speech_of
 from tests.links.conftest import PATIENCE
 from tests.modules import lateness
 
@@ -212,6 +215,21 @@ def test_a_slow_disk_makes_no_character_late(start, tmp_path):
     running.end()
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+def test_a_full_disk_is_reported_and_the_characters_go_on(start, tmp_path):
+    told = []
+    file = DialogueFile(tmp_path / "x.dialogue", DialogueHeader("gs-c200s"), told.append)
+    file._file.close()
+    file._file = open("/dev/full", "r+b", buffering=0)  # noqa: SIM115
+    running = start(file=file)
+    for _ in range(3):
+        os.write(running.host, b"F\r")
+        assert read(running.module, 2) == b"F\r"
+    until(lambda: told)
+    running.end()
+    assert told == [f"dialogue {file.path}: No space left on device; it ends here, the 0 lines before are kept"]
+
+
 def test_a_port_that_cannot_be_opened_leaves_nothing_behind(tmp_path):
     path = tmp_path / "x.dialogue"
     call = [*COMMAND, "--serial", "/dev/ttyUSB77", "--pty", tmp_path / "host", "--dialogue", path]
@@ -284,6 +302,17 @@ def test_a_host_opens_it_as_7o2_again_and_again(proxied):
     assert said == ["V1\r", "V+0\r"] * 10
     assert RecordedDialogue.read(path).header.baud == 9600
     assert not os.path.lexists(host)
+
+
+def test_what_was_recorded_is_compared(proxied):
+    host, path, process = proxied
+    subprocess.run([sys.executable, "-c", HOST, host], check=True, timeout=PATIENCE)
+    process.terminate()
+    process.communicate(timeout=PATIENCE)
+    dialogue = RecordedDialogue.read(path)
+    found = DialogueComparison(dialogue, speech_of(sheet_of("gs-c200s"), 9600), Tolerance(500_000, 0)).compare()
+    assert (found.exchanges, found.rows) == (10, [])
+    assert min(found.delays_us) > -1_000  # no answer came before it could
 
 
 def test_after_a_kill_the_record_has_what_was_said(proxied):

@@ -19,6 +19,7 @@ from ..language.dialect import dialect_of
 from ..language.lookup import SIGNED
 from ..links.control.view_verbs import syntax
 from .failures import DamagedAnswer, ModuleFailure, NoAnswer
+from .module import TIDY_S
 
 if TYPE_CHECKING:
     from .comparing.model import ModelLine
@@ -146,9 +147,12 @@ class Conversation:
 
     def unasked(self) -> str:
         """Return what the module has said without being asked."""
-        data = self.module.port.waiting()
-        if data:
-            self.module.transcript.module(data, time.monotonic_ns())
+        data, came_ns = self.module.port.waiting(), time.monotonic_ns()
+        if not data:
+            return ""
+        while chunk := self.module.port.read(TIDY_S).data:
+            data += chunk
+        self.module.transcript.module(data, came_ns, time.monotonic_ns())
         return data.decode("latin-1")
 
     # --------------------------------------------------------------------------------------------------------- verbs
@@ -178,7 +182,6 @@ class Conversation:
         except UnicodeError:
             return Reply(failure=f":send {text}: allowed ASCII, and \\r, \\n, \\x41 for other characters")
         since, findings = self._odd(data)
-        self.module.tidy()
         self.module.send(data)
         answer = b""
         while chunk := self.module.port.read(self.speech.patience("")).data:

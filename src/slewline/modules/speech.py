@@ -335,7 +335,7 @@ def speech_of(sheet: Sheet, baud: int | None = None, checked: bool | None = None
     if serial is None:
         says = " and ".join(channel.says for channel in sheet.channels)
         raise UsageError(
-            f"{sheet.part}: has {says}, and no serial line; allowed a part with a serial line, such as those for which "
-            "slewline chips names one"
+            f"{sheet.part}: has {says}, and no serial line; allowed a part with a serial line: one on a bus needs an "
+            "adapter of its own, and lists no program"
         )
     return row_for(serial, KINDS, "speaks over")(sheet, baud, checked, address)

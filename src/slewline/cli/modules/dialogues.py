@@ -54,6 +54,7 @@ def proxy_command(**options: Any) -> int:
 @click.option("--plain", is_flag=True, help="No menus: lines as Python reads them.")
 @click.option("--model/--no-model", default=True, help="Let the model find what is odd in a line, or not.")
 @STRAPS
+@MARKINGS
 @CLOCK
 @OPTIONS
 def terminal_command(**options: Any) -> int:

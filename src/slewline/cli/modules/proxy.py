@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from ...modules.dialogue import DialogueFile
     from ...modules.proxy import Proxy, ProxyEnd
 
-SETTLE_S = 0.01  # a host that is not as prompt as the proxy may take so long to read back its settings
-
 
 @dataclass
 class ProxyCommand:
@@ -86,7 +84,7 @@ class ProxyCommand:
         if self.pty is not None:
             from ...links.ports.pty import PtyPort
 
-            port = PtyPort(loop, line, self.pty, SETTLE_S)
+            port = PtyPort(loop, line, self.pty)
             if line.setting.word.bits < 8:
                 say(f"slewline: {self.pty}: {port.hint}")
             return port

@@ -34,7 +34,6 @@ class TerminalCommand(PortOptions):
     plain: bool
     model: bool
     strap: tuple[tuple[str, int], ...]
-    crystal: str | None
     options: str | None
 
     def perform(self) -> int:
@@ -54,6 +53,7 @@ class TerminalCommand(PortOptions):
             speech = module.speech
             header = DialogueHeader(
                 part,
+                markings=self.markings or "",
                 crystal_hz=None if self.crystal is None else int(hertz(self.crystal)),
                 baud=speech.baud,
                 checksum=speech.checked,

@@ -19,6 +19,10 @@ MEANT = {  # what is meant by a command, or an option of one, that there is not
     **dict.fromkeys(("talk", "connect", "console", "miniterm"), "slewline terminal PORT --part CHIP"),
     **dict.fromkeys(("record", "sniff", "spy"), "slewline proxy --serial DEV --part CHIP --pty LINK --dialogue F"),
     **dict.fromkeys(("diff", "differences"), "slewline compare"),
+    **dict.fromkeys(
+        ("backup", "save", "download", "read"), "slewline pull PORT -o FILE saves what a real module holds"
+    ),
+    **dict.fromkeys(("restore", "upload", "load", "write"), "slewline push PORT FILE sends a program to a real module"),
     "replay": "slewline run --replay JOURNAL",
     "version": "slewline --version",
     "run --bench": "a bench file is the FILE itself, slewline run BENCH.toml",
@@ -28,6 +32,10 @@ MEANT = {  # what is meant by a command, or an option of one, that there is not
     "run --npz": "--steps F.npz",
     "run --csv": "--steps F.csv",
     "run --time": "--until sets the end, such as '2 s'",
+    "pull --chip": "--part names the part",
+    "push --chip": "--part names the part",
+    "pull --port": "PORT is an argument, not an option: slewline pull PORT -o FILE",
+    "push --port": "PORT is an argument, not an option: slewline push PORT FILE",
     "serve --port": "--tcp 4001, --serial DEV or --pty LINK",
     "serve --chip": "CHIP is an argument, not an option: slewline serve PART --tcp 4001",
     "describe --chip": "CHIP is an argument, not an option: slewline describe PART",

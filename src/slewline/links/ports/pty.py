@@ -35,7 +35,7 @@ from ..sockets.stream import SocketStream
 
 DEVICE = re.compile(r"/dev/(?:pts/|ttys)[0-9]+")  # of Linux, of macOS
 CFLAG, LFLAG, ISPEED, OSPEED = 2, 3, 4, 5  # places in what tcgetattr returns
-SETTLE_S = 0.0005
+SETTLE_S, PROMPT_SETTLE_S = 0.0005, 0.01  # the second one in a process that keeps the host from running
 WAYS = "set 8N1 in the host, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
 HINT = (
     f"a pty has no 7 data bits and no parity: a host that sets 7O2 twice at once gets EINVAL (invalid argument); {WAYS}"
@@ -78,15 +78,13 @@ class PtyPort:
 
     Args:
         link: a symbolic link of this name is made, and removed at the end.
-        settle_s: how long the C library of a host may take to read back what it has set; a process with a priority
-            above its hosts has to wait longer, for it may run between the two.
 
     Raises:
         UsageError: the link cannot be made, or the file exists and is not an old link of ours; or the system
             has no pseudo-terminals.
     """
 
-    def __init__(self, loop: Loop, line: PortLine, link: str, settle_s: float = SETTLE_S) -> None:
+    def __init__(self, loop: Loop, line: PortLine, link: str) -> None:
         if not hasattr(os, "openpty"):
             raise UsageError(NONE)
         if system.WINDOWS_PORT.fullmatch(link):
@@ -95,7 +93,7 @@ class PtyPort:
             )
         if not link:
             raise UsageError("a pty needs a link; name it, such as /tmp/x")
-        self.loop, self.line, self.link, self.settle_s = loop, line, Path(link), settle_s
+        self.loop, self.line, self.link = loop, line, Path(link)
         self.master, self.slave = os.openpty()  # without a slave of its own, the master fails when the host closes
         self.name = os.ttyname(self.slave)
         try:
@@ -145,8 +143,9 @@ class PtyPort:
         self.line.obey(bool(settings[CFLAG] & termios.CRTSCTS))
         if (baud := system.bauds().get(settings[OSPEED])) is not None and baud != self.line.baud:
             self.line.opened_at(baud)
-        self.settled_at = perf_counter() + self.settle_s
-        self.loop.after(self.settle_s, self._settled)
+        settle_s = PROMPT_SETTLE_S if system.is_prompt() else SETTLE_S
+        self.settled_at = perf_counter() + settle_s
+        self.loop.after(settle_s, self._settled)
 
     def _settled(self) -> None:
         if self.stream.open and self.settled_at is not None and perf_counter() >= self.settled_at:

@@ -133,6 +133,13 @@ def be_prompt() -> str:
     return "no priority above others"
 
 
+def is_prompt() -> bool:
+    """Return whether this process goes before usual ones, so that none of them runs while it does."""
+    with suppress(AttributeError, OSError):
+        return bool(os.sched_getscheduler(0) != os.SCHED_OTHER or os.getpriority(os.PRIO_PROCESS, 0) < 0)
+    return False
+
+
 # ------------------------------------------------------------------------------------------------------------ signals
 def numbers(*names: str) -> list[int]:
     """Return the signals of these names, as far as they are there."""

@@ -13,6 +13,8 @@ from ...language.lines import KEPT, checksum
 from ..dialogue import Said
 from ..speech import CR, Speech
 
+LF = b"\n"
+
 
 @dataclass
 class RecordedExchange:
@@ -50,6 +52,7 @@ def commands(speech: Speech, data: bytes) -> list[str]:
     """Return what was sent as commands: without carriage returns, checksums and addresses."""
     found = []
     for line in data.split(CR):
+        line = line.strip(LF)
         text = (line[:-1] if speech.checked else line).decode("latin-1")
         found.append(text.removeprefix(str(speech.address)) if speech.address else text)
     return [text for text in found if text]
@@ -76,16 +79,16 @@ def exchanges_of(said: Iterable[Said], speech: Speech) -> list[RecordedExchange]
         if entry.speaker != "host":
             continue
         for at_us, code in spread(entry):
-            if not begun:
+            begins = not begun and not (found and code == LF[0])  # a line feed belongs to the line before
+            if begins:
                 passed = not is_for(speech, bytes([code]))
-                begun = True
                 if not passed and not (found and waits_for_none(found[-1], at_us)):
                     found.append(RecordedExchange(len(found) + 1, at_us, 0.0))
             over_us = max(over_us, at_us) + character_us
             if not passed:
                 found[-1].characters.append((at_us, code))
                 found[-1].over_us = over_us
-            begun = code != CR[0]
+            begun = code != CR[0] and (begun or begins)
     return found
 
 
@@ -97,7 +100,7 @@ def waits_for_none(before: RecordedExchange, at_us: int) -> bool:
 def are_checked(said: Iterable[Said]) -> bool:
     """Return whether every line that was sent ends in its checksum."""
     sent = b"".join(entry.data for entry in said if entry.speaker == "host")
-    lines = [line for line in sent.split(CR)[:-1] if line]
+    lines = [line for each in sent.split(CR)[:-1] if (line := each.lstrip(LF))]
     return bool(lines) and all(line[-1] == checksum(line[:-1], KEPT) for line in lines)
 
 

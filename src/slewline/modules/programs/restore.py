@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...core.datasheet.table import Sheet
-from ...errors import ProgramError, UsageError
+from ...errors import UsageError
 from ...language.assemble import assemble
 from ...language.source import read
 from ...language.statements import Statement
@@ -35,7 +35,7 @@ class ProgramText:
 
         Raises:
             ProgramError: the assembler does not take it.
-            UsageError: it is a script for `slewline run`, or the part keeps no program.
+            UsageError: it has no program, or is a script for `slewline run`; or the part keeps no program.
         """
         if sheet.enter is None:
             raise UsageError(f"{where}: the {sheet.part.upper()} keeps no program")
@@ -48,7 +48,7 @@ class ProgramText:
                     f"{sheet.part.upper()}; leave it out"
                 )
         if not source.blocks:
-            raise ProgramError(f"{where}: no program in it; write {sheet.enter.form} in front of its instructions")
+            raise UsageError(f"{where}: no program in it; write {sheet.enter.form} in front of its instructions")
         (block,) = source.blocks[:1]
         items = source.statements
         framing = [items.index(each) for each in (block.entry, block.quit) if each is not None]

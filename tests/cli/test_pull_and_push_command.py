@@ -1,0 +1,78 @@
+"""slewline pull and push, as they are typed: files, messages and exit statuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import slewline.testing  # noqa: F401  # pySerial knows slewline://
+from slewline.modules.dialogue import RecordedDialogue
+
+WELD = ("Po", "S10", "T100", "R5", "+50", "Px")
+URL = "slewline://gs-c200s?chs=0&name={}"
+
+
+def test_a_program_goes_in_and_comes_out_with_its_dialogues(call, write):
+    url = URL.format("cli1")
+    sent = call("push", url, write("weld.gs-c200s", *WELD), "--store", "--markings", "GS-C200S 9431")
+    assert (sent.status, sent.out) == (0, "")
+    assert sent.err.splitlines() == [
+        f"slewline: gs-c200s at {url}, 9600 7O2; what is said goes to weld.gs-c200s.dialogue",
+        "slewline: wrote weld.before.gs-c200s: 0 instructions, 0 locations",
+        "slewline: verified: 4 instructions",
+        "slewline: M: program to EEPROM ...",
+        "slewline: it holds the program, verified, and keeps it without power",
+    ]
+    saved = call("pull", url, "-o", "saved.gs-c200s", "--eeprom", "--no-checksum", "--baud", "9600")
+    assert saved.status == 0
+    assert Path("saved.gs-c200s").read_text().splitlines()[3:] == [*WELD]
+    dialogue = RecordedDialogue.read("weld.gs-c200s.dialogue")
+    header = dialogue.header
+    assert (header.part, header.markings, header.baud, header.checksum) == ("gs-c200s", "GS-C200S 9431", 9600, False)
+    sent = [each.text for each in dialogue.said if each.speaker == "host"]
+    assert sent[-9:] == [f"{line}\r" for line in (*WELD[:-1], "Q", "Q", "Px", "M")]
+
+
+def test_a_dialogue_is_not_replaced_but_has_a_number(call, write):
+    url = URL.format("cli2")
+    for _ in range(2):
+        assert call("push", url, write("weld.gs-c200s", *WELD)).status == 0
+    assert sorted(path.name for path in Path().glob("*.dialogue")) == [
+        "weld.gs-c200s-2.dialogue",
+        "weld.gs-c200s.dialogue",
+    ]
+    assert call("push", url, "weld.gs-c200s", "--dialogue", "weld.gs-c200s.dialogue").status == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "says"),
+    [
+        (("pull", "/dev/nowhere", "-o", "a.gs-c200s"), 2, "/dev/nowhere: No such file or directory; name"),
+        (("pull", "slewline://gs-c200s", "-o", "a"), 2, "a: the chip is not given"),
+        (("pull", "slewline://gs-c200s", "-o", "no/a.gs-c200s"), 2, "no/a.gs-c200s: there is no directory 'no'"),
+        (("pull", "slewline://gs-c200s", "-o", "here.gs-c200s"), 2, "here.gs-c200s: this file exists; name a new file"),
+        (("pull", "slewline://cy545", "-o", "a.cy545", "--eeprom"), 2, "--eeprom: the CY545 has one program"),
+        (("pull", "slewline://cy525", "-o", "a.cy525"), 2, "cy525: has a bus, and no serial line"),
+        (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--baud", "19200"), 2, "--baud 19200: no rate of the"),
+        (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--from", "5"), 2, "--from 5: the program of a"),
+        (("pull", "slewline://gs-c200", "-o", "a.gs-c200s"), 1, "V1 was answered with 'V0'; allowed V([+-][0"),
+        (("pull", "slewline://gs-c200s?br0=1", "-o", "a.gs-c200s", "--baud", "9600"), 1, "nothing answers V2"),
+        (("pull", "loop://", "-o", "a.gs-c200s"), 1, "a line that echoes is a modem's or a console's"),
+        (("push", "slewline://cy545", "p.cy545", "--chip", "cy545"), 2, "--part names the part"),
+        (("backup",), 2, "slewline pull PORT -o FILE"),
+        (("push", "slewline://cy545", "p.cy545", "--store"), 2, "--store: the CY545 has no such command"),
+        (("push", "slewline://gs-c200s", "here.gs-c200s"), 2, "no program in it"),
+        (("push", "slewline://gs-c200s", "runs.gs-c200s"), 1, "runs.gs-c200s, line 4: H+ may make the motor step"),
+    ],
+)
+def test_what_cannot_be_done_is_said_and_nothing_is_written(call, write, words, status, says):
+    write("here.gs-c200s", "f+5")
+    write("p.cy545", "E", "R 5", "0", "Q")
+    write("runs.gs-c200s", "Po", "S10", "Px", "H+")
+    before = {path: path.read_bytes() for path in Path().iterdir()}
+    called = call(*words)
+    assert (called.status, called.out) == (status, "")
+    assert says in called.err
+    after = {path: path.read_bytes() for path in Path().iterdir() if path.suffix != ".dialogue"}
+    assert after == before
