@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import pytest
 
@@ -28,6 +29,7 @@ def limit(does, low, high):
     return low
 
 
+@cache
 def measured(motor, load):
     """What would be measured on such a motor: the rate at which it starts, and at which it stalls."""
     law = MotorLaw(motor, DRIVER, load)
