@@ -257,8 +257,9 @@ def lock(file):
 
 # -------------------------------------------------------------------------------------------------------------- tasks
 def bytecode(work):
-    """Tests start Python some hundred times: keep what it has compiled, whatever the environment says of it."""
+    """Tests start Python some hundred times: keep what was compiled, whatever the environment says of it."""
     kept = dict(os.environ, PYTHONPYCACHEPREFIX=os.path.join(work, "build", "bytecode"))
+    kept["SLEWLINE_CACHE"] = os.path.join(work, "build", "machine_code")
     kept.pop("PYTHONDONTWRITEBYTECODE", None)
     if work != ROOT:
         kept["HYPOTHESIS_STORAGE_DIRECTORY"] = os.path.join(work, ".hypothesis")

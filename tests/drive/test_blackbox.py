@@ -8,7 +8,7 @@ import sys
 import pytest
 
 import slewline
-from slewline.drive.blackbox import JOURNAL, KEPT_SESSIONS, BlackBox, new_folder, read_line, state_folder
+from slewline.drive.blackbox import JOURNAL, KEPT_SESSIONS, BlackBox, new_folder, read_line
 from slewline.drive.board.wire import Decoder, FrameKind
 from slewline.errors import UsageError
 
@@ -133,9 +133,3 @@ def test_a_disk_that_is_full_ends_the_record_and_not_the_drive(tmp_path):
         drive.run_until_rest()
         assert "No space left" in drive.box.failure
     assert len(line.twin.steps) == 5
-
-
-def test_where_this_system_keeps_it(monkeypatch, tmp_path):
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    monkeypatch.setattr(sys, "platform", "linux")
-    assert state_folder() == tmp_path / "slewline"

@@ -11,8 +11,6 @@ took the time of the board to be; ">" goes to the board.
 from __future__ import annotations
 
 import json
-import os
-import sys
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
@@ -21,6 +19,7 @@ from time import strftime
 from typing import TYPE_CHECKING, TextIO, cast
 
 from ..errors import UsageError
+from ..folders import state_folder
 
 if TYPE_CHECKING:
     from .board.port import BoardPort
@@ -28,15 +27,6 @@ if TYPE_CHECKING:
 MOST_BYTES = 8 << 20  # of each file of the line
 KEPT_SESSIONS = 20
 JOURNAL = "journal.jsonl"
-
-
-def state_folder() -> Path:
-    """Return where this system keeps what programs remember: the folder of slewline there."""
-    if os.name == "nt":
-        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData/Local") / "slewline"
-    if sys.platform == "darwin":
-        return Path.home() / "Library/Application Support/slewline"
-    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local/state") / "slewline"
 
 
 def new_folder(inside: str | PathLike[str] | None = None) -> Path:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slewline.parts.motors.arrays import in_place
-from slewline.parts.motors.integrator import compiled, numpy_names
+from slewline.parts.motors.operations import compiled, numpy_names
 
 HEAD = "def many(parameters, state, count):\n    (A, B,) = parameters\n    (x, y,) = state\n"
 

@@ -23,6 +23,7 @@ from typing import Any
 
 from .arrays import in_place
 from .equations import Equations
+from .operations import PYTHON, compiled, machine_code, numpy_names
 
 # sqrt(2) sin(pi f / 2) / f as a polynomial of f squared, up to a half: good to 5e-12; two doublings make it the angle.
 # They keep s s + c c = 1 whatever it is, so that no energy comes from a polynomial that is not longer.
@@ -224,7 +225,7 @@ class Model:
         """The functions in plain Python."""
         row = ", ".join(["t", "command", "code", *self.whole])
         text = self.advance([f"points.append(({row}))"], ["points = []"], "return points, rests")
-        return Engine(compiled(self.after + "\n" + CROSSING, PYTHON), compiled(text, PYTHON))
+        return Engine(compiled("\n".join((self.after, CROSSING, text)), PYTHON))
 
     @property
     def is_compiled(self) -> bool:
@@ -238,21 +239,14 @@ class Model:
         Raises:
             ImportError: Numba is not installed.
         """
-        import numba
-
-        names = numba_names()
         emit = ["room[0][count] = t", "room[1][count] = command", "room[2][count] = code"]
         emit += [f"room[3][count, {n}] = {name}" for n, name in enumerate(self.whole)]
-        text = self.advance(emit, [], "return count, rests")
-        after = compiled(self.after, names)["after"]
-        around = compiled(CROSSING, names | {"after": numba.njit(nogil=True)(after)})
-        around = {"after": numba.njit(nogil=True)(after), "crossing": numba.njit(nogil=True)(around["crossing"])}
-        return Engine(around, {"advance": numba.njit(nogil=True)(compiled(text, names)["advance"])})
+        return Engine(machine_code((self.after, CROSSING, self.advance(emit, [], "return count, rests"))))
 
 
 # When a place passes a bound: the first picosecond at which it has, between two grid points.  Newton's rule from the
 # secant of both ends; where it leaves the interval, the interval is halved.
-CROSSING = """
+CROSSING = """\
 def crossing(parameters, table, t, state, code, low, span, which, factor, bound, rising):
     high = span
     below = state[which] * factor - bound
@@ -289,82 +283,24 @@ def crossing(parameters, table, t, state, code, low, span, which, factor, bound,
 class Engine:
     """Functions of a model: `advance`, `after` and `crossing`."""
 
-    around: dict[str, Callable[..., Any]]
-    ahead: dict[str, Callable[..., Any]]
+    functions: dict[str, Callable[..., Any]]
 
     @property
     def after(self) -> Callable[..., Any]:
         """The state some time after a grid point."""
-        return self.around["after"]
+        return self.functions["after"]
 
     @property
     def crossing(self) -> Callable[..., Any]:
         """When a state passes a bound, in ps after a grid point."""
-        return self.around["crossing"]
+        return self.functions["crossing"]
 
     @property
     def advance(self) -> Callable[..., Any]:
         """The grid points up to an instant."""
-        return self.ahead["advance"]
+        return self.functions["advance"]
 
 
 def indented(depth: int, *lines: Iterable[str]) -> list[str]:
     """Return lines, further to the right."""
     return ["    " * depth + line for some in lines for line in some]
-
-
-def compiled(text: str, names: dict[str, Any]) -> dict[str, Any]:
-    """Return what a text of Python defines."""
-    space = dict(names)
-    exec(compile(text, "<equations of a motor>", "exec"), space)
-    return space
-
-
-# ------------------------------------------------------------------------------- what the equations call, in three ways
-def _python() -> dict[str, Any]:
-    from math import floor, sqrt
-
-    def where(condition: bool, yes: float, no: float) -> float:
-        return yes if condition else no
-
-    def clip(value: float, low: float, high: float) -> float:
-        return low if value < low else high if value > high else value
-
-    def sign(value: float) -> float:
-        return 1.0 if value > 0.0 else -1.0 if value < 0.0 else 0.0
-
-    def minimum(one: float, two: float) -> float:
-        return one if one < two else two
-
-    def maximum(one: float, two: float) -> float:
-        return one if one > two else two
-
-    return {
-        "floor": floor, "nearest": round, "sqrt": sqrt, "absolute": abs, "where": where, "clip": clip, "sign": sign,
-        "minimum": minimum, "maximum": maximum,
-    }  # fmt: skip
-
-
-PYTHON = _python()
-
-
-def numba_names() -> dict[str, Any]:
-    """Return what the equations call, for Numba."""
-    import numba
-    import numpy as np
-
-    known = {name: PYTHON[name] for name in ("floor", "sqrt", "absolute")} | {"nearest": np.rint}
-    return {name: known.get(name) or numba.njit(what) for name, what in PYTHON.items()}
-
-
-def numpy_names() -> dict[str, Any]:
-    """Return what the equations call, for arrays of NumPy."""
-    import numpy as np
-
-    def array(size: int, of: type = float) -> Any:
-        """Return an array that begins where a line of the cache does: half the time for what is in the nearest one."""
-        memory = np.empty(8 * size + 64, np.uint8)
-        start = -memory.ctypes.data % 64
-        return memory[start : start + size * np.dtype(of).itemsize].view(of)
-
-    return vars(np) | {"nearest": np.rint, "array": array}

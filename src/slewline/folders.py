@@ -1,0 +1,72 @@
+"""Folders of the user's own, by the custom of the system: what programs remember, and what can be made again."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from contextlib import suppress
+from hashlib import sha256
+from pathlib import Path
+
+
+def state_folder() -> Path:
+    """Return where this system keeps what programs remember: the folder of slewline there."""
+    return _folder("", "Library/Application Support", "XDG_STATE_HOME", ".local/state")
+
+
+def cache_folder() -> Path | None:
+    """Return where what can be made again is kept: SLEWLINE_CACHE, or the folder of slewline in that of this system.
+
+    None: SLEWLINE_CACHE is empty, and nothing is to be kept.
+    """
+    named = os.environ.get("SLEWLINE_CACHE")
+    if named is not None:
+        return Path(named).absolute() if named else None
+    return _folder("Cache", "Library/Caches", "XDG_CACHE_HOME", ".cache")
+
+
+def _folder(windows: str, mac: str, variable: str, usual: str) -> Path:
+    if os.name == "nt":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData/Local") / "slewline" / windows
+    if sys.platform == "darwin":
+        return Path.home() / mac / "slewline"
+    return Path(os.environ.get(variable) or Path.home() / usual) / "slewline"
+
+
+def keep_source(text: str) -> Path | None:
+    """Return a file with this text, in the cache, under its SHA-256; None: none can be there.
+
+    What lies beside it may be run: nobody but the user may be able to write there.
+    """
+    with suppress(OSError, RuntimeError):  # RuntimeError: he has no home
+        folder = cache_folder()
+        if folder is None:
+            return None
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        if not (_is_private(folder) and os.access(folder, os.R_OK | os.W_OK | os.X_OK)):
+            return None
+        data = text.encode()
+        path = folder / f"{sha256(data).hexdigest()}.py"
+        if not path.is_file() or path.read_bytes() != data:
+            part = path.with_suffix(f".{os.getpid()}.part")
+            part.write_bytes(data)
+            os.replace(part, path)  # whole, whoever else writes it now
+        return path
+    return None
+
+
+def drop_source(path: Path) -> None:
+    """Remove what `keep_source` has kept, and what was made of it."""
+    with suppress(OSError):
+        for each in (*path.parent.glob(f"{path.stem}.*"), *path.parent.glob(f"__pycache__/{path.stem}.*")):
+            each.unlink(missing_ok=True)
+
+
+def _is_private(folder: Path) -> bool:
+    """Is a folder the user's own, and closed to the writing of all others?  On Windows his profile sees to that."""
+    if not hasattr(os, "geteuid"):
+        return True
+    found = folder.stat()
+    return found.st_uid == os.geteuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)

@@ -1,0 +1,105 @@
+"""What the equations call, in three ways, and functions made of their text: for plain Python, for arrays, for Numba."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from functools import cache
+from math import floor, sqrt
+from types import ModuleType
+from typing import Any
+
+from ...folders import drop_source, keep_source
+
+OPERATIONS = (
+    "def where(condition, yes, no):\n    return yes if condition else no\n",
+    "def clip(value, low, high):\n    return low if value < low else high if value > high else value\n",
+    "def sign(value):\n    return 1.0 if value > 0.0 else -1.0 if value < 0.0 else 0.0\n",
+    "def minimum(one, two):\n    return one if one < two else two\n",
+    "def maximum(one, two):\n    return one if one > two else two\n",
+)
+NUMBA = """\
+from math import floor, sqrt
+
+from numba import njit
+from numpy import rint as nearest
+
+absolute = abs
+"""
+
+
+def compiled(text: str, names: dict[str, Any], place: str = "<equations of a motor>") -> dict[str, Any]:
+    """Return what a text of Python defines."""
+    space = dict(names)
+    exec(compile(text, place, "exec"), space)
+    return space
+
+
+PYTHON = compiled("\n".join(OPERATIONS), {"floor": floor, "nearest": round, "sqrt": sqrt, "absolute": abs})
+
+
+def numpy_names() -> dict[str, Any]:
+    """Return what the equations call, for arrays of NumPy."""
+    import numpy as np
+
+    def array(size: int, of: type = float) -> Any:
+        """Return an array that begins where a line of the cache does: half the time for what is in the nearest one."""
+        memory = np.empty(8 * size + 64, np.uint8)
+        start = -memory.ctypes.data % 64
+        return memory[start : start + size * np.dtype(of).itemsize].view(of)
+
+    return vars(np) | {"nearest": np.rint, "array": array}
+
+
+# -------------------------------------------------------------------------------------------------------- machine code
+def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
+    """Return functions that Numba compiles, at the first call with each type, or has compiled in an earlier process.
+
+    Args:
+        functions: their texts; each may call those before it.
+
+    Raises:
+        ImportError: Numba is not installed.
+    """
+    import numba
+
+    # All that decides about the machine code is in the text: its hash is the key.
+    text = "\n\n".join(
+        (
+            f'"""The motion of a motor, for Numba {numba.__version__}."""\n\n{NUMBA}',
+            *(f"@njit\n{function}" for function in OPERATIONS),
+            *(f"@njit(nogil=True, cache=KEPT)\n{function}\n" for function in functions),
+        )
+    )
+    names = [function.partition("(")[0].split()[-1] for function in functions]
+
+    @cache
+    def anew() -> dict[str, Any]:
+        return compiled(text, {"KEPT": False})
+
+    path = keep_source(text)
+    if path is None:
+        return {name: anew()[name] for name in names}
+    # Numba names its machine code after the module, which it must be able to import; so there is one for each text.
+    module = sys.modules.setdefault(f"slewline_motor_{path.stem}", ModuleType(f"slewline_motor_{path.stem}"))
+    try:
+        kept = compiled(text, {"KEPT": True, "__name__": module.__name__}, str(path))
+    except Exception:  # Numba raises RuntimeError, or what the system refuses
+        return {name: anew()[name] for name in names}
+
+    def safe(name: str) -> Callable[..., Any]:
+        """Return a function that does without what is kept from when that fails: a damaged file, a full disk."""
+        function = kept[name]
+
+        def call(*given: Any) -> Any:
+            nonlocal function
+            try:
+                return function(*given)
+            except Exception:  # of whatever kind: what was kept is unpickled, at the first call
+                drop_source(path)
+                function = anew()[name]
+                return function(*given)
+
+        return call
+
+    return {name: safe(name) for name in names}
