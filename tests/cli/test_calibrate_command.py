@@ -15,6 +15,7 @@ GIVEN = (
 )
 
 
+@pytest.mark.long  # docs/howto/motors.md has the same lines for another motor
 def test_constants_and_rows_are_printed(call):
     lines = call(*GIVEN, "--start-stop", "1190 steps/s", "--pull-out", "2450").out.splitlines()
     friction, iron, _, motor, load = lines

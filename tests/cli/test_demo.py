@@ -4,22 +4,39 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from slewline.chips.cy525.sheet import SHEET
 from slewline.cli.demo import HERE, MACHINE, PROGRAM, called_as
+from slewline.cli.main import invoke
 from slewline.language.assemble import assemble
 
 FILES = ["weld.cy525", "weld.gtkw", "weld.png", "weld.sucl", "weld.svg", "weld.toml", "weld.vcd"]
 
 
+@pytest.fixture(scope="module")
+def once(tmp_path_factory):
+    """The demo, run once for all tests that look at what it leaves: where, and what it said."""
+    place = tmp_path_factory.mktemp("demo")
+    with chdir(place), redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
+        status = invoke(["demo"])
+    return place, SimpleNamespace(status=status, out=out.getvalue(), err=err.getvalue())
+
+
 @pytest.fixture
-def ran(call):
-    return call("demo")
+def ran(once, folder):
+    """What it said; its files are here, to be changed."""
+    place, called = once
+    shutil.copytree(place, folder, dirs_exist_ok=True)
+    return called
 
 
 def test_six_spots_on_each_of_two_workpieces(ran):

@@ -11,6 +11,7 @@ import pytest
 
 import slewline
 from slewline.chips.cy545 import profile
+from tests.sources import tree
 
 from .blocks import ROOT
 
@@ -198,7 +199,7 @@ def definitions():
     """Every function, method, class and class attribute of the sources, by plain and by qualified name."""
     names = set()
     for path in SRC.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        for node in ast.walk(tree(path)):
             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
                 names.add(node.name)
             if isinstance(node, ast.ClassDef):

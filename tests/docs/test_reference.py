@@ -22,6 +22,7 @@ from slewline.parts.hosts.packet_host import PacketHost
 from slewline.parts.hosts.serial_host import SerialHost
 from slewline.record.measuring.compare import Comparison
 from slewline.record.waveforms.waveforms import Waveforms
+from tests.sources import tree
 
 from .blocks import ROOT
 
@@ -31,10 +32,10 @@ SOURCES = sorted((ROOT / "src/slewline").rglob("*.py"))
 # ------------------------------------------------------------------------------------------------------------- findings
 def codes_of(path):
     """The first arguments of all calls that make a finding, or in the decoder a note that becomes one."""
-    tree = ast.parse(path.read_text("utf-8"))
+    nodes = list(ast.walk(tree(path)))
     makes = "_note" if path.name == "decoder.py" else "finding"
-    loops = [node for node in ast.walk(tree) if isinstance(node, ast.For)]
-    for node in ast.walk(tree):
+    loops = {inner: node for node in nodes if isinstance(node, ast.For) for inner in ast.walk(node)}
+    for node in nodes:
         if isinstance(node, ast.FunctionDef) and node.name == "odd":  # what the loop below goes through
             yield from (each.value.elts[1].value for each in ast.walk(node) if isinstance(each, ast.Yield))
         if isinstance(node, ast.FunctionDef) and node.name == "left_over":  # what `conclude` goes through
@@ -42,24 +43,18 @@ def codes_of(path):
             yield from (code.value for code, _ in pairs if isinstance(code, ast.Constant))
         if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "TROUBLES":  # what boards tell, with texts
             yield from (row.elts[0].value for row in node.value.values)
-        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith((".watch.report", "self.report")):
+        if not isinstance(node, ast.Call):
+            continue
+        called = getattr(node.func, "attr", None) or getattr(node.func, "id", None)
+        if called == "report" and ast.unparse(node.func).endswith((".watch.report", "self.report")):
             yield from (code.value for code in node.args[:1] if isinstance(code, ast.Constant))
-        if (
-            isinstance(node, ast.Call)
-            and ast.unparse(node.func) == "Finding"
-            and isinstance(node.args[2], ast.Constant)
-        ):
+        if called == "Finding" and isinstance(node.args[2], ast.Constant):
             yield node.args[2].value  # made by itself, without a listener
-        if (
-            isinstance(node, ast.Call)
-            and ast.unparse(node.func).split(".")[-1] in (makes, "mistake", "finding_once")
-            and node.args
-        ):
-            first, around = node.args[0], [loop for loop in loops if node in ast.walk(loop)]
+        if called in (makes, "mistake", "finding_once") and node.args:
+            first, loop = node.args[0], loops.get(node)
             if isinstance(first, ast.Constant):
                 yield first.value
-            elif isinstance(first, ast.Name) and first.id == "code" and around:  # a column
-                (loop,) = around
+            elif isinstance(first, ast.Name) and first.id == "code" and loop:  # a column
                 column = [ast.unparse(name) for name in loop.target.elts].index("code")
                 if isinstance(loop.iter, ast.Tuple):
                     yield from (row.elts[column].value for row in loop.iter.elts)

@@ -6,6 +6,7 @@ import json
 import os
 import random
 import socket
+from functools import cache
 
 import fastjsonschema
 import pytest
@@ -359,7 +360,9 @@ def strict(found):
     return [strict(value) for value in found] if isinstance(found, list) else found
 
 
+@cache
 def checker(name):
+    """Compile the schema of one thing that is said, by its name; that takes longer than to ask for it."""
     definitions = strict(schema()["definitions"])
     return fastjsonschema.compile({"$ref": f"#/definitions/{name}", "definitions": definitions})
 

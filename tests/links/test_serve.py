@@ -19,6 +19,7 @@ from slewline.cli.live.serve import ServeCommand, signals
 from slewline.cli.main import invoke
 from slewline.links.ports.pty import HINT
 from slewline.links.views.reports import CAUSES
+from tests.ensembles import few
 
 from .conftest import COMMAND, PATIENCE, Asks
 
@@ -60,7 +61,7 @@ def test_a_signal_ends_it_in_good_order(serve, client, number):
 
 
 @pytest.mark.posix
-@pytest.mark.parametrize("number", ENDS)
+@pytest.mark.parametrize("number", few(ENDS, 1))
 def test_a_signal_that_comes_again_changes_nothing(serve, number):
     server = serve(*ONE, "--tcp", "127.0.0.1:0")
     while server.process.poll() is None:
@@ -98,7 +99,7 @@ def test_a_hang_up_that_is_ignored_stays_so(lockstep):
 
 
 @pytest.mark.posix
-@pytest.mark.parametrize("number", ENDS)
+@pytest.mark.parametrize("number", few(ENDS, 1))
 def test_a_signal_removes_the_link(serve, number):
     server = serve(*ONE, "--pty", "x")
     assert server.where == "x"

@@ -244,8 +244,7 @@ def begin(serve, client, tmp_path):
 PACES = [("--rate", "5"), ("--lockstep",)]
 
 
-@pytest.mark.parametrize("pace", PACES, ids=lambda pace: pace[0])
-@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize(("name", "pace"), [*zip(FAMILIES, PACES * 2, strict=True)])
 def test_every_instant_is_as_it_was(begin, name, pace):
     session = begin(name, 1, *pace)
     seen = session.play(acts=18, looks=3)

@@ -55,6 +55,10 @@ while True:
     assert not answer.strip(b"B\\r"), answer  # none, or a part of one, where time stands
 """
 
+WELDERS = [  # a phone is held against test_page in every run, and dark by the walk with the keyboard
+    pytest.param(DESKTOP, "light", id="desktop"),
+    pytest.param(PHONE, "dark", id="phone", marks=pytest.mark.long),
+]
 PLACES = [60000, -45000, 30000, -15000]
 S_CURVE = "SET_PRFL_S_CRV\nSET_VEL 0x30000\nSET_MAX_ACC 0x80\nSET_JERK 0x8000\n"
 AXES = [f"SET_{axis}\n{S_CURVE}SET_POS {place}\n" for axis, place in enumerate(PLACES, 1)]
@@ -132,7 +136,7 @@ def walk(browser, tmp_path):
     return opened
 
 
-@pytest.mark.parametrize(("size", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")], ids=["desktop", "phone"])
+@pytest.mark.parametrize(("size", "scheme"), WELDERS)
 def test_twelve_spots_are_welded_with_what_the_page_offers(walk, bench, size, scheme):
     with running("panel", bench(WELDING), "--no-browser") as command:
         page = walk(command.port("panel"), size, scheme)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import slewline.panel
+from tests.ensembles import few
 
 SIZES = {"desktop": (1440, 900), "phone": (390, 844)}
 PAGE = Path(slewline.panel.__file__).with_name("page")
@@ -17,11 +18,12 @@ WebSocket.prototype.send = function (text) { if (!text.includes('"said"')) send.
 """
 HEAVIEST = 300_000  # bytes of the whole page
 pytestmark = pytest.mark.system
+at_both_sizes = pytest.mark.parametrize("size", SIZES, indirect=True)
 
 
-@pytest.fixture(params=SIZES)
+@pytest.fixture(params=few(SIZES, 1))
 def size(request):
-    """A desktop, and a phone."""
+    """A desktop; in long runs a phone, too.  Tests of what a small screen changes have both."""
     return dict(zip(("width", "height"), SIZES[request.param], strict=True))
 
 
@@ -91,11 +93,13 @@ def test_without_the_token_nothing_can_be_worked(opened, panel):
     assert page.locator("[data-writes]:enabled").count() == 0
 
 
+@at_both_sizes
 def test_nothing_is_wider_than_the_screen(opened, size):
     page = opened()
     assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
 
 
+@at_both_sizes
 def test_every_control_has_a_name(opened):
     page = opened()
     steps(page)

@@ -163,7 +163,7 @@ class Walk:
             if time.monotonic() > end:
                 self.picture("given_up")
                 raise AssertionError("it has not come; the picture given_up shows what there is instead")
-            self.page.wait_for_timeout(20)
+            self.page.wait_for_timeout(100)
 
     def picture(self, name):
         """Keep a picture of all of the page, as high as it is, so that what lies below the fold is drawn too."""

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.sources import tree
+
 SOURCES = Path(__file__).parents[2] / "src/slewline"
 ROOMS = ("core", "record", "parts", "bench", "links", "cli", "testing")
 # How a sentence begins that describes a state of the world, or asks for one.
@@ -34,10 +36,10 @@ def functions(tree: ast.AST) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]
             yield node
 
 
-def stated(source: str) -> list[str]:
+def stated(parsed: ast.Module) -> list[str]:
     """The docstrings that are no imperatives, each after the name of its function."""
     found = []
-    for node in functions(ast.parse(source)):
+    for node in functions(parsed):
         words = (ast.get_docstring(node) or "Return").split()
         if STATES.fullmatch(words[0]):
             found.append(f"{node.name}: {' '.join(words[:8])}")
@@ -48,7 +50,7 @@ def stated(source: str) -> list[str]:
 def test_docstrings_of_public_functions_are_imperatives(room) -> None:
     paths = sorted((SOURCES / room).glob("*.py"))
     assert paths
-    found = {path.name: lines for path in paths if (lines := stated(path.read_text("utf-8")))}
+    found = {path.name: lines for path in paths if (lines := stated(tree(path)))}
     assert found == {}
 
 
@@ -64,4 +66,4 @@ class Clock:
     def now(self): "The present instant."
     def tick(self): "Return the tick."
 """
-    assert [line.partition(":")[0] for line in stated(source)] == ["begun", "over", "met"]
+    assert [line.partition(":")[0] for line in stated(ast.parse(source))] == ["begun", "over", "met"]

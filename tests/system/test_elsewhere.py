@@ -12,8 +12,15 @@ from pathlib import Path
 import pytest
 import serial
 
+from tests.sources import tree
+
 ROOT = Path(__file__).parents[2]
-HOME = {"src/slewline/links/sockets/system.py", "src/slewline/links/ports/pty.py"}  # who may ask what there is
+HOME = {  # who may ask what there is
+    "src/slewline/drive/board/reader.py",
+    "src/slewline/folders.py",
+    "src/slewline/links/sockets/system.py",
+    "src/slewline/links/ports/pty.py",
+}
 MODULES = {"fcntl", "termios", "tty", "pty", "resource", "pwd", "grp", "syslog", "readline", "curses", "posix"}
 NAMES = {
     "os": r"O_(DIRECTORY|NOCTTY|NONBLOCK)|fork|forkpty|openpty|ttyname|mkfifo|mknod|killpg|pipe|[gs]et_blocking|setsid"
@@ -106,15 +113,14 @@ def test_the_demo_runs(run, tmp_path):
 
 
 # ------------------------------------------------------------------------------------------------------------ sources
-def leans(source: str) -> Iterator[str]:
+def leans(parsed: ast.Module) -> Iterator[str]:
     """What a source takes for granted that only POSIX has."""
-    tree = ast.parse(source)
-    for node in tree.body:
+    for node in parsed.body:
         if isinstance(node, ast.Import):
             yield from (name.name for name in node.names if name.name in MODULES)
         elif isinstance(node, ast.ImportFrom) and node.module in MODULES and not node.level:
             yield str(node.module)
-    for node in ast.walk(tree):
+    for node in ast.walk(parsed):
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             module, name = node.value.id, node.attr
             if module in NAMES and re.fullmatch(NAMES[module], name):
@@ -126,7 +132,7 @@ def test_sources_lean_on_nothing_that_only_posix_has() -> None:
     for folder in ("src", "tools", "examples"):
         for path in sorted((ROOT / folder).rglob("*.py")):
             place = path.relative_to(ROOT).as_posix()
-            leaning = set(leans(path.read_text("utf-8")))
+            leaning = set(leans(tree(path)))
             if leaning and not (place in HOME and leaning.isdisjoint(MODULES)):
                 found[place] = leaning
     assert not found
@@ -134,7 +140,7 @@ def test_sources_lean_on_nothing_that_only_posix_has() -> None:
 
 def test_what_is_leant_on_is_found() -> None:
     source = "import fcntl, os\nfrom pty import spawn\ndef f():\n    import tty\n    os.pipe(); os.path; signal.SIGHUP"
-    assert set(leans(source)) == {"fcntl", "pty", "os.pipe", "signal.SIGHUP"}
+    assert set(leans(ast.parse(source))) == {"fcntl", "pty", "os.pipe", "signal.SIGHUP"}
 
 
 def test_every_text_is_opened_with_its_encoding() -> None:

@@ -20,6 +20,7 @@ from slewline.drive.board.wire import BoardConfig
 from slewline.errors import StoreError
 from slewline.links.lines.store import FileStore
 from tests.drive.pipe import Pipe
+from tests.sources import text, tree
 
 SOURCES = Path(slewline.__file__).parent
 
@@ -230,8 +231,8 @@ def test_two_hear_everything_and_a_third_is_removed_from_inside_a_call(name: str
 def test_every_hook_of_the_house_is_told_here_and_no_attribute_is_a_place_for_one_listener() -> None:
     """An instance attribute `on_...` is a Hook, or the truth of something (on_bus)."""
     hooks = set()
-    for path, source in ((path, path.read_text("utf-8")) for path in SOURCES.rglob("*.py")):
-        for node in ast.walk(ast.parse(source)) if "on_" in source else ():
+    for path in SOURCES.rglob("*.py"):
+        for node in ast.walk(tree(path)) if "on_" in text(path) else ():
             if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Attribute | ast.Name):
                 name = node.target.attr if isinstance(node.target, ast.Attribute) else node.target.id
                 if name.startswith("on_"):

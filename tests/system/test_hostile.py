@@ -21,6 +21,7 @@ from slewline.core.component import input_of
 from slewline.errors import LONGEST_LINE, BenchFileError, SlewlineError, UsageError
 from slewline.links.lines.store import FileStore, packed
 from slewline.parts import KINDS, part_class
+from tests.sources import text, tree
 
 SOURCES = Path(__file__).parents[2] / "src/slewline"
 HEAD = {"do": "journal", "t": 0, "version": 1, "seed": 0}
@@ -126,8 +127,8 @@ def test_what_a_list_of_inputs_allows_is_replayed():
 
 def test_every_chip_and_part_declares_the_methods_that_report():
     declared = set()
-    for path, source in ((path, path.read_text("utf-8")) for path in SOURCES.rglob("*.py")):
-        for cls in ast.walk(ast.parse(source)) if "self.input(" in source else ():
+    for path in SOURCES.rglob("*.py"):
+        for cls in ast.walk(tree(path)) if "self.input(" in text(path) else ():
             for function in cls.body if isinstance(cls, ast.ClassDef) else ():
                 verbs = {
                     ast.literal_eval(call.args[0])

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib import import_module
-from pathlib import Path
 
-SOURCES = Path(__file__).parents[2] / "src"
+from tests.sources import SOURCES, text, tree
 
 
-def imported(module: str, source: str, package: bool) -> Iterator[str]:
+def imported(module: str, parsed: ast.Module, package: bool) -> Iterator[str]:
     """What a module imports, at its head, inside functions, and for type checkers."""
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(parsed):
         if isinstance(node, ast.ImportFrom):
             above = module.split(".")[: -node.level + package or None] if node.level else []
             base = ".".join([*above, *([node.module] if node.module else [])])
@@ -21,6 +21,7 @@ def imported(module: str, source: str, package: bool) -> Iterator[str]:
             yield from (name.name for name in node.names)
 
 
+@cache
 def modules() -> dict[str, set[str]]:
     """All modules of slewline, and those that each imports.
 
@@ -32,7 +33,7 @@ def modules() -> dict[str, set[str]]:
         files[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
     graph = {}
     for module, path in files.items():
-        found = set(imported(module, path.read_text(), path.name == "__init__.py"))
+        found = set(imported(module, tree(path), path.name == "__init__.py"))
         names = {name if name in files else name.rpartition(".")[0] for name in found}
         graph[module] = names & set(files) - {module, "slewline"}
     return graph
@@ -86,8 +87,9 @@ def late():
     from .wires import pin
 """
     found = {"slewline.chips", "slewline.core.wires.net.Net", "slewline.core.time.hook", "slewline.bench.Bench"}
-    assert set(imported("slewline.core.chip", source, package=False)) == found | {"slewline.core.wires.pin"}
-    assert set(imported("slewline.core.wires", "from .net import Net", package=True)) == {"slewline.core.wires.net.Net"}
+    assert set(imported("slewline.core.chip", ast.parse(source), package=False)) == found | {"slewline.core.wires.pin"}
+    of_package = set(imported("slewline.core.wires", ast.parse("from .net import Net"), package=True))
+    assert of_package == {"slewline.core.wires.net.Net"}
 
 
 def bound(tree: ast.AST) -> Iterator[str]:
@@ -100,11 +102,7 @@ def bound(tree: ast.AST) -> Iterator[str]:
 
 
 def test_the_type_of_a_time_is_defined_once() -> None:
-    homes = [
-        path
-        for path in SOURCES.rglob("*.py")
-        if "Time" in (source := path.read_text()) and "Time" in bound(ast.parse(source))
-    ]
+    homes = [path for path in SOURCES.rglob("*.py") if "Time" in text(path) and "Time" in bound(tree(path))]
     assert [path.name for path in homes] == ["timebase.py"]
 
 
@@ -159,7 +157,7 @@ def test_a_room_has_few_files_and_says_in_its_first_line_what_is_in_it() -> None
     for folder in (path.parent for path in (SOURCES / "slewline").rglob("__init__.py")):
         room = folder.relative_to(SOURCES / "slewline").as_posix()
         assert len([*folder.glob("*.py")]) <= MOST_FILES, room
-        said = ast.get_docstring(ast.parse((folder / "__init__.py").read_text("utf-8")))
+        said = ast.get_docstring(tree(folder / "__init__.py"))
         assert said and len(said.splitlines()[0]) > 30, room
 
 
@@ -180,7 +178,7 @@ LONGER = {
 
 def test_a_longer_module_has_a_reason() -> None:
     lines = {
-        path.relative_to(SOURCES / "slewline").as_posix(): len(path.read_text("utf-8").splitlines())
+        path.relative_to(SOURCES / "slewline").as_posix(): len(text(path).splitlines())
         for path in (SOURCES / "slewline").rglob("*.py")
     }
     assert {name for name, count in lines.items() if count > LONGEST} == set(LONGER)
@@ -193,7 +191,7 @@ TWICE = {"Decoder", "Serial"}  # of each dialect that is decoded; pySerial's and
 def test_a_class_name_is_that_of_one_class_but_for_the_roles_that_every_chip_has() -> None:
     places: dict[str, list[str]] = {}
     for path in (SOURCES / "slewline").rglob("*.py"):
-        for node in ast.parse(path.read_text("utf-8")).body:
+        for node in tree(path).body:
             if isinstance(node, ast.ClassDef):
                 places.setdefault(node.name, []).append(path.relative_to(SOURCES / "slewline").as_posix())
     twice = {name: where for name, where in places.items() if len(where) > 1}

@@ -41,8 +41,11 @@ class Walk:
         seen, quiet = "", 0
         for _ in range(LONGEST):
             await self.pilot.pause(LOOK_S)
-            quiet = quiet + 1 if await self.is_at_rest() and self.screen == seen else 0
-            seen = self.screen
+            if not await self.is_at_rest():
+                quiet = 0
+                continue
+            before, seen = seen, self.screen
+            quiet = quiet + 1 if seen == before else 0
             if quiet >= QUIET:
                 return seen
         raise AssertionError(f"it does not come to rest:\n{seen}")
