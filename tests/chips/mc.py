@@ -28,7 +28,6 @@ ENCODERS = tuple(part for part in PARTS if part.endswith("-e"))
 SEVERAL = tuple(part for part in PARTS if AXES[part] > 1)
 
 
-
 def of_parts(parts: Iterable[str]) -> pytest.MarkDecorator:
     """Give a test parts: those of one and of four axes in every run, those of two in long ones."""
     return pytest.mark.parametrize("part", [in_long_runs(part) if AXES[part] == 2 else part for part in parts])

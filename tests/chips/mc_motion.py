@@ -16,7 +16,6 @@ from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-import pytest
 from mc import ENCODERS, PARTS, Rig, of_parts
 
 IN_MOTION = 0x400
