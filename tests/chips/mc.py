@@ -10,12 +10,13 @@ Times are picoseconds, and a cycle is named by its number since the end of reset
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
 
 import pytest
 
 import slewline
+from tests.ensembles import in_long_runs
 
 NS, US, MS = 10**3, 10**6, 10**9  # picoseconds
 ONE = 1 << 16  # a step, or a step per cycle
@@ -26,9 +27,15 @@ PARTS = tuple(AXES)
 ENCODERS = tuple(part for part in PARTS if part.endswith("-e"))
 SEVERAL = tuple(part for part in PARTS if AXES[part] > 1)
 
-each = pytest.mark.parametrize("part", PARTS)
-with_encoder = pytest.mark.parametrize("part", ENCODERS)
-with_axes = pytest.mark.parametrize("part", SEVERAL)
+
+def of_parts(parts: Iterable[str]) -> pytest.MarkDecorator:
+    """Give a test parts: those of one and of four axes in every run, those of two in long ones."""
+    return pytest.mark.parametrize("part", [in_long_runs(part) if AXES[part] == 2 else part for part in parts])
+
+
+each = of_parts(PARTS)
+with_encoder = of_parts(ENCODERS)
+with_axes = of_parts(SEVERAL)
 
 TRAPEZOID = ("SET_VEL 0x10000", "SET_ACC 0x400")  # a step per cycle, after 64 cycles and 32 steps
 T1, T4 = (*TRAPEZOID, "SET_POS 1000"), (*TRAPEZOID, "SET_POS -1000")

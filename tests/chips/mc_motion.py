@@ -16,11 +16,10 @@ from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-import pytest
-from mc import ENCODERS, PARTS, Rig
+from mc import ENCODERS, PARTS, Rig, of_parts
 
 IN_MOTION = 0x400
-without_encoder = pytest.mark.parametrize("part", [part for part in PARTS if part not in ENCODERS])
+without_encoder = of_parts(part for part in PARTS if part not in ENCODERS)
 
 
 class Look(NamedTuple):

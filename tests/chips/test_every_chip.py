@@ -33,7 +33,7 @@ ENTER = {"gs-c200": "P", "gs-c200s": "Po"}
 FAST_LINE = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
 CLOCKS = ("clk15", "clkout")
 LONG = "3 s"  # every dialogue is over by then
-SHORT_FORM = 4  # instants of a dialogue at which `make test` resets and cuts the power
+SHORT_FORM = 2  # instants of a dialogue at which `make test` resets and cuts the power
 
 
 def family(part):

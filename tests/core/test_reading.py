@@ -254,7 +254,7 @@ def real(edges, first):
     return [(time, level) for (time, level), was in zip(last.items(), before, strict=False) if level != was]
 
 
-@pytest.mark.parametrize("seed", few(range(400), 130))
+@pytest.mark.parametrize("seed", few(range(400), 60))
 def test_a_reading_tells_what_an_observer_saw(seed):
     watched = Script(seed)
     seen = []

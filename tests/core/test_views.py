@@ -126,7 +126,7 @@ def invert(random, inputs, plain):
 MAKERS = {"gate": gate, "wire": wire, "rest": rested, "delay": delay, "invert": invert}
 
 
-@pytest.mark.parametrize("seed", few(range(250), 80))
+@pytest.mark.parametrize("seed", few(range(250), 40))
 def test_a_view_says_what_a_plain_function_of_its_inputs_says(seed):
     random = Random(seed)
     view, plain = made(random)
@@ -286,7 +286,7 @@ def test_the_wires_of_a_bus_are_put_together_ahead_of_time():
 
 
 # --------------------------------------------------------------------------------------------- answers that come early
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", few(range(60), 30))
 def test_who_asks_for_the_next_edge_may_be_told_to_ask_again(seed):
     """Observers, waits, readings, recorders and conditions: a promise that answers early changes nothing."""
     random = Random(seed)

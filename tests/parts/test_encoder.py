@@ -458,7 +458,7 @@ def compare_with_one_step_after_the_other(seed):
         assert story.rig(False, True, seed) == expected
 
 
-@pytest.mark.parametrize("seed", few(range(40), 10))
+@pytest.mark.parametrize("seed", few(range(40), 5))
 def test_promised_steps_and_single_edges_turn_the_shaft_as_one_step_after_the_other_does(seed):
     compare_with_one_step_after_the_other(seed)
 
@@ -469,7 +469,7 @@ def test_they_do_so_in_two_thousand_more_stories():
         compare_with_one_step_after_the_other(seed)
 
 
-@pytest.mark.parametrize("seed", few(range(60), 20))
+@pytest.mark.parametrize("seed", few(range(60), 10))
 def test_level_after_and_edges_of_a_channel_agree(seed):
     random = Random(seed)
     view = PulseView(Playing(StepTrain(CLOCK, 3, [(random.randrange(2, 40), 9), (30, OPEN)])), 1)

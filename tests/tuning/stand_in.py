@@ -35,6 +35,7 @@ GRIDS = {  # of every family
     "mc1151a": ("SET_VEL=300..4000 steps/s/8 SET_ACC=2000..200000 steps/s2/8 SET_START_VEL=0,400 steps/s", 1000),
     "mc1451a": ("profile=s-curve SET_VEL=300..4000 steps/s/6 SET_MAX_ACC=2000..200000 steps/s2/6 SET_JERK=/", 1000),
 }
+SISTERS = ("cy512", "cy545b", "gs-c200s")  # parts whose moves are those of the one before
 GRIDS["mc1451a"] = (GRIDS["mc1451a"][0].replace("=/", "=1e5 steps/s3..3e7 steps/s3/5"), 1000)
 
 

@@ -16,6 +16,7 @@ from slewline.tuning.judging import Trial, Verdict
 from slewline.tuning.task import Tuned
 from slewline.tuning.tune import perform
 from slewline.version import __version__
+from tests.ensembles import few
 
 from .cluster import Cluster
 from .stand_in import hits, task
@@ -91,13 +92,13 @@ def test_a_cluster_that_dies_costs_nothing_of_the_log(tmp_path: Path) -> None:
     assert again.runs_here == again.runs - kept
 
 
-def test_where_there_is_no_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("address", few([NOBODY, "nonsense://x", "tcp://"], 2))
+def test_where_there_is_no_cluster(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("slewline.tuning.executors.PATIENCE", "500 ms")
-    for address in (NOBODY, "nonsense://x", "tcp://"):
-        with pytest.raises(UsageError) as caught, dask(address):
-            pass
-        says = str(caught.value)
-        assert says.startswith(f"Dask cluster {address!r}: ") and "such as tcp://127.0.0.1:8786" in says, says
+    with pytest.raises(UsageError) as caught, dask(address):
+        pass
+    says = str(caught.value)
+    assert says.startswith(f"Dask cluster {address!r}: ") and "such as tcp://127.0.0.1:8786" in says, says
 
 
 @pytest.mark.long

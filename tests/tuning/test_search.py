@@ -22,8 +22,9 @@ from slewline.tuning.judging import Trial, Verdict
 from slewline.tuning.search import WORST
 from slewline.tuning.task import NothingHolds, Tuned, TuningTask
 from slewline.tuning.tune import perform
+from tests.ensembles import few, in_long_runs
 
-from .stand_in import DRIVER, GRIDS, candidates, hits, task
+from .stand_in import DRIVER, GRIDS, SISTERS, candidates, hits, task
 
 
 def search(made: TuningTask, workers: Workers = INLINE, **how: Any) -> Tuned:
@@ -53,7 +54,7 @@ def by_hand(made: TuningTask) -> tuple[int, int | None]:
     return holds[0], good[0] if good else None
 
 
-@pytest.mark.parametrize("part", GRIDS)
+@pytest.mark.parametrize("part", [in_long_runs(part) if part in SISTERS else part for part in GRIDS])
 def test_best_and_recommended_are_those_of_the_exhaustive_map(part: str) -> None:
     made = task(part)
     best, recommended = by_hand(made)
@@ -154,7 +155,7 @@ def executors() -> Iterator[dict[str, Workers]]:
         }
 
 
-@pytest.mark.parametrize("full_map", [False, True])
+@pytest.mark.parametrize("full_map", few([True, False], 1))
 @pytest.mark.parametrize("name", ["threads", "processes", "shuffled"])
 def test_the_result_is_the_same_whoever_computes(executors: dict[str, Workers], name: str, full_map: bool) -> None:
     made = task("mc1151a")

@@ -41,12 +41,13 @@ def test_threads_find_the_same() -> None:
         assert found(Workers(pool, 16, "")) == alone()
 
 
+@pytest.mark.long  # each process of the pool compiles the motor
 def test_a_pool_of_processes_finds_the_same() -> None:
     with processes(2) as pool:
         assert found(pool) == alone()
 
 
-@pytest.mark.long  # each worker of a cluster compiles the motor, as each process of the pool does
+@pytest.mark.long  # so does each worker of a cluster
 @pytest.mark.filterwarnings("ignore")
 def test_a_cluster_finds_the_same(cluster: Cluster) -> None:
     with dask(cluster.address) as workers:

@@ -12,6 +12,7 @@ from gsc import C200, C200S, base, both
 
 import slewline
 from slewline.errors import UsageError
+from tests.ensembles import few
 
 PS_PER_S = 10**12
 STEADY, LINEAR = "constant acceleration", "linear in steps"
@@ -114,7 +115,7 @@ def cases() -> list[tuple[int, int, str, str, float]]:
     return found
 
 
-@pytest.mark.parametrize("case", cases())
+@pytest.mark.parametrize("case", few(cases(), 12))
 def test_what_is_found_is_the_best_of_all_ramp_lengths(case: tuple[int, int, str, str, Any]) -> None:
     start, top, law, goal, value = case
     found = slewline.find_ramps(C200, S=start, T=top, law=law, **{goal: value})

@@ -17,7 +17,13 @@ KINDS = ("TIME", *VALUES, *BLIND)
 SOON = 30  # cycles, up to what a breakpoint on time waits for here
 
 each_kind = pytest.mark.parametrize(
-    ("part", "kind"), [(part, kind) for part in PARTS for kind in KINDS if part in ENCODERS or "ACTL" not in kind]
+    ("part", "kind"),
+    [
+        pytest.param(part, kind, marks=[pytest.mark.long] * (AXES[part] == 2))
+        for part in PARTS
+        for kind in KINDS
+        if part in ENCODERS or "ACTL" not in kind
+    ],
 )
 
 

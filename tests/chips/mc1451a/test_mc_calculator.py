@@ -12,6 +12,7 @@ from mc_motion import mover
 
 import slewline
 from slewline.errors import UsageError
+from tests.ensembles import few
 
 CYCLE_PS = 327_680_000
 PER_S = 25e6 / 8192  # cycles in a second
@@ -245,7 +246,7 @@ S_CASES = [  # free, SET_VEL, what is fixed, ramp time in cycles
 
 
 @pytest.mark.parametrize(("free", "velocity", "fixed", "cycles"), S_CASES)
-@pytest.mark.parametrize("goal", ["time", "steps", "acceleration"])
+@pytest.mark.parametrize("goal", few(["time", "steps", "acceleration"], 1))
 def test_what_is_found_for_an_s_curve_is_the_best_of_all(
     goal: str, free: str, velocity: int, fixed: dict[str, int], cycles: float
 ) -> None:

@@ -8,9 +8,10 @@ from __future__ import annotations
 from random import Random
 
 import pytest
-from mc import AXES, MS, NS, SEVERAL, US, V1, Rig, base, each
+from mc import AXES, MS, NS, US, V1, Rig, base, each
 
 import slewline
+from tests.ensembles import few
 
 TICK = 40 * NS
 SLICE, CYCLE = 2048 * TICK, 8192 * TICK
@@ -496,7 +497,7 @@ def setting(random: Random) -> tuple[str, str, int]:
 
 
 @pytest.mark.fact("PMD-HOST-16")
-@pytest.mark.parametrize("part", [*SEVERAL[:2], "mc1151a"])
+@pytest.mark.parametrize("part", few(["mc1451a", "mc1251a", "mc1151a"], 1))
 def test_the_port_works_the_same_while_axes_move_and_disturbs_none_of_them(part: str) -> None:
     def moving(talks: int) -> Rig:
         random, rig, axes = Random(16), base(part), AXES[part]
