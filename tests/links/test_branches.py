@@ -201,7 +201,7 @@ def test_a_world_that_is_killed_on_its_way_is_told(module):
     x.ask.client.send(json.dumps({"do": "back", "time": x.ask("view")["time_ps"]}).encode() + b"\n")
     time.sleep(0.1)
     os.kill(mark, signal.SIGCONT)
-    until(lambda: children(mark) or select.select([x.ask.client], [], [], 0)[0])  # a quick one has answered
+    until(lambda: children(mark) or select.select([x.ask.client.socket], [], [], 0)[0])  # a quick one has answered
     for process in children(mark):
         os.kill(process, signal.SIGKILL)
     found = x.ask.answer()

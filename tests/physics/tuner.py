@@ -117,7 +117,7 @@ def milliseconds(ps: int | None) -> float:
     return (ps or 0) / 1e9
 
 
-@check(45, "tuner, coarse grid")
+@check(45, "tuner, coarse grid", long=True)
 def best_of_the_map() -> Iterator[Reading]:
     yield from compared(False)
 

@@ -157,6 +157,8 @@ def compare(model: str, measured: str | None, **options: Any) -> int:
         raise click.UsageError(f"{names}: {has} no such option; leave it out, or name {ALLOWED}")
     rest = {name: value for name, value in options.items() if name not in wrong}
     if measured is None:
+        if model.lower().endswith(".vcd"):
+            raise click.UsageError(f"Missing argument 'MEASURED.vcd'.  Name {ALLOWED}")
         if not is_dialogue(model):
             raise click.UsageError(f"{model}: is no dialogue; name {ALLOWED}")
         return CompareDialogue(model, **rest).perform()
