@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import gc
 import os
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
@@ -61,3 +62,11 @@ def only_news(send: Callable[..., None]) -> Callable[..., None]:
             send(name, **said)
 
     return sendevent
+
+
+@pytest.fixture(autouse=True)
+def named_modules() -> Iterator[None]:
+    """Forget, at the end, the modules to which URLs have given names: they stay as long as the process."""
+    yield
+    if rig := sys.modules.get("slewline.testing.rig"):
+        rig.NAMED.clear()

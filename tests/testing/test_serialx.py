@@ -21,13 +21,6 @@ PROGRAM = ("Po", "S10", "T100", "R50")
 CHARACTER_PS = 11 * 10**12 // 9600
 
 
-@pytest.fixture(autouse=True)
-def names():
-    """Named modules are forgotten at the end."""
-    yield
-    rig.NAMED.clear()
-
-
 def opened(url=URL, **changes):
     return serialx.serial_for_url(url, **{**SETTINGS, "read_timeout": 2, **changes})
 

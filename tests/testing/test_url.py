@@ -33,7 +33,6 @@ def opened():
     yield make
     for port in ports:
         port.close()
-    rig.NAMED.clear()
 
 
 def ask(port, command):

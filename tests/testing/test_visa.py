@@ -7,7 +7,6 @@ from time import perf_counter
 import pytest
 
 from slewline.errors import Timeout, UsageError
-from slewline.testing import rig
 from slewline.testing.endpoints import running
 from slewline.testing.ports import named_ports
 
@@ -28,11 +27,10 @@ MODULE = "ASRLslewline://gs-c200s?chs=0::INSTR"
 
 @pytest.fixture
 def manager():
-    """A resource manager; its sessions are closed at the end, and named modules forgotten."""
+    """A resource manager; its sessions are closed at the end."""
     manager = pyvisa.ResourceManager("@slewline")
     yield manager
     manager.close()
-    rig.NAMED.clear()
 
 
 def port_of(session):
