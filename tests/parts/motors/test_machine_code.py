@@ -55,7 +55,8 @@ def compiled(process: subprocess.Popen[str]) -> int:
 
 @needs_numba
 def test_what_two_processes_keep_at_once_a_third_one_need_not_compile(cache: Path) -> None:
-    assert all([compiled(each) > 0 for each in [begin(), begin()]])
+    # One at least has nothing to find; the other one compiles too, or was slower and finds it.
+    assert any([compiled(each) > 0 for each in [begin(), begin()]])
     assert compiled(begin()) == 0
     assert len(list(cache.glob("*.py"))) == 1 and not list(cache.glob("*.part"))
 
