@@ -118,6 +118,10 @@ class Move(ABC):
     reached: bool  # the rate that is asked for
     legs: Sequence[tuple[str, float]]  # "up", "slew", "down" ...: steps
 
+    def __repr__(self) -> str:
+        legs = ", ".join(f"{name} {steps}" for name, steps in self.legs)
+        return f"<Move of {self.steps} steps: {legs}; up to {self.top:.0f} steps/s, in {readable(self.time_ps)}>"
+
     @abstractmethod
     def trains(self) -> Sequence[Train]:
         """Return the trains of its steps, in the order in which they are played; the first begins at 0."""

@@ -57,6 +57,9 @@ class Quantity:
     from_zero: bool = True
     check_kept: Callable[[int], object] | None = None  # refuses an instant (ps) before what is kept
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.name}, {self.unit}>"
+
     @overload
     def at(self, times: Time) -> float: ...  # type: ignore[overload-overlap]  # a text is no sequence of times
     @overload
