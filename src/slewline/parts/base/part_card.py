@@ -51,7 +51,7 @@ def part_card(
         per_turn = shows["per_turn"]
         turned = None if places is None else _lately(places, per_turn, first, now)
         dial = _dial(turned or Turned([float(shows.get("angle", shows.get("position", 0))) / per_turn], 0))
-    shown = table([], [[name, *_cell(value)] for name, value in shows.items()])
+    shown = table([], [[name, *_cell(value)] for name, value in shows.items() if value is not None])
     pins = table(["pin", "level"], [[name, "z" if level is None else str(level)] for name, level in levels.items()])
     return card(element("b", says), dial, shown, pins if levels else Markup())
 
@@ -74,7 +74,7 @@ def _lately(places: Quantity, per_turn: float, first: int, now: int) -> Turned |
     if not len(moved):
         return None
     far = np.flatnonzero(np.abs(turns - turns[-1]) > MOST_TURNS)
-    begin = int(times[max(int(moved[0]), int(far[-1]) if len(far) else 0)])
+    begin = int(times[max(int(moved[0]), int(far[-1]) + 1 if len(far) else 0)])
     end = min(int(times[moved[-1] + 1]) + 1, now)
     at = np.linspace(begin, end, PICTURES + 1).astype(np.int64)
     return Turned((places.values_at(at) / per_turn).tolist(), end - begin)
@@ -87,8 +87,8 @@ def _dial(turned: Turned) -> Markup:
         return element("div", shaft_dial(turns, 0))
     slower = _round(PLAY_S / seconds)
     way = "as it was" if slower == 1 else f"{slower:g} times slower" if slower > 1 else f"{1 / slower:g} times faster"
-    moved = abs(turns[-1] - turns[0])
-    says = f"{moved:.3g} turn{'s' * (moved != 1)} in {seconds:.3g} s, {way}"
+    moved = f"{abs(turns[-1] - turns[0]):.3g}"
+    says = f"{moved} turn{'s' * (moved != '1')} in {seconds:.3g} s, {way}"
     return element("div", shaft_dial(turns, seconds * slower), element("div", says, class_="quiet"))
 
 
