@@ -327,7 +327,7 @@ def test_texts_are_short_and_say_what_it_is(moved):
         "<Table: 26 commands>": x.sheet.commands,
         "<TimingTable: 12 limits, 0 violated>": bench.check_timing(),
         "<Readings: 3 rows at 50 ms>": bench.readings("50 ms"),
-        "<Ramp F=3, R=80, S=200: ": slewline.ramp("cy525", F=3, R=80, S=200),
+        "<Ramp F=3, R=80, S=200, Z=1, ": slewline.ramp("cy525", F=3, R=80, S=200),
         "<Move of 1000 steps: up ": slewline.ramp("cy525", F=3, R=80, S=200).move(1000),
         "<m axis 2: position 0, at rest>": slewline.Bench().add("mc1451a", name="m").axis(2),
     }

@@ -56,8 +56,7 @@ class ChipCard:
 
     def markup(self) -> Markup:
         """Return it as HTML."""
-        says = element("b", self.says)
-        return card(says, *self._packages(), self._registers(), self._program(), self._findings())
+        return card(self.says, *self._packages(), element("div", self._registers(), self._program()), self._findings())
 
     def _packages(self) -> list[Markup]:
         pins = {pin.name: pin for pin in self.sheet.pins}

@@ -27,17 +27,16 @@ STYLE = Markup(
     ".slewline>*{max-width:100%}"
     ".slewline>.says{flex:0 0 100%}"
     ".slewline svg{max-width:100%;height:auto}"
-    f".slewline :is(td,th,svg,pre){{font-family:{MONO}}}"
-    ".slewline table{border-collapse:collapse;margin:0;border:0;font-size:12px;table-layout:auto;width:auto}"
-    ".slewline table tr:nth-child(n){background:none;border:0}"
-    ".slewline table tr:nth-child(n):is(.now,:hover){background:#8883}"
-    ".slewline table :is(td,th){padding:1px 12px 1px 0;border:0;border-bottom:1px solid #8884;text-align:left;"
+    f".slewline.slewline :is(td,th,svg,pre){{font-family:{MONO}}}"
+    ".slewline.slewline table{border-collapse:collapse;margin:0;border:0;font-size:12px;table-layout:auto;width:auto;color:inherit}"
+    ".slewline.slewline table tr:nth-child(n){background:none;border:0}"
+    ".slewline.slewline table tr:nth-child(n):is(.now,:hover){background:#8883}"
+    ".slewline.slewline table :is(td,th){padding:1px 12px 1px 0;border:0;border-bottom:1px solid #8884;text-align:left;"
     "white-space:nowrap;vertical-align:top;color:inherit;max-width:none;background:none;unicode-bidi:isolate}"
-    ".slewline table .right{text-align:right}"
-    ".slewline table .text{white-space:normal}"
-    ".slewline table th{font-weight:600}"
+    ".slewline.slewline table .right{text-align:right}"
+    ".slewline.slewline table th{font-weight:600}"
     ".slewline .quiet{opacity:.72}"
-    ".slewline .scrolls{overflow:auto;max-height:420px}"
+    ".slewline .scrolls{overflow:auto;max-height:420px;margin-bottom:10px}"
     ".slewline pre{margin:0;background:none;color:inherit}"
 )
 
@@ -69,7 +68,7 @@ def _escaped(text: str) -> str:
 
 def card(says: str, *pieces: str) -> Markup:
     """Return what a notebook shows: a line of text, and pieces below it, side by side as far as there is room."""
-    return element("div", element("style", STYLE), element("div", says, class_="says"), pieces, class_="slewline")
+    return element("div", element("style", STYLE), element("b", says, class_="says"), pieces, class_="slewline")
 
 
 def table(

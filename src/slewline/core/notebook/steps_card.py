@@ -27,7 +27,7 @@ def steps_card(
     """
     count = len(times_ps)
     if not count:
-        return card(element("b", says))
+        return card(says)
     shown = range(count) if count <= FIRST + LAST + 1 else [*range(FIRST), None, *range(count - LAST, count)]
     lines = [
         ["\u22ee", "", "", ""] if n is None else
@@ -35,7 +35,7 @@ def steps_card(
         for n in shown
     ]  # fmt: skip
     rows = table(["step", "time", "direction", "position"], lines, right=range(4))
-    return card(element("b", says), rows, _thumbnail(times_ps, positions))
+    return card(says, rows, _thumbnail(times_ps, positions))
 
 
 def _thumbnail(times_ps: NDArray[np.int64], positions: NDArray[np.int64]) -> Markup:

@@ -53,7 +53,7 @@ def part_card(
         dial = _dial(turned or Turned([float(shows.get("angle", shows.get("position", 0))) / per_turn], 0))
     shown = table([], [[name, *_cell(value)] for name, value in shows.items() if value is not None])
     pins = table(["pin", "level"], [[name, "z" if level is None else str(level)] for name, level in levels.items()])
-    return card(element("b", says), dial, shown, pins if levels else Markup())
+    return card(says, dial, shown, pins if levels else Markup())
 
 
 def _cell(value: object) -> list[str]:
