@@ -28,7 +28,8 @@ STYLE = Markup(
     ".slewline>.says{flex:0 0 100%}"
     ".slewline svg{max-width:100%;height:auto}"
     f".slewline.slewline :is(td,th,svg,pre){{font-family:{MONO}}}"
-    ".slewline.slewline table{border-collapse:collapse;margin:0;border:0;font-size:12px;table-layout:auto;width:auto;color:inherit}"
+    ".slewline.slewline table{border-collapse:collapse;margin:0;border:0;font-size:12px;table-layout:auto;width:auto;"
+    "color:inherit}"  # where a page is not standard HTML, tables inherit none
     ".slewline.slewline table tr:nth-child(n){background:none;border:0}"
     ".slewline.slewline table tr:nth-child(n):is(.now,:hover){background:#8883}"
     ".slewline.slewline table :is(td,th){padding:1px 12px 1px 0;border:0;border-bottom:1px solid #8884;text-align:left;"
