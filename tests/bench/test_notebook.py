@@ -187,6 +187,8 @@ def test_a_stepper_shows_its_shaft_also_where_the_past_is_not_kept(keep):
     motor = bench.part("stepper", "motor", to=x)
     bench.host(x).send("A 0\rF 3\rR 3\rS 240\rN 3\rG\r")
     bench.run_until_idle()
+    bench.run("100 ms")
+    assert ("@keyframes" in motor._repr_html_()) is (keep is None)
     read = Read(motor._repr_html_())
     assert {"angle", "per_turn", "lag"} <= {*read.cells}
     assert f"{motor.place:.6g}" in read.cells

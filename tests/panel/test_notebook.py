@@ -27,7 +27,10 @@ def cards():
     x.motor_report(HOSTILE, HOSTILE)
     chipset = bench.add("mc1451a", name="m")
     svg = bench._repr_svg_()
-    return "".join([*(one._repr_html_() for one in (x, chipset, x.steps(), motor)), svg[svg.index("<svg") :]])
+    plot = (
+        f"<div style='overflow:auto'>{svg[svg.index('<svg') :]}</div>"  # a notebook scrolls a picture that is too wide
+    )
+    return "".join([*(one._repr_html_() for one in (x, chipset, x.steps(), motor)), plot])
 
 
 def shown(browser, cards, **how):
@@ -72,6 +75,7 @@ def test_the_shaft_turns_where_motion_is_welcome(browser, cards):
 def test_nothing_is_cut_off(browser, cards, width):
     page, _ = shown(browser, cards, viewport={"width": width, "height": 800})
     assert page.evaluate(CUT_OFF) == []
+    assert page.evaluate("() => document.documentElement.scrollWidth") == width
 
 
 def test_the_ink_is_that_of_the_page(browser, cards):
