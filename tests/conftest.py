@@ -27,8 +27,12 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     hush(session.config)
 
 
+@pytest.hookimpl(tryfirst=True)  # before marks are asked for
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave out what needs POSIX where there is none: pseudo-terminals, its signals, its permissions."""
+    """Mark what works a browser; skip what needs POSIX where there is none: its terminals, signals, permissions."""
+    for item in items:
+        if "browser" in getattr(item, "fixturenames", ()):
+            item.add_marker("browser")
     if not hasattr(os, "openpty"):
         for item in items:
             if item.get_closest_marker("posix"):

@@ -286,8 +286,7 @@ def check(work):
         ["tools/describe_docs.py", "--check"],
         ["tools/stubs.py", "--check"],
         [os.path.join("tools", "page", "check.py"), os.path.join(work, "build", "page")],
-        ["-m", "pytest", "-m", "docs", "tests/docs"],
-    ]
+    ] + tests(work, "-m", "docs or browser")
 
 
 # name, environment, what it does, the calls of Python

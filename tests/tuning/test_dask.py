@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from time import monotonic, sleep
 
@@ -21,8 +22,10 @@ from tests.ensembles import few
 from .cluster import Cluster
 from .stand_in import hits, task
 
-distributed = pytest.importorskip("distributed")
-pytestmark = pytest.mark.filterwarnings("ignore")  # those of Dask are not ours
+pytestmark = [
+    pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed"),
+    pytest.mark.filterwarnings("ignore"),  # those of Dask are not ours
+]
 NOBODY = "tcp://127.0.0.1:9"
 
 
