@@ -28,7 +28,6 @@ def name(path):
     return path.relative_to(ROOT).as_posix()
 
 
-@pytest.mark.docs
 @pytest.mark.parametrize("page", TRIED, ids=name)
 def test_every_block_of_a_page_runs_and_prints_what_is_shown(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -36,7 +35,6 @@ def test_every_block_of_a_page_runs_and_prints_what_is_shown(page, tmp_path, mon
     assert run_page(page) >= 3
 
 
-@pytest.mark.docs
 @pytest.mark.parametrize("page", EXPLAINED, ids=name)
 def test_python_and_commands_on_the_other_pages_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
