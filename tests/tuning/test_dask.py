@@ -95,7 +95,7 @@ def test_a_cluster_that_dies_costs_nothing_of_the_log(tmp_path: Path) -> None:
     assert again.runs_here == again.runs - kept
 
 
-@pytest.mark.parametrize("address", few([NOBODY, "nonsense://x", "tcp://"], 2))
+@pytest.mark.parametrize("address", few([NOBODY, "nonsense://x", "tcp://"], 1))
 def test_where_there_is_no_cluster(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("slewline.tuning.executors.PATIENCE", "500 ms")
     with pytest.raises(UsageError) as caught, dask(address):
