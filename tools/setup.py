@@ -186,7 +186,7 @@ def packaging_metadata():
 
     settings = tomllib.loads(read("pyproject.toml"))
     parts = [settings["build-system"], settings["project"], settings["tool"]["hatch"]]
-    return json.dumps(parts, sort_keys=True)
+    return json.dumps(parts, sort_keys=True) + read("src", "slewline", "version.py")
 
 
 # -------------------------------------------------------------------------------------------------------------- steps
@@ -285,6 +285,7 @@ def check(work):
         ["tools/conformance.py", "--check"],
         ["tools/describe_docs.py", "--check"],
         ["tools/stubs.py", "--check"],
+        ["tools/share.py", "--check"],
         [os.path.join("tools", "page", "check.py"), os.path.join(work, "build", "page")],
         ["-m", "pytest", "-m", "docs", "tests/docs"],
     ]
