@@ -354,6 +354,7 @@ TASKS = (
         "Build the documentation into build/docs",
         lambda work: [["-m", "sphinx", "-W", "docs", os.path.join(work, "build", "docs")]],
     ),
+    ("dist", "dev", "Build wheel and sdist into dist, twice, and compare", lambda work: [["tools/release.py"]]),
     ("compiled", "compiled", "Build the compiled core into build/compiled", lambda work: []),
     ("clean", None, "Remove .venv, build products and caches", None),
 )
