@@ -46,8 +46,8 @@ def files(root: Path) -> list[str]:
 
 def hindrances(root: Path, tag: str, source: str) -> list[str]:
     """Return why a version may not be released."""
-    project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))
-    ours = project["tool"]["hatch"]["metadata"]["hooks"]["custom"]["source"]
+    project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]
+    ours = project.get("urls", {}).get("Source")
     dates = dict(RELEASED.findall((root / "CHANGELOG.md").read_text("utf-8")))
     found = []
     if tag != f"v{__version__}":
@@ -55,7 +55,7 @@ def hindrances(root: Path, tag: str, source: str) -> list[str]:
     if __version__ not in dates:
         found.append(f"CHANGELOG.md has no heading such as '## {__version__} (2030-01-31)'")
     if ours != source:
-        found.append(f"source in pyproject.toml is {ours!r}, and this repository {source!r}")
+        found.append(f"Source in [project.urls] of pyproject.toml is {ours!r}, and this repository {source!r}")
     if changed := git(root, "status", "--porcelain").splitlines():
         found.append(f"{len(changed)} files are not committed: {', '.join(line[3:] for line in changed[:5])}")
     return found
