@@ -58,11 +58,19 @@ DOCS = Path(__file__).resolve().parent.parent / "docs"
 NOTE = "<!-- Written by tools/describe_docs.py; change the code, not this page. -->\n\n"
 COMPLETION = """\
 A shell completes commands, options and files, chips, pins and their levels, options of a chip, its commands and the
-parameters of its ramps, and examples:
+parameters of its ramps, and examples. The scripts for it, and the man page, are in `share` of the environment in which
+slewline is installed. `man slewline` finds the page wherever a shell finds `slewline`; after `pip install --user` shells find
+their scripts as well. In another environment name the script:
 
-    eval "$(_SLEWLINE_COMPLETE=bash_source slewline)"          in ~/.bashrc; bash 4.4 or newer
-    eval "$(_SLEWLINE_COMPLETE=zsh_source slewline)"           in ~/.zshrc
-    _SLEWLINE_COMPLETE=fish_source slewline | source           in ~/.config/fish/completions/slewline.fish
+    . .venv/share/bash-completion/completions/slewline             bash 4.4 or newer, in ~/.bashrc
+    fpath+=(.venv/share/zsh/site-functions)                        zsh, before compinit in ~/.zshrc
+    source .venv/share/fish/vendor_completions.d/slewline.fish     fish, in ~/.config/fish/config.fish
+
+Without these files, with a slewline that is installed anywhere:
+
+    eval "$(_SLEWLINE_COMPLETE=bash_source slewline)"
+    eval "$(_SLEWLINE_COMPLETE=zsh_source slewline)"
+    _SLEWLINE_COMPLETE=fish_source slewline | source
 
 Chips of installed packages are among them; a chip that is given as module:Class is not imported for it. There is no
 completion for PowerShell.

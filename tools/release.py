@@ -20,6 +20,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from setup import MADE
+
 from slewline.version import __version__
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -102,7 +103,9 @@ def main() -> int:
     for name, data in built_twice(ROOT).items():
         (target / name).write_bytes(data)
         print(f"dist/{name}: {len(data):,} bytes, the same twice", flush=True)
-    return subprocess.run([sys.executable, "-m", "twine", "check", "--strict", *target.iterdir()], check=False).returncode
+    return subprocess.run(
+        [sys.executable, "-m", "twine", "check", "--strict", *target.iterdir()], check=False
+    ).returncode
 
 
 if __name__ == "__main__":

@@ -14,9 +14,9 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import command_line
 from click.shell_completion import BashComplete, FishComplete, ShellComplete, ZshComplete
 
-import command_line
 from slewline import __version__
 from slewline.cli.commands import cli
 

@@ -83,7 +83,7 @@ def test_the_sdist_has_tests_and_documentation(packages):
     assert not [name for name in inside if name.startswith((".venv/", "build/", "dist/"))]
 
 
-# --------------------------------------------------------------------------------------------------------------- schemas
+# -------------------------------------------------------------------------------------------------------------- schemas
 @pytest.mark.parametrize(
     ("schema", "files"),
     [
@@ -103,7 +103,7 @@ def test_files_for_other_programs_keep_to_their_schemas(schema, files, tmp_path)
         assert ran.returncode == fails, ran.stdout
 
 
-# ------------------------------------------------------------------------------------------------------------- container
+# ------------------------------------------------------------------------------------------------------------ container
 def answered(host):
     """Whether the module says where its motor is; it says nothing while it is being switched on."""
     host.sendall(b"V1\r")

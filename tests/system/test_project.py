@@ -80,7 +80,11 @@ def test_every_group_has_a_lock_and_every_lock_a_group():
 
 
 def test_what_the_extras_bring_is_what_developers_have():
-    extras = {re.split(r"[<>=]", name)[0].replace("_", "-") for extra in PROJECT["optional-dependencies"].values() for name in extra}
+    extras = {
+        re.split(r"[<>=]", name)[0].replace("_", "-")
+        for extra in PROJECT["optional-dependencies"].values()
+        for name in extra
+    }
     ours = {name for name in extras if not name.startswith("slewline[")}
     assert ours | {"numpy"} <= {*names("dev")}
 
