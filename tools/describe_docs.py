@@ -59,8 +59,8 @@ NOTE = "<!-- Written by tools/describe_docs.py; change the code, not this page. 
 COMPLETION = """\
 A shell completes commands, options and files, chips, pins and their levels, options of a chip, its commands and the
 parameters of its ramps, and examples. The scripts for it, and the man page, are in `share` of the environment in which
-slewline is installed. `man slewline` finds the page wherever a shell finds `slewline`; after `pip install --user` shells find
-their scripts as well. In another environment name the script:
+slewline is installed. `man slewline` finds the page wherever a shell finds `slewline`; after `pip install --user`
+shells find their scripts as well. In another environment name the script:
 
     . .venv/share/bash-completion/completions/slewline             bash 4.4 or newer, in ~/.bashrc
     fpath+=(.venv/share/zsh/site-functions)                        zsh, before compinit in ~/.zshrc
