@@ -19,13 +19,24 @@ from slewline import __version__
 
 from .blocks import ROOT
 
-pytestmark = pytest.mark.docs
 NAME = f"slewline-{__version__}"
 
 
-@pytest.fixture(scope="module")
-def packages():
-    """Wheel and sdist, built twice: they are only here if both are the same."""
+def test_packages_are_the_same_twice_and_whole(tmp_path):
+    """One test, since what is looked at takes ten seconds to build."""
+    packages = built_twice()
+    sdist, wheel = (packages[f"{NAME}{end}"] for end in (".tar.gz", "-py3-none-any.whl"))
+    with zipfile.ZipFile(io.BytesIO(wheel)) as files:
+        inside = {name: files.read(name) for name in files.namelist()}
+    an_index_takes(packages, tmp_path)
+    has_all_that_the_source_has(inside)
+    has_what_systems_look_for(inside)
+    has_a_page_for_an_index(inside[f"{NAME}.dist-info/METADATA"])
+    has_tests_and_documentation(sdist)
+
+
+def built_twice():
+    """Wheel and sdist by name."""
     sys.path.insert(0, str(ROOT / "tools"))
     try:
         spec = importlib.util.spec_from_file_location("release", ROOT / "tools/release.py")
@@ -37,47 +48,42 @@ def packages():
     return release.built_twice(ROOT)
 
 
-@pytest.fixture(scope="module")
-def wheel(packages):
-    with zipfile.ZipFile(io.BytesIO(packages[f"{NAME}-py3-none-any.whl"])) as wheel:
-        return {name: wheel.read(name) for name in wheel.namelist()}
-
-
-def test_an_index_takes_the_packages(packages, tmp_path):
+def an_index_takes(packages, folder):
     for name, data in packages.items():
-        (tmp_path / name).write_bytes(data)
-    files = sorted(map(str, tmp_path.iterdir()))
-    checked = subprocess.run(
-        [sys.executable, "-m", "twine", "check", "--strict", *files], capture_output=True, text=True, check=False
-    )
+        (folder / name).write_bytes(data)
+    command = [sys.executable, "-m", "twine", "check", "--strict", *sorted(folder.iterdir())]
+    checked = subprocess.run(command, capture_output=True, text=True, check=False)
     assert checked.returncode == 0 and checked.stdout.count("PASSED") == 2, checked.stdout
 
 
-def test_the_wheel_has_all_that_the_source_has_and_what_systems_look_for(wheel):
+def has_all_that_the_source_has(wheel):
     for top in ("slewline", "pyvisa_slewline"):
         files = [path for path in (ROOT / "src" / top).rglob("*") if path.is_file() and "__pycache__" not in path.parts]
-        assert not [path for path in files if path.relative_to(ROOT / "src").as_posix() not in wheel]
+        assert files and not [path for path in files if path.relative_to(ROOT / "src").as_posix() not in wheel]
+    assert "slewline/examples/welding_machine.py" in wheel
+    assert not [name for name in wheel if re.search(r"\.pyc$|/tests?/", name)]
+
+
+def has_what_systems_look_for(wheel):
     shared = [path.relative_to(ROOT).as_posix() for path in (ROOT / "share").rglob("*") if path.is_file()]
     assert len(shared) == 4
     for name in shared:
         assert wheel[f"{NAME}.data/data/{name}"] == (ROOT / name).read_bytes()
     for name in ("LICENSE", "NOTICE"):
         assert wheel[f"{NAME}.dist-info/licenses/{name}"] == (ROOT / name).read_bytes()
-    assert "slewline/examples/welding_machine.py" in wheel
-    assert not [name for name in wheel if re.search(r"\.pyc$|/tests?/|\.toml\.orig$", name)]
 
 
-def test_the_page_on_an_index_is_complete(wheel):
-    told = message_from_bytes(wheel[f"{NAME}.dist-info/METADATA"])
+def has_a_page_for_an_index(metadata):
+    told = message_from_bytes(metadata)
     assert told.get_payload(decode=True).decode().lstrip().startswith("# slewline")
     assert (told["Version"], told["License-Expression"], told["Requires-Python"]) == (__version__, "MIT", ">=3.11")
     assert told["Metadata-Version"] <= "2.4" and told["Description-Content-Type"] == "text/markdown"
 
 
-def test_the_sdist_has_tests_and_documentation(packages):
-    with tarfile.open(fileobj=io.BytesIO(packages[f"{NAME}.tar.gz"])) as sdist:
-        inside = {name.partition("/")[2] for name in sdist.getnames()}
-        modes = {member.mode for member in sdist}
+def has_tests_and_documentation(sdist):
+    with tarfile.open(fileobj=io.BytesIO(sdist)) as files:
+        inside = {name.partition("/")[2] for name in files.getnames()}
+        modes = {member.mode for member in files}
     assert {"tests/docs/test_release.py", "docs/index.md", "conformance/cy525/language.toml", "Makefile"} <= inside
     assert modes <= {0o644, 0o755}
     assert not [name for name in inside if name.startswith((".venv/", "build/", "dist/"))]
