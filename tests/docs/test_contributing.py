@@ -51,7 +51,7 @@ def test_a_first_change_passes_its_checks_word_for_word(clone):
         "-m ruff check",
         "-m ruff format --check",
         "tools/conformance.py --check",
-        "-m pytest tests/chips/test_quirks.py tests/house/test_mutations.py",
+        "-m pytest -m 'not long' tests/chips/test_quirks.py tests/house/test_mutations.py",
     ):
         assert typed(f"python {check}", clone, environ)
 
