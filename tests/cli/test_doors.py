@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -143,20 +144,42 @@ def test_files_are_left_to_the_shell(line, capsys, monkeypatch):
     assert completed(f"slewline {line}", capsys, monkeypatch) == [line.split()[-1]]
 
 
+def shell(program, script):
+    """What a shell prints, with slewline among its programs."""
+    if shutil.which(program) is None:
+        pytest.skip(f"no {program} here")
+    path = f"{SLEWLINE.parent}{os.pathsep}{os.environ['PATH']}"
+    command = [program, "-c", script]
+    ran = subprocess.run(command, env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False)
+    return ran.stdout
+
+
 @pytest.mark.posix
-@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
-def test_bash_itself_completes():
-    script = """
-eval "$(_SLEWLINE_COMPLETE=bash_source slewline)"
+@pytest.mark.parametrize(
+    "source",
+    [
+        'eval "$(_SLEWLINE_COMPLETE=bash_source slewline)"',
+        f". {shlex.quote(str(ROOT / 'share/bash-completion/completions/slewline'))}",
+    ],
+)
+def test_bash_itself_completes(source):
+    found = shell(
+        "bash",
+        f"""
+{source}
 COMP_WORDS=(slewline serve gs-c200s --strap ch) COMP_CWORD=4
 _slewline_completion slewline ch --strap 2>/dev/null
-printf '%s\\n' "${COMPREPLY[@]}"
-"""
-    path = f"{SLEWLINE.parent}{os.pathsep}{os.environ['PATH']}"
-    ran = subprocess.run(
-        ["bash", "-c", script], env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False
+printf '%s\\n' "${{COMPREPLY[@]}}"
+""",
     )
-    assert ran.stdout.split() == ["chs=0", "chs=1"]
+    assert found.split() == ["chs=0", "chs=1"]
+
+
+@pytest.mark.posix
+def test_fish_itself_completes():
+    script = shlex.quote(str(ROOT / "share/fish/vendor_completions.d/slewline.fish"))
+    found = shell("fish", f"source {script}; complete -C 'slewline serve gs-c200s --strap ch'")
+    assert [line.split()[0] for line in found.splitlines()] == ["chs=0", "chs=1"]
 
 
 # -------------------------------------------------------------------------------------------------------------- colour

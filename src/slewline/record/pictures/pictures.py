@@ -52,9 +52,9 @@ def show(figure: Figure) -> None:
     """
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     if hasattr(shell, "kernel"):
-        from IPython.display import display  # type: ignore[import-not-found]
+        from IPython.display import display  # type: ignore[import-not-found, unused-ignore]
 
-        display(figure)
+        display(figure)  # type: ignore[no-untyped-call, unused-ignore]
         return
     import matplotlib.pyplot as plt
 
