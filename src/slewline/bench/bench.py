@@ -101,6 +101,16 @@ class Bench:
         keep: forget what was before that, for endless runs: where axes and shafts have been, recorded pins (unless
             `record(keep=)` says otherwise), findings, what hosts have received; None keeps everything.
 
+    Attributes:
+        chips: the chips, by name, in the order in which they came.
+        parts: parts and hosts, likewise.
+        recorded: the pins that are recorded, by their full names.
+        journal: the `Journal` that is being written; None: there is none.
+        seed: the seed of every random element.
+        on_finding: hook, called with a `Finding` of any chip or part.
+        on_input: hook, called with an input from outside: what ("drive"), and to what, as a dict of plain data.
+        on_commit: hook, called with a time, in ps: everything before it is final.
+
     Raises:
         BenchFileError: the journal cannot be written, or its path is a file that is not a journal.
         TimeError: `keep` is no duration.
