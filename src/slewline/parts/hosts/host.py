@@ -49,6 +49,8 @@ class Host(Part):
         name: on the bench.
         chips: what it is connected to, by the names of the chips.
         received: what has come in: bytes of read-outs, characters, of a chipset words.
+        pins: its own pins, by their names.
+        on_finding: hook, called with a `Finding` about it.
         on_event: hook, called with what it does, in words: a line of a script, an answer.
     """
 
