@@ -11,7 +11,8 @@ from pathlib import Path
 
 PAGES = sorted((Path(__file__).parents[2] / "docs/reference/api").glob("*.md"))
 DIRECTIVE = re.compile(
-    r"^\.\. (?P<what>currentmodule|py:type|auto\w+):: (?P<name>[\w.]+)(?:\(\))?\n(?P<options>(?: {3}.*\n)*)", re.MULTILINE
+    r"^\.\. (?P<what>currentmodule|py:type|auto\w+):: (?P<name>[\w.]+)(?:\(\))?\n(?P<options>(?: {3}.*\n)*)",
+    re.MULTILINE,
 )
 SECTION = re.compile(r"^(?P<title>[A-Z]\w+):\n(?P<rows>(?: {4}.*\n?|\n(?= {4}))*)", re.MULTILINE)
 

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import ast
 import builtins
+import importlib
 import importlib.util
 import inspect
 import re
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from docutils import nodes
+from sphinx.addnodes import download_reference
 
 import slewline
 import slewline.errors
 from slewline import build
 from slewline.cli.commands import cli
 from slewline.core.chip import Chip
-from tests.sources import tree
+from tests.sources import text, tree
 
 from . import entries
 from .blocks import ROOT
@@ -116,7 +121,7 @@ def strange(module, name):
     """What a docstring says of parameters that there are not, and of errors that nobody knows."""
     call = entries.subject(module, name)
     args, raised = (set(entries.section(inspect.getdoc(call) or "", title)) for title in ("Args", "Raises"))
-    return args and args - {*inspect.signature(call).parameters} or raised - RAISED
+    return (args and args - {*inspect.signature(call).parameters}) or raised - RAISED
 
 
 def test_a_docstring_speaks_of_parameters_and_errors_that_there_are():
@@ -148,6 +153,34 @@ def test_the_calls_on_the_build_page_have_the_parameters_of_the_code():
             call
         )
 
+
+# ---------------------------------------------------------------------------------------------------------- conformance
+FACTS = sorted((ROOT / "docs/reference").glob("conformance_*.md"))
+
+
+@pytest.mark.parametrize("page", FACTS, ids=lambda page: page.stem)
+def test_a_fact_has_an_anchor_and_leads_to_its_tests(page):
+    rows = [row.split(" | ") for row in re.findall(r"^\| (<a .*) \|$", page.read_text("utf-8"), re.MULTILINE)]
+    anchors = [re.fullmatch(r'<a id="([\w.-]+)" href="#\1">\1</a>', cells[0])[1] for cells in rows]
+    assert len(anchors) == len({*anchors}) > 20
+    for *_, tests in rows:
+        for name, path in re.findall(r"\[`(\w+)`\]\(([^)]*)\)", tests):
+            assert re.search(rf"(def|class) {name}\b", text((page.parent / path).resolve())), name
+
+
+@pytest.mark.parametrize("url", ["", "https://host.example/slewline/blob/v1"])
+def test_a_link_to_a_test_leads_to_its_line_on_the_code_host(url, monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "docs/_extensions")
+    sources = importlib.import_module("sources")
+    name = "test_a_link_to_a_test_leads_to_its_line_on_the_code_host"
+    link = download_reference("", "", nodes.literal("", name), reftarget="../../tests/docs/test_reference.py")
+    page = nodes.paragraph("", "", link)
+    env = SimpleNamespace(docname="a", doc2path=lambda _: ROOT / "docs/reference/a.md")
+    sources.lead_to_host(SimpleNamespace(config=SimpleNamespace(source_url=url), env=env, srcdir=ROOT / "docs"), page)
+    line = next(n for n, line in enumerate(text(Path(__file__)).splitlines(), 1) if line.startswith(f"def {name}("))
+    led = f"{url}/tests/docs/test_reference.py#L{line}"
+    assert [found.get("refuri") for found in page.children] == [led if url else None]
+    assert page.astext() == name
 
 
 # ------------------------------------------------------------------------------------------------------------ stability

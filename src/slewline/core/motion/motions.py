@@ -76,7 +76,7 @@ class MotionStart:
 
     @property
     def ideal(self) -> Ideal | None:
-        """The part's ideal of this motion, as far as the motion has followed it; None: there is none, or no step yet."""
+        """The part's ideal of this motion, as far as the motion has followed it; None: it has none, or no step yet."""
         # worked out when it is asked for: a picture of an hour has thousands of motions
         return self.law() if self.law is not None else None
 

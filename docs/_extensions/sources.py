@@ -18,7 +18,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def line_of(path: Path, name: str) -> int:
     """Return the line of a file on which a function or class is defined; 0: there is none of this name."""
-    found = re.search(rf"^ *(?:async )?(?:def|class) {re.escape(name)}\b", text := path.read_text("utf-8"), re.MULTILINE)
+    text = path.read_text("utf-8")
+    found = re.search(rf"^ *(?:async )?(?:def|class) {re.escape(name)}\b", text, re.MULTILINE)
     return text.count("\n", 0, found.start()) + 1 if found else 0
 
 
