@@ -118,33 +118,10 @@ class Bench:
 
     _for_users: ClassVar[tuple[str, ...]] = (
         *("add", "host", "part", "wire", "pin", "chips", "parts", "run", "run_to", "run_until", "run_until_idle", "at"),
-        *(
-            "now",
-            "now_ps",
-            "findings",
-            "quantity",
-            "quantities",
-            "until",
-            "until_idle",
-            "wait",
-            "connect",
-            "place",
-            "catch_up",
-        ),
-        *(
-            "conclude",
-            "record",
-            "recorded",
-            "edges",
-            "plot",
-            "figure",
-            "show",
-            "readings",
-            "timing",
-            "timing_figure",
-            "intervals",
-        ),
-        *("check_timing", "save_vcd", "save_csv", "save_steps", "save_npz", "stream_vcd", "journal", "seed", "stores"),
+        *("now", "now_ps", "findings", "quantity", "quantities", "until", "until_idle", "wait", "connect", "place"),
+        *("catch_up", "conclude", "record", "recorded", "edges", "plot", "figure", "show", "readings", "timing"),
+        *("timing_figure", "intervals", "check_timing"),
+        *("save_vcd", "save_csv", "save_steps", "save_npz", "stream_vcd", "journal", "seed", "stores"),
         *("on_finding", "on_input", "on_commit"),
     )
     _to_set: ClassVar[Mapping[str, str]] = dict.fromkeys(
