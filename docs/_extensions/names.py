@@ -14,6 +14,19 @@ from sphinx.ext.napoleon import Config, GoogleDocstring
 from sphinx.util.nodes import make_refnode
 
 OBJECT = re.compile(r"<(?:factory|function [^>]*)>")
+NAME = re.compile(r"[\w.]*")
+OWNERS = {  # what pages call an object of a class
+    "bench": "slewline.Bench",
+    "x": "slewline.Chip",
+    "pin": "slewline.build.Terminal",
+    "host": "slewline.parts.hosts.host.Host",
+    "drive": "slewline.Drive",
+    "steps": "slewline.Steps",
+    "motion": "slewline.core.motion.motions.MotionStart",
+    "waveforms": "slewline.record.waveforms.waveforms.Waveforms",
+}
+FACES = ("slewline.build", "slewline")
+OF_NAMES = ("reference/build", "reference/api")  # pages on which a name without an owner is one of ours
 CLASSES = ("class", "exception", "type")
 STYLE = Config(napoleon_numpy_docstring=False, napoleon_use_rtype=False)
 
@@ -51,10 +64,32 @@ def entry_of(app: Any, env: Any, node: Any, contnode: Any) -> Any:
     if node.get("refdomain") != "py":
         return None
     word = node["reftarget"].rpartition(".")[2]
-    for name, found in env.domains.python_domain.objects.items():
-        if found.objtype in CLASSES and name.rpartition(".")[2] == word:
-            return make_refnode(app.builder, node["refdoc"], found.docname, found.node_id, contnode, name)
-    return None
+    name = _class_called(env, word)
+    return _link(app, node["refdoc"], name, contnode) if name else None
+
+
+def _class_called(env: Any, word: str) -> str:
+    """Return the full name of a class; "": there is no entry of such a one."""
+    every = env.domains.python_domain.objects.items()
+    return next((name for name, found in every if found.objtype in CLASSES and name.rpartition(".")[2] == word), "")
+
+
+def _link(app: Any, page: str, name: str, shown: Any) -> Any:
+    found = app.env.domains.python_domain.objects[name]
+    return make_refnode(app.builder, page, found.docname, found.node_id, shown, name)
+
+
+def link_code(app: Any, tree: Any, page: str) -> None:
+    """Let code on a page lead to the entry of what it names: `bench.run("1 ms")`, `slewline.ramp`, `Sheet`."""
+    objects = app.env.domains.python_domain.objects
+    for code in list(tree.findall(nodes.literal)):
+        owner, dot, member = (name := NAME.match(code.astext())[0]).partition(".")
+        full = f"{OWNERS[owner]}.{member}" if owner in OWNERS else name
+        if not dot and page.startswith(OF_NAMES):
+            of_faces = (f"{face}.{name}" for face in FACES)
+            full = next((one for one in of_faces if one in objects), "") or _class_called(app.env, name)
+        if full in objects and not isinstance(code.parent, (nodes.reference, nodes.title)):
+            code.replace_self(_link(app, page, full, code.deepcopy()))
 
 
 def setup(app: Any) -> dict[str, bool]:
@@ -63,4 +98,5 @@ def setup(app: Any) -> dict[str, bool]:
     app.connect("autodoc-process-signature", readable)
     app.connect("doctree-read", dashed)
     app.connect("missing-reference", entry_of)
+    app.connect("doctree-resolved", link_code)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
