@@ -1,5 +1,9 @@
 """Sphinx: `make docs`.  Nothing from outside is fetched, neither here nor by the pages."""
 
+import sys
+import tomllib
+from pathlib import Path
+
 import slewline
 
 project = "slewline"
@@ -26,3 +30,21 @@ def leave_out(_app, env):
     for page in env.found_docs:
         if page.startswith(("decisions/", "reference/conformance")):
             env.metadata[page]["no-search"] = True
+
+
+# --------------------------------------------------------------------------------- the API, from the docstrings
+sys.path.insert(0, str(Path(__file__).with_name("_extensions")))
+extensions += ["sphinx.ext.autodoc", "names", "sources"]
+metadata = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text("utf-8"))["project"]
+source = metadata.get("urls", {}).get("Source")
+source_url = f"{source}/blob/v{version}" if source else ""  # "": no code host is known
+html_css_files += ["api.css"]
+default_role = "py:obj"  # `name` in a docstring: a link where it is a name of ours, else code
+add_module_names = False
+autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
+autodoc_type_aliases = {"Time": "Time"}
+python_use_unqualified_type_names = True
+python_display_short_literal_types = True
+maximum_signature_line_length = 80
+toc_object_entries_show_parents = "hide"
