@@ -24,7 +24,7 @@ html_favicon = "../src/slewline/panel/page/icon.svg"
 html_copy_source = html_show_sourcelink = False
 html_search_scorer = str(HERE / "search.js")
 html_static_path = ["_static"]
-html_css_files = ["index.css", "pictures.css", "tables.css"]
+html_css_files = ["index.css", "pictures.css", "wide.css"]
 html_theme_options = {
     "top_of_page_buttons": [],
     "light_css_variables": {"color-brand-primary": LIGHT, "color-brand-content": LIGHT, "color-brand-visited": LIGHT},
