@@ -7,13 +7,13 @@ an instant, so that the pictures stay as they are.
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 from slewline.cli.live.debug import server_process
+from tests.browsers import chromium
 
 from .conftest import PanelProcess
 from .terminal.walks import EXAMPLES, ROOT, walked, weld
@@ -24,7 +24,6 @@ MACHINE = ROOT / "src/slewline/cli/weld.toml"
 INSTANT = "3.35 s"
 WIDE, HIGH = 1440, 1560
 COLOURS = 48
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
 def made_small(path):
@@ -32,11 +31,6 @@ def made_small(path):
     from PIL import Image
 
     Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
-
-
-def chromium():
-    """The program; None: it is not here."""
-    return next(filter(None, map(shutil.which, BROWSERS)), None)
 
 
 def draw_panel(path):
