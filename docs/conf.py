@@ -1,5 +1,8 @@
 """Sphinx: `make docs`.  Nothing from outside is fetched, neither here nor by the pages."""
 
+import sys
+from pathlib import Path
+
 import slewline
 
 project = "slewline"
@@ -26,3 +29,8 @@ def leave_out(_app, env):
     for page in env.found_docs:
         if page.startswith(("decisions/", "reference/conformance")):
             env.metadata[page]["no-search"] = True
+
+
+# --------------------------------------------------------------------------------- ramps by hand: a page with sliders
+sys.path.insert(0, str(Path(__file__).with_name("_ext")))
+extensions += ["by_hand"]

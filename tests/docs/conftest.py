@@ -20,3 +20,24 @@ def built(tmp_path_factory):
     ran = subprocess.run(command, check=False, capture_output=True, text=True)
     assert ran.returncode == 0, ran.stderr
     return out
+
+
+@pytest.fixture
+def opened(browser, built):  # noqa: F811
+    """Open a built page as a file; nothing may show on its console, and it may ask for nothing but files beside it."""
+    pages, wrong = [], []
+
+    def page(name, **more):
+        one = browser.new_page(**more)
+        pages.append(one)
+        one.on("pageerror", lambda error: wrong.append(str(error)))
+        one.on("console", lambda said: wrong.append(said.text) if said.type in ("error", "warning") else None)
+        one.on("request", lambda asked: None if asked.url.startswith(built.as_uri()) else wrong.append(asked.url))
+        one.on("requestfailed", lambda asked: wrong.append(f"{asked.url}: {asked.failure}"))
+        one.goto((built / f"{name}.html").as_uri())
+        return one
+
+    yield page
+    for one in pages:
+        one.close()
+    assert wrong == []
