@@ -10,7 +10,7 @@ import pytest
 import slewline
 from slewline.drive.board.wire import BoardState, Happening
 from tests.drive.families import SCRIPTS, furnished
-from tests.ensembles import members
+from tests.ensembles import few, members
 
 from .chain import WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, unharmed, wanted
 
@@ -55,7 +55,7 @@ def damaged(seed, chance):
     return damage
 
 
-@pytest.mark.parametrize("name", STREAMS)
+@pytest.mark.parametrize("name", few(STREAMS, 2))
 def test_a_host_that_is_stopped_for_500_ms(emulator, name):
     bench, x, host, _ = furnished(name)
     line = EmulatedLine(emulator, 11)
@@ -104,7 +104,7 @@ def goes_on(drive, line, host, steps=50):
     assert (position - drive.count_origin - drive.axis.travel) % 2**32 == 0
 
 
-@pytest.mark.parametrize("name", STREAMS)
+@pytest.mark.parametrize("name", few(STREAMS, 2))
 def test_a_line_that_damages_one_frame_in_a_hundred_loses_no_step(emulator, name):
     bench, x, _, _ = furnished(name)
     line = EmulatedLine(emulator, 12)
@@ -117,7 +117,7 @@ def test_a_line_that_damages_one_frame_in_a_hundred_loses_no_step(emulator, name
 
 
 @members("seeds", 1, 12)
-@pytest.mark.parametrize("name", STREAMS)
+@pytest.mark.parametrize("name", few(STREAMS, 2))
 def test_a_line_that_damages_one_byte_in_a_hundred_is_slow_or_dry_and_the_count_is_exact(emulator, name, seeds):
     dry = 0
     for seed in seeds:
@@ -180,7 +180,7 @@ def test_a_host_that_is_killed_at_any_instant(emulator, seeds):
             assert len(line.board.rises) > len(made)
 
 
-@pytest.mark.parametrize("name", STREAMS)
+@pytest.mark.parametrize("name", few(STREAMS, 2))
 def test_a_board_that_is_reset_has_lost_its_count_and_all_say_so(emulator, name):
     bench, x, host, _ = furnished(name)
     line = EmulatedLine(emulator, 13)
