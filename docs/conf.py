@@ -32,5 +32,5 @@ def leave_out(_app, env):
 
 
 # --------------------------------------------------------------------------------- ramps by hand: a page with sliders
-sys.path.insert(0, str(Path(__file__).with_name("_ext")))
+sys.path.insert(0, str(Path(__file__).with_name("_extensions")))
 extensions += ["by_hand"]

@@ -16,7 +16,7 @@ import slewline
 
 from .blocks import called
 
-pytestmark = [pytest.mark.docs, pytest.mark.system]
+pytestmark = pytest.mark.system
 
 PAGE = "tutorial/ramps_by_hand"
 PARTS = ("CY525", "GS-C200", "MC1451A")

@@ -8,7 +8,7 @@ import pytest
 
 from .blocks import ROOT
 
-pytestmark = [pytest.mark.docs, pytest.mark.system]
+pytestmark = pytest.mark.system
 
 SOURCES = sorted(path for ending in ("md", "ipynb") for path in (ROOT / "docs").rglob(f"*.{ending}"))
 PAGES = [*(path.relative_to(ROOT / "docs").with_suffix("").as_posix() for path in SOURCES), "genindex", "search"]
