@@ -78,3 +78,6 @@ python_use_unqualified_type_names = True
 python_display_short_literal_types = True
 maximum_signature_line_length = 80
 toc_object_entries_show_parents = "hide"
+
+# --------------------------------------------------------------------------------- ramps by hand: a page with sliders
+extensions += ["by_hand"]
