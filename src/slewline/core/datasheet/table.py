@@ -344,6 +344,9 @@ class Table(Sequence[Row]):
     def __iter__(self) -> Iterator[Row]:
         return iter(self.rows)
 
+    def __repr__(self) -> str:
+        return f"<Table: {len(self)} commands>"
+
     def named(self, name: str) -> Row:
         """Return the row of a command by its name, for example "LOOP"; KeyError: there is none."""
         for row in self.rows:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,6 +14,7 @@ from ...bench.files import examples
 from ...bench.scripts.script import run_script
 from ...chips import checks_of
 from ...core.component import input_of
+from ...core.datasheet.packages import packages
 from ...core.messages.near import hint
 from ...core.time.timebase import Time, moment, picoseconds
 from ...errors import SlewlineError, UsageError
@@ -289,6 +291,7 @@ def sheet_data(sheet: Sheet) -> Data:
         "buffer_bytes": sheet.buffer_bytes,
         "memory_unit": sheet.memory_unit,
         "pins": pins,
+        "packages": [asdict(package) for package in packages(sheet.pins)],
         "registers": registers,
         "commands": commands,
         "wires": [list(names) for names in sheet.wires],
