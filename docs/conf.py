@@ -5,7 +5,12 @@ import slewline
 project = "slewline"
 copyright = "slewline contributors"
 version = release = slewline.__version__
-extensions = ["myst_parser"]
+extensions = ["myst_nb"]  # myst_parser, and notebooks
+nb_execution_mode = "force"  # the lessons are kept without outputs
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120  # seconds, a cell
+nb_merge_streams = True
 smartquotes = False  # an option has two hyphens, and text in quotation marks may be typed
 myst_heading_anchors = 3
 html_theme = "furo"
