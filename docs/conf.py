@@ -11,13 +11,14 @@ nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120  # seconds, a cell
 nb_merge_streams = True
+nb_code_prompt_show = nb_code_prompt_hide = "Solution"  # of a cell that is folded
 smartquotes = False  # an option has two hyphens, and text in quotation marks may be typed
 myst_heading_anchors = 3
 html_theme = "furo"
 html_title = "slewline"
 html_copy_source = html_show_sourcelink = False
 html_static_path = ["_static"]
-html_css_files = ["index.css", "pictures.css", "tables.css"]
+html_css_files = ["index.css", "lessons.css", "pictures.css", "tables.css"]
 html_theme_options = {"top_of_page_buttons": []}
 pygments_style = "tango"
 
