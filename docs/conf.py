@@ -15,7 +15,13 @@ LIGHT, DARK = "#0a7567", "#41c7b4"  # the accent of the panel, on light and on d
 project = "slewline"
 copyright = "slewline contributors"
 version = release = slewline.__version__
-extensions = ["myst_parser", "sphinx_design", "sphinx_copybutton"]
+extensions = ["myst_nb", "sphinx_design", "sphinx_copybutton"]  # myst_parser, and notebooks
+nb_execution_mode = "force"  # the lessons are kept without outputs
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120  # seconds, a cell
+nb_merge_streams = True
+nb_code_prompt_show = nb_code_prompt_hide = "Solution"  # of a cell that is folded
 smartquotes = False  # an option has two hyphens, and text in quotation marks may be typed
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 3
@@ -25,7 +31,7 @@ html_favicon = "../src/slewline/panel/page/icon.svg"
 html_copy_source = html_show_sourcelink = False
 html_search_scorer = str(HERE / "search.js")
 html_static_path = ["_static"]
-html_css_files = ["index.css", "pictures.css", "wide.css"]
+html_css_files = ["index.css", "lessons.css", "pictures.css", "wide.css"]
 html_theme_options = {
     "top_of_page_buttons": [],
     "light_css_variables": {"color-brand-primary": LIGHT, "color-brand-content": LIGHT, "color-brand-visited": LIGHT},
