@@ -33,7 +33,7 @@ def cells(path):
     [
         (head_pictures.draw_panel, head_pictures.PANEL),
         (head_pictures.draw_debugger, head_pictures.DEBUGGER),
-        pytest.param(head_pictures.draw_notebook, head_pictures.NOTEBOOK, marks=pytest.mark.docs),
+        pytest.param(head_pictures.draw_notebook, head_pictures.NOTEBOOK, marks=pytest.mark.check),
     ],
     ids=["panel", "debugger", "notebook"],
 )
