@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -16,6 +15,7 @@ from html import escape
 from pathlib import Path
 
 from slewline.cli.live.debug import server_process
+from tests.browsers import chromium
 
 from .conftest import PanelProcess
 from .terminal.walks import EXAMPLES, ROOT, walked, weld
@@ -29,7 +29,6 @@ MACHINE = ROOT / "src/slewline/cli/weld.toml"
 INSTANT = "3.35 s"
 WIDE, HIGH = 1440, 1560
 COLOURS = 48
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
 def made_small(path):
@@ -37,11 +36,6 @@ def made_small(path):
     from PIL import Image
 
     Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
-
-
-def chromium():
-    """The program; None: it is not here."""
-    return next(filter(None, map(shutil.which, BROWSERS)), None)
 
 
 def draw_panel(path):

@@ -6,7 +6,7 @@ import pytest
 
 import slewline
 
-pytestmark = pytest.mark.docs
+pytestmark = pytest.mark.check
 HOSTILE = (
     "</style></svg><script>document.title='ran'</script><img src=http://127.0.0.1:9/x onerror=document.title='ran'>"
 )

@@ -58,9 +58,21 @@ class AxisOfChip(OneAxis):
 
 
 class Chip(Component, OneAxis):
-    """A part on a bench.  Subclasses bring a sheet and `run()`, the firmware.
+    """A chip on a bench, as `Bench.add` returns it.  Subclasses bring a sheet and `run()`, the firmware.
 
-    `options` holds every option of the sheet by its name, checked.
+    Attributes:
+        name: on the bench, such as "x".
+        sheet: its data sheet.
+        options: every option of the sheet by its name, checked.
+        crystal_hz: the frequency of its crystal.
+        pins: the pins, by the manual's names in lower case.
+        axes: the positions of its motors with their pasts, that of axis 1 first.
+        idle: does it wait for a command, with nothing left to do?
+        on_finding: hook, called with a `Finding` of this chip.
+        on_power: hook, called with the chip and whether its supply is switched on.
+        on_instruction: hook, called with the address of each instruction of the program as it begins, before it acts.
+        on_command: hook, called with the text of what the chip works on, a command of its host or an instruction of
+            its program; "" when it works on nothing.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (

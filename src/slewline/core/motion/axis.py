@@ -28,7 +28,13 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """One step: its instant, +1 clockwise or -1 counter-clockwise, and the position after it."""
+    """One step.
+
+    Attributes:
+        time_ps: its instant, ps.
+        direction: +1 clockwise, -1 counter-clockwise.
+        position: after it.
+    """
 
     time_ps: int
     direction: int
@@ -39,8 +45,10 @@ class Step(NamedTuple):
 class Steps:
     """Steps of a chip, one element each, in the order of time; `steps[0]` is a `Step`, `steps[:10]` the first ten.
 
-    `times_ps`: instants, (n,) int64 ps; `directions`: (n,) int8, +1 clockwise, -1 counter-clockwise; `positions`: after
-    each step, (n,) int64.
+    Attributes:
+        times_ps: instants, (n,) int64 ps, ascending.
+        directions: (n,) int8, +1 clockwise, -1 counter-clockwise.
+        positions: after each step, (n,) int64.
     """
 
     times_ps: NDArray[np.int64]

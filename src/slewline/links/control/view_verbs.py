@@ -213,22 +213,16 @@ class ViewVerbs(Verbs):
         """Reply with the examples."""
         rows = [
             {"name": name, "part": path.suffix[1:], "title": examples.title(path)}
-            for name, path in self.examples().items()
+            for name, path in examples.named().items()
         ]
         return {"examples": rows}
 
     def do_example(self, request: Data) -> Data:
         """Reply with the text of an example."""
-        found = self.examples()
+        found = examples.named()
         if request["name"] not in found:
             raise UsageError(f"no example {request['name']!r}{hint(request['name'], found)}; `examples` lists them")
         return {"text": found[request["name"]].read_text("utf-8", "replace")}
-
-    @staticmethod
-    def examples() -> dict[str, Path]:
-        """Return the examples, by name."""
-        folder = examples.folder()
-        return {path.relative_to(folder).as_posix(): path for path in examples.files(folder)}
 
 
 def texts(request: Data, key: str) -> list[str]:

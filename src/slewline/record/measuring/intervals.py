@@ -171,7 +171,15 @@ class Bound:
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """A measured time from one edge to another, with the limits that the sheet of the part prints for it."""
+    """A measured time from one edge to another.
+
+    Attributes:
+        start: the first edge, "x.io_request falls".
+        end: the second edge.
+        start_ps: when the first one was, ps.
+        end_ps: when the second one was, ps.
+        bounds: the limits that the sheet of the part prints for it.
+    """
 
     start: str
     end: str
@@ -203,9 +211,16 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """A limit of a chip, and what was measured of it: how often, from the shortest to the longest (ps).
+    """A limit of a chip, and what was measured of it.
 
-    `violations` are the instants (ps) at which those begin that violate it.
+    Attributes:
+        chip: its name.
+        bound: the limit, as the sheet prints it.
+        count: how often it was measured.
+        shortest_ps: the shortest time, ps; None: there is none.
+        longest_ps: the longest time, ps.
+        violations: the instants (ps) at which those begin that violate it.
+        missing: the pin that was not recorded; "": none.
     """
 
     chip: str
@@ -214,7 +229,7 @@ class Checked:
     shortest_ps: int | None = None
     longest_ps: int | None = None
     violations: tuple[int, ...] = ()
-    missing: str = ""  # the pin that was not recorded
+    missing: str = ""
 
     @classmethod
     def of(cls, chip: str, bound: Bound, begins: NDArray[np.int64], ends: NDArray[np.int64]) -> Checked:

@@ -17,7 +17,14 @@ Value = float | int | None
 
 @dataclass(frozen=True, slots=True)
 class TraceReading:
-    """A trace at every instant: None where a pin floats; `bits` is 1 for a pin, 8 for a bus, 0 for a quantity."""
+    """A trace at some instants.
+
+    Attributes:
+        name: of the pin, or of the quantity.
+        unit: of a quantity.
+        values: one for each instant; None where a pin floats or there is no value.
+        bits: 1 for a pin, 8 for a bus, 0 for a quantity.
+    """
 
     name: str
     unit: str
@@ -33,7 +40,12 @@ class TraceReading:
 
 @dataclass(frozen=True, slots=True)
 class Readings:
-    """The value of every trace at some instants (ps); prints as a table."""
+    """The value of every trace at some instants; prints as a table.
+
+    Attributes:
+        instants_ps: the instants, ps.
+        rows: the traces.
+    """
 
     instants_ps: tuple[int, ...]
     rows: tuple[TraceReading, ...]
