@@ -3,6 +3,7 @@
 python tools/describe_docs.py            write them
 python tools/describe_docs.py --check    fail where a committed one differs from what the code says
 
+docs/reference/chips.md         the chips side by side
 docs/reference/cy500.md         the data sheet, and what we do not know
 docs/reference/cy525.md         the data sheet, the rates and the quirks
 docs/reference/cy545.md         the data sheet, what the CY545B does differently, and what we do not know
@@ -31,6 +32,7 @@ from pathlib import Path
 from typing import Any
 
 import command_line
+import side_by_side
 
 import conformance
 from slewline.bench import Bench
@@ -526,6 +528,7 @@ def typographic(page: str) -> str:
 
 
 FILES = {
+    "reference/chips.md": lambda: NOTE + side_by_side.page(),
     "reference/cy500.md": partial(older_page, "cy500"),
     "reference/cy525.md": cy525_page,
     "reference/cy545.md": cy545_page,

@@ -193,7 +193,7 @@ class Feeder:
         if self._started is not None:
             self.delay(tick - self._started)
             self._started = tick
-            self.link.start(tick)
+            self.link.restart(tick)
 
     def counted(self) -> None:
         """Count the steps that are lost from now on: the model stands where the motor does."""
