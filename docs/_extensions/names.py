@@ -39,7 +39,7 @@ def parsed(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[s
     """
     what = "method" if what == "property" else what
     fields, found = GoogleDocstring(lines, STYLE, app, what, name, obj, options).lines(), []
-    for line in fields:  # the type of an attribute stands with its name
+    for line in (each.replace(" -- ", " – ") for each in fields):  # the type of an attribute stands with its name
         if line.startswith("   :type:") and ".. attribute::" in (heads := [one[:14] for one in found]):
             found.insert(len(heads) - heads[::-1].index(".. attribute::"), line)
         else:
