@@ -14,6 +14,7 @@ from sphinx.ext.napoleon import Config, GoogleDocstring
 from sphinx.util.nodes import make_refnode
 
 OBJECT = re.compile(r"<(?:factory|function [^>]*)>")
+MODULE = re.compile(r"\b[a-z_.]+\.(?=[A-Z])")
 ALIAS = re.compile(r"TypeAliasForwardRef\('(\w+)'\)")
 NAME = re.compile(r"[\w.]*")
 OWNERS = {  # what pages call an object of a class
@@ -42,7 +43,7 @@ def parsed(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[s
     fields, found = GoogleDocstring(lines, STYLE, app, what, name, obj, options).lines(), []
     for line in (each.replace(" -- ", " – ") for each in fields):  # the type of an attribute stands with its name
         if line.startswith("   :type:") and ".. attribute::" in (heads := [one[:14] for one in found]):
-            found.insert(len(heads) - heads[::-1].index(".. attribute::"), line)
+            found.insert(len(heads) - heads[::-1].index(".. attribute::"), MODULE.sub("", line))
         else:
             found.append(line)
     lines[:] = found
