@@ -286,8 +286,7 @@ def check(work):
         ["tools/describe_docs.py", "--check"],
         ["tools/stubs.py", "--check"],
         [os.path.join("tools", "page", "check.py"), os.path.join(work, "build", "page")],
-        ["-m", "pytest", "-m", "docs", "tests/docs"],
-    ]
+    ] + tests(work, "-m", "check and not long")
 
 
 # name, environment, what it does, the calls of Python
@@ -313,7 +312,7 @@ TASKS = (
         "test-long",
         "compiled",
         "Run the long tests, and all tests over the compiled build",
-        lambda work: tests(work, "-m", "long") + compiled_tests(work, "-m", "not docs"),
+        lambda work: tests(work, "-m", "long") + compiled_tests(work, "-m", "not check"),
     ),
     (
         "boards",
