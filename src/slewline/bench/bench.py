@@ -208,6 +208,8 @@ class Bench:
             names[SHOWN:] = [f"{len(names) - SHOWN} more"]
         return f"<Bench: {', '.join(names) or 'empty'}; {readable(self.kernel.now)}>"
 
+    _ipython_key_completions_ = __iter__  # bench["
+
     def __getitem__(self, name: str) -> Chip | Part:
         """A chip or part by name."""
         return self._circuit[name]
@@ -337,6 +339,12 @@ class Bench:
         from ..record.pictures.pictures import show
 
         show(self.figure(*args, **options))
+
+    def _repr_svg_(self) -> str | None:
+        """Return what a notebook shows, the plot; None, and it shows the `repr`: there is nothing to draw yet."""
+        from .pictures.notebook import plot_of
+
+        return plot_of(self._pictures)
 
     readings = delegate("_pictures", Pictures.readings)
     timing = delegate("_diagrams", TimingDiagrams.timing)

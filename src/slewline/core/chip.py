@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 from ..errors import UnknownName, UsageError
 from .component import Component
 from .datasheet.option import checked
+from .datasheet.packages import SIGNALS
 from .datasheet.table import Sheet
 from .messages.instead import OF_CHIPS, OURS, face, missing
 from .messages.known import Known, NameHelp
@@ -53,7 +54,7 @@ class AxisOfChip(OneAxis):
         return self.chip.registers_of(self.number)
 
     def __repr__(self) -> str:
-        return f"<{self.name}>"
+        return f"<{self.name}: {repr(self.motor)[len('<Axis: ') : -1]}>"
 
 
 class Chip(Component, OneAxis):
@@ -163,6 +164,21 @@ class Chip(Component, OneAxis):
         where = ", ".join(str(axis.position) for axis in self.axes)
         what = f"position{'s' * (len(self.axes) > 1)} {where}, {state}, {readable(self.kernel.now)}"
         return f"<{self.sheet.part.upper()} {self.name}: {what}>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the package with its levels, the registers, the program, the last findings."""
+        from .notebook.chip_card import ChipCard
+
+        several = len(self.axes) > 1
+        return ChipCard(
+            repr(self)[1:-1],
+            self.sheet,
+            {name: pin.level for name, pin in self.pins.items() if pin.row.way in SIGNALS},
+            [self.registers_of(n) for n in range(1, len(self.axes) + 1)] if several else [self.registers],
+            self.program_rows(),
+            self.program_counter,
+            [str(finding) for finding in self.findings],
+        ).markup()
 
     @property
     def _of_part(self) -> str:

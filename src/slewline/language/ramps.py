@@ -140,6 +140,10 @@ class Move(ABC):
     reached: bool
     legs: Sequence[tuple[str, float]]
 
+    def __repr__(self) -> str:
+        legs = ", ".join(f"{name} {steps}" for name, steps in self.legs)
+        return f"<Move of {self.steps} steps: {legs}; up to {self.top:.0f} steps/s, in {readable(self.time_ps)}>"
+
     @abstractmethod
     def trains(self) -> Sequence[Train]:
         """Return the trains of its steps, in the order in which they are played; the first begins at 0."""

@@ -344,6 +344,9 @@ class Table(Sequence[Row]):
     def __iter__(self) -> Iterator[Row]:
         return iter(self.rows)
 
+    def __repr__(self) -> str:
+        return f"<Table: {len(self)} commands>"
+
     def named(self, name: str) -> Row:
         """Return the row of a command by its name, for example "LOOP"; KeyError: there is none."""
         for row in self.rows:
@@ -388,7 +391,7 @@ class Sheet:
     """A whole data sheet: everything that tools may know about a part without running it.
 
     Attributes:
-        part: the part number in lower case, "cy525".
+        part: the part number in lower case.
         title: one line that says what the part is.
         manual: what the facts are taken from.
         pins: the pin table.
@@ -418,7 +421,7 @@ class Sheet:
         sections: of the manual, about what rules speak of.
         key: how `where` is abbreviated.
         memory_unit: what the manual counts the program memory in.
-        opcodes: are they the manual's own?
+        opcodes: are they from the manual?
     """
 
     part: str

@@ -96,6 +96,12 @@ class Steps:
         )
         return f"<Steps: {len(self)}, {between}>"
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the first and the last steps, and a thumbnail of the positions."""
+        from ..notebook.steps_card import steps_card
+
+        return steps_card(repr(self)[1:-1], self.times_ps, self.directions, self.positions)
+
 
 missing(
     Steps,
@@ -161,6 +167,9 @@ class Axis:
         self.homing = 0  # the direction of the way out of a homing that is in progress; 0: there is none
         self.sought: tuple[str, int] | None = None  # the pin that ends its present way, in this direction, and how
         self.log = Motions(kernel, self.stands, self.halt)  # what a chip reports of its motions
+
+    def __repr__(self) -> str:
+        return f"<Axis: position {self.position}, {'in motion' if self.moving else 'at rest'}>"
 
     @property
     def travel(self) -> int:

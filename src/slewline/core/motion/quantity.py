@@ -61,6 +61,9 @@ class Quantity:
     from_zero: bool = True
     check_kept: Callable[[int], object] | None = None
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.name}, {self.unit}>"
+
     @overload
     def at(self, times: Time) -> float: ...  # type: ignore[overload-overlap]  # a text is no sequence of times
     @overload

@@ -29,6 +29,9 @@ class Condition:
     def __str__(self) -> str:
         return self.text
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self}>"
+
     def begin(self) -> None:
         """Prepare: a wait begins."""
 

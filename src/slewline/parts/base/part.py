@@ -97,6 +97,18 @@ class Part(Component):
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name}>"
 
+    def _repr_html_(self) -> str | None:
+        """Return what a notebook shows: the shaft, turning as it has turned, what else it shows; None: its `repr`."""
+        shows = self.shows()
+        if not shows:
+            return None
+        from .part_card import part_card
+
+        now, kept = self.kernel.seen, self._past_kept.ps
+        places = next((each for each in self.quantities() if each.unit == "steps"), None)
+        levels = {name: pin.level for name, pin in self.pins.items()}
+        return part_card(repr(self)[1:-1], shows, levels, places, 0 if kept is None else max(now - kept, 0), now)
+
     def add_pin(
         self,
         name: str,

@@ -126,6 +126,9 @@ class Comparison:
             found.append(Difference("late" if by > 0 else "early", n, int(times[n]), int(levels[n]), by))
         return sorted(found, key=lambda row: (row.time_ps, row.edge))
 
+    def __repr__(self) -> str:
+        return f"<Comparison {str(self).splitlines()[0]}>"
+
     def __str__(self) -> str:
         begin = f"{self.name}: " if self.name else ""
         counts = f"{len(self.model[0])} edges in the model, {len(self.measured[0])} measured"

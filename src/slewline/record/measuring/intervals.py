@@ -15,6 +15,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from ...core.datasheet.table import Limit
+from ...core.notebook.markup import card, table
 from ...errors import UsageError
 from ..recording.recorder import FLOATING, Recorder, width_of
 from ..style import aligned, duration
@@ -269,6 +270,9 @@ class Checked:
         return f"VIOLATED {times} at {duration(self.violations[0])}, by the {self.bound.limit.keeper}"
 
 
+HEADS = ("", "time", "printed", "seen", "shortest", "longest", "")  # of a table
+
+
 class TimingTable(Sequence[Checked]):
     """The printed limits of some chips, each with what was measured of it; `str` of it is a table."""
 
@@ -286,9 +290,15 @@ class TimingTable(Sequence[Checked]):
     def __len__(self) -> int:
         return len(self.rows)
 
+    def __repr__(self) -> str:
+        return f"<TimingTable: {len(self)} limits, {len(self.violated)} violated>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the limits of which something was measured."""
+        return card(repr(self)[1:-1], table(HEADS, [_cells(row) for row in self.rows if row.count], right=(3, 4, 5)))
+
     def __str__(self) -> str:
-        heads = ("", "time", "printed", "seen", "shortest", "longest", "")
-        lines = [heads, *(_cells(row) for row in self.rows if row.count)]
+        lines = [HEADS, *(_cells(row) for row in self.rows if row.count)]
         shown = aligned(lines, left=(0, 1, 2, 6))
         others: dict[str, list[str]] = {}
         for row in self.rows:

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ...core.motion.quantity import Quantity
+from ...core.notebook.markup import card, table
+from ...core.time.timebase import readable
 from ..recording.recorder import FLOATING, Probe, Recorder, width_of
 from ..recording.traces import Trace
 from ..style import aligned, duration, number
@@ -47,6 +49,14 @@ class Readings:
 
     instants_ps: tuple[int, ...]
     rows: tuple[TraceReading, ...]
+
+    def __repr__(self) -> str:
+        return f"<Readings: {len(self.rows)} rows at {', '.join(map(readable, self.instants_ps))}>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the values as a table."""
+        head, *lines = self._lines()
+        return card(repr(self)[1:-1], table(head, lines, right=range(1, len(head))))
 
     def __str__(self) -> str:
         return "\n".join(aligned([*self._lines()], left=(0,)))
