@@ -17,13 +17,11 @@ def html(built):
     return {path: path.read_text("utf-8") for path in built.rglob("*.html")}
 
 
-@pytest.mark.docs
 def test_all_pages_are_built(html):
     built = {path.stem for path in html}
     assert {page.stem for page in PAGES} - {"README"} <= built
 
 
-@pytest.mark.docs
 def test_no_page_fetches_anything_from_outside(html):
     fetched = r'<(?:script|img|iframe|source|link)\b[^>]*\b(?:src|href)="((?:https?:)?//[^"]*)"'
     assert {url for text in html.values() for url in re.findall(fetched, text)} == set()

@@ -42,19 +42,16 @@ def search(built, browser):
     page.close()
 
 
-@pytest.mark.docs
 @pytest.mark.parametrize("page", WORDS)
 def test_each_word_of_the_trade_finds_its_page_first(search, page):
     assert {word: search(word)[0] for word in WORDS[page]} == dict.fromkeys(WORDS[page], page)
 
 
-@pytest.mark.docs
 @pytest.mark.parametrize("words", PLAIN)
 def test_other_words_find_the_page_that_is_meant(search, words):
     assert search(words)[0] == PLAIN[words]
 
 
-@pytest.mark.docs
 @pytest.mark.parametrize("word", ORDINARY)
 def test_pages_for_contributors_are_not_in_the_way(search, word):
     found = search(word)
