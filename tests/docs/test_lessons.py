@@ -8,7 +8,7 @@ from base64 import b64decode
 
 import pytest
 
-from tests.system.test_words import banned
+from tests.house.test_words import banned
 from tools.lessons import clean
 
 from .blocks import ROOT
@@ -73,7 +73,6 @@ def test_the_page_of_the_lessons_lists_all_of_them():
     assert page.split("```{toctree}")[1].split()[1:-1] == [path.stem for path in LESSONS]
 
 
-@pytest.mark.docs
 @each_lesson
 def test_a_lesson_prints_what_its_prose_quotes_in_a_few_seconds_and_leaves_no_file(lesson, tmp_path):
     played = play(lesson, tmp_path)
