@@ -1,7 +1,7 @@
 """Clean the lessons of what Jupyter leaves in them: `python tools/lessons.py`.
 
-Outputs are made again wherever a lesson is opened or built, and counts and versions of Python say nothing.  What remains
-is written as Jupyter writes it: saving a lesson changes no line that has not been edited.
+Outputs are made again wherever a lesson is opened or built, and counts and versions say nothing.  What remains is
+written as Jupyter writes it: saving a lesson changes no line that has not been edited.
 """
 
 import json
