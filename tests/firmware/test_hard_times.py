@@ -129,11 +129,15 @@ def test_a_line_that_damages_one_byte_in_a_hundred_is_slow_or_dry_and_the_count_
             line.damage = unharmed
             assert drive.link.damaged and drive.link.resent
             if drive.state == "ok":
-                assert not drive.troubles and np.abs(off(drive, line)).max() <= WITHIN_TICKS
+                if drive.troubles:  # its first frames were damaged, again and again: all of it is made, later
+                    assert [each.split(":")[0] for each in drive.troubles] == ["late-start"]
+                    drive.run("600 ms")
+                    assert drive.state == "ok"
+                assert np.abs(off(drive, line)).max() <= WITHIN_TICKS
                 continue
             dry += 1
             drive.run("600 ms")
-            assert codes(x)[0] == "underrun" and drive.state == "halted"
+            assert next(code for code in codes(x) if code != "late-start") == "underrun" and drive.state == "halted"
             assert said(line).position == len(line.board.rises) and said(line).state == BoardState.HALT
             due, _ = wanted(drive)
             until = events(line)[1]

@@ -1,4 +1,4 @@
-"""The pictures at the head of the README show what panel and debugger look like today."""
+"""The pictures of screens show what panel, debugger and notebook look like today."""
 
 from __future__ import annotations
 
@@ -33,8 +33,9 @@ def cells(path):
     [
         (head_pictures.draw_panel, head_pictures.PANEL),
         (head_pictures.draw_debugger, head_pictures.DEBUGGER),
+        pytest.param(head_pictures.draw_notebook, head_pictures.NOTEBOOK, marks=pytest.mark.check),
     ],
-    ids=["panel", "debugger"],
+    ids=["panel", "debugger", "notebook"],
 )
 def test_the_picture_shows_what_is_seen_today(draw, kept, tmp_path):
     """`python -m tests.panel.head_pictures` draws it anew."""

@@ -1,31 +1,45 @@
-"""The examples that come with the package."""
+"""The examples that come with the package, and the lessons among them."""
 
 from __future__ import annotations
 
 import re
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from ...errors import UsageError
 
 PACKAGE = Path(__file__).parents[2]
-SOUGHT = (PACKAGE / "examples", PACKAGE.parents[1] / "examples")  # of an installed package, of a checkout
-HEADS = {".py": r'"""(.*?)(?:"""|\n)', ".c": r"/\*\s*(.*)", ".h": r"/\*\s*(.*)"}
+CHECKOUT = PACKAGE.parents[1]
+SOUGHT = (  # of an installed package, of a checkout: the folders, each by what the names of its files begin with
+    {"": PACKAGE / "examples"},
+    {"": CHECKOUT / "examples", "lessons": CHECKOUT / "docs/lessons"},
+)
+HEADS = {
+    ".py": r'"""(.*?)(?:"""|\n)',
+    ".c": r"/\*\s*(.*)",
+    ".h": r"/\*\s*(.*)",
+    ".ipynb": r'(?s:.*?)"# (.*?)(?:\\n)?"',
+}
 COMMENT = r"[;#]\s*(.*)"
-LEAVE_OUT = (".out", ".pyc")  # what a script prints is kept next to it, for the tests
+LEAVE_OUT = (".out", ".pyc", ".md")  # what a script prints is kept next to it, for the tests; the page of the lessons
 
 
-def folder() -> Path:
-    """Return the folder of the examples."""
-    for place in SOUGHT:
-        if place.is_dir():
-            return place
+def named() -> dict[str, Path]:
+    """Return the files by their names, such as "drill/looped.toml", the upper ones first.
+
+    Raises:
+        UsageError: the package has been installed without them.
+    """
+    for folders in SOUGHT:
+        if folders[""].is_dir():
+            found = {
+                (PurePosixPath(begins) / path.relative_to(folder).as_posix()): path
+                for begins, folder in folders.items()
+                for path in folder.rglob("*")
+                if path.is_file() and path.suffix not in LEAVE_OUT
+            }
+            shown = [name for name in found if not any(part.startswith(".") for part in name.parts)]
+            return {str(name): found[name] for name in sorted(shown, key=lambda name: (len(name.parts), name))}
     raise UsageError(f"no examples are installed in {PACKAGE}; reinstall the package")
-
-
-def files(root: Path) -> list[Path]:
-    """Return the files of a folder and of those in it, the upper ones first."""
-    found = [path for path in root.rglob("*") if path.is_file() and path.suffix not in LEAVE_OUT]
-    return sorted(found, key=lambda path: (len(path.parts), path))
 
 
 def title(path: Path) -> str:
