@@ -99,7 +99,8 @@ def test_the_wheel_brings_them():
     import tomllib
 
     wheel = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]["targets"]["wheel"]
-    assert wheel["force-include"] == {"examples": "slewline/examples"} and module.SOUGHT[0].name == "examples"
+    places = {name: f"{module.PACKAGE.name}/{name}" for name in ("examples", "templates")}
+    assert wheel["force-include"] == places and module.SOUGHT[0] == module.PACKAGE
 
 
 # ---------------------------------------------------------------------------------------------------------- completion

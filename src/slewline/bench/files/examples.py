@@ -1,4 +1,4 @@
-"""The examples that come with the package."""
+"""The examples and templates that come with the package."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from pathlib import Path
 from ...errors import UsageError
 
 PACKAGE = Path(__file__).parents[2]
-SOUGHT = (PACKAGE / "examples", PACKAGE.parents[1] / "examples")  # of an installed package, of a checkout
+SOUGHT = (PACKAGE, PACKAGE.parents[1])  # of an installed package, of a checkout
 HEADS = {".py": r'"""(.*?)(?:"""|\n)', ".c": r"/\*\s*(.*)", ".h": r"/\*\s*(.*)"}
 COMMENT = r"[;#]\s*(.*)"
 LEAVE_OUT = (".out", ".pyc")  # what a script prints is kept next to it, for the tests
 
 
-def folder() -> Path:
-    """Return the folder of the examples."""
+def folder(name: str = "examples") -> Path:
+    """Return the folder of the examples, or another one that comes with the package."""
     for place in SOUGHT:
-        if place.is_dir():
-            return place
-    raise UsageError(f"no examples are installed in {PACKAGE}; reinstall the package")
+        if (place / name).is_dir():
+            return place / name
+    raise UsageError(f"no {name} are installed in {PACKAGE}; reinstall the package")
 
 
 def files(root: Path) -> list[Path]:
