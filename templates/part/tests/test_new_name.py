@@ -47,10 +47,12 @@ def test_a_short_pulse_does_not_move_the_contact(bench: slewline.Bench) -> None:
 
 
 @pytest.mark.fact("CONTACT")
-def test_a_chip_closes_it() -> None:
+def test_a_chip_opens_and_closes_it() -> None:
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     relay = bench.part(NewName, to=x, delay="1 ms")
-    bench.host(x).send("B\r")
-    bench.run_until_idle()
-    assert (relay.pin("coil").level, relay.pin("contact").level) == (1, 1)
+    host = bench.host(x)
+    for command, level in (("C", 0), ("B", 1), ("C", 0)):
+        host.send(f"{command}\r")
+        bench.run_until_idle()
+        assert (relay.pin("coil").level, relay.pin("contact").level) == (level, level)

@@ -1,4 +1,4 @@
-"""What the NEW-NAME does: a method for each command, found by the name of its row in the sheet."""
+"""What the NEW-NAME does: a method for each command, found by the name of its row."""
 
 from __future__ import annotations
 

@@ -20,16 +20,15 @@ class NewName(Part):
         kernel.spawn(self._run, name=name)
 
     async def _run(self) -> None:
-        coil, contact = self.pin("coil"), self.drivers["contact"]
+        coil, contact, closed = self.pin("coil"), self.drivers["contact"], 0
         while True:
+            late = coil.level != closed
+            self.due_ps = self.kernel.now + self.delay_ps if late else None
             if await first_of(self.kernel, self.due_ps, (coil.net, None)) is None:
-                contact.drive(coil.level)
-                self.due_ps = None
-            elif self.due_ps is None:
-                self.due_ps = self.kernel.now + self.delay_ps
-            else:
+                closed = int(coil.level == 1)
+                contact.drive(closed)
+            elif late:
                 self.finding("short", "the coil changed back before the contact had moved, which does not move now")
-                self.due_ps = None
 
     @property
     def idle(self) -> bool:
