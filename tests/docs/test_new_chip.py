@@ -71,4 +71,4 @@ def test_the_page_is_typed_word_for_word_with_the_wheel_alone(shell):
             else:
                 edit(shell.folder, match[2])
                 done["edit"] += 1
-    assert done == {"console": 8, "edit": 5, "serve": 2}
+    assert done == {"console": 7, "edit": 5, "serve": 2}

@@ -344,8 +344,8 @@ def examples_command(**options: Any) -> int:
 def new_chip_command(**options: Any) -> int:
     """Write a package with a chip of your own: sheet, class, tests, conformance table, and a program for it.
 
-    NAME is what the chip is called: small letters, digits, single hyphens.  The package is complete, its tests pass, and
-    the chip in it is a made-up one, whose rows you replace.
+    NAME is what the chip is called: small letters, digits, single hyphens.  The package works as it is; the chip in it
+    is made up, and you replace its rows.
     """
     from .new import new
 
@@ -356,10 +356,10 @@ def new_chip_command(**options: Any) -> int:
 @click.argument("name")
 @INTO
 def new_part_command(**options: Any) -> int:
-    """Write a package with a part of your own, for a place beside a chip: class, tests, conformance table, bench file.
+    """Write a package with a part of your own, for a place beside a chip: class, tests, conformance table, bench files.
 
-    NAME is what the part is called: small letters, digits, single hyphens.  The package is complete, its tests pass, and
-    the part in it is a relay, which you change.
+    NAME is what the part is called: small letters, digits, single hyphens.  The package works as it is; the part in it
+    is a relay, and you replace what it does.
     """
     from .new import new
 

@@ -92,7 +92,7 @@ def check_free(kind: Kind, name: str) -> None:
         why = "is a word of Python"
     elif hasattr(builtins, cls) or cls in build.__all__:
         why = f"would have the class {cls}, a name that Python or slewline.build has"
-    elif module in MEANT or (spec := find_spec(module)) is not None and spec.origin is not None:
+    elif module in MEANT or getattr(find_spec(module), "origin", None) is not None:
         why = f"would be the module {module}, and another one has that name"
     elif name in ENDINGS:
         why = f"would have programs that end in .{name}, as other files do"
