@@ -45,7 +45,9 @@ def test_every_file_is_named_and_no_word_of_the_template_is_left(call, kind):
     assert sorted(listed) == files and len(files) >= 10
     assert ran.out.endswith(f"\nIts tests pass as they are: pytest {place}\n{place}/README.md says how to go on.\n")
     for path in files:
-        assert not re.search(r"new[-_]?(name|kind)", f"{path}\n{path.read_text('utf-8')}", re.IGNORECASE), path
+        text = path.read_text("utf-8")
+        assert not re.search(r"new[-_]?(name|kind)", f"{path}\n{text}", re.IGNORECASE), path
+        assert {*re.findall(r"^(?:from|import) (slewline\S*)", text, re.MULTILINE)} <= {"slewline", "slewline.build"}
     project = (place / "pyproject.toml").read_text("utf-8")
     assert f'[project.entry-points."slewline.{kind}s"]\npump-2 = "pump_2:Pump2"\n' in project
     assert sorted(os.listdir("deep/down")) == ["pump-2"]
@@ -93,6 +95,7 @@ SHAPE = "expected small letters, digits and single hyphens, a letter first, 30 c
         ("chip", "line-chip", "would have the class LineChip, a name that Python or slewline.build has; give another"),
         ("part", "value-error", "would have the class ValueError, a name that Python or slewline.build has; give"),
         ("chip", "numpy", "would be the module numpy, and another one has that name; give another name"),
+        ("chip", "src", "would be the module src, and another one has that name; give another name"),
         ("chip", "tests", "would be the module tests, and another one has that name; give another name"),
         ("chip", "toml", "would have programs that end in .toml, as other files do; give another name"),
         ("part", "com1", "is a device of Windows, where no folder can have this name; give another name"),
@@ -135,6 +138,14 @@ def test_where_writing_fails_nothing_is_left(call, folder, monkeypatch, method, 
         with pytest.raises(KeyboardInterrupt):
             module.new("chip", "x", ".")
     assert calls and os.listdir(folder) == []
+
+
+def test_a_link_in_the_place_of_what_is_being_written_is_not_followed(call):
+    Path("elsewhere").mkdir()
+    os.symlink("elsewhere", f".slewline-{os.getpid()}.part")
+    ran = call("new-chip", "x")
+    assert ran.status == 2 and ran.err.startswith("slewline: x: cannot be written (File exists); give another folder")
+    assert os.listdir("elsewhere") == [] and not os.path.lexists("x")
 
 
 @pytest.mark.posix

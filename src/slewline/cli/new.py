@@ -127,6 +127,7 @@ def write_whole(place: Path, texts: Mapping[Path, bytes]) -> None:
     """
     part = place.with_name(f".slewline-{os.getpid()}.part")
     try:
+        part.mkdir()  # a new one, not what another program may have put there
         for path, text in texts.items():
             (part / path).parent.mkdir(parents=True, exist_ok=True)
             (part / path).write_bytes(text)
