@@ -6,11 +6,15 @@ import gc
 import os
 import sys
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests import compiling
+
+HERE = Path(__file__).parent
+CHECKED = ("docs", "house")  # what looks at pages and at sources, and, wherever it is, what works a browser
 
 gc.disable()  # while tests are collected: whatever is made then stays, and to look through it took half of that time
 
@@ -27,8 +31,12 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     hush(session.config)
 
 
+@pytest.hookimpl(tryfirst=True)  # before marks are asked for
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave out what needs POSIX where there is none: pseudo-terminals, its signals, its permissions."""
+    """Mark what `make check` runs; skip what needs POSIX where there is none: its terminals, signals, permissions."""
+    for item in items:
+        if item.path.relative_to(HERE).parts[0] in CHECKED or "browser" in getattr(item, "fixturenames", ()):
+            item.add_marker("check")
     if not hasattr(os, "openpty"):
         for item in items:
             if item.get_closest_marker("posix"):

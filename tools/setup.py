@@ -186,7 +186,7 @@ def packaging_metadata():
 
     settings = tomllib.loads(read("pyproject.toml"))
     parts = [settings["build-system"], settings["project"], settings["tool"]["hatch"]]
-    return json.dumps(parts, sort_keys=True)
+    return json.dumps(parts, sort_keys=True) + read("src", "slewline", "version.py")
 
 
 # -------------------------------------------------------------------------------------------------------------- steps
@@ -285,9 +285,9 @@ def check(work):
         ["tools/conformance.py", "--check"],
         ["tools/describe_docs.py", "--check"],
         ["tools/stubs.py", "--check"],
+        ["tools/share.py", "--check"],
         [os.path.join("tools", "page", "check.py"), os.path.join(work, "build", "page")],
-        ["-m", "pytest", "-m", "docs", "tests/docs"],
-    ]
+    ] + tests(work, "-m", "check and not long")
 
 
 # name, environment, what it does, the calls of Python
@@ -313,7 +313,7 @@ TASKS = (
         "test-long",
         "compiled",
         "Run the long tests, and all tests over the compiled build",
-        lambda work: tests(work, "-m", "long") + compiled_tests(work, "-m", "not docs"),
+        lambda work: tests(work, "-m", "long") + compiled_tests(work, "-m", "not check"),
     ),
     (
         "boards",
@@ -353,6 +353,7 @@ TASKS = (
         "Build the documentation into build/docs",
         lambda work: [["-m", "sphinx", "-W", "docs", os.path.join(work, "build", "docs")]],
     ),
+    ("dist", "dev", "Build wheel and sdist into dist, twice, and compare", lambda work: [["tools/release.py"]]),
     ("compiled", "compiled", "Build the compiled core into build/compiled", lambda work: []),
     ("clean", None, "Remove .venv, build products and caches", None),
 )

@@ -10,7 +10,7 @@ Times are picoseconds, and a cycle is named by its number since the end of reset
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import pytest
@@ -28,9 +28,10 @@ ENCODERS = tuple(part for part in PARTS if part.endswith("-e"))
 SEVERAL = tuple(part for part in PARTS if AXES[part] > 1)
 
 
-def of_parts(parts: Iterable[str]) -> pytest.MarkDecorator:
-    """Give a test parts: those of one and of four axes in every run, those of two in long ones."""
-    return pytest.mark.parametrize("part", [in_long_runs(part) if AXES[part] == 2 else part for part in parts])
+def of_parts(parts: Sequence[str]) -> pytest.MarkDecorator:
+    """Give a test parts: the least and the greatest of them in every run, those between in long ones."""
+    least, *between, greatest = parts
+    return pytest.mark.parametrize("part", [least, *map(in_long_runs, between), greatest])
 
 
 each = of_parts(PARTS)

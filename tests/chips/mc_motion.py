@@ -19,7 +19,7 @@ import numpy as np
 from mc import ENCODERS, PARTS, Rig, of_parts
 
 IN_MOTION = 0x400
-without_encoder = of_parts(part for part in PARTS if part not in ENCODERS)
+without_encoder = of_parts([part for part in PARTS if part not in ENCODERS])
 
 
 class Look(NamedTuple):

@@ -19,6 +19,7 @@ EXPLAINED = [
     ROOT / "docs/index.md",
     *sorted((ROOT / "docs/explanation").glob("*.md")),
     ROOT / "docs/reference/api.md",
+    ROOT / "docs/reference/api/errors.md",
     ROOT / "docs/reference/build.md",
 ]
 CODE = ("python", "console")  # of these, and what they print; other text is no output

@@ -42,7 +42,7 @@ def train(count: int, interval: int = 100_000) -> list[Record]:
 INTERVALS = {"late and bytes": 700_000}
 
 
-@pytest.mark.parametrize("seed", few(range(5), 2))
+@pytest.mark.parametrize("seed", few(range(5), 1))
 @pytest.mark.parametrize("line", LINES)
 def test_every_record_arrives_once_and_in_order_and_every_event_is_told_once_and_in_order(line: str, seed: int) -> None:
     pipe = opened(Pipe(seed, **LINES[line], ppm=4000, begun=2**32 * 60))  # type: ignore[arg-type]

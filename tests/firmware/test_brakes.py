@@ -20,6 +20,7 @@ from .test_rates import HALVES, HZ, Host, events, ramp
 WAIT = 6_000_000  # ticks, in which a way down ends
 WATCHDOG = 60_000
 FEW, MANY = 2, 100
+LONG = pytest.mark.long
 
 
 class BrakedHost(Host):
@@ -90,9 +91,11 @@ def check(host, cause):
         assert phase_lags(board)[0].max() <= PHASES_WITHIN
 
 
-@pytest.mark.parametrize("way", [None, 40])
 @pytest.mark.parametrize("cause", ["underrun", "stop", "input", "watchdog"])
-@pytest.mark.parametrize("rate", [27_000, 45_000])
+@pytest.mark.parametrize(
+    ("rate", "way"),
+    [(27_000, None), (45_000, 40), pytest.param(27_000, 40, marks=LONG), pytest.param(45_000, None, marks=LONG)],
+)
 @members("phases", FEW, MANY, at_once=MANY)
 def test_a_brake_ends_in_a_way_down(emulator, rate, cause, way, phases):
     for phase in phases:

@@ -10,7 +10,7 @@ import pytest
 import slewline
 from slewline.drive.board.wire import BoardState, Happening
 from tests.drive.families import SCRIPTS, furnished
-from tests.ensembles import members
+from tests.ensembles import few, members
 
 from .chain import WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, unharmed, wanted
 
@@ -55,7 +55,7 @@ def damaged(seed, chance):
     return damage
 
 
-@pytest.mark.parametrize("name", STREAMS)
+@pytest.mark.parametrize("name", few(STREAMS, 2))
 def test_a_host_that_is_stopped_for_500_ms(emulator, name):
     bench, x, host, _ = furnished(name)
     line = EmulatedLine(emulator, 11)
@@ -104,7 +104,7 @@ def goes_on(drive, line, host, steps=50):
     assert (position - drive.count_origin - drive.axis.travel) % 2**32 == 0
 
 
-@pytest.mark.parametrize("name", STREAMS)
+@pytest.mark.parametrize("name", few(STREAMS, 2))
 def test_a_line_that_damages_one_frame_in_a_hundred_loses_no_step(emulator, name):
     bench, x, _, _ = furnished(name)
     line = EmulatedLine(emulator, 12)
@@ -117,7 +117,7 @@ def test_a_line_that_damages_one_frame_in_a_hundred_loses_no_step(emulator, name
 
 
 @members("seeds", 1, 12)
-@pytest.mark.parametrize("name", STREAMS)
+@pytest.mark.parametrize("name", few(STREAMS, 2))
 def test_a_line_that_damages_one_byte_in_a_hundred_is_slow_or_dry_and_the_count_is_exact(emulator, name, seeds):
     dry = 0
     for seed in seeds:
@@ -129,11 +129,15 @@ def test_a_line_that_damages_one_byte_in_a_hundred_is_slow_or_dry_and_the_count_
             line.damage = unharmed
             assert drive.link.damaged and drive.link.resent
             if drive.state == "ok":
-                assert not drive.troubles and np.abs(off(drive, line)).max() <= WITHIN_TICKS
+                if drive.troubles:  # its first frames were damaged, again and again: all of it is made, later
+                    assert [each.split(":")[0] for each in drive.troubles] == ["late-start"]
+                    drive.run("600 ms")
+                    assert drive.state == "ok"
+                assert np.abs(off(drive, line)).max() <= WITHIN_TICKS
                 continue
             dry += 1
             drive.run("600 ms")
-            assert codes(x)[0] == "underrun" and drive.state == "halted"
+            assert next(code for code in codes(x) if code != "late-start") == "underrun" and drive.state == "halted"
             assert said(line).position == len(line.board.rises) and said(line).state == BoardState.HALT
             due, _ = wanted(drive)
             until = events(line)[1]
@@ -180,7 +184,7 @@ def test_a_host_that_is_killed_at_any_instant(emulator, seeds):
             assert len(line.board.rises) > len(made)
 
 
-@pytest.mark.parametrize("name", STREAMS)
+@pytest.mark.parametrize("name", few(STREAMS, 2))
 def test_a_board_that_is_reset_has_lost_its_count_and_all_say_so(emulator, name):
     bench, x, host, _ = furnished(name)
     line = EmulatedLine(emulator, 13)

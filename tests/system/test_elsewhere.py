@@ -127,6 +127,7 @@ def leans(parsed: ast.Module) -> Iterator[str]:
                 yield f"{module}.{name}"
 
 
+@pytest.mark.check
 def test_sources_lean_on_nothing_that_only_posix_has() -> None:
     found = {}
     for folder in ("src", "tools", "examples"):
@@ -143,6 +144,7 @@ def test_what_is_leant_on_is_found() -> None:
     assert set(leans(ast.parse(source))) == {"fcntl", "pty", "os.pipe", "signal.SIGHUP"}
 
 
+@pytest.mark.check
 def test_every_text_is_opened_with_its_encoding() -> None:
     """Windows has others: `ruff` knows, in its preview."""
     command = [sys.executable, "-m", "ruff", "check", "-q", "--isolated", "--preview", "--select", "PLW1514"]

@@ -328,10 +328,10 @@ def demo_command(output: str) -> int:
 @click.argument("name", required=False, shell_complete=completion.example)
 @INTO
 def examples_command(**options: Any) -> int:
-    """List the examples that come with the package, or copy one out.
+    """List the examples and lessons that come with the package, or copy one out.
 
     NAME is a file, whose folder and ending may be left out, or a folder such as drill: all that is in it is copied.  A
-    bench file comes with its folder.
+    bench file comes with its folder.  The lessons are notebooks: open the folder in Jupyter.
     """
     from .examples import examples
 

@@ -19,7 +19,7 @@ from typing import Literal
 import click
 
 from .. import build
-from ..bench.files.examples import files, folder, title
+from ..bench.files.examples import named, title
 from ..chips import CATALOGUE as CHIPS
 from ..errors import UsageError
 from ..parts import CATALOGUE as PARTS
@@ -104,19 +104,19 @@ def check_free(kind: Kind, name: str) -> None:
 
 
 def rendered(kind: Kind, name: str) -> dict[Path, bytes]:
-    """Return the files of a package, by their places in it."""
+    """Return the files of a package by their places in it, the upper ones first."""
     table = words(kind, name)
     pattern = re.compile("|".join(table))
 
     def filled(text: str) -> str:
         return pattern.sub(lambda found: table[found[0]], text)
 
-    root = folder("templates")
-    found = {path: path.relative_to(top) for top in (root / "both", root / kind) for path in files(top)}
-    return {
-        Path(filled(str(place))): filled(path.read_text("utf-8")).encode("utf-8")
-        for path, place in sorted(found.items(), key=lambda item: (len(item[1].parts), item[1]))
-    }
+    found = {}
+    for template, path in named("templates").items():
+        top, _, place = template.partition("/")
+        if top in ("both", kind):
+            found[Path(filled(place))] = filled(path.read_text("utf-8")).encode("utf-8")
+    return {path: found[path] for path in sorted(found, key=lambda path: (len(path.parts), path))}
 
 
 def write_whole(place: Path, texts: Mapping[Path, bytes]) -> None:

@@ -48,6 +48,9 @@ class RecordSink(Protocol):
     def start(self, tick: int) -> object:
         """Start what is queued: the first interval begins at a tick."""
 
+    def restart(self, tick: int) -> object:
+        """Start what is queued, before what waits to be."""
+
 
 class LaidSteps(NamedTuple):
     """Steps of one direction: ticks, in 1/65536 tick; way down from the first (-1: not known), and more from each."""
@@ -193,7 +196,7 @@ class Feeder:
         if self._started is not None:
             self.delay(tick - self._started)
             self._started = tick
-            self.link.start(tick)
+            self.link.restart(tick)
 
     def counted(self) -> None:
         """Count the steps that are lost from now on: the model stands where the motor does."""

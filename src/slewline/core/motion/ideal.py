@@ -38,6 +38,11 @@ class Ideal:
         start: ps.
         position: there, in steps; positive is clockwise, and nothing wraps.
         pieces: one or more, in the order of time, `sign` being the direction of positive velocities.
+
+    Attributes:
+        start: ps.
+        stop: ps.
+        interrupted: the motion went another way at `stop`.
     """
 
     def __init__(self, start: int, position: float, pieces: Iterable[IdealPiece], sign: int = 1) -> None:

@@ -70,6 +70,11 @@ class Outbox:
         """Start what has been pushed before; the first record begins at a tick."""
         self._put(FrameKind.START, wire.start_payload(tick))
 
+    def restart(self, tick: int) -> None:
+        """Start what the board has queued, before what waits for slots: there are none until it has started."""
+        if self.is_open:
+            self._commands.insert(self._sent, BoardCommand(FrameKind.START, wire.start_payload(tick)))
+
     def stop(self, how: int) -> None:
         """Stop: 0, at once; 1, by the tail.  It goes first; nothing numbered goes out until it is answered.
 
