@@ -9,7 +9,7 @@ from ...errors import UsageError
 
 PACKAGE = Path(__file__).parents[2]
 CHECKOUT = PACKAGE.parents[1]
-SOUGHT = {  # by what they are, of an installed package, of a checkout: folders, by what the names of their files begin with
+SOUGHT = {  # of an installed package, of a checkout: folders, by what the names of their files begin with
     "examples": (
         {"": PACKAGE / "examples"},
         {"": CHECKOUT / "examples", "lessons": CHECKOUT / "docs/lessons"},
