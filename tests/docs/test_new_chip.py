@@ -50,7 +50,7 @@ def edit(folder: Path, code: str) -> None:
     path.write_text(code, "utf-8")
 
 
-@pytest.mark.docs
+@pytest.mark.check
 @pytest.mark.posix
 @pytest.mark.timeout(600)
 def test_the_page_is_typed_word_for_word_with_the_wheel_alone(shell):
