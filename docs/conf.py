@@ -71,9 +71,6 @@ def leave_out(_app, env):
 # --------------------------------------------------------------------------------- the API, from the docstrings
 sys.path.insert(0, str(Path(__file__).with_name("_extensions")))
 extensions += ["sphinx.ext.autodoc", "names", "sources"]
-metadata = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text("utf-8"))["project"]
-source = metadata.get("urls", {}).get("Source")
-source_url = f"{source}/blob/v{version}" if source else ""  # "": no code host is known
 html_css_files += ["api.css"]
 default_role = "py:obj"  # `name` in a docstring: a link where it is a name of ours, else code
 add_module_names = False

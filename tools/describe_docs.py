@@ -24,7 +24,6 @@ from __future__ import annotations
 import argparse
 import inspect
 import json
-import re
 import sys
 from collections.abc import Iterator
 from functools import partial
@@ -400,7 +399,7 @@ built.
 """
 TIMES_NOTE = """\
 Times up to 45,000 steps/s, measured in an emulator of the processor; it takes up to 70,000 steps/s, STEP being low for
-0.7 us then. The times of drivers are those of their data sheets.
+0.7 µs then. The times of drivers are those of their data sheets.
 """
 WIRE_NOTE = """\
 500,000 baud, 8N1. A frame is `number u8, kind u8, payload, CRC-16/X-25 u16`, stuffed by COBS, and a 00 behind it; all
@@ -456,11 +455,11 @@ def boards_page() -> str:
         )
     )  # fmt: skip
     named_pins = ((pin.printed, pin.port, says) for pin, says in pins)
-    columns = ("driver", "high, us", "low", "DIR before", "DIR after", "ENABLE is active", "source")
+    columns = ("driver", "high, µs", "low", "DIR before", "DIR after", "ENABLE is active", "source")
     return "\n\n".join(
         (
             f"{NOTE}{BOARDS_PAGE}\n## Pins", table(("board", "processor", "what it is"), named_pins),
-            "## Drivers", TIMES_NOTE.strip(), table(("the board, at least", "us"), times), table(columns, rows),
+            "## Drivers", TIMES_NOTE.strip(), table(("the board, at least", "µs"), times), table(columns, rows),
             "## Messages", WIRE_NOTE.strip(), table(("kind", "frame", "numbered"), kinds),
             table(("numbers of a", ""), named), AVR_LIBC,
         )
@@ -516,17 +515,6 @@ def conformance_page(folder: str) -> str:
 
 
 # ---------------------------------------------------------------------------------------------------------------- pages
-CODE = re.compile(r"```.*?^```|`[^`\n]*`|^    .*?$", re.MULTILINE | re.DOTALL)
-MICRO = re.compile(r"(?<!['\"\d.,])(\d[\d.,]*) u(?=[sA]\b)")  # after a quotation mark it is a text that users type
-
-
-def typographic(page: str) -> str:
-    """Write µs and µA where a page does not show code: data sheets in the sources keep to what any terminal prints."""
-    between, code = CODE.split(page), CODE.findall(page)
-    prose = [MICRO.sub(r"\1 µ", text) for text in between]
-    return "".join(text + shown for text, shown in zip(prose, [*code, ""], strict=True))
-
-
 FILES = {
     "reference/chips.md": lambda: NOTE + side_by_side.page(),
     "reference/cy500.md": partial(older_page, "cy500"),
@@ -545,18 +533,13 @@ FILES = {
 }
 
 
-def made(name: str) -> str:
-    """What a file should be."""
-    return typographic(FILES[name]()) if name.endswith(".md") else FILES[name]()
-
-
 def outdated() -> list[str]:
     """The files that differ from what the code says."""
     found = []
-    for name in FILES:
+    for name, made in FILES.items():
         path = DOCS / name
         committed = path.read_text("utf-8") if path.exists() else ""
-        if committed != made(name):
+        if committed != made():
             found.append(name)
     return found
 
@@ -570,8 +553,8 @@ def main() -> int:
         for name in found:
             print(f"docs/{name} is not what the code says; run: python tools/describe_docs.py")
         return int(bool(found))
-    for name in FILES:
-        (DOCS / name).write_text(made(name), "utf-8")
+    for name, made in FILES.items():
+        (DOCS / name).write_text(made(), "utf-8")
     return 0
 
 

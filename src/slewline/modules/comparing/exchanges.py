@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from ...language.lines import KEPT, checksum
 from ..dialogue import Said
-from ..speech import CR, Speech
+from ..spoken import CR, Speech
 
 LF = b"\n"
 
@@ -27,7 +27,7 @@ class RecordedExchange:
     number: int
     at_us: int
     over_us: float
-    characters: list[tuple[int, int]] = field(default_factory=list)  # when each was handed over (us), and its code
+    characters: list[tuple[int, int]] = field(default_factory=list)  # when each was handed over (µs), and its code
     answer: bytes = b""
     first_us: int | None = None
     last_us: int | None = None
