@@ -58,7 +58,7 @@ class FramedSpeech(Speech):
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """The values that can be read, each with its group and where it stands there."""
+        """The values that can be read, each with its group and its place in it."""
         sizes = self.sheet.verify_bytes
         found = {
             "adapter": (READY, rf"\{READY} (ready)"),
