@@ -1,13 +1,11 @@
 """Sphinx: `make docs`.  Nothing from outside is fetched, neither here nor by the pages."""
 
 import sys
-import tomllib
 from pathlib import Path
 
 import slewline
 
 HERE = Path(__file__).parent
-PROJECT = tomllib.loads((HERE.parent / "pyproject.toml").read_text("utf-8"))["project"]
 sys.path.insert(0, str(HERE / "_extensions"))
 LIGHT, DARK = "#0a7567", "#41c7b4"  # the accent of the panel, on light and on dark ground
 
@@ -51,8 +49,6 @@ copybutton_prompt_text = r"\$ |PS> |>>> |\.\.\. "  # what a reader types is copi
 copybutton_prompt_is_regexp = True
 
 # --------------------------------------------------------------------------------- the API, from the docstrings
-source = PROJECT.get("urls", {}).get("Source")
-source_url = f"{source}/blob/v{version}" if source else ""  # "": no code host is known
 default_role = "py:obj"  # `name` in a docstring: a link where it is a name of ours, else code
 add_module_names = False
 autodoc_member_order = "bysource"

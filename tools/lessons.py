@@ -1,7 +1,7 @@
 """Clean the lessons of what Jupyter leaves in them: `python tools/lessons.py`.
 
-Outputs are made again wherever a lesson is opened or built; counts and versions of Python are noise between two
-versions of a lesson.  What remains is written as Jupyter writes it: saving a lesson changes no line that has not been edited.
+Outputs are made again wherever a lesson is opened or built, and counts and versions say nothing.  What remains is
+written as Jupyter writes it: saving a lesson changes no line that has not been edited.
 """
 
 import json

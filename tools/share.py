@@ -1,9 +1,9 @@
-"""Write share/: the man page of slewline, and what bash, zsh and fish need to complete its words.
+"""Write share/man/man1/slewline.1, the man page, from the command line.
 
 python tools/share.py            write it
-python tools/share.py --check    fail where a committed file differs from what the command line says
+python tools/share.py --check    fail where the committed one differs from what the command line says
 
-The wheel has these files where systems look for them: man in share/man, shells in the folders of theirs.
+The wheel has share/ where systems look for it: man pages, and what makes shells complete words.
 """
 
 from __future__ import annotations
@@ -15,14 +15,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import command_line
-from click.shell_completion import BashComplete, FishComplete, ShellComplete, ZshComplete
 
 from slewline import __version__
-from slewline.cli.commands import cli
 
-ROOT = Path(__file__).resolve().parent.parent
+MAN_PAGE = Path(__file__).resolve().parent.parent / "share/man/man1/slewline.1"
 NOTE = "Written by tools/share.py; change the code, not this file."
-TEMPLATE = "The functions are made of a template of Click, Copyright 2014 Pallets, BSD-3-Clause."
 ENVIRONMENT = (
     ("NO_COLOR", "With something in it, nothing is coloured."),
     ("SLEWLINE_CACHE", "Folder in which machine code of motors is kept; empty: none is kept."),
@@ -37,7 +34,6 @@ EXAMPLES = (
 )  # fmt: skip
 
 
-# ------------------------------------------------------------------------------------------------------------- man page
 def roff(text: str) -> str:
     """Return a text as roff: hyphens that can be copied, options in bold, no line that is taken for a request."""
     text = text.replace("\\", "\\e").replace("-", "\\-")
@@ -89,37 +85,16 @@ def man_page() -> str:
     return re.sub(r"^(\.SH .*)\n\.PP$", r"\1", "\n".join(lines), flags=re.MULTILINE) + "\n"
 
 
-# ----------------------------------------------------------------------------------------------------------- completion
-def completion(shell: type[ShellComplete]) -> str:
-    """Return the script of a shell; zsh wants its first line to stay the first."""
-    script = shell(cli, {}, "slewline", "_SLEWLINE_COMPLETE")
-    text = (script.source_template % script.source_vars()).strip().rstrip(";")
-    head, body = ("", text) if not text.startswith("#compdef") else text.split("\n", 1)
-    return "\n".join([*filter(None, [head]), f"# {NOTE}", f"# {TEMPLATE}", body, ""])
-
-
-FILES = {
-    "man/man1/slewline.1": man_page,
-    "bash-completion/completions/slewline": lambda: completion(BashComplete),
-    "zsh/site-functions/_slewline": lambda: completion(ZshComplete),
-    "fish/vendor_completions.d/slewline.fish": lambda: completion(FishComplete),
-}
-
-
 def main() -> int:
     """Write, or check."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
-    check, differs = parser.parse_args().check, False
-    for name, made in FILES.items():
-        path = ROOT / "share" / name
-        if not check:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(made(), "utf-8")
-        elif not path.is_file() or path.read_text("utf-8") != made():
-            print(f"share/{name} is not what the command line says; run: python tools/share.py")
-            differs = True
-    return int(differs)
+    if not parser.parse_args().check:
+        MAN_PAGE.write_text(man_page(), "utf-8")
+    elif MAN_PAGE.read_text("utf-8") != man_page():
+        print("share/man/man1/slewline.1 is not what the command line says; run: python tools/share.py")
+        return 1
+    return 0
 
 
 if __name__ == "__main__":

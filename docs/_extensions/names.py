@@ -14,6 +14,8 @@ from sphinx.ext.napoleon import Config, GoogleDocstring
 from sphinx.util.nodes import make_refnode
 
 OBJECT = re.compile(r"<(?:factory|function [^>]*)>")
+MODULE = re.compile(r"\b[a-z_.]+\.(?=[A-Z])")
+ALIAS = re.compile(r"TypeAliasForwardRef\('(\w+)'\)")
 NAME = re.compile(r"[\w.]*")
 OWNERS = {  # what pages call an object of a class
     "bench": "slewline.Bench",
@@ -28,7 +30,7 @@ OWNERS = {  # what pages call an object of a class
 FACES = ("slewline.build", "slewline")
 OF_NAMES = ("reference/build", "reference/api")  # pages on which a name without an owner is one of ours
 CLASSES = ("class", "exception", "type")
-STYLE = Config(napoleon_numpy_docstring=False, napoleon_use_rtype=False)
+STYLE = Config(napoleon_numpy_docstring=False, napoleon_use_param=False, napoleon_use_rtype=False)
 
 
 def parsed(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
@@ -39,17 +41,17 @@ def parsed(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[s
     """
     what = "method" if what == "property" else what
     fields, found = GoogleDocstring(lines, STYLE, app, what, name, obj, options).lines(), []
-    for line in fields:  # the type of an attribute stands with its name
+    for line in (each.replace(" -- ", " – ") for each in fields):  # the type of an attribute stands with its name
         if line.startswith("   :type:") and ".. attribute::" in (heads := [one[:14] for one in found]):
-            found.insert(len(heads) - heads[::-1].index(".. attribute::"), line)
+            found.insert(len(heads) - heads[::-1].index(".. attribute::"), MODULE.sub("", line))
         else:
             found.append(line)
     lines[:] = found
 
 
-def readable(_app: Any, _what: str, _name: str, _obj: Any, _options: Any, given: str | None, returned: Any) -> Any:
-    """Return the parameters without defaults that are objects, such as `<factory>`, which nobody can write."""
-    return (OBJECT.sub("...", given) if given else given), returned
+def readable(*event: Any) -> tuple[str | None, ...]:
+    """Return a signature without defaults that nobody can write, such as `<factory>`, and with names of types alone."""
+    return tuple(part and ALIAS.sub(r"\1", OBJECT.sub("...", part)) for part in event[-2:])
 
 
 def dashed(_app: Any, tree: Any) -> None:

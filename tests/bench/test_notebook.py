@@ -180,6 +180,18 @@ def test_a_shaft_turns_as_it_has_turned_and_stays_where_it_is_without_motion():
     assert 9 * 360 < angles[0] - angles[-1] <= 10 * 360  # no more than the last ten turns
 
 
+def test_the_same_run_gives_the_same_markup():
+    def shown():
+        bench = slewline.Bench()
+        x = bench.add("cy525", name="x")
+        motor = bench.part("stepper", "motor", to=x)
+        bench.host(x).send("A 0\rF 3\rR 3\rS 240\rN 3\rG\r")
+        bench.run_until_idle()
+        return x._repr_html_() + x.steps()._repr_html_() + motor._repr_html_()
+
+    assert shown() == shown()
+
+
 @pytest.mark.parametrize("keep", [None, "1 ms"])
 def test_a_stepper_shows_its_shaft_also_where_the_past_is_not_kept(keep):
     bench = slewline.Bench(keep=keep)
@@ -336,6 +348,16 @@ def test_texts_are_short_and_say_what_it_is(moved):
     for text, one in texts.items():
         assert repr(one).startswith(text)
         assert len(repr(one)) < 160
+
+
+def test_ideals_and_journals_have_short_texts(tmp_path):
+    bench = slewline.Bench(journal=tmp_path / "run.jsonl")
+    x = bench.add("cy525", name="x")
+    bench.host(x).send("A 0\rF 3\rR 80\rS 200\rZ 1\rN 100\rG\r")
+    bench.run_until_idle()
+    (motion,) = x.motions()
+    assert re.fullmatch(r"<Ideal: [\d.]+ ms to [\d.]+ ms, \+100 steps>", repr(motion.ideal))
+    assert repr(bench.journal) == f"<Journal {tmp_path / 'run.jsonl'}>"
 
 
 def test_waveforms_traces_and_comparisons_have_short_texts(moved, tmp_path):

@@ -31,7 +31,8 @@
     return (bright + 0.05) / (dark + 0.05);
   };
 
-  for (let around = document.querySelector("article"); around; around = around.parentElement) {
+  for (const folded of document.querySelectorAll("details")) folded.open = true;
+  for (let around = document.querySelector("article") ?? document.body; around; around = around.parentElement) {
     if (getComputedStyle(around).overflowX === "visible") continue; // a heading may have a margin that nobody sees
     const wide = around.scrollWidth - around.clientWidth;
     if (wide > 0) found.add(`${around.localName}: ${wide} px of the page are beyond the window`);
@@ -55,17 +56,14 @@
     while (flows(box)) box = box.parentElement;
     if (scrolls(box)) continue;
     range.selectNodeContents(text);
-    const { left, right } = box.getBoundingClientRect();
-    for (const rect of range.getClientRects()) {
-      if (!rect.width) continue;
-      const out = Math.max(rect.right - right, left - rect.left);
-      if (out > ROUNDING) found.add(`${called(box)}: ${Math.round(out)} px run out of it`);
-    }
+    const { right } = box.getBoundingClientRect(); // on the left, a first line may hang out
+    const out = Math.max(...[...range.getClientRects()].map((rect) => rect.width && rect.right - right));
+    if (out > ROUNDING) found.add(`${called(box)}: ${Math.round(out)} px run out of it`);
   }
   for (const image of document.images) {
     if (!image.naturalWidth) found.add(`${image.src}: no picture`);
-    const over = image.getBoundingClientRect().right - image.parentElement.getBoundingClientRect().right;
-    if (shown(image) && over > ROUNDING) found.add(`${image.src}: ${Math.round(over)} px run out of its place`);
+    const out = image.getBoundingClientRect().right - image.parentElement.getBoundingClientRect().right;
+    if (shown(image) && out > ROUNDING) found.add(`${image.src}: ${Math.round(out)} px run out of its place`);
   }
   return [...found];
 }

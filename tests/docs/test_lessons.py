@@ -8,7 +8,7 @@ from base64 import b64decode
 
 import pytest
 
-from tests.system.test_words import banned
+from tests.house.test_words import banned
 from tools.lessons import clean
 
 from .blocks import ROOT

@@ -8,6 +8,7 @@ import importlib
 import importlib.util
 import inspect
 import re
+import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -181,6 +182,8 @@ def test_a_link_to_a_test_leads_to_its_line_on_the_code_host(url, monkeypatch):
     led = f"{url}/tests/docs/test_reference.py#L{line}"
     assert [found.get("refuri") for found in page.children] == [led if url else None]
     assert page.astext() == name
+    named = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"].get("urls", {}).get("Source")
+    assert sources.address("1") == (f"{named}/blob/v1" if named else "")
 
 
 # ------------------------------------------------------------------------------------------------------------ stability

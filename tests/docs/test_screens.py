@@ -42,6 +42,7 @@ FLAWS = {
     f'<table style="table-layout: fixed; white-space: nowrap; width: 60px"><tr><td>{LONG}</table>': "run out of it",
     '<p><img src="{picture}" style="max-width: none; width: 2000px"></p>': "run out of its place",
     '<p style="color: #ddd">pale</p>': "contrast 1",
+    '<details><summary>Answer</summary><p style="color: #ddd">pale</p></details>': "contrast 1",
     '<p style="background: #444">grey on <b style="color: #666">grey</b></p>': "contrast 1",
 }
 

@@ -172,6 +172,10 @@ class Drive:
             folder.mkdir(parents=True, exist_ok=True)
             self.port = self.box = BlackBox(port, folder, clock, self.clock.ticks)
 
+    def __repr__(self) -> str:
+        dry = "" if self.enable else ", without current"
+        return f"<Drive of {self.chip.name} axis {self.axis_number}, {self.board.name}: {self.state}{dry}>"
+
     # ------------------------------------------------------------------------------------------------ open and closed
     def __enter__(self) -> Self:
         try:

@@ -68,6 +68,9 @@ class Journal:
             raise BenchFileError(self._refusal(error)) from None
         finalize(self, closed, self.file)  # a bench needs no closing
 
+    def __repr__(self) -> str:
+        return f"<Journal {self.path}{': ' + self.failure if self.failure else ''}>"
+
     def write(self, do: str, what: dict[str, Any]) -> None:
         """Write one input, at this instant.
 
