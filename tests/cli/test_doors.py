@@ -100,12 +100,12 @@ def test_what_lies_beside_the_examples_is_left_out(tmp_path, monkeypatch, place)
     for each in ("drill/looped.toml", "1_ramps.ipynb", place):
         (tmp_path / each).parent.mkdir(exist_ok=True)
         (tmp_path / each).touch()
-    monkeypatch.setattr(module, "SOUGHT", ({"": tmp_path},))
+    monkeypatch.setitem(module.SOUGHT, "examples", ({"": tmp_path},))
     assert [*module.named()] == ["1_ramps.ipynb", "drill/looped.toml"]
 
 
 def test_a_package_without_examples_says_so(call, monkeypatch):
-    monkeypatch.setattr(module, "SOUGHT", ())
+    monkeypatch.setitem(module.SOUGHT, "examples", ())
     assert "no examples are installed" in call("examples").err
 
 
@@ -115,10 +115,10 @@ def test_the_wheel_brings_them():
 
     wheel = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]["targets"]["wheel"]
     lessons = {f"docs/lessons/{path.name}" for path in LESSONS.glob("*.ipynb")}
-    assert wheel["force-include"] == {"examples": "slewline/examples"} | {
+    assert wheel["force-include"] == {name: f"slewline/{name}" for name in module.SOUGHT} | {
         lesson: f"slewline/examples/lessons/{Path(lesson).name}" for lesson in lessons
     }
-    assert module.SOUGHT[0][""].name == "examples"
+    assert all(sought[0][""] == module.PACKAGE / name for name, sought in module.SOUGHT.items())
 
 
 # ---------------------------------------------------------------------------------------------------------- completion

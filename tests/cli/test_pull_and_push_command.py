@@ -53,7 +53,8 @@ def test_a_dialogue_is_not_replaced_but_has_a_number(call, write):
         (("pull", "slewline://gs-c200s", "-o", "no/a.gs-c200s"), 2, "no/a.gs-c200s: there is no directory 'no'"),
         (("pull", "slewline://gs-c200s", "-o", "here.gs-c200s"), 2, "here.gs-c200s: this file exists; name a new file"),
         (("pull", "slewline://cy545", "-o", "a.cy545", "--eeprom"), 2, "--eeprom: the CY545 has one program"),
-        (("pull", "slewline://cy525", "-o", "a.cy525"), 2, "cy525: has a bus, and no serial line"),
+        (("pull", "slewline://cy500", "-o", "a.cy500"), 2, "cy500: is on a bus, and cannot be read back"),
+        (("push", "slewline://cy525", "p.cy525"), 2, "what cannot be verified is not sent"),
         (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--baud", "19200"), 2, "--baud 19200: no rate of the"),
         (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--from", "5"), 2, "--from 5: the program of a"),
         (("pull", "slewline://gs-c200", "-o", "a.gs-c200s"), 1, "V1 was answered with 'V0'; allowed V([+-][0"),
@@ -69,6 +70,7 @@ def test_a_dialogue_is_not_replaced_but_has_a_number(call, write):
 def test_what_cannot_be_done_is_said_and_nothing_is_written(call, write, words, status, says):
     write("here.gs-c200s", "f+5")
     write("p.cy545", "E", "R 5", "0", "Q")
+    write("p.cy525", "E", "R 5", "0", "Q")
     write("runs.gs-c200s", "Po", "S10", "Px", "H+")
     before = {path: path.read_bytes() for path in Path().iterdir()}
     called = call(*words)

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import re
 
-import pytest
-
 from . import entries
-
-pytestmark = [pytest.mark.docs, pytest.mark.timeout(600)]  # the documentation is built for them
 
 
 def page(built, name):

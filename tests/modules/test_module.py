@@ -162,7 +162,10 @@ def test_what_came_unasked_is_noted_and_not_taken_for_an_answer(module):
         ("gs-c200s", {"address": 8}, r"--address 8: allowed 0, 1, 2"),
         ("cy545", {"checked": True}, r"--checksum: lines for the CY545 have none"),
         ("cy545", {"address": 2}, r"--address: lines for the CY545 have none"),
-        ("cy525", {}, r"cy525: has a bus, and no serial line"),
+        ("cy525", {"checked": True}, r"--checksum: lines for the CY525 have none"),
+        ("cy525", {"baud": 300}, r"--baud 300: no rate of the CY525; allowed 115200, 57600,"),
+        ("cy500", {}, r"cy500: is on a bus, and cannot be read back"),
+        ("mc1451a", {}, r"mc1451a: has a port for packets, and no serial line"),
     ],
 )
 def test_what_the_part_does_not_have_is_refused(part, given, says):

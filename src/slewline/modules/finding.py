@@ -12,10 +12,12 @@ from contextlib import suppress
 from types import MappingProxyType
 
 from ..core.datasheet.table import Sheet
+from .adapter import FramedSpeech
 from .failures import DamagedAnswer, NoAnswer, RefusedCommand
 from .module import DialogueRecord, Module
 from .port import ModulePort
-from .speech import CR, LineSpeech, QuerySpeech, Speech, speech_of
+from .speech import LineSpeech, QuerySpeech, speech_of
+from .spoken import CR, Speech
 
 LOOK_S = 0.35  # of silence at a rate, after which the next one is tried
 LOOKS = 2  # at a rate: the first line may only end what the module had got of another one
@@ -110,11 +112,7 @@ def _is_answer(speech: Speech, heard: bytes) -> bool:
     shape = next(shape for command, shape in speech.questions.values() if command == speech.probe)
     with suppress(DamagedAnswer):
         line = speech.stripped(heard.removesuffix(CR))
-        busy = (
-            bool(speech.refusal(line))
-            and not speech.is_garbled(line)
-            and line == getattr(speech.sheet.dialect, "busy", None)
-        )
+        busy = bool(speech.refusal(line)) and not speech.is_garbled(line) and line == speech.busy
         return heard.endswith(CR) and (busy or re.fullmatch(shape, line) is not None)
     return False
 
@@ -178,5 +176,32 @@ def _probed(module: Module) -> None:
         module.value(what)
 
 
+# ------------------------------------------------------------------------------------------- what is behind an adapter
+def _by_adapter(module: Module, baud: int | None, checked: bool | None) -> Module:
+    """Ask whether the part takes commands, behind what ends a line that an earlier host has left unfinished."""
+    speech = module.speech
+    strange = b""
+    for _ in range(LOOKS):
+        module.tidy()
+        module.send(speech.wake)
+        while (heard := module.hear(LOOK_S)) and not speech.is_complete("", heard):
+            pass  # more of what the adapter says to that
+        try:
+            said = module.once(speech.probe).text
+        except NoAnswer as silence:
+            strange = silence.received or heard or strange
+            continue
+        if said == speech.busy or re.fullmatch(speech.questions["adapter"][1], said):
+            return module
+        strange = said.encode("latin-1")
+    found = f"what came was {strange[:40]!r}" if strange else "nothing came"
+    raise NoAnswer(
+        f"{module.port.where}: no adapter answers {module.speech.probe} at {module.speech.baud} baud: {found}; allowed "
+        f"an adapter with the framing of slewline serve --framing; is it on, is this its port, and its rate (--baud)?"
+    )
+
+
 Look = Callable[[Module, "int | None", "bool | None"], Module]
-LOOKS_FOR: Mapping[type[Speech], Look] = MappingProxyType({LineSpeech: _by_lines, QuerySpeech: _by_queries})
+LOOKS_FOR: Mapping[type[Speech], Look] = MappingProxyType(
+    {LineSpeech: _by_lines, QuerySpeech: _by_queries, FramedSpeech: _by_adapter}
+)

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 
 from .failures import DamagedAnswer, MotionRefused, NoAnswer, RefusedCommand
 from .port import ModulePort
-from .speech import Speech
+from .spoken import Speech
 
 TRIES = 4
 NOISE = "check cable, rate and format for noise, and call again"
@@ -164,7 +164,7 @@ class Module:
         for _ in range(TRIES):
             answer = self.ask(command).text
             if found := re.fullmatch(shape, answer):
-                return found[1]
+                return self.speech.value(what, found[1])
             self.transcript.note(f"asked again: {answer!r} is no answer to {command}")
         raise DamagedAnswer(
             f"{self.name}: {command} was answered with {answer!r}; allowed {shape}; {self._strange(command, answer)}"
@@ -180,10 +180,16 @@ class Module:
     def listen(self, silence: float) -> bytes:
         """Return what comes until there is silence for so many seconds."""
         heard = b""
-        while data := self.port.read(silence).data:
-            self.transcript.module(data, monotonic_ns())
+        while data := self.hear(silence):
             heard += data
         return heard
+
+    def hear(self, silence: float) -> bytes:
+        """Return what comes next, or nothing after so many seconds of silence."""
+        chunk = self.port.read(silence)
+        if chunk.data:
+            self.transcript.module(*chunk)
+        return chunk.data
 
     def tidy(self) -> None:
         """Take down what comes without being asked for, such as an answer that was late, until there is silence."""
@@ -223,8 +229,7 @@ class Module:
             )
 
     def _remedy(self, line: str) -> str:
-        dialect = self.speech.sheet.dialect
-        if line == getattr(dialect, "busy", None):
+        if line == self.speech.busy:
             return "a program or a motion is under way; wait until it is over, or end it by hand"
         return NOISE if self.speech.is_garbled(line) else "see what the manual says of this answer"
 

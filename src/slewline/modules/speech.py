@@ -1,157 +1,24 @@
-"""How a part is spoken to over a real port, as its data sheet has it: rate and format, frames, ends of answers, waits.
-
-A speech is made from a sheet, one kind for each kind of serial line; it does no input and no output.
-"""
+"""How a part on a serial line is spoken to, as its data sheet has it: rate, format, frames, ends of answers."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import ClassVar
 
-from ..core.datasheet.channel import AdaptiveLine, Channel, SerialLine, row_for
+from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, SerialLine, row_for
 from ..core.datasheet.table import Row, Sheet
-from ..core.wires.serial import OVERSAMPLING, CharacterFormat, LineSetting
+from ..core.wires.serial import CharacterFormat
 from ..errors import UsageError
 from ..language.dialect import Command, spoken_as
 from ..language.lines import KEPT, Lines, checksum, framed, parse
 from ..language.verbatim import CommandText, Verbatim
 from ..parts.hosts.ends.shadow import TEXT
+from .adapter import FramedSpeech
 from .failures import DamagedAnswer
+from .spoken import CR, Speech
 
-CR = b"\r"
-FAULTY = 0  # what a driver makes of a character with a parity or framing fault
-ANSWER_S = 1.0  # of silence after which no answer comes any more; no sheet states a time
-STORED_S = 15.0  # the same, of a command that writes an EEPROM
 FETCH_S = 50e-6  # of a byte of memory, at most: a line that has no end is looked for up to the end of the memory
-
-
-class Speech:
-    """How a part is spoken to.
-
-    Args:
-        sheet: of the part.
-        baud: the rate; None: `usual_baud`.
-        checked: lines end in their checksums; None: they do not.
-        address: that of the module on a line of several; None or 0: none is sent.
-
-    Raises:
-        UsageError: a rate, checksums or an address that the part does not have.
-    """
-
-    end = CR  # of a line
-    wake = b""  # what is sent first
-    answers_all: ClassVar[bool] = True  # is every command answered?
-
-    def __init__(
-        self, sheet: Sheet, baud: int | None = None, checked: bool | None = None, address: int | None = None
-    ) -> None:
-        self.sheet, self.checked, self.address = sheet, bool(checked), address or 0
-        rates = self.rates
-        self.baud = baud or self.usual_baud
-        if self.baud not in rates:
-            allowed = ", ".join(map(str, rates))
-            raise UsageError(f"--baud {baud}: no rate of the {sheet.part.upper()}; allowed {allowed}")
-        self.setting = LineSetting(self.baud, self.word)
-        self.character_s = self.word.ticks / OVERSAMPLING / self.baud
-
-    # ----------------------------------------------------------------------------------------------- what a kind brings
-    @property
-    def word(self) -> CharacterFormat:
-        """The format of its characters."""
-        raise NotImplementedError
-
-    @property
-    def rates(self) -> tuple[int, ...]:
-        """The rates that it may have, the highest first."""
-        raise NotImplementedError
-
-    @property
-    def usual_baud(self) -> int:
-        """The rate at which it is spoken to, unless another is asked for."""
-        return self.rates[0]
-
-    @property
-    def probe(self) -> str:
-        """A question that may be asked at any time, and changes nothing."""
-        raise NotImplementedError
-
-    @property
-    def questions(self) -> Mapping[str, tuple[str, str]]:
-        """The commands that ask for a value, each with the pattern of its answer, by what they ask for."""
-        raise NotImplementedError
-
-    def framed(self, command: str) -> bytes:
-        """Return a command as it goes over the wire.
-
-        Raises:
-            UsageError: no command, or more than one.
-        """
-        raise NotImplementedError
-
-    def again(self, command: str) -> bytes:
-        """Return a question as it is sent once more, after one that was not answered."""
-        return self.framed(command)
-
-    def row(self, command: str) -> Row | None:
-        """Return the row of a command; None: it is none."""
-        raise NotImplementedError
-
-    def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether these characters are a whole answer to a command."""
-        raise NotImplementedError
-
-    def stripped(self, line: bytes) -> str:
-        """Return a line of an answer without its checksum, where there is one.
-
-        Args:
-            line: without its carriage return.
-
-        Raises:
-            DamagedAnswer: a character came with a fault, or the checksum does not fit.
-        """
-        if FAULTY in line:
-            raise DamagedAnswer(f"{line!r}: a character came with a parity or framing fault")
-        return line.decode("latin-1")
-
-    def refusal(self, line: str) -> str:
-        """Return what the sheet says of an answer, where it is a refusal; empty: it is none."""
-        return ""
-
-    def is_garbled(self, line: str) -> bool:
-        """Return whether an answer says that the command came damaged, and that nothing was done."""
-        return False
-
-    # ----------------------------------------------------------------------------------------------------- of all kinds
-    def answers(self, command: str) -> bool:
-        """Return whether a command is answered."""
-        row = self.row(command)
-        return self.answers_all or (row is not None and row.role == "question")
-
-    def is_question(self, command: str) -> bool:
-        """Return whether a command changes nothing, so that it may be asked again."""
-        row = self.row(command)
-        return row is not None and row.role in ("question", "list")
-
-    def moves(self, command: str) -> bool:
-        """Return whether a command may make the motor step, if it comes outside program entry; one unknown may."""
-        row = self.row(command)
-        return row is None or row.may_step
-
-    def patience(self, command: str) -> float:
-        """Return the silence, in seconds, after which an answer to a command does not come any more."""
-        row = self.row(command)
-        silence = STORED_S if row is not None and row.role == "store" else ANSWER_S
-        return silence + (len(command) + 4) * self.character_s
-
-    def lines(self, received: bytes) -> list[str]:
-        """Return the lines of an answer, without checksums.
-
-        Raises:
-            DamagedAnswer: one of them came damaged.
-        """
-        return [self.stripped(line) for line in received.removesuffix(CR).split(CR)]
 
 
 class LineSpeech(Speech):
@@ -247,9 +114,7 @@ class QuerySpeech(Speech):
         self.line = sheet.through(AdaptiveLine)
         self.dialect = spoken_as(sheet, Verbatim)
         super().__init__(sheet, baud, checked, address)
-        for name, value in (("--checksum", checked), ("--address", address)):
-            if value:
-                raise UsageError(f"{name}: lines for the {sheet.part.upper()} have none; leave it out")
+        self._refuse(checked, address)
 
     @property
     def word(self) -> CharacterFormat:
@@ -319,7 +184,10 @@ class QuerySpeech(Speech):
 
 
 Kind = Callable[[Sheet, int | None, bool | None, int | None], Speech]
-KINDS: Mapping[type[Channel], Kind] = MappingProxyType({SerialLine: LineSpeech, AdaptiveLine: QuerySpeech})
+
+KINDS: Mapping[type[Channel], Kind] = MappingProxyType(
+    {SerialLine: LineSpeech, AdaptiveLine: QuerySpeech, BusHandshake: FramedSpeech}
+)
 
 
 def speech_of(sheet: Sheet, baud: int | None = None, checked: bool | None = None, address: int | None = None) -> Speech:
@@ -329,13 +197,14 @@ def speech_of(sheet: Sheet, baud: int | None = None, checked: bool | None = None
         baud, checked, address: as for `Speech`.
 
     Raises:
-        UsageError: the part has no serial line, or not that rate, checksum or address.
+        UsageError: the part has no serial line and cannot be read back over a bus, or not that rate, checksum or
+            address.
     """
     serial = next((channel for channel in sheet.channels if isinstance(channel, (*KINDS,))), None)
     if serial is None:
         says = " and ".join(channel.says for channel in sheet.channels)
         raise UsageError(
-            f"{sheet.part}: has {says}, and no serial line; allowed a part with a serial line: one on a bus needs an "
-            "adapter of its own, and lists no program"
+            f"{sheet.part}: has {says}, and no serial line; allowed a part with a serial line, or one on a bus that "
+            "can be read back"
         )
     return row_for(serial, KINDS, "speaks over")(sheet, baud, checked, address)

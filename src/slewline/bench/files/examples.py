@@ -1,4 +1,4 @@
-"""The examples that come with the package, and the lessons among them."""
+"""What comes with the package beside its modules: the examples, the lessons among them, and the templates."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from ...errors import UsageError
 
 PACKAGE = Path(__file__).parents[2]
 CHECKOUT = PACKAGE.parents[1]
-SOUGHT = (  # of an installed package, of a checkout: the folders, each by what the names of its files begin with
-    {"": PACKAGE / "examples"},
-    {"": CHECKOUT / "examples", "lessons": CHECKOUT / "docs/lessons"},
-)
+SOUGHT = {  # of an installed package, of a checkout: folders, by what the names of their files begin with
+    "examples": (
+        {"": PACKAGE / "examples"},
+        {"": CHECKOUT / "examples", "lessons": CHECKOUT / "docs/lessons"},
+    ),
+    "templates": ({"": PACKAGE / "templates"}, {"": CHECKOUT / "templates"}),
+}
 HEADS = {
     ".py": r'"""(.*?)(?:"""|\n)',
     ".c": r"/\*\s*(.*)",
@@ -20,26 +23,30 @@ HEADS = {
     ".ipynb": r'(?s:.*?)"# (.*?)(?:\\n)?"',
 }
 COMMENT = r"[;#]\s*(.*)"
-LEAVE_OUT = (".out", ".pyc", ".md")  # what a script prints is kept next to it, for the tests; the page of the lessons
+LEAVE_OUT = (".out", ".pyc")  # what a script prints is kept next to it, for the tests
+PAGE = "index.md"  # of the lessons
 
 
-def named() -> dict[str, Path]:
+def named(what: str = "examples") -> dict[str, Path]:
     """Return the files by their names, such as "drill/looped.toml", the upper ones first.
+
+    Args:
+        what: "examples" or "templates".
 
     Raises:
         UsageError: the package has been installed without them.
     """
-    for folders in SOUGHT:
+    for folders in SOUGHT[what]:
         if folders[""].is_dir():
             found = {
                 (PurePosixPath(begins) / path.relative_to(folder).as_posix()): path
                 for begins, folder in folders.items()
                 for path in folder.rglob("*")
-                if path.is_file() and path.suffix not in LEAVE_OUT
+                if path.is_file() and path.suffix not in LEAVE_OUT and path.name != PAGE
             }
             shown = [name for name in found if not any(part.startswith(".") for part in name.parts)]
             return {str(name): found[name] for name in sorted(shown, key=lambda name: (len(name.parts), name))}
-    raise UsageError(f"no examples are installed in {PACKAGE}; reinstall the package")
+    raise UsageError(f"no {what} are installed in {PACKAGE}; reinstall the package")
 
 
 def title(path: Path) -> str:

@@ -179,7 +179,7 @@ class Cy5xx(Chip):
         if group == 1:
             return bytes(self._stored.buffer).ljust(self.sheet.buffer_bytes, b"\0")
         if group == 2:
-            return bytes([0, 0, 0, 0, 0, 0x00 if self.state.clockwise else 0x10])
+            return bytes([0, 0, 0, 0, 0, 0x00 if self.state.clockwise else self.sheet.ccw_bit])
         values = self.state.values
         rows = (row for row in self.sheet.registers if row.name in values)
         return b"".join(values[row.name].to_bytes(row.bits // 8, "big") for row in rows)

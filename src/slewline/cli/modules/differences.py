@@ -16,7 +16,8 @@ from ...core.time.timebase import hertz
 from ...modules.comparing.exchanges import are_checked, exchanges_of
 from ...modules.comparing.replay import PS_PER_US
 from ...modules.dialogue import KIND, DialogueFile, DialogueHeader, RecordedDialogue
-from ...modules.speech import Speech, speech_of
+from ...modules.speech import speech_of
+from ...modules.spoken import Speech
 from .. import FOUND
 from ..files import read_options
 from ..live.serve import say

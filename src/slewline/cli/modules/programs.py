@@ -13,7 +13,7 @@ from ...errors import UsageError
 from ...modules.dialogue import DialogueFile, DialogueHeader
 from ...modules.failures import ModuleFailure
 from ...modules.finding import find
-from ...modules.programs.backup import check_new, check_recall, check_store, pull, push
+from ...modules.programs.backup import check_new, check_push, check_recall, check_store, pull, push
 from ...modules.programs.restore import STORED_BYTE_S, ProgramText
 from ...modules.speech import speech_of
 from .. import FOUND
@@ -117,6 +117,7 @@ class PushCommand(PortOptions):
     def perform(self) -> int:
         """Do it; return the exit status."""
         sheet = sheet_for(self.file, self.part)
+        check_push(sheet)
         check_store(sheet, self.store)
         wanted = ProgramText.read(read_program(self.file), sheet, self.file)
         return performed(lambda: self._push(sheet, wanted))

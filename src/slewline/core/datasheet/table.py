@@ -441,6 +441,7 @@ class Sheet:
     buffer_bytes: int = 0
     buffer_where: str = ""
     verify_bytes: Mapping[int, int] = field(default_factory=dict)
+    ccw_bit: int = 0  # of the last byte of the status group; set: the direction is counter-clockwise
     labels: str = ""
     suffix: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)

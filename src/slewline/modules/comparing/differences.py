@@ -14,7 +14,7 @@ from statistics import median
 from typing import Any, Literal, NamedTuple
 
 from ..dialogue import RecordedDialogue
-from ..speech import Speech
+from ..spoken import Speech
 from .exchanges import RecordedExchange, commands, exchanges_of
 from .replay import ModelAnswer, ModelReplay
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from ...language.lines import KEPT, checksum
 from ..dialogue import Said
-from ..speech import CR, Speech
+from ..spoken import CR, Speech
 
 LF = b"\n"
 

@@ -10,7 +10,7 @@ from ...errors import UsageError
 from ...links.lines.connectors import connector
 from ...parts.hosts.adaptive_host import AdaptiveHost
 from ..dialogue import DialogueHeader
-from ..speech import Speech
+from ..spoken import Speech
 
 if TYPE_CHECKING:
     from ...core.component import Finding

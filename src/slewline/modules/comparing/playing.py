@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ..failures import DamagedAnswer, MotionRefused, NoAnswer, ReplacementRefused
 from ..module import Module
-from ..speech import Speech
+from ..spoken import Speech
 from .exchanges import RecordedExchange, commands
 
 LONGEST_PAUSE_S = 60.0

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from ..speech import CR
+from ..spoken import CR
 from .exchanges import RecordedExchange
 from .model import PAUSE_PS, ModelLine
 

@@ -17,9 +17,10 @@ from ...errors import UsageError
 from ...record.whole_file import WholeFile
 from ..failures import ModuleFailure, RefusedCommand
 from ..module import Module
-from .contents import ModuleContents, Say, read_contents
+from .contents import ModuleContents, read_contents
+from .readers import Say
 from .restore import STORED_BYTE_S, ProgramText, Restore, can_store
-from .writing import send
+from .writing import WRITERS, send
 
 IMAGE = ".ihx"
 
@@ -159,6 +160,21 @@ def push(
             f"{'; ' + kept if kept else ''}\nto go on, call the same again"
         ) from None
     say(restore.stands)
+
+
+def check_push(sheet: Sheet) -> None:
+    """Check that a program can be sent to a part, and verified.
+
+    Raises:
+        UsageError: it cannot.
+    """
+    if not any(isinstance(channel, (*WRITERS,)) for channel in sheet.channels):
+        part = sheet.part.upper()
+        raise UsageError(
+            f"push: nothing shows through an adapter whether program entry of the {part} is open, so that a move might "
+            "be made instead of stored, and what cannot be verified is not sent; allowed parts with a serial line; "
+            "switch the motor off and enter the program by hand, with slewline terminal"
+        )
 
 
 def check_store(sheet: Sheet, store: bool) -> None:

@@ -11,7 +11,8 @@ from ...language.source import read
 from ...language.statements import Statement
 from ..failures import DamagedAnswer, ListingDiffers, MotionRefused, NoAnswer, RefusedCommand
 from ..module import Module
-from .contents import ModuleContents, Say
+from .contents import ModuleContents
+from .readers import Say
 
 ROUNDS = 8  # in which a program is sent, or what of it came damaged
 STORED_BYTE_S = 0.021  # of a character that an EEPROM stores: it may take 20 ms until it reads back

@@ -13,8 +13,9 @@ from ...language.dialect import dialect_of
 from ...language.statements import Statement
 from ..failures import DamagedAnswer, ListingDiffers, ModuleFailure, MotionRefused, NoAnswer
 from ..module import Module
-from ..speech import CR
-from .contents import MemoryReader, harmless_end, read_listing
+from ..spoken import CR
+from .contents import harmless_end
+from .readers import MemoryReader, read_listing
 from .restore import Restore, can_store
 
 ROUNDS = 8  # in which a program is sent, or what of it came damaged

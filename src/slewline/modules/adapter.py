@@ -1,0 +1,148 @@
+"""How a part on a bus is spoken to, through an adapter that does the handshake and takes lines of text.
+
+It is the framing of `slewline serve --framing` (links/lines/framing.py): commands as they are written, `?0` to `?3`
+for the verify groups, `?` for whether the part takes commands.  Commands are not answered.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import ClassVar
+
+from ..core.datasheet.table import Row, Sheet
+from ..core.wires.serial import CharacterFormat
+from ..errors import UsageError
+from ..language.dialect import Command, spoken_as
+from ..language.letters import Letters
+from ..links.lines.framing import LONGEST
+from ..parts.hosts.ends.shadow import TEXT
+from .failures import DamagedAnswer
+from .spoken import Speech
+
+RATES = (115200, 57600, 38400, 19200, 9600, 4800, 2400, 1200)
+USUAL_BAUD = 9600
+END = b"\r\n"  # of an answer
+READY = "?"
+POSITION, PROGRAM, STATUS, PARAMETERS = range(4)  # the verify groups
+DIGITS = 5  # of a position, in text
+BYTE = "[0-9A-F]{2}"
+
+
+class FramedSpeech(Speech):
+    """A part on a bus, behind an adapter with framing.
+
+    Raises:
+        UsageError: the part cannot be read back.
+    """
+
+    ends = b"\r\n"
+    wake = b"\xff\r"  # what an earlier host has left of a line is no ASCII now, and not sent; the adapter says so
+    answers_all: ClassVar[bool] = False
+    is_timed: ClassVar[bool] = False
+    word = CharacterFormat(8, "none", 1)
+    rates = RATES
+    usual_baud = USUAL_BAUD
+    probe = READY
+    busy = f"{READY} busy"
+
+    def __init__(
+        self, sheet: Sheet, baud: int | None = None, checked: bool | None = None, address: int | None = None
+    ) -> None:
+        if not sheet.verify_bytes:
+            raise UsageError(f"{sheet.part}: is on a bus, and cannot be read back; allowed a part with verify groups")
+        self.dialect = spoken_as(sheet, Letters)
+        super().__init__(sheet, baud, checked, address)
+        self._refuse(checked, address)
+
+    @property
+    def questions(self) -> Mapping[str, tuple[str, str]]:
+        """The values that can be read, each with its group and its place in it."""
+        sizes = self.sheet.verify_bytes
+        found = {
+            "adapter": (READY, rf"\{READY} (ready)"),
+            "position": (f"?{POSITION}", rf"\?{POSITION} ({_bytes(DIGITS, '3[0-9]')}|{_bytes(2)})"),
+        }
+        at = 0
+        for row in self.sheet.registers:
+            if row.name != "position":
+                found[row.name] = (f"?{PARAMETERS}", _part(PARAMETERS, sizes[PARAMETERS], at, row.bits // 8))
+                at += row.bits // 8
+        last = sizes[STATUS] - 1
+        return MappingProxyType(found | {"direction": (f"?{STATUS}", _part(STATUS, last + 1, last, 1))})
+
+    def value(self, what: str, said: str) -> str:
+        """Return a value as it is written: bytes as a number, the direction as the command that sets it."""
+        if what == "adapter":
+            return said
+        data = bytes.fromhex(said)
+        if what == "direction":
+            name = "CCW" if data[-1] & self.sheet.ccw_bit else "CW"
+            return next(row.form for row in self.sheet.commands if row.name == name)
+        return data.decode("ascii") if len(data) == DIGITS else str(int.from_bytes(data, "big"))
+
+    def group(self, number: int, answer: str) -> bytes:
+        """Return the bytes of a verify group, of the answer to its question.
+
+        Raises:
+            DamagedAnswer: it is none.
+        """
+        shape = rf"\?{number} {_bytes(self.sheet.verify_bytes[number])}"
+        if not re.fullmatch(shape, answer):
+            raise DamagedAnswer(
+                f"{answer[:60]!r} does not have the {self.sheet.verify_bytes[number]} bytes of ?{number}"
+            )
+        return bytes.fromhex(answer[2:])
+
+    def framed(self, command: str) -> bytes:
+        """Return a line with its carriage return."""
+        if not command.isascii() or not command or set(command) & set("\r\n") or len(command) > LONGEST:
+            raise UsageError(f"command {command[:60]!r}; allowed one line of ASCII, up to {LONGEST} characters")
+        return command.encode("ascii") + b"\r"
+
+    def answers(self, command: str) -> bool:
+        """Return whether a command is answered: a question is, and the one that forgets."""
+        return self.is_question(command) or command == "!"
+
+    def is_question(self, command: str) -> bool:
+        """Return whether a line only asks."""
+        return command in (READY, *(f"?{group}" for group in self.sheet.verify_bytes))
+
+    def moves(self, command: str) -> bool:
+        """Return whether a line may make the motor step."""
+        return not self.answers(command) and super().moves(command)
+
+    def row(self, command: str) -> Row | None:
+        """Return the row of a line with one command; None: it has none, or several, or is for the adapter."""
+        if self.answers(command):
+            return None
+        decoder = self.dialect.decoder(self.sheet)
+        sent = self.dialect.sent(self.sheet, command)
+        found = [each.row for byte in sent if isinstance(each := decoder.feed(byte, bool(TEXT), False), Command)]
+        return found[0] if len(found) == 1 else None
+
+    def is_complete(self, command: str, received: bytes) -> bool:
+        """Return whether the line of an answer is over."""
+        return received.endswith(END)
+
+    def lines(self, received: bytes) -> list[str]:
+        """Return the lines of an answer."""
+        return [self.stripped(line) for line in received.removesuffix(END).split(END)]
+
+    def refusal(self, line: str) -> str:
+        """Return why an adapter has not sent a line, or that the part takes none; empty: it is no refusal."""
+        if line == self.busy:
+            return "the part is at work, or lines wait for it"
+        return line[2:] if line.startswith("! ") else ""
+
+
+def _bytes(number: int, byte: str = BYTE) -> str:
+    """Return the pattern of bytes in an answer."""
+    return " ".join([byte] * number)
+
+
+def _part(group: int, size: int, at: int, number: int) -> str:
+    """Return the pattern of the answer with a group, of which it finds so many bytes."""
+    before, after = (_bytes(count) for count in (at, size - at - number))
+    return rf"\?{group} " + " ".join(filter(None, (before, f"({_bytes(number)})", after)))

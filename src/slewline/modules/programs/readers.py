@@ -1,0 +1,301 @@
+"""How a program is read: by its listing, line by line of a memory, or in the bytes of a buffer.
+
+It is read until two readings agree, since a line without checksums does not show every fault.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar, cast
+
+from ...core.datasheet.table import Row, Sheet
+from ...errors import UsageError
+from ...language.dialect import Command, dialect_of, spoken_as
+from ...language.disassemble import instruction, text_at
+from ...language.lines import parse
+from ...language.verbatim import Verbatim
+from ..adapter import PROGRAM, FramedSpeech
+from ..failures import DamagedAnswer, ListingDiffers, ModuleFailure, NoAnswer
+from ..module import Module
+from ..spoken import CR
+
+READINGS = 8  # of which two must agree
+LONGEST_LINE = 1024  # characters; more without a carriage return are no program
+ERASED = 0xFF
+Say = Callable[[str], object]
+T = TypeVar("T")
+
+
+class ProgramReading(NamedTuple):
+    """A program that was read: an instruction each, as the assembler stores them, and what should be noted."""
+
+    program: tuple[str, ...]
+    stored: bytes
+    notes: tuple[str, ...] = ()
+
+
+def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] = lambda _found: False) -> T:
+    """Return what two readings agree on.
+
+    Args:
+        where: what is read, for messages.
+        read: reads once; None: not what was asked for.
+        alone: says of what was read that it needs no second reading.
+
+    Raises:
+        ListingDiffers: no two readings agree.
+        NoAnswer, DamagedAnswer: the last one failed.
+    """
+    failure: ModuleFailure = ListingDiffers(f"{where}: {READINGS} readings, and no two agree; check the line for noise")
+    seen: list[T] = []
+    for _ in range(READINGS):
+        try:
+            found = read()
+        except (NoAnswer, DamagedAnswer) as error:
+            failure = error
+            continue
+        if found is not None and (found in seen or alone(found)):
+            return found
+        if found is not None:
+            seen.append(found)
+    raise failure
+
+
+def _check_base(sheet: Sheet, base: int | None) -> None:
+    """Check that no address is given where a program begins at 0."""
+    if base:
+        raise UsageError(f"--from {base}: the program of a {sheet.part.upper()} begins at 0; leave it out")
+
+
+# ------------------------------------------------------------------------------------------------------- what lists all
+def read_listing(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
+    """Return the program that a module lists.
+
+    Raises:
+        ListingDiffers: no two listings agree.
+        DamagedAnswer: what it lists is no program of the part.
+        UsageError: `base` is given.
+    """
+    sheet = module.speech.sheet
+    _check_base(sheet, base)
+    (listing,) = sheet.acting("list")
+    seen: list[tuple[str, ...]] = []
+    for _ in range(READINGS):
+        try:
+            found = module.ask(listing.form).lines[:-1]
+        except NoAnswer as silence:
+            if not seen and not silence.received:
+                raise
+            continue
+        if found in seen:
+            return ProgramReading(found, b"".join(_instruction(module, line).stored for line in found))
+        seen.append(found)
+    raise ListingDiffers(f"{module.name}: {READINGS} listings, and no two agree; check the line for noise")
+
+
+def _instruction(module: Module, line: str) -> Command:
+    """Return a line of a listing as an instruction.
+
+    Raises:
+        DamagedAnswer: it is none.
+    """
+    sheet = module.speech.sheet
+    command = parse(sheet, line)
+    if isinstance(command, Command) and command.row.stored:
+        return command
+    raise DamagedAnswer(
+        f"{module.name}: it lists {line!r}, which is no instruction of the {sheet.part.upper()}; is --part the right "
+        "part?"
+    )
+
+
+# ------------------------------------------------------------------------------------------- what shows lines of memory
+class ProgramReader:
+    """Reads a program instruction by instruction, as far as a run of it goes."""
+
+    def __init__(self, module: Module, say: Say) -> None:
+        self.module, self.say = module, say
+        self.sheet = module.speech.sheet
+
+    def program(self, base: int) -> ProgramReading:
+        """Return the instructions from an address on, up to where no run of them goes on."""
+        dialect = dialect_of(self.sheet)
+        found: list[bytes] = []
+        notes: tuple[str, ...] = ()
+        address, furthest, ends = base, base, False
+        while not ends or address <= furthest:
+            data = self.instruction(address)
+            cut = dialect.cut(data, 0, self.sheet) if data else None
+            if cut is None or cut.row is None or len(cut.data) != len(data):
+                if found or data:
+                    notes = (self.stopped(address, data),)
+                break
+            found.append(data)
+            address += len(data)
+            if "t" in cut.row.flow:
+                furthest = max(furthest, self.target(cut.values[-1], cut.row, address))
+            ends = "n" not in cut.row.flow
+        return ProgramReading(tuple(self.written(data) for data in found), b"".join(found), notes)
+
+    def instruction(self, address: int) -> bytes:
+        """Return what is stored of the instruction at an address; empty: nothing is."""
+        raise NotImplementedError
+
+    def target(self, value: int, row: Row, end: int) -> int:
+        """Return where a branch goes that ends at an address."""
+        raise NotImplementedError
+
+    def written(self, data: bytes) -> str:
+        """Return an instruction as it is written."""
+        raise NotImplementedError
+
+    def stopped(self, address: int, data: bytes) -> str:
+        """Return a note that the program goes on where there is no instruction."""
+        shown = repr(data[:24]) if data and data[0] != ERASED else "erased memory"
+        return f"at {address} is {shown}, no instruction: nothing after it was read"
+
+
+class MemoryReader(ProgramReader):
+    """Reads a memory line by line, where its program goes.
+
+    An erased memory has no lines: it would be read to its end, which takes a minute.
+    """
+
+    def __init__(self, module: Module, say: Say) -> None:
+        super().__init__(module, say)
+        self.dialect = spoken_as(self.sheet, Verbatim)
+        (self.pointer,) = self.sheet.acting("pointer")
+
+    def written(self, data: bytes) -> str:
+        """Return an instruction as it is written: without its carriage return."""
+        return data[: -len(CR)].decode("latin-1")
+
+    def target(self, value: int, row: Row, end: int) -> int:
+        """Return where a branch goes that ends at an address."""
+        if row.args[-1].size > 1:
+            return value
+        return end // self.dialect.page * self.dialect.page + value
+
+    def instruction(self, address: int) -> bytes:
+        """Return the line at an address, with its carriage return; of a string all its lines; empty: there is none."""
+        data = b""
+        decoder = self.dialect.decoder(self.sheet)
+        while line := self.line(address + len(data)):
+            data += line
+            for byte in line:
+                decoder.feed(byte, True)
+            if not decoder.in_string or len(data) > LONGEST_LINE:
+                break
+        return data
+
+    def line(self, address: int) -> bytes:
+        """Return a line of memory, on which two readings agree; empty: the memory is erased there.
+
+        Raises:
+            ListingDiffers: no two readings agree.
+            NoAnswer, DamagedAnswer: the last one failed.
+        """
+        return agreed(f"{self.module.name}: address {address}", lambda: self.read(address), lambda line: not line)
+
+    def read(self, address: int) -> bytes | None:
+        """Return a line of memory; empty: erased; None: the module speaks of another address."""
+        module = self.module
+        module.ask(f"{self.pointer.form} {address}")
+        answer = module.once(f"{self.dialect.query} {self.dialect.listing},1", enough=_shows_erased)
+        shown, line = answer.lines[:2]
+        if shown != f"{self.pointer.form}={address:05}":
+            return None
+        if line[:1].encode("latin-1") != bytes([ERASED]):
+            return line.encode("latin-1") + CR
+        seconds = (self.sheet.buffer_bytes - address) * module.speech.character_s
+        self.say(f"{module.name}: erased from {address} on; the module sends it to its end, {seconds:.0f} s at most")
+        module.tidy()
+        return b""
+
+
+def _shows_erased(received: bytes) -> bool:
+    """Return whether the line of memory that has begun is none: the memory is erased."""
+    return received.partition(CR)[2][:1] == bytes([ERASED])
+
+
+def read_memory(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
+    """Return the program in a memory with addresses; the pointer is as it was.
+
+    Args:
+        base: where it begins; None: 0.
+    """
+    reader = MemoryReader(module, say)
+    what = next(name for name, (command, _) in module.speech.questions.items() if command[-1] == reader.pointer.form)
+    pointer = int(module.value(what))
+    try:
+        return reader.program(base or 0)
+    finally:
+        module.ask(f"{reader.pointer.form} {pointer}")
+
+
+# ------------------------------------------------------------------------------------------- what gives its first bytes
+class BufferReader(ProgramReader):
+    """Reads a program in the bytes of a buffer, of which a part may give the first ones alone.
+
+    A label of a program that has not run yet stands in it as its letter, so that where it branches is not known.
+    """
+
+    def __init__(self, module: Module, say: Say, stored: bytes) -> None:
+        super().__init__(module, say)
+        self.stored = stored
+        self.labels = ""
+
+    def instruction(self, address: int) -> bytes:
+        """Return the bytes of the instruction at an address."""
+        return instruction(self.stored, address, self.sheet).data if address < len(self.stored) else b""
+
+    def target(self, value: int, row: Row, end: int) -> int:
+        """Return where a branch goes; a label may be anywhere."""
+        if value < self.sheet.buffer_bytes:
+            return value
+        self.labels += chr(value) if chr(value) not in self.labels else ""
+        return len(self.stored)
+
+    def written(self, data: bytes) -> str:
+        """Return an instruction as it is written."""
+        return text_at(data, 0, self.sheet)
+
+    def stopped(self, address: int, data: bytes) -> str:
+        """Return a note that the program goes on where there is no instruction, or behind the bytes that are given."""
+        if address + len(data) < len(self.stored):
+            return super().stopped(address, data)
+        given, room = len(self.stored), self.sheet.buffer_bytes
+        return f"the program goes on at {address}; the part gives the first {given} of its {room} bytes, and no more"
+
+    def whole(self) -> ProgramReading:
+        """Return the program, with notes on what the part does not tell of it."""
+        if not any(self.stored):
+            return ProgramReading((), b"", (f"all {len(self.stored)} bytes that the part gives are 00: no program",))
+        found = self.program(0)
+        if not self.labels:
+            return found
+        surplus = len(found.stored) - len(found.stored.rstrip(b"\0")) - 1  # commands 0 behind the one that ends it
+        kept = found.program[: len(found.program) - max(surplus, 0)]
+        note = (
+            f"it has not run yet, so the part does not tell where its labels are ({', '.join(self.labels)}): write "
+            f"{dialect_of(self.sheet).label(self.labels[0])} in front of the instruction; where it ends is a guess"
+        )
+        return ProgramReading(kept, found.stored[: len(found.stored) - max(surplus, 0)], (*found.notes, note))
+
+
+def read_buffer(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
+    """Return the program behind an adapter, as far as the part gives it.
+
+    Raises:
+        ListingDiffers: no two readings agree.
+        NoAnswer, DamagedAnswer: the last one failed.
+        UsageError: `base` is given.
+    """
+    _check_base(module.speech.sheet, base)
+    speech = cast("FramedSpeech", module.speech)
+    command = f"?{PROGRAM}"
+    stored = agreed(f"{module.name}: {command}", lambda: speech.group(PROGRAM, module.once(command).text))
+    found = BufferReader(module, say, stored).whole()
+    for note in found.notes:
+        say(f"{module.name}: {note}")
+    return found
