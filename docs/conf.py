@@ -1,21 +1,28 @@
 """Sphinx: `make docs`.  Nothing from outside is fetched, neither here nor by the pages."""
 
 import sys
-import tomllib
 from pathlib import Path
-
-from sphinx.addnodes import index
-from sphinx.transforms import SphinxTransform
 
 import slewline
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "_extensions"))
 LIGHT, DARK = "#0a7567", "#41c7b4"  # the accent of the panel, on light and on dark ground
 
 project = "slewline"
 copyright = "slewline contributors"
 version = release = slewline.__version__
-extensions = ["myst_nb", "sphinx_design", "sphinx_copybutton"]  # myst_parser, and notebooks
+extensions = [
+    "myst_nb",  # myst_parser, and notebooks
+    "sphinx.ext.autodoc",
+    "sphinx_copybutton",
+    "sphinx_design",
+    # those of docs/_extensions
+    "by_hand",
+    "names",
+    "search_words",
+    "sources",
+]
 nb_execution_mode = "force"  # the lessons are kept without outputs
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
@@ -31,7 +38,7 @@ html_favicon = "../src/slewline/panel/page/icon.svg"
 html_copy_source = html_show_sourcelink = False
 html_search_scorer = str(HERE / "search.js")
 html_static_path = ["_static"]
-html_css_files = ["index.css", "lessons.css", "pictures.css", "wide.css"]
+html_css_files = ["wide.css", "index.css", "pictures.css", "api.css", "lessons.css"]
 html_theme_options = {
     "top_of_page_buttons": [],
     "light_css_variables": {"color-brand-primary": LIGHT, "color-brand-content": LIGHT, "color-brand-visited": LIGHT},
@@ -40,38 +47,8 @@ html_theme_options = {
 pygments_style, pygments_dark_style = "tango", "github-dark"
 copybutton_prompt_text = r"\$ |PS> |>>> |\.\.\. "  # what a reader types is copied, without the prompt
 copybutton_prompt_is_regexp = True
-search_words = tomllib.loads((HERE / "search.toml").read_text("utf-8"))
-
-
-def setup(app):
-    """Let the search find the pages for users first: by the words of the trade, and not those for contributors."""
-    app.add_config_value("search_words", {}, "env", dict)
-    app.add_transform(SearchWords)
-    app.connect("env-updated", leave_out)
-
-
-class SearchWords(SphinxTransform):
-    """Puts the words of search.toml into the index: the search shows the page of such an entry before all others."""
-
-    default_priority = 100  # before the index is made
-
-    def apply(self, **_options):
-        words = self.config.search_words.get(self.env.docname, ())
-        if words:
-            self.document.insert(0, index(entries=[("single", word, "", "main", None) for word in words]))
-
-
-def leave_out(_app, env):
-    """Leave the pages for contributors out of the full text search: who looks for a ramp does not want a decision."""
-    for page in env.found_docs:
-        if page.startswith(("decisions/", "reference/conformance")):
-            env.metadata[page]["no-search"] = True
-
 
 # --------------------------------------------------------------------------------- the API, from the docstrings
-sys.path.insert(0, str(Path(__file__).with_name("_extensions")))
-extensions += ["sphinx.ext.autodoc", "names", "sources"]
-html_css_files += ["api.css"]
 default_role = "py:obj"  # `name` in a docstring: a link where it is a name of ours, else code
 add_module_names = False
 autodoc_member_order = "bysource"
@@ -81,6 +58,3 @@ python_use_unqualified_type_names = True
 python_display_short_literal_types = True
 maximum_signature_line_length = 80
 toc_object_entries_show_parents = "hide"
-
-# --------------------------------------------------------------------------------- ramps by hand: a page with sliders
-extensions += ["by_hand"]

@@ -4,7 +4,7 @@ var Scorer = {
   score: ([page, , , , score]) => (INSIDE.test(page) ? score / 10 : score),
   objNameMatch: 11,
   objPartialMatch: 6,
-  objPrio: { 0: 15, 1: 5, 2: -5 },
+  objPrio: { 0: 0, 1: -1, 2: -5 }, // a name of the API is found after a title, and before running text
   objPrioDefault: 0,
   title: 15,
   partialTitle: 7,
