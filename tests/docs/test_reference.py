@@ -194,7 +194,7 @@ def classified(heading):
     """The names of a section of the page about stability, by their classes."""
     table = STABILITY.split(f"\n## {heading}\n")[1].split("\n## ")[0]
     rows = re.findall(r"^\| (stable|provisional|internal) \| (.*) \|$", table, re.MULTILINE)
-    return {stability: re.findall(r"`([\w.]+)`", names) for stability, names in rows}
+    return {stability: re.findall(r"`([\w.-]+)`", names) for stability, names in rows}
 
 
 @pytest.mark.parametrize(
