@@ -6,7 +6,6 @@ import re
 
 import pytest
 
-pytestmark = pytest.mark.docs
 READABLE = 4.5  # the contrast that WCAG asks of text
 
 
