@@ -13,7 +13,7 @@ from tests.browsers import browser  # noqa: F401  (a fixture)
 
 from .blocks import ROOT
 
-BUILD = 600  # s at most, the lessons included, on a machine that does other things as well
+BUILD = 1200  # s at most, the lessons included, on a machine that does other things as well
 
 
 def pytest_collection_modifyitems(items):
