@@ -106,8 +106,8 @@ class FramedSpeech(Speech):
         return self.is_question(command) or command == "!"
 
     def is_question(self, command: str) -> bool:
-        """Return whether a line only asks."""
-        return command in (READY, *(f"?{group}" for group in self.sheet.verify_bytes))
+        """Return whether a line only asks: an adapter sends none that begins so."""
+        return command.startswith(READY)
 
     def moves(self, command: str) -> bool:
         """Return whether a line may make the motor step."""
@@ -134,7 +134,11 @@ class FramedSpeech(Speech):
         """Return why an adapter has not sent a line, or that the part takes none; empty: it is no refusal."""
         if line == self.busy:
             return "the part is at work, or lines wait for it"
-        return line[2:] if line.startswith("! ") else ""
+        return line[2:] if self.is_garbled(line) else ""
+
+    def is_garbled(self, line: str) -> bool:
+        """Return whether an adapter has not sent a line, and says why: of a question, that it came damaged."""
+        return line.startswith("! ")
 
 
 def _bytes(number: int, byte: str = BYTE) -> str:

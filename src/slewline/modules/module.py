@@ -246,6 +246,6 @@ class Module:
         )
 
     def _strange(self, command: str, answer: str) -> str:
-        if command in answer:
+        if command in answer and not answer.startswith(f"{command} "):
             return "the line echoes what is sent, as a modem does; name the port of the module"
         return "is this the right port, and --part the right part?"
