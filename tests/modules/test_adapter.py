@@ -6,7 +6,7 @@ import re
 import socket
 import threading
 import time
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from random import Random
 
@@ -16,7 +16,13 @@ import serial
 from slewline.chips import sheet_of
 from slewline.cli.main import invoke
 from slewline.language.assemble import assemble
-from slewline.modules.dialogue import RecordedDialogue
+from slewline.links.ports.tcp import TcpPort
+from slewline.modules.comparing.model import ModelLine
+from slewline.modules.conversation import Conversation, ShadowModel
+from slewline.modules.dialogue import DialogueFile, DialogueHeader, RecordedDialogue
+from slewline.modules.module import Module
+from slewline.modules.port import ModulePort
+from slewline.modules.proxy import DialogueRecorder, Proxy
 from slewline.modules.speech import speech_of
 from tests.ensembles import few
 from tests.links.conftest import Asks, Client, Process
@@ -75,7 +81,7 @@ class Relay:
     def __init__(self, url, way, at, spoil=None):
         self.far = socket.create_connection(url.rpartition("/")[2].rsplit(":", 1))
         self.server = socket.create_server(("127.0.0.1", 0))
-        self.url = "socket://127.0.0.1:{}".format(self.server.getsockname()[1])
+        self.url = f"socket://127.0.0.1:{self.server.getsockname()[1]}"
         self.way, self.at, self.spoil = way, at, spoil
         self.thread = threading.Thread(target=self.accept, daemon=True)
         self.thread.start()
@@ -139,18 +145,18 @@ def test_what_no_command_sets_is_a_comment(cy525, capfd):
 
 
 PROGRAMS = {
+    "a label that has not run": (("J A", "0", "A$B", "0"), ("J A", "0", "B", "0"), "where its labels are (A)"),
+    "longer than what is given": (("P 300",) * 17 + ("0",), ("P 300",) * 16, "at 48; the part gives the first 48"),
+    "an instruction across the end": (("R 5", *("P 300",) * 17), ("R 5", *("P 300",) * 15), "goes on at 47"),
     "ends where it jumps back": (("B", "J 0", "C"), ("B", "J 0"), ""),
     "goes on where it jumps to": (("T 3", "0", "B", "0"), ("T 3", "0", "B", "0"), ""),
     "behind a loop": (("B", "L 3,0", "X"), ("B", "L 3,0", "X"), ""),
-    "a label that has not run": (("J A", "0", "A$B", "0"), ("J A", "0", "B", "0"), "where its labels are (A)"),
-    "longer than what is given": (("P 300",) * 17 + ("0",), ("P 300",) * 16, "goes on at 48; the part gives the first"),
-    "an instruction across the end": (("R 5",) + ("P 300",) * 17, ("R 5",) + ("P 300",) * 15, "the program goes on at 47"),
 }
 
 
 @framing
 @pytest.mark.fact("VERIFY-8")
-@pytest.mark.parametrize("case", PROGRAMS)
+@pytest.mark.parametrize("case", few(PROGRAMS, 3))
 def test_a_program_is_saved_as_far_as_a_run_of_it_goes(cy525, capfd, case):
     entered, expected, says = PROGRAMS[case]
     tell(cy525.url, ("N 1", "E", *entered, "Q"))
@@ -172,7 +178,7 @@ def test_a_label_that_has_run_is_an_address(cy525, capfd):
 
 
 @framing
-@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize("part", few(PARTS, 1))
 @pytest.mark.parametrize("seed", few(range(40), 1))
 def test_what_is_saved_of_any_program_is_its_beginning(slewline_module, capfd, part, seed):
     x = slewline_module(part)
@@ -197,13 +203,22 @@ def test_no_single_wrong_bit_makes_a_step_of_what_pull_sends(part):
                 assert row is None or not row.may_step, line
 
 
+def flipped(byte):
+    return bytes([byte ^ 1 << byte % 8])
+
+
+def lost(_byte):
+    return b""
+
+
 @framing
-@pytest.mark.parametrize("at", few(range(0, 640, 7), 3))
-@pytest.mark.parametrize("way", (0, 1))
-@pytest.mark.parametrize("spoil", (lambda byte: bytes([byte ^ 1 << byte % 8]), lambda _byte: b""), ids=("bit", "lost"))
+@pytest.mark.parametrize(
+    ("way", "at"), [*few(((0, at) for at in range(80)), 1), *few(((1, at) for at in range(640)), 1)]
+)
+@pytest.mark.parametrize("spoil", few((flipped, lost), 1))
 def test_a_damaged_character_spoils_no_file(cy525, capfd, way, at, spoil):
     tell(cy525.url, HELD)
-    with Relay(cy525.url, way, at // (1 if way else 8), spoil) as relay:
+    with Relay(cy525.url, way, at, spoil) as relay:
         status = pull(relay.url)
     assert status == 0
     assert saved() == SAVED
@@ -212,11 +227,12 @@ def test_a_damaged_character_spoils_no_file(cy525, capfd, way, at, spoil):
 
 
 @framing
-@pytest.mark.parametrize("at", few(range(0, 640, 9), 3))
-@pytest.mark.parametrize("way", (0, 1))
+@pytest.mark.parametrize(
+    ("way", "at"), [*few(((0, at) for at in range(80)), 1), *few(((1, at) for at in range(640)), 1)]
+)
 def test_a_cut_cable_leaves_a_whole_file_or_none(cy525, capfd, way, at):
     tell(cy525.url, HELD)
-    with Relay(cy525.url, way, at // (1 if way else 8)) as relay:
+    with Relay(cy525.url, way, at) as relay:
         status = pull(relay.url)
     check_nothing_half_written()
     assert Path("out.cy525").exists() == (status == 0)
@@ -282,3 +298,59 @@ def test_a_port_without_an_adapter_is_noticed(slewline_module, capfd, part, foun
     assert "no adapter answers ? at 9600 baud: " + found in capfd.readouterr().err
     assert not list(Path().iterdir())
     x.assert_steps(0)
+
+
+# ------------------------------------------------------------------------------------- what goes over the same adapter
+@framing
+def test_a_dialogue_is_compared_with_the_model_and_played_again(cy525, capfd):
+    assert pull(cy525.url) == 0
+    assert invoke(["compare", "out.cy525.dialogue"]) == 0
+    assert "0 differences; times are the adapter's, and not compared" in capfd.readouterr().out
+    assert invoke(["compare", "out.cy525.dialogue", "--port", cy525.url]) == 0
+    file = Path("out.cy525.dialogue")
+    file.write_text(file.read_text().replace("?2 00 00 00 00 00 00", "?2 07 00 00 00 00 00", 1))
+    capfd.readouterr()
+    assert invoke(["compare", "out.cy525.dialogue"]) == 1
+    found = capfd.readouterr().out
+    assert "1 differences" in found
+    assert "?2: module ?2 07 00 00 00 00 00, model ?2 00 00 00 00 00 00" in found
+
+
+@framing
+def test_what_passes_a_proxy_is_recorded_and_not_played_where_it_may_step(cy525, capfd):
+    header = DialogueHeader("cy525", baud=9600, checksum=False)
+    recorder = DialogueRecorder(DialogueFile("x.dialogue", header))
+    setting = speech_of(sheet_of("cy525")).setting
+    proxy = Proxy(cy525.url, setting, recorder, lambda loop, line: TcpPort(loop, line, "127.0.0.1:0"))
+    with closing(proxy):
+        thread = threading.Thread(target=proxy.run)
+        thread.start()
+        tell(proxy.port.where, HELD)
+        with serial.serial_for_url(proxy.port.where, timeout=10) as port:
+            port.write(b"?0\r")
+            assert port.read_until(b"\n") == b"?0 30 30 37 35 30\r\n"
+        proxy.stop()
+        thread.join()
+    assert invoke(["compare", "x.dialogue"]) == 0
+    capfd.readouterr()
+    assert invoke(["compare", "x.dialogue", "--port", cy525.url, "--replace"]) == 2
+    assert "P 300, P 0, T 0 may make the motor step; nothing was sent" in capfd.readouterr().err
+    cy525.assert_steps(0)
+
+
+@framing
+def test_a_person_speaks_with_it(cy525):
+    with closing(ModulePort(cy525.url, speech_of(sheet_of("cy525")).setting)) as port:
+        module = Module(port, speech_of(sheet_of("cy525")), may_move=True)
+        talk = Conversation(module, ShadowModel(ModelLine(DialogueHeader("cy525"), module.speech)))
+        assert talk.say("R 300").findings == ["range: RATE rate 300: allowed 0..127"]
+        assert talk.say("R 7").lines == ()
+        assert talk.say("?3").lines == ("?3 00 00 FF 07 03 01",)
+        assert "rate: 7" in talk.say(":values").text.splitlines()
+        assert talk.say("?9").lines == ("! ?9: allowed ?, ?0, ?1, ?2, ?3",)
+        assert talk.hint("?3").startswith("asks for")
+
+
+@pytest.mark.parametrize("line", ("P 5", "G", "J 0", "L 3,0", "T 0", "X", "QX", "Q"))
+def test_what_may_step_is_known(line):
+    assert speech_of(sheet_of("cy525")).moves(line) == (line != "Q")

@@ -41,6 +41,7 @@ class FramedSpeech(Speech):
     wake = b"\xff\r"  # what an earlier host has left of a line is no ASCII now, and not sent; the adapter says so
     answers_all: ClassVar[bool] = False
     is_timed: ClassVar[bool] = False
+    shows_entry: ClassVar[bool] = False
     word = CharacterFormat(8, "none", 1)
     rates = RATES
     usual_baud = USUAL_BAUD

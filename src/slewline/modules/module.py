@@ -205,7 +205,7 @@ class Module:
             MotionRefused: it may make a step, and may not.
         """
         row = self.speech.row(command)
-        stored = self.entering and row is not None and row.stored
+        stored = self.entering and self.speech.shows_entry and row is not None and row.stored
         if self.may_move or stored or not self.speech.moves(command):
             return
         if row is None:

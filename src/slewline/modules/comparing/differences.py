@@ -84,8 +84,9 @@ def _shown(answer: str) -> str:
 class Differences:
     """What a comparison has found.
 
-    `is_timed` says whether times are compared; `moments` counts answers that agree within the tolerance of the instant at which they were asked for; `delays_us`
-    are the delays of the module less those of the model, of all answers that both have given.
+    `is_timed` says whether times are compared; `moments` counts answers that agree within the tolerance of the instant
+    at which they were asked for; `delays_us` are the delays of the module less those of the model, of all answers that
+    both have given.
     """
 
     part: str
@@ -120,7 +121,9 @@ class Differences:
         }
 
     def __str__(self) -> str:
-        times = f"times may differ by {self.tolerance}" if self.is_timed else "times are the adapter's, and not compared"
+        times = (
+            f"times may differ by {self.tolerance}" if self.is_timed else "times are the adapter's, and not compared"
+        )
         rows = [
             f"{self.part}: {self.exchanges} exchanges, {len(self.rows)} differences; {times}",
             *map(str, self.rows),
