@@ -24,7 +24,7 @@ from slewline.modules.module import Module
 from slewline.modules.port import ModulePort
 from slewline.modules.proxy import DialogueRecorder, Proxy
 from slewline.modules.speech import speech_of
-from tests.ensembles import few
+from tests.ensembles import few, in_long_runs
 from tests.links.conftest import Asks, Client, Process
 
 from .random_programs import program
@@ -33,6 +33,7 @@ PARTS = ("cy525", "cy512")
 HELD = ("A 750", "N 513", "S 25", "R 127", "F 3", "Z 1", "-", "E", "P 300", "P 0", "T 0", "0", "Q")
 SAVED = ["A 750", "N 513", "S 25", "R 127", "F 3", "Z 1", "-", "E", "P 300", "P 0", "T 0", "0", "Q"]
 SENT = b"\xff\r?\r?0\r?3\r?2\r?1\r"  # what pull sends, each question once
+PLACES = [(1, 200), (0, 12), *((0, at) for at in range(0, 50, 3)), *((1, at) for at in range(0, 640, 13))]  # of a fault
 framing = pytest.mark.slewline(on="tcp", framing=True)
 
 
@@ -212,13 +213,11 @@ def lost(_byte):
 
 
 @framing
-@pytest.mark.parametrize(
-    ("way", "at"), [*few(((0, at) for at in range(80)), 1), *few(((1, at) for at in range(640)), 1)]
-)
+@pytest.mark.parametrize("place", [*PLACES[:2], *map(in_long_runs, PLACES[2:])], ids=str)
 @pytest.mark.parametrize("spoil", few((flipped, lost), 1))
-def test_a_damaged_character_spoils_no_file(cy525, capfd, way, at, spoil):
+def test_a_damaged_character_spoils_no_file(cy525, capfd, place, spoil):
     tell(cy525.url, HELD)
-    with Relay(cy525.url, way, at, spoil) as relay:
+    with Relay(cy525.url, *place, spoil) as relay:
         status = pull(relay.url)
     assert status == 0
     assert saved() == SAVED
@@ -227,12 +226,10 @@ def test_a_damaged_character_spoils_no_file(cy525, capfd, way, at, spoil):
 
 
 @framing
-@pytest.mark.parametrize(
-    ("way", "at"), [*few(((0, at) for at in range(80)), 1), *few(((1, at) for at in range(640)), 1)]
-)
-def test_a_cut_cable_leaves_a_whole_file_or_none(cy525, capfd, way, at):
+@pytest.mark.parametrize("place", [*PLACES[:2], *map(in_long_runs, PLACES[2:])], ids=str)
+def test_a_cut_cable_leaves_a_whole_file_or_none(cy525, capfd, place):
     tell(cy525.url, HELD)
-    with Relay(cy525.url, way, at) as relay:
+    with Relay(cy525.url, *place) as relay:
         status = pull(relay.url)
     check_nothing_half_written()
     assert Path("out.cy525").exists() == (status == 0)
