@@ -59,7 +59,7 @@ class FramedSpeech(Speech):
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """The values that can be read, each with its group and where it stands there."""
+        """The values that can be read, each with the question for its group and the pattern of its bytes."""
         sizes = self.sheet.verify_bytes
         found = {
             "adapter": (READY, rf"\{READY} (ready)"),
