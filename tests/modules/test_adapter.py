@@ -33,7 +33,13 @@ PARTS = ("cy525", "cy512")
 HELD = ("A 750", "N 513", "S 25", "R 127", "F 3", "Z 1", "-", "E", "P 300", "P 0", "T 0", "0", "Q")
 SAVED = ["A 750", "N 513", "S 25", "R 127", "F 3", "Z 1", "-", "E", "P 300", "P 0", "T 0", "0", "Q"]
 SENT = b"\xff\r?\r?0\r?3\r?2\r?1\r"  # what pull sends, each question once
-PLACES = [(1, 82), (1, 384), (0, 12), *((0, at) for at in range(0, 50, 3)), *((1, at) for at in range(0, 640, 13))]  # of a fault
+PLACES = [
+    (1, 85),
+    (1, 384),
+    (0, 11),
+    *((0, at) for at in range(0, 50, 3)),
+    *((1, at) for at in range(0, 640, 13)),
+]  # of a fault
 framing = pytest.mark.slewline(on="tcp", framing=True)
 
 
@@ -294,6 +300,18 @@ def test_a_port_without_an_adapter_is_noticed(slewline_module, capfd, part, foun
     assert "no adapter answers ? at 9600 baud: " + found in capfd.readouterr().err
     assert not list(Path().iterdir())
     x.assert_steps(0)
+
+
+def test_a_port_that_answers_everything_is_noticed(capfd):
+    def answer():
+        with server.accept()[0] as modem:
+            while modem.recv(4096):
+                modem.sendall(b"OK\r\n")
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threading.Thread(target=answer, daemon=True).start()
+        assert pull("socket://127.0.0.1:{}".format(server.getsockname()[1])) == 1
+    assert "what came was b'OK'" in capfd.readouterr().err
 
 
 # ------------------------------------------------------------------------------------- what goes over the same adapter
