@@ -41,6 +41,7 @@ class FramedSpeech(Speech):
     wake = b"\xff\r"  # what an earlier host has left of a line is no ASCII now, and not sent; the adapter says so
     answers_all: ClassVar[bool] = False
     is_timed: ClassVar[bool] = False
+    shows_entry: ClassVar[bool] = False
     word = CharacterFormat(8, "none", 1)
     rates = RATES
     usual_baud = USUAL_BAUD
@@ -58,7 +59,7 @@ class FramedSpeech(Speech):
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """The values that can be read, each with its group and its place in it."""
+        """The values that can be read, each with the question for its group and the pattern of its bytes."""
         sizes = self.sheet.verify_bytes
         found = {
             "adapter": (READY, rf"\{READY} (ready)"),
@@ -106,8 +107,8 @@ class FramedSpeech(Speech):
         return self.is_question(command) or command == "!"
 
     def is_question(self, command: str) -> bool:
-        """Return whether a line only asks."""
-        return command in (READY, *(f"?{group}" for group in self.sheet.verify_bytes))
+        """Return whether a line only asks: an adapter sends none that begins so."""
+        return command.startswith(READY)
 
     def moves(self, command: str) -> bool:
         """Return whether a line may make the motor step."""
@@ -134,7 +135,11 @@ class FramedSpeech(Speech):
         """Return why an adapter has not sent a line, or that the part takes none; empty: it is no refusal."""
         if line == self.busy:
             return "the part is at work, or lines wait for it"
-        return line[2:] if line.startswith("! ") else ""
+        return line[2:] if self.is_garbled(line) else ""
+
+    def is_garbled(self, line: str) -> bool:
+        """Return whether an adapter has not sent a line, and says why: of a question, that it came damaged."""
+        return line.startswith("! ")
 
 
 def _bytes(number: int, byte: str = BYTE) -> str:

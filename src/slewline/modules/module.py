@@ -205,7 +205,7 @@ class Module:
             MotionRefused: it may make a step, and may not.
         """
         row = self.speech.row(command)
-        stored = self.entering and row is not None and row.stored
+        stored = self.entering and self.speech.shows_entry and row is not None and row.stored
         if self.may_move or stored or not self.speech.moves(command):
             return
         if row is None:
@@ -246,6 +246,6 @@ class Module:
         )
 
     def _strange(self, command: str, answer: str) -> str:
-        if command in answer:
+        if command in answer and not answer.startswith(f"{command} "):
             return "the line echoes what is sent, as a modem does; name the port of the module"
         return "is this the right port, and --part the right part?"

@@ -36,6 +36,7 @@ class Speech:
     wake = b""  # what is sent first
     answers_all: ClassVar[bool] = True  # is every command answered?
     is_timed: ClassVar[bool] = True  # is it the part that takes the time of an answer?
+    shows_entry: ClassVar[bool] = True  # can it be seen that program entry is open, before a move is entered?
 
     def __init__(
         self, sheet: Sheet, baud: int | None = None, checked: bool | None = None, address: int | None = None

@@ -123,7 +123,7 @@ class CompareDialogue:
     @contextmanager
     def module(self, path: Path, header: DialogueHeader, speech: Speech) -> Iterator[Module]:
         """Yield the module, with a file that takes down what is said; of a failure before anything was, nothing."""
-        from ...modules.module import Module
+        from ...modules.module import TIDY_S, Module
         from ...modules.port import ModulePort
 
         with ModulePort(str(self.port), speech.setting) as port:
@@ -132,6 +132,7 @@ class CompareDialogue:
                 module = Module(port, speech, file, may_move=self.move)
                 if speech.wake:
                     module.send(speech.wake)
+                    module.listen(TIDY_S)
                 yield module
             finally:
                 file.close()

@@ -68,6 +68,8 @@ class EpicsCommand:
         from ...labs.motor import ModuleMotor
 
         sheet = sheet_of(self.part)
+        if not sheet.acting("goto"):
+            raise UsageError(f"{self.part}: no serial line over which a record moves it; allowed a part that has one")
         values = self.values()
         found = find(self.port, sheet, baud=self.baud, checked=self.checksum, address=self.address, may_move=True)
         try:

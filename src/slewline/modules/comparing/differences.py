@@ -84,13 +84,15 @@ def _shown(answer: str) -> str:
 class Differences:
     """What a comparison has found.
 
-    `moments` counts answers that agree within the tolerance of the instant at which they were asked for; `delays_us`
-    are the delays of the module less those of the model, of all answers that both have given.
+    `is_timed` says whether times are compared; `moments` counts answers that agree within the tolerance of the instant
+    at which they were asked for; `delays_us` are the delays of the module less those of the model, of all answers that
+    both have given.
     """
 
     part: str
     tolerance: Tolerance
     exchanges: int
+    is_timed: bool = True
     rows: list[DialogueDifference] = field(default_factory=list)
     moments: int = 0
     delays_us: list[float] = field(default_factory=list)
@@ -119,9 +121,11 @@ class Differences:
         }
 
     def __str__(self) -> str:
+        times = (
+            f"times may differ by {self.tolerance}" if self.is_timed else "times are the adapter's, and not compared"
+        )
         rows = [
-            f"{self.part}: {self.exchanges} exchanges, {len(self.rows)} differences; times may differ by "
-            f"{self.tolerance}",
+            f"{self.part}: {self.exchanges} exchanges, {len(self.rows)} differences; {times}",
             *map(str, self.rows),
         ]
         if self.moments:
@@ -162,7 +166,7 @@ class DialogueComparison:
 
     def compare(self) -> Differences:
         """Play the dialogue to the model, and return where it differs."""
-        found = Differences(self.header.part, self.tolerance, len(self.exchanges))
+        found = Differences(self.header.part, self.tolerance, len(self.exchanges), self.speech.is_timed)
         answers = self.played(len(self.exchanges))
         for exchange, answer in zip(self.exchanges, answers, strict=True):
             found.findings += dict.fromkeys((exchange.number, each.code, each.text) for each in answer.findings)
@@ -171,7 +175,7 @@ class DialogueComparison:
                     found.moments += 1
                 else:
                     found.rows += self._answer_rows(exchange, answer)
-            if exchange.delay_us is not None and answer.delay_us is not None:
+            if self.speech.is_timed and exchange.delay_us is not None and answer.delay_us is not None:
                 found.delays_us.append(exchange.delay_us - answer.delay_us)
                 found.rows += self._time_rows(exchange, answer)
         return found
@@ -183,9 +187,9 @@ class DialogueComparison:
 
     # ---------------------------------------------------------------------------------------------------------- times
     def _time_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
-        """Return the delay or the duration of an answer, if it differs."""
+        """Return the delay or the duration of an answer, if it differs; an adapter has times of its own."""
         delay_us, model_us = exchange.delay_us, answer.delay_us
-        if delay_us is None or model_us is None:
+        if delay_us is None or model_us is None or not self.speech.is_timed:
             return []
         if not self.tolerance.allows(delay_us, model_us):
             return [self._row(exchange, "delay", round(delay_us, 1), round(model_us, 1))]
@@ -203,7 +207,8 @@ class DialogueComparison:
     def _answer_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
         """Return the lines of an answer that differ."""
         module, model = (
-            data.decode("latin-1").removesuffix("\r").split("\r") for data in (exchange.answer, answer.answer)
+            data.decode("latin-1").replace("\r\n", "\r").removesuffix("\r").split("\r")
+            for data in (exchange.answer, answer.answer)
         )
         if len(module) == len(model) == 1:
             return [self._row(exchange, "answer", module[0], model[0])]

@@ -6,6 +6,7 @@ long as the rate has it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -49,9 +50,9 @@ class RecordedExchange:
 
 
 def commands(speech: Speech, data: bytes) -> list[str]:
-    """Return what was sent as commands: without carriage returns, checksums and addresses."""
+    """Return what was sent as commands: without carriage returns, checksums and addresses, and without the wake."""
     found = []
-    for line in data.split(CR):
+    for line in re.split(b"[%b]" % speech.ends, data.removeprefix(speech.wake)):
         line = line.strip(LF)
         text = (line[:-1] if speech.checked else line).decode("latin-1")
         found.append(text.removeprefix(str(speech.address)) if speech.address else text)
@@ -88,7 +89,7 @@ def exchanges_of(said: Iterable[Said], speech: Speech) -> list[RecordedExchange]
             if not passed:
                 found[-1].characters.append((at_us, code))
                 found[-1].over_us = over_us
-            begun = code != CR[0] and (begun or begins)
+            begun = code not in speech.ends and (begun or begins)
     return found
 
 

@@ -6,18 +6,51 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast
 
 from ...core.datasheet.channel import AdaptiveLine, SerialLine
+from ...core.time.hook import Hook
+from ...core.time.timebase import PS_PER_S
+from ...core.wires.serial import Character
 from ...errors import UsageError
 from ...links.lines.connectors import connector
+from ...links.lines.framing import FramedLine
+from ...links.lines.log import TranscriptFile
+from ...links.lines.pace import Lockstep
 from ...parts.hosts.adaptive_host import AdaptiveHost
+from ..adapter import FramedSpeech
 from ..dialogue import DialogueHeader
 from ..spoken import Speech
 
 if TYPE_CHECKING:
+    from ...bench import Bench
+    from ...core.chip import Chip
     from ...core.component import Finding
-    from ...core.wires.serial import Character
+    from ...parts.hosts.bus_host import BusHost
     from ...parts.lines.rs232 import SerialPort
 
 PAUSE_PS = 10**12  # between power-up and what comes first
+
+
+class ModelAdapter:
+    """The adapter of a model on a bus: lines of text in, and characters out, each at its rate.
+
+    Args:
+        speech: how it is spoken to.
+    """
+
+    def __init__(self, bench: Bench, chip: Chip, speech: FramedSpeech) -> None:
+        self.on_character: Hook[Character] = Hook()
+        self.character_ps = round(speech.character_s * PS_PER_S)
+        self.kernel = bench.kernel
+        host = cast("BusHost", bench.host(chip))
+        self.line = FramedLine("adapter", chip, Lockstep(bench), TranscriptFile(bench.kernel), host)
+        self.line.attach("dialogue", self._said, lambda: None)
+        self.write = self.line.feed
+
+    def _said(self, data: bytes) -> int:
+        """Pass on what the adapter says; nothing of it is lost."""
+        for number, byte in enumerate(data):
+            over_ps = self.kernel.now + number * self.character_ps
+            self.on_character(Character(byte, False, False, over_ps, over_ps))
+        return 0
 
 
 class ModelLine:
@@ -50,8 +83,10 @@ class ModelLine:
         self.chip = bench.add(header.part, crystal=header.crystal_hz, straps=straps, **(options or {}))
         put_memory(bench, self.chip, memory)
         self.kernel, self.speech = bench.kernel, speech
-        self.port: SerialPort | AdaptiveHost
-        if speech.sheet.channel(AdaptiveLine) is not None:
+        self.port: SerialPort | AdaptiveHost | ModelAdapter
+        if isinstance(speech, FramedSpeech):
+            self.port = ModelAdapter(bench, self.chip, speech)
+        elif speech.sheet.channel(AdaptiveLine) is not None:
             over = speech.sheet.through(AdaptiveLine).name
             self.port = cast("AdaptiveHost", bench.host(self.chip, baud=speech.baud, over=over))
             self.port.heed(False)  # a cable of three wires

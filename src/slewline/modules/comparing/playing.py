@@ -24,13 +24,13 @@ class Hazards(NamedTuple):
 
 
 def hazards(exchanges: Sequence[RecordedExchange], speech: Speech) -> Hazards:
-    """Return what of a dialogue is not harmless; a move that is entered into a program makes no step."""
+    """Return what of a dialogue is not harmless; a move that is entered into a program, for sure, makes no step."""
     found, entering = Hazards([], []), False
     for exchange in exchanges:
         for command in commands(speech, exchange.sent):
             row = speech.row(command)
             role = "" if row is None else row.role
-            stored = entering and row is not None and row.stored
+            stored = entering and speech.shows_entry and row is not None and row.stored
             if speech.moves(command) and not stored and command not in found.moving:
                 found.moving.append(command)
             if role in REPLACING and command not in found.replacing:
