@@ -143,6 +143,7 @@ def test_a_slider_tells_a_screen_reader_its_parameter_and_value(page):
 # --------------------------------------------------------------------------------------------------------------- weight
 def test_the_page_is_light_and_begins_at_once(opened, built):
     page = opened("index")
+    page.wait_for_load_state("networkidle")  # what is asked for and then left is an error, too
     loaded = []
     page.on("request", lambda asked: loaded.append(asked.url))
     page.goto((built / f"{PAGE}.html").as_uri())
