@@ -310,7 +310,7 @@ def test_a_port_that_answers_everything_is_noticed(capfd):
 
     with socket.create_server(("127.0.0.1", 0)) as server:
         threading.Thread(target=answer, daemon=True).start()
-        assert pull("socket://127.0.0.1:{}".format(server.getsockname()[1])) == 1
+        assert pull(f"socket://127.0.0.1:{server.getsockname()[1]}") == 1
     assert "what came was b'OK'" in capfd.readouterr().err
 
 
