@@ -61,9 +61,10 @@ class ModuleContents:
             "direction": self.values.get("direction")
         }
         found = {}
-        for name, value in self.values.items():
+        for name in (*letters, "direction"):
+            value = self.values.get(name, "")
             row = by_form.get(letters.get(name) or "")
-            if row is not None and (not row.args or (len(row.args) == 1 and row.args[0].allows(int(value)))):
+            if value and row is not None and (not row.args or (len(row.args) == 1 and row.args[0].allows(int(value)))):
                 found[name] = row, f"{row.form} {int(value)}" if row.args else row.form
         return found
 
