@@ -1,7 +1,7 @@
 # The Python that .venv is made with:  PYTHON=python3.12 make demo
 # Without make, on Windows for example, all of this is:  python tools/setup.py demo
 PYTHON ?= python3
-TASKS := demo test test-compiled test-long boards firmware physics check conformance mutations bench docs compiled clean
+TASKS := demo test test-compiled test-long boards firmware physics check conformance mutations bench docs dist compiled clean
 
 .PHONY: help run-env dev-env $(TASKS)
 
@@ -20,6 +20,7 @@ conformance: ## Write the conformance table
 mutations: ## Break the source on purpose, and see that a test notices
 bench: ## Measure the speed, and write the page about it
 docs: ## Build the documentation into build/docs
+dist: ## Build wheel and sdist into dist, twice, and compare
 compiled: ## Build the compiled core into build/compiled
 clean: ## Remove .venv, build products and caches
 

@@ -2,7 +2,7 @@
 
     python benchmarks/run.py motors
 
-The motor is a QSH4218-47-28-040 (2.8 A, 24 V) with its own inertia as load and 5 mN m of friction; RK4, 20 us, unless
+The motor is a QSH4218-47-28-040 (2.8 A, 24 V) with its own inertia as load and 5 mN m of friction; RK4, 20 µs, unless
 something else is said.  What Numba compiles is compiled before the clock starts.
 """
 
@@ -143,8 +143,8 @@ def rows() -> Iterator[Row]:
     """One motor, a thousand, and motors behind chips."""
     law().integrate(*ramp(10), engine="numba")
     for name, act, goal, bound in (
-        ("one motor, 20 us, Numba", alone("numba", 20, 6000), 100.0, "latency of four dependent evaluations"),
-        ("one motor, 100 us, plain Python", alone("python", 100, 600), 8.0, "some 240 operations a step"),
+        ("one motor, 20 µs, Numba", alone("numba", 20, 6000), 100.0, "latency of four dependent evaluations"),
+        ("one motor, 100 µs, plain Python", alone("python", 100, 600), 8.0, "some 240 operations a step"),
         ("1,000 motors side by side, NumPy, motor-seconds", side_by_side, 80.0, "some 260 calls of NumPy a step"),
         ("CY525, asked once, at rest", cy525(), None, "the integrator"),
         ("two switches watched", cy525("one.out", "two.out"), 25.0, "the integrator"),

@@ -1,4 +1,4 @@
-"""Two arms hand a part over: `-` makes DIRECTION and pin 34 low for 30 us, and U of the next arm catches it."""
+"""Two arms hand a part over: `-` makes DIRECTION and pin 34 low for 30 µs, and U of the next arm catches it."""
 
 import slewline
 

@@ -14,4 +14,4 @@ print(slave.waiting)
 host.send("X\r")
 bench.run_until_idle()
 apart = slave.steps().times_ps - master.steps().times_ps
-print(f"positions {master.position} and {slave.position}, apart by {apart.min() / 1e6} to {apart.max() / 1e6} us")
+print(f"positions {master.position} and {slave.position}, apart by {apart.min() / 1e6} to {apart.max() / 1e6} µs")

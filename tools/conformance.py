@@ -144,10 +144,10 @@ def page(table: Table, tests: Mapping[str, list[str]]) -> str:
     for fact, row in table.facts.items():
         reason = f"*open: {row.get('open') or row.get('later', '')}*"
         says = cell(row["says"]) + (f" *{row['parts']}*" if "parts" in row else "")
-        lines.append(f"| {fact} | {row['kind']} | {says} | {named(tests.get(fact, [])[:3]) or reason} |")
+        lines.append(f"| {anchor(fact)} | {row['kind']} | {says} | {linked(tests.get(fact, [])) or reason} |")
     lines += ["", "## What the manual leaves open", "", "| choice | what the model does | pinned by |", "|---|---|---|"]
     for choice, row in table.choices.items():
-        lines.append(f"| {choice} | {cell(row['says'])} | {named(tests.get(choice, [])[:2])} |")
+        lines.append(f"| {anchor(choice)} | {cell(row['says'])} | {linked(tests.get(choice, []))} |")
     return "\n".join(lines) + "\n"
 
 
@@ -156,9 +156,15 @@ def cell(text: str) -> str:
     return text.replace("|", "/")
 
 
-def named(tests: Iterable[str]) -> str:
-    """Tests by their names alone."""
-    return "<br>".join(f"`{test.split('::')[-1]}`" for test in tests)
+def anchor(fact: str) -> str:
+    """The id of a fact, which is an anchor and leads to itself, so that it can be copied."""
+    return f'<a id="{fact}" href="#{fact}">{fact}</a>'
+
+
+def linked(tests: Iterable[str]) -> str:
+    """Tests by their names, or where only a list has the id by its file, with links to the files."""
+    places = (test.partition("::") for test in dict.fromkeys(tests))
+    return "<br>".join(f"[`{name or Path(path).name}`](../../{path})" for path, _, name in places)
 
 
 def main() -> int:

@@ -3,6 +3,7 @@
 python tools/describe_docs.py            write them
 python tools/describe_docs.py --check    fail where a committed one differs from what the code says
 
+docs/reference/chips.md         the chips side by side
 docs/reference/cy500.md         the data sheet, and what we do not know
 docs/reference/cy525.md         the data sheet, the rates and the quirks
 docs/reference/cy545.md         the data sheet, what the CY545B does differently, and what we do not know
@@ -23,22 +24,20 @@ from __future__ import annotations
 import argparse
 import inspect
 import json
-import re
 import sys
 from collections.abc import Iterator
 from functools import partial
-from inspect import cleandoc
 from pathlib import Path
 from typing import Any
 
-import click
+import command_line
+import side_by_side
 
 import conformance
 from slewline.bench import Bench
 from slewline.bench.wiring import joints
 from slewline.chips import PARTS, listed, quirks_of, ramps_of, sheet_of
 from slewline.chips.cy545 import sheet as cy545
-from slewline.cli.commands import cli
 from slewline.core.chip import Chip
 from slewline.core.datasheet.roles import ROLES
 from slewline.drive.board import boards, wire
@@ -60,11 +59,19 @@ DOCS = Path(__file__).resolve().parent.parent / "docs"
 NOTE = "<!-- Written by tools/describe_docs.py; change the code, not this page. -->\n\n"
 COMPLETION = """\
 A shell completes commands, options and files, chips, pins and their levels, options of a chip, its commands and the
-parameters of its ramps, and examples:
+parameters of its ramps, and examples. The scripts for it, and the man page, are in `share` of the environment in which
+slewline is installed. `man slewline` finds the page wherever a shell finds `slewline`; after `pip install --user`
+shells find their scripts as well. In another environment name the script:
 
-    eval "$(_SLEWLINE_COMPLETE=bash_source slewline)"          in ~/.bashrc; bash 4.4 or newer
-    eval "$(_SLEWLINE_COMPLETE=zsh_source slewline)"           in ~/.zshrc
-    _SLEWLINE_COMPLETE=fish_source slewline | source           in ~/.config/fish/completions/slewline.fish
+    . .venv/share/bash-completion/completions/slewline             bash 4.4 or newer, in ~/.bashrc
+    fpath+=(.venv/share/zsh/site-functions)                        zsh, before compinit in ~/.zshrc
+    source .venv/share/fish/vendor_completions.d/slewline.fish     fish, in ~/.config/fish/config.fish
+
+Without these files, with a slewline that is installed anywhere:
+
+    eval "$(_SLEWLINE_COMPLETE=bash_source slewline)"
+    eval "$(_SLEWLINE_COMPLETE=zsh_source slewline)"
+    _SLEWLINE_COMPLETE=fish_source slewline | source
 
 Chips of installed packages are among them; a chip that is given as module:Class is not imported for it. There is no
 completion for PowerShell.
@@ -210,42 +217,19 @@ def cli_page() -> str:
 
 
 def cli_lines() -> Iterator[str]:
-    context = click.Context(cli, info_name="slewline")
-    yield from (paragraph(cli.help), "", paragraph(cli.epilog), "")
-    for name, command in cli.commands.items():
-        own = click.Context(command, info_name=name, parent=context)
-        yield from (f"## {name}", "", f"`{' '.join([own.command_path, *command.collect_usage_pieces(own)])}`", "")
-        yield from (paragraph(command.help), "")
-        yield table(("option", ""), options(command, own))
+    what, statuses = command_line.about()
+    yield from (coded(what), "", coded(statuses), "")
+    for command in command_line.commands():
+        yield from (f"## {command.name}", "", f"`{command.usage}`", "", coded(command.text), "")
+        yield table(("option", ""), ((f"`{written}`", coded(says)) for written, says in command.options))
         yield ""
     yield from ("## Completion", "", COMPLETION, "")
-    yield from ("## Run scripts", "", *script_guide())
-
-
-def options(command: click.Command, context: click.Context) -> Iterator[tuple[str, str]]:
-    """How an option is written, and what it does."""
-    for parameter in command.params:
-        written, says = parameter.get_help_record(context) or ("", "")
-        if says:
-            yield f"`{written}`", coded(says)
-
-
-def script_guide() -> list[str]:
-    """The guide to run scripts, as `slewline run --help` ends with it."""
-    from slewline.bench.scripts import script
-
-    lines = (script.__doc__ or "").splitlines()
-    return ["```text", *lines, "```"]
-
-
-def paragraph(text: str | None) -> str:
-    """A help text as running text."""
-    return coded(re.sub(r"(?<!\n)\n(?!\n)", " ", cleandoc(text or "")))
+    yield from ("## Run scripts", "", "```text", *command_line.script_guide(), "```")
 
 
 def coded(says: str) -> str:
     """Options in a help text, set as what is typed."""
-    return re.sub(r"(?<![\w`-])--[a-z][a-z0-9-]*", r"`\g<0>`", says)
+    return command_line.OPTION.sub(r"`\g<0>`", says)
 
 
 # --------------------------------------------------------------------------------------------------------- control port
@@ -415,7 +399,7 @@ built.
 """
 TIMES_NOTE = """\
 Times up to 45,000 steps/s, measured in an emulator of the processor; it takes up to 70,000 steps/s, STEP being low for
-0.7 us then. The times of drivers are those of their data sheets.
+0.7 µs then. The times of drivers are those of their data sheets.
 """
 WIRE_NOTE = """\
 500,000 baud, 8N1. A frame is `number u8, kind u8, payload, CRC-16/X-25 u16`, stuffed by COBS, and a 00 behind it; all
@@ -471,11 +455,11 @@ def boards_page() -> str:
         )
     )  # fmt: skip
     named_pins = ((pin.printed, pin.port, says) for pin, says in pins)
-    columns = ("driver", "high, us", "low", "DIR before", "DIR after", "ENABLE is active", "source")
+    columns = ("driver", "high, µs", "low", "DIR before", "DIR after", "ENABLE is active", "source")
     return "\n\n".join(
         (
             f"{NOTE}{BOARDS_PAGE}\n## Pins", table(("board", "processor", "what it is"), named_pins),
-            "## Drivers", TIMES_NOTE.strip(), table(("the board, at least", "us"), times), table(columns, rows),
+            "## Drivers", TIMES_NOTE.strip(), table(("the board, at least", "µs"), times), table(columns, rows),
             "## Messages", WIRE_NOTE.strip(), table(("kind", "frame", "numbered"), kinds),
             table(("numbers of a", ""), named), AVR_LIBC,
         )
@@ -531,18 +515,8 @@ def conformance_page(folder: str) -> str:
 
 
 # ---------------------------------------------------------------------------------------------------------------- pages
-CODE = re.compile(r"```.*?^```|`[^`\n]*`|^    .*?$", re.MULTILINE | re.DOTALL)
-MICRO = re.compile(r"(?<!['\"\d.,])(\d[\d.,]*) u(?=[sA]\b)")  # after a quotation mark it is a text that users type
-
-
-def typographic(page: str) -> str:
-    """Write µs and µA where a page does not show code: data sheets in the sources keep to what any terminal prints."""
-    between, code = CODE.split(page), CODE.findall(page)
-    prose = [MICRO.sub(r"\1 µ", text) for text in between]
-    return "".join(text + shown for text, shown in zip(prose, [*code, ""], strict=True))
-
-
 FILES = {
+    "reference/chips.md": lambda: NOTE + side_by_side.page(),
     "reference/cy500.md": partial(older_page, "cy500"),
     "reference/cy525.md": cy525_page,
     "reference/cy545.md": cy545_page,
@@ -559,18 +533,13 @@ FILES = {
 }
 
 
-def made(name: str) -> str:
-    """What a file should be."""
-    return typographic(FILES[name]()) if name.endswith(".md") else FILES[name]()
-
-
 def outdated() -> list[str]:
     """The files that differ from what the code says."""
     found = []
-    for name in FILES:
+    for name, made in FILES.items():
         path = DOCS / name
         committed = path.read_text("utf-8") if path.exists() else ""
-        if committed != made(name):
+        if committed != made():
             found.append(name)
     return found
 
@@ -584,8 +553,8 @@ def main() -> int:
         for name in found:
             print(f"docs/{name} is not what the code says; run: python tools/describe_docs.py")
         return int(bool(found))
-    for name in FILES:
-        (DOCS / name).write_text(made(name), "utf-8")
+    for name, made in FILES.items():
+        (DOCS / name).write_text(made(), "utf-8")
     return 0
 
 

@@ -186,7 +186,7 @@ def packaging_metadata():
 
     settings = tomllib.loads(read("pyproject.toml"))
     parts = [settings["build-system"], settings["project"], settings["tool"]["hatch"]]
-    return json.dumps(parts, sort_keys=True)
+    return json.dumps(parts, sort_keys=True) + read("src", "slewline", "version.py")
 
 
 # -------------------------------------------------------------------------------------------------------------- steps
@@ -285,6 +285,7 @@ def check(work):
         ["tools/conformance.py", "--check"],
         ["tools/describe_docs.py", "--check"],
         ["tools/stubs.py", "--check"],
+        ["tools/share.py", "--check"],
         [os.path.join("tools", "page", "check.py"), os.path.join(work, "build", "page")],
     ] + tests(work, "-m", "check and not long")
 
@@ -352,6 +353,7 @@ TASKS = (
         "Build the documentation into build/docs",
         lambda work: [["-m", "sphinx", "-W", "docs", os.path.join(work, "build", "docs")]],
     ),
+    ("dist", "dev", "Build wheel and sdist into dist, twice, and compare", lambda work: [["tools/release.py"]]),
     ("compiled", "compiled", "Build the compiled core into build/compiled", lambda work: []),
     ("clean", None, "Remove .venv, build products and caches", None),
 )

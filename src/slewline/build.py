@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .core.program import ProgramRow
     from .core.time.hook import Hook
     from .core.time.inputs import from_outside
+    from .core.time.kernel import Kernel
     from .core.time.timebase import Clock, Time, moment, picoseconds, readable
     from .core.wires.net import Bus, Driver, Net
     from .core.wires.pin import Condition, Terminal
@@ -61,6 +62,7 @@ _FROM = {
     "core.wires.net": ("Bus", "Driver", "Net"),
     "core.datasheet.option": ("Option",),
     "core.time.inputs": ("from_outside",),
+    "core.time.kernel": ("Kernel",),
     "core.wires.pin": ("Condition", "Terminal"),
     "core.motion.plan": ("Leg", "Plan", "plan"),
     "core.program": ("ProgramRow",),
@@ -100,6 +102,7 @@ __all__ = [
     "Follower",
     "Hook",
     "HostPort",
+    "Kernel",
     "Leg",
     "Letters",
     "Limit",

@@ -24,7 +24,7 @@ def shortened(text: str, most: int) -> str:
 
 
 class SlewlineError(Exception):
-    """Root of the tree."""
+    """What slewline raises on purpose: every exception of this list is one, and a built-in one that it resembles."""
 
     def __init__(self, *args: object) -> None:
         super().__init__(*(_lines(each) if isinstance(each, str) else each for each in args))

@@ -122,6 +122,15 @@ def test_without_msgspec_programs_run_and_bench_files_say_what_to_install(five, 
     assert (ran.returncode, ran.stderr) == (2, "slewline: bench files need msgspec: pip install msgspec\n")
 
 
+@pytest.mark.parametrize(("encoding", "shown"), [("utf-8", "375 µs"), ("cp1252", "375 µs"), ("cp866", "375 us")])
+def test_where_an_encoding_has_no_micro_its_output_has_a_u(encoding, shown):
+    code = "import sys; from slewline.cli.main import main; sys.argv[1:] = ['describe', 'cy525', 'A']; main()"
+    environment = os.environ | {"PYTHONIOENCODING": encoding}
+    ran = subprocess.run([*PYTHON, code], check=False, capture_output=True, encoding=encoding, env=environment)
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert shown in ran.stdout
+
+
 # ------------------------------------------------------------------------------------------------------- closed outputs
 def test_a_closed_pipe_ends_the_run_quietly_and_leaves_no_file(endless, folder):
     reader, writer = os.pipe()

@@ -56,9 +56,9 @@ def test_signals_that_agree(call: Any) -> None:
     called = call("compare", "model.vcd", "board.vcd", "--map", "x.pulse=D0, slew = D1")
     assert (called.status, called.err) == (0, "")
     assert called.out.splitlines() == [
-        "x.pulse: 4 edges in the model, 4 measured, shifted by -5 us: agree",
+        "x.pulse: 4 edges in the model, 4 measured, shifted by -5 µs: agree",
         "  4 pairs: at most 400 ns apart, 100 ns in the mean",
-        "slew: 1 edges in the model, 1 measured, shifted by -5 us: agree",
+        "slew: 1 edges in the model, 1 measured, shifted by -5 µs: agree",
         "  1 pair: at most 400 ns apart, 400 ns in the mean",
     ]
 
@@ -67,7 +67,7 @@ def test_signals_that_differ(call: Any) -> None:
     called = call(
         "compare", "model.vcd", "board.vcd", "--map", "x.pulse=D0", "--map", "slew=D1", "--tolerance", "100 ns"
     )
-    assert called.status == 1 and called.out.splitlines()[1] == "  edge 2 (falls) at 20 us is 400 ns late"
+    assert called.status == 1 and called.out.splitlines()[1] == "  edge 2 (falls) at 20 µs is 400 ns late"
     assert called.out.count("400 ns late") == 2
     data = call("compare", "model.vcd", "board.vcd", "--map", "slew=D0", "--shift", "-5.4 us", "--json").json
     assert data == [
@@ -87,7 +87,7 @@ def test_signals_that_differ(call: Any) -> None:
 def test_the_first_signal_says_the_shift(call: Any, folder: Path) -> None:
     (folder / "board.vcd").write_text(BOARD.replace("0b", "").replace("#27000 1a", "#27000 1a 0b"))
     called = call("compare", "model.vcd", "board.vcd", "--map", "pulse=D0,slew=D1", "--shift", "best")
-    assert called.status == 1 and "edge 0 (falls) at 20 us is 2 us late" in called.out
+    assert called.status == 1 and "edge 0 (falls) at 20 µs is 2 µs late" in called.out
 
 
 def test_names_that_are_alike_need_no_map(call: Any, folder: Path) -> None:

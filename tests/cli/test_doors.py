@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from slewline.core.messages.near import hint
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
+LESSONS = ROOT / "docs/lessons"
 SLEWLINE = Path(sys.executable).with_name("slewline")
 
 
@@ -32,6 +34,7 @@ def test_the_module_is_the_command():
 def test_every_example_is_listed_with_what_it_is(call):
     out = call("examples").out.split("\n\n")[0].splitlines()
     there = {path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("*") if path.is_file()}
+    there |= {f"lessons/{path.name}" for path in LESSONS.glob("*.ipynb")}
     listed = [line.split(maxsplit=1) for line in out]
     assert {row[0] for row in listed} == {place for place in there if not place.endswith((".out", ".pyc"))}
     assert all(len(row) == 2 and len(row[1]) > 12 for row in listed)
@@ -47,6 +50,8 @@ def test_every_example_is_listed_with_what_it_is(call):
         ("programs\\weld.cy525", ["programs/weld.cy525"]),
         ("looped", [f"drill/{name}" for name in sorted(os.listdir(EXAMPLES / "drill"))]),
         ("drill/", [f"drill/{name}" for name in sorted(os.listdir(EXAMPLES / "drill"))]),
+        ("4_resonance", ["lessons/4_resonance.ipynb"]),
+        ("lessons", [f"lessons/{path.name}" for path in sorted(LESSONS.glob("*.ipynb"))]),
     ],
 )
 def test_an_example_is_copied_out(call, name, written):
@@ -54,7 +59,8 @@ def test_an_example_is_copied_out(call, name, written):
         ran = call("examples", name, "-o", "here")
         assert (ran.status, ran.out) == (0, "".join(f"wrote {Path('here', place)}\n" for place in written))
     for place in written:
-        assert Path("here", place).read_bytes() == (EXAMPLES / place).read_bytes()
+        kept = EXAMPLES / place if (EXAMPLES / place).exists() else LESSONS / Path(place).name
+        assert Path("here", place).read_bytes() == kept.read_bytes()
 
 
 def test_an_example_that_was_copied_out_runs(call):
@@ -89,8 +95,17 @@ def test_an_unknown_example_is_told_with_the_nearest(call):
     )
 
 
+@pytest.mark.parametrize("place", [".ipynb_checkpoints/1_ramps-checkpoint.ipynb", "drill/looped.out", "index.md"])
+def test_what_lies_beside_the_examples_is_left_out(tmp_path, monkeypatch, place):
+    for each in ("drill/looped.toml", "1_ramps.ipynb", place):
+        (tmp_path / each).parent.mkdir(exist_ok=True)
+        (tmp_path / each).touch()
+    monkeypatch.setitem(module.SOUGHT, "examples", ({"": tmp_path},))
+    assert [*module.named()] == ["1_ramps.ipynb", "drill/looped.toml"]
+
+
 def test_a_package_without_examples_says_so(call, monkeypatch):
-    monkeypatch.setattr(module, "SOUGHT", ())
+    monkeypatch.setitem(module.SOUGHT, "examples", ())
     assert "no examples are installed" in call("examples").err
 
 
@@ -99,7 +114,11 @@ def test_the_wheel_brings_them():
     import tomllib
 
     wheel = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]["targets"]["wheel"]
-    assert wheel["force-include"] == {"examples": "slewline/examples"} and module.SOUGHT[0].name == "examples"
+    lessons = {f"docs/lessons/{path.name}" for path in LESSONS.glob("*.ipynb")}
+    assert wheel["force-include"] == {name: f"slewline/{name}" for name in module.SOUGHT} | {
+        lesson: f"slewline/examples/lessons/{Path(lesson).name}" for lesson in lessons
+    }
+    assert all(sought[0][""] == module.PACKAGE / name for name, sought in module.SOUGHT.items())
 
 
 # ---------------------------------------------------------------------------------------------------------- completion
@@ -143,20 +162,42 @@ def test_files_are_left_to_the_shell(line, capsys, monkeypatch):
     assert completed(f"slewline {line}", capsys, monkeypatch) == [line.split()[-1]]
 
 
+def shell(program, script):
+    """What a shell prints, with slewline among its programs."""
+    if shutil.which(program) is None:
+        pytest.skip(f"no {program} here")
+    path = f"{SLEWLINE.parent}{os.pathsep}{os.environ['PATH']}"
+    command = [program, "-c", script]
+    ran = subprocess.run(command, env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False)
+    return ran.stdout
+
+
 @pytest.mark.posix
-@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
-def test_bash_itself_completes():
-    script = """
-eval "$(_SLEWLINE_COMPLETE=bash_source slewline)"
+@pytest.mark.parametrize(
+    "source",
+    [
+        'eval "$(_SLEWLINE_COMPLETE=bash_source slewline)"',
+        f". {shlex.quote(str(ROOT / 'share/bash-completion/completions/slewline'))}",
+    ],
+)
+def test_bash_itself_completes(source):
+    found = shell(
+        "bash",
+        f"""
+{source}
 COMP_WORDS=(slewline serve gs-c200s --strap ch) COMP_CWORD=4
 _slewline_completion slewline ch --strap 2>/dev/null
-printf '%s\\n' "${COMPREPLY[@]}"
-"""
-    path = f"{SLEWLINE.parent}{os.pathsep}{os.environ['PATH']}"
-    ran = subprocess.run(
-        ["bash", "-c", script], env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False
+printf '%s\\n' "${{COMPREPLY[@]}}"
+""",
     )
-    assert ran.stdout.split() == ["chs=0", "chs=1"]
+    assert found.split() == ["chs=0", "chs=1"]
+
+
+@pytest.mark.posix
+def test_fish_itself_completes():
+    script = shlex.quote(str(ROOT / "share/fish/vendor_completions.d/slewline.fish"))
+    found = shell("fish", f"source {script}; complete -C 'slewline serve gs-c200s --strap ch'")
+    assert [line.split()[0] for line in found.splitlines()] == ["chs=0", "chs=1"]
 
 
 # -------------------------------------------------------------------------------------------------------------- colour

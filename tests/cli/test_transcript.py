@@ -69,7 +69,7 @@ def test_what_a_waiting_chip_waited_for_is_told_when_the_pin_changes():
     events, _ = told("W\n", drive=[("wait", 0, None), ("abort", 0, "3 ms"), ("wait", 1, "5 ms")])
     assert [event for event in events if event[2] == "pin"] == [
         (3 * 10**9, "x", "pin", "ABORT low: stop the motion"),
-        (5 * 10**9, "x", "pin", "WAIT high (waiting for wait=1 (W) since 380 us)"),
+        (5 * 10**9, "x", "pin", "WAIT high (waiting for wait=1 (W) since 380 µs)"),
     ]
 
 

@@ -189,7 +189,7 @@ def test_mistakes_at_a_pin_are_explained():
     with pytest.raises(UsageError, match=r"level None; allowed 0, 1 \(release\(\) lets go\)"):
         toy.pin("free").drive(None)
     kernel.run(10 * US)
-    with pytest.raises(UsageError, match=r"toy\.free: 9 us is in the past; the time is 10 us"):
+    with pytest.raises(UsageError, match=r"toy\.free: 9 µs is in the past; the time is 10 µs"):
         toy.pin("free").drive(1, at="9 us")
     with pytest.raises(TimeError, match="float"):
         toy.pin("free").drive(1, at=0.5)

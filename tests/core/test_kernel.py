@@ -419,7 +419,7 @@ def test_tasks_that_answer_each_other_without_time_are_named(monkeypatch):
     kernel.spawn(copies, "a", "b", name="ping")
     kernel.spawn(copies, "b", "a", name="pong")
     kernel.call_at(3_000_000, lambda: wires.out["a"].drive(1))
-    with pytest.raises(Endless, match=r"1000 rounds at 3 us: .*<Task p[io]ng>"):
+    with pytest.raises(Endless, match=r"1000 rounds at 3 µs: .*<Task p[io]ng>"):
         kernel.run(4_000_000)
     assert not kernel.running
 

@@ -18,7 +18,7 @@ IMAGE = re.compile(r"^!\[(?P<alt>[^\]]*)\]\((?P<target>[^)\s]+)\)", re.MULTILINE
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 HASHED = re.compile(r"\b[a-zA-Z][0-9a-f]{10}\b")  # names that matplotlib makes of what is drawn
 POINT = 0.05  # no eye sees it
-SCREENS = ("panel.png", "debugger.png")  # drawn and compared by tests/panel/test_head_pictures.py
+SCREENS = ("panel.png", "debugger.png", "notebook.png")  # drawn and compared by tests/panel/test_head_pictures.py
 REFRESH = "look at it, then: python -m tests.docs.refresh"
 
 

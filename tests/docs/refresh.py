@@ -2,6 +2,8 @@
 
 Read what it changed, and look at the pictures.
 
+Of a lesson, which is a notebook, it writes what the cells print, in `tests/docs/printed`: the prose quotes that.
+
 Where a page leaves lines out with `...`, as many lines before and behind it are kept as there were.
 """
 
@@ -14,7 +16,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from . import blocks, pictures
+from . import blocks, lessons, pictures
 from .test_pages import CODE, EXPLAINED, TRIED, without_page
 
 
@@ -56,9 +58,12 @@ def refresh(page: Path, languages: tuple[str, ...]) -> None:
 
 
 if __name__ == "__main__":
-    pages = [Path(page).resolve() for page in sys.argv[1:]] or [*TRIED, *EXPLAINED]
+    pages = [Path(page).resolve() for page in sys.argv[1:]] or [*TRIED, *EXPLAINED, *lessons.LESSONS]
     for page in pages:
         with tempfile.TemporaryDirectory() as folder:
+            if page in lessons.LESSONS:
+                lessons.printed_by(page).write_text(lessons.play(page, Path(folder)).printed, "utf-8")
+                continue
             os.chdir(folder)
             with blocks.modules_here():
                 refresh(page, tuple(blocks.EVALUATORS) if page in TRIED else CODE)

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 
 import pytest
 
 from .blocks import ROOT
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+OUTSIDE = [
+    ROOT / f"{name}.md" for name in ("README", "CHANGELOG", "CONTRIBUTING", "SECURITY")
+]  # Sphinx sees none of it
 
 
 @pytest.fixture(scope="module")
-def html(tmp_path_factory):
+def html(built):
     """The built pages."""
-    out = tmp_path_factory.mktemp("html")
-    command = [sys.executable, "-m", "sphinx", "-q", "-W", "-d", str(out / ".doctrees"), str(ROOT / "docs"), str(out)]
-    built = subprocess.run(command, check=False, capture_output=True, text=True)
-    assert built.returncode == 0, built.stderr
-    return {path: path.read_text("utf-8") for path in out.rglob("*.html")}
+    return {path: path.read_text("utf-8") for path in built.rglob("*.html")}
 
 
 def test_all_pages_are_built(html):
@@ -37,6 +34,23 @@ def test_no_page_fetches_anything_from_outside(html):
 def test_links_between_the_pages_lead_somewhere(page):
     for target in re.findall(r"\]\((?!https?:)([^)#\s]+)(?:#[\w-]*)?\)", page.read_text("utf-8")):
         assert (page.parent / target).exists(), target
+
+
+def headings(page) -> set[str]:
+    """The anchors that a code host gives to the headings of a page."""
+    text = re.sub(r"```.*?^```", "", page.read_text("utf-8"), flags=re.MULTILINE | re.DOTALL)
+    found = (
+        re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading) for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    )
+    return {re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in found}
+
+
+@pytest.mark.parametrize("page", OUTSIDE, ids=lambda path: path.name)
+def test_links_from_outside_the_pages_lead_to_a_heading(page):
+    for target, anchor in re.findall(r"\]\((?!https?:)([^)#\s]*)#?([\w-]*)\)", page.read_text("utf-8")):
+        other = page.parent / target if target else page
+        assert other.exists(), target
+        assert not anchor or anchor in headings(other), f"{target}#{anchor}"
 
 
 def test_the_examples_of_the_readme_are_short_and_it_begins_with_two_commands():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import sys
 import tomllib
 from itertools import combinations
 
@@ -19,6 +20,8 @@ ENDS = {".py", ".h", ".c", ".toml"}
 SOURCES = [path for top in ("src", "examples") for path in (ROOT / top).rglob("*") if path.suffix in ENDS]
 LINE = re.compile(r"\b(?:pip install|pipx \w+|uvx|uv (?:run|pip|tool)) [^\n`]+")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+# Before the first release the name on an index is nobody's, or somebody else's: no page may ask an index for it.
+RELEASED = re.search(r"^## \S+ \(\d{4}-\d\d-\d\d\)$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
 WHEEL = f"slewline-{slewline.__version__}-py3-none-any.whl"
 
 
@@ -35,12 +38,12 @@ def requirements(line: str) -> list[str]:
 
 
 def complaint(requirement: str) -> str | None:
-    """What is wrong with a requirement, as long as no index has slewline."""
+    """What is wrong with a requirement; as long as nothing is released, no index has slewline."""
     name, wanted, place = re.fullmatch(r"(.*?)(?:\[([\w,]*)\])?(?: @ (.*))?", requirement).groups()
     ours = name in (".", "slewline") or "/" in name
     if ours and not {*(wanted or "").split(",")} - {""} <= {*PROJECT["optional-dependencies"]}:
         return "no such extra"
-    if name == "slewline" and not (place or "").startswith("file:///"):
+    if name == "slewline" and not (place or "").startswith("file:///") and (place or not RELEASED):
         return "asks an index for slewline"
     return "no wheel has this name" if place and not place.endswith(f"/{WHEEL}") else None
 
@@ -50,9 +53,21 @@ def lines(paths) -> list[str]:
     return [line.rstrip(" ).,;") for path in paths for line in LINE.findall(path.read_text("utf-8"))]
 
 
+@pytest.mark.parametrize("line", ["pip install 'slewline[all]'", "uvx slewline demo"])
+def test_a_line_that_asks_an_index_works_once_it_is_released(line, monkeypatch):
+    monkeypatch.setattr(sys.modules[__name__], "RELEASED", "## 0.1.0 (2030-01-31)")
+    assert not any(complaint(requirement) for requirement in requirements(line))
+
+
 @pytest.mark.parametrize("line", sorted({*lines(PAGES)}))
 def test_no_line_on_a_page_asks_an_index_for_what_only_the_clone_has(line):
     assert [complaint(requirement) for requirement in requirements(line)] == [None] * len(requirements(line))
+
+
+def test_pages_say_that_there_is_nothing_on_an_index_until_there_is():
+    pages = (ROOT / "README.md", ROOT / "docs/reference/systems.md")
+    said = ["no package on an index yet" in " ".join(page.read_text("utf-8").split()) for page in pages]
+    assert said == [not RELEASED] * 2
 
 
 def test_the_lines_are_found():
@@ -74,7 +89,8 @@ def test_the_lines_are_found():
         'pip install "slewline[all] @ file:///path/to/slewline.whl"',
     ],
 )
-def test_a_line_that_cannot_work_is_found(line):
+def test_a_line_that_cannot_work_is_found(line, monkeypatch):
+    monkeypatch.setattr(sys.modules[__name__], "RELEASED", None)
     assert LINE.fullmatch(line)
     assert any(complaint(requirement) for requirement in requirements(line))
 

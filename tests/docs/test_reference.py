@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 import ast
+import builtins
+import importlib
+import importlib.util
 import inspect
 import re
+import tomllib
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from docutils import nodes
+from sphinx.addnodes import download_reference
 
 import slewline
+import slewline.errors
 from slewline import build
+from slewline.cli.commands import cli
 from slewline.core.chip import Chip
-from slewline.core.component import Finding
-from slewline.core.motion.axis import Steps
-from slewline.core.motion.one_axis import OneAxis
-from slewline.core.wires.pin import Terminal
-from slewline.parts.hosts.adaptive_host import AdaptiveHost
-from slewline.parts.hosts.bus_host import BusHost
-from slewline.parts.hosts.flow_host import FlowHost
-from slewline.parts.hosts.packet_host import PacketHost
-from slewline.parts.hosts.serial_host import SerialHost
-from slewline.record.measuring.compare import Comparison
-from slewline.record.waveforms.waveforms import Waveforms
-from tests.sources import tree
+from tests.sources import text, tree
 
+from . import entries
 from .blocks import ROOT
 
 SOURCES = sorted((ROOT / "src/slewline").rglob("*.py"))
@@ -71,74 +71,64 @@ def test_every_finding_has_a_line_on_its_page():
 
 
 # ------------------------------------------------------------------------------------------------------------------ api
-API = (ROOT / "docs/reference/api.md").read_text("utf-8")
-OWNERS = {
-    "bench": (bench := slewline.Bench()),
-    "x": bench.add("cy525"),
-    "pin": Terminal,
-    "steps": Steps,
-    "finding": Finding,
-    "found": Comparison,
+bench = slewline.Bench()
+x, module, chipset, sides = (bench.add(part) for part in ("cy525", "gs-c200", "mc1451a", "cy545"))
+packets = bench.host(chipset)
+SEEN_BY_USERS = {
+    "bench": bench,
+    "x": x,
+    "module": module,
+    "chipset": chipset,
+    "sides": sides,
+    "pin": x.pin("slew"),
+    "host": bench.host(x),
+    "serial": bench.host(module),
+    "packets": packets,
+    "view": packets.axis(1),
+    "flow": bench.host(sides, over="parallel"),
+    "adaptive": bench.host(sides, over="serial"),
 }
-OWNERS["host"] = bench.host(OWNERS["x"])
-with_module = slewline.Bench()
-OWNERS["serial"] = with_module.host(with_module.add("gs-c200"))
-with_chipset = slewline.Bench()
-OWNERS["packets"] = with_chipset.host(with_chipset.add("mc1451a"))
+API = "".join(page.read_text("utf-8") for page in [ROOT / "docs/reference/api.md", *entries.PAGES])
+OF_SOME_CHIPS = set(re.findall(r"`x\.(\w+)`", API))
 
 
-@pytest.mark.parametrize("owner", ["bench", "x", "pin", "host", "serial", "packets"])
-def test_dir_lists_what_the_page_names_of_it_and_little_else(owner):
-    one = OWNERS["x"].pin("slew") if owner == "pin" else OWNERS[owner]
+@pytest.mark.parametrize("name", SEEN_BY_USERS)
+def test_what_dir_lists_has_an_entry(name):
+    one = SEEN_BY_USERS[name]
     listed = {name for name in dir(one) if not name.startswith("_")}
-    own = set(re.findall(rf"`{owner}\.(\w+)", API))
-    assert own - listed == set()
-    common = set(re.findall(r"`(?:host|x|bench)\.(\w+)", API)) | {"pin", "pins", "name"}
-    assert len(listed - own - common) <= 12 and {"kernel", "drivers"}.isdisjoint(listed)
+    assert listed - entries.named_of(one) - (OF_SOME_CHIPS if isinstance(one, Chip) else set()) == set()
+    assert {"kernel", "drivers"}.isdisjoint(listed)
 
 
-@pytest.mark.parametrize("owner", OWNERS)
-def test_what_the_api_page_names_exists(owner):
-    named = set(re.findall(rf"`{owner}\.(\w+)", API))
-    assert named
-    assert [name for name in named if not (hasattr(OWNERS[owner], name) or name in fields(OWNERS[owner]))] == []
+def test_what_dir_lists_of_an_axis_has_an_entry_with_the_chip():
+    axis = chipset.axis(1)
+    assert {name for name in dir(axis) if not name.startswith("_")} - entries.MEMBERS[Chip] == set()
 
 
-def fields(cls):
-    return getattr(cls, "__annotations__", {})
+@pytest.mark.parametrize("face", [slewline, build, slewline.errors])
+def test_everything_that_can_be_imported_has_an_entry(face):
+    public = getattr(face, "__all__", None) or [name for name, cls in vars(face).items() if inspect.isclass(cls)]
+    found = [(module, name) for module, name in entries.ENTRIES if "." not in name]
+    about = [entries.top(module, name) for module, name in found]
+    assert len({*found}) == len(found)
+    assert [name for name in public if getattr(face, name) not in about] == []
 
 
-def test_the_api_page_names_every_method_of_a_bench_and_everything_in_the_package():
-    methods = [name for name, _ in inspect.getmembers(slewline.Bench, inspect.isfunction) if not name.startswith("_")]
-    assert [name for name in methods if f"`bench.{name}(" not in API] == ["place"]  # for parts of one's own
-    asked = [name for name, _ in inspect.getmembers(OneAxis, inspect.isfunction) if not name.startswith("_")]
-    assert [name for name in asked if f"`x.{name}(" not in API] == []
-    assert [name for name in slewline.__all__ if f"`slewline.{name}" not in API] == []
+CALLS = [(module, name) for module, name in entries.ENTRIES if callable(entries.subject(module, name))]
+RAISED = {*vars(slewline.errors), *vars(builtins), "NothingHolds"}
 
 
-@pytest.mark.parametrize(
-    ("owner", "cls"),
-    [
-        ("bench", slewline.Bench),
-        ("x", Chip),
-        ("host", BusHost),
-        ("serial", SerialHost),
-        ("packets", PacketHost),
-        ("flow", FlowHost),
-        ("adaptive", AdaptiveHost),
-        ("pin", Terminal),
-        ("waveforms", Waveforms),
-    ],
-)
-def test_the_signatures_on_the_api_page_are_those_of_the_code(owner, cls):
-    for call in re.findall(rf"`({owner}\.\w+\(.*?\))`", API):
-        shown = ast.parse(call, mode="eval").body
-        parameters = list(inspect.signature(getattr(cls, shown.func.attr)).parameters.values())[1:]
-        names = [ast.unparse(argument).lstrip("*") for argument in shown.args]
-        names += [keyword.arg or ast.unparse(keyword.value) for keyword in shown.keywords]
-        defaults = {keyword.arg: ast.literal_eval(keyword.value) for keyword in shown.keywords if keyword.arg}
-        assert names == [parameter.name for parameter in parameters][: len(names)], call
-        assert defaults.items() <= {parameter.name: parameter.default for parameter in parameters}.items(), call
+def strange(module, name):
+    """What a docstring says of parameters that there are not, and of errors that nobody knows."""
+    call = entries.subject(module, name)
+    args, raised = (set(entries.section(inspect.getdoc(call) or "", title)) for title in ("Args", "Raises"))
+    return (args and args - {*inspect.signature(call).parameters}) or raised - RAISED
+
+
+def test_a_docstring_speaks_of_parameters_and_errors_that_there_are():
+    assert len(CALLS) > 250
+    assert {".".join(entry): found for entry in CALLS if (found := strange(*entry))} == {}
+    assert [entry for entry in CALLS if not entries.subject(*entry).__doc__] == []
 
 
 # ---------------------------------------------------------------------------------------------------------------- build
@@ -165,11 +155,62 @@ def test_the_calls_on_the_build_page_have_the_parameters_of_the_code():
         )
 
 
-KEPT = re.findall(r"`(slewline[\w.]*)`", BUILD.split("## What else keeps its place")[1].split("Where a name")[0])
+# ---------------------------------------------------------------------------------------------------------- conformance
+FACTS = sorted((ROOT / "docs/reference").glob("conformance_*.md"))
+
+
+@pytest.mark.parametrize("page", FACTS, ids=lambda page: page.stem)
+def test_a_fact_has_an_anchor_and_leads_to_its_tests(page):
+    rows = [row.split(" | ") for row in re.findall(r"^\| (<a .*) \|$", page.read_text("utf-8"), re.MULTILINE)]
+    anchors = [re.fullmatch(r'<a id="([\w.-]+)" href="#\1">\1</a>', cells[0])[1] for cells in rows]
+    assert len(anchors) == len({*anchors}) > 20
+    for *_, tests in rows:
+        for name, path in re.findall(r"\[`(\w+)`\]\(([^)]*)\)", tests):
+            assert re.search(rf"(def|class) {name}\b", text((page.parent / path).resolve())), name
+
+
+@pytest.mark.parametrize("url", ["", "https://host.example/slewline/blob/v1"])
+def test_a_link_to_a_test_leads_to_its_line_on_the_code_host(url, monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "docs/_extensions")
+    sources = importlib.import_module("sources")
+    name = "test_a_link_to_a_test_leads_to_its_line_on_the_code_host"
+    link = download_reference("", "", nodes.literal("", name), reftarget="../../tests/docs/test_reference.py")
+    page = nodes.paragraph("", "", link)
+    env = SimpleNamespace(docname="a", doc2path=lambda _: ROOT / "docs/reference/a.md")
+    sources.lead_to_host(SimpleNamespace(config=SimpleNamespace(source_url=url), env=env, srcdir=ROOT / "docs"), page)
+    line = next(n for n, line in enumerate(text(Path(__file__)).splitlines(), 1) if line.startswith(f"def {name}("))
+    led = f"{url}/tests/docs/test_reference.py#L{line}"
+    assert [found.get("refuri") for found in page.children] == [led if url else None]
+    assert page.astext() == name
+    named = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"].get("urls", {}).get("Source")
+    assert sources.address("1") == (f"{named}/blob/v1" if named else "")
+
+
+# ------------------------------------------------------------------------------------------------------------ stability
+STABILITY = (ROOT / "docs/reference/stability.md").read_text("utf-8")
+
+
+def classified(heading):
+    """The names of a section of the page about stability, by their classes."""
+    table = STABILITY.split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    rows = re.findall(r"^\| (stable|provisional|internal) \| (.*) \|$", table, re.MULTILINE)
+    return {stability: re.findall(r"`([\w.-]+)`", names) for stability, names in rows}
+
+
+@pytest.mark.parametrize(
+    ("heading", "public"),
+    [("slewline", slewline.__all__), ("slewline.build", build.__all__), ("The command line", cli.commands)],
+)
+def test_every_public_name_is_stable_or_provisional(heading, public):
+    found = classified(heading)
+    assert [*found] == ["stable", "provisional"]
+    assert sorted(name for names in found.values() for name in names) == sorted(public)
 
 
 def test_the_pages_import_only_what_keeps_its_place():
-    assert "slewline.testing" in KEPT
+    kept = [module for modules in classified("Modules").values() for module in modules]
+    assert "slewline.testing" in kept
+    assert [module for module in kept if importlib.util.find_spec(module) is None] == []
     pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
     found = {}
     for page in pages:
@@ -177,4 +218,4 @@ def test_the_pages_import_only_what_keeps_its_place():
             for module in re.findall(r"^\s*(?:from|import) (slewline[\w.]*)", block, re.MULTILINE):
                 found.setdefault(module, []).append(page.name)
     assert "a_chip_of_your_own.md" in found["slewline.build"]
-    assert {module: on for module, on in found.items() if module not in [*KEPT, "slewline.build"]} == {}
+    assert {module: on for module, on in found.items() if module not in kept} == {}

@@ -64,6 +64,13 @@ def test_a_command_of_a_host_on_the_fly_and_a_motion_without_end():
         assert len(steps) == len(made) and not drive.troubles
 
 
+def test_a_drive_says_in_a_line_what_it_drives_and_how():
+    bench, x, *_ = furnished("cy525 to and fro")
+    drive = drive_of(bench, x, TwinLine())
+    current = "" if drive.enable else ", without current"
+    assert repr(drive) == f"<Drive of {x.name} axis 1, {UNO.name}: closed{current}>"
+
+
 def test_a_live_rate_of_a_cy525():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")

@@ -17,7 +17,7 @@ def test_a_driver_says_how_it_is_enabled_and_what_its_pulses_must_be():
     with pytest.raises(UnknownName, match="did you mean DM542"):
         polarity_of(UNO, "DM524")
     for short in ("high", "low", "setup", "hold"):  # 1 us, and a DM542 needs 2.5 and 5
-        with pytest.raises(UsageError, match=r"driver DM542: .* 1 us at least, and it needs"):
+        with pytest.raises(UsageError, match=r"driver DM542: .* 1 µs at least, and it needs"):
             polarity_of(UNO._replace(**{short: 16}), "DM542")
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import threading
 from collections import Counter
@@ -16,6 +15,7 @@ import pytest
 import slewline
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
+from tests.browsers import needed
 
 from .conftest import PATIENCE, STRAPS, Threaded
 
@@ -24,7 +24,6 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated:DeprecationWarning"),
 ]
 PAGE = Path(__file__).with_name("attacks.html")
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 QUIET = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
     "--disable-component-update --disable-sync --disable-dev-shm-usage"
@@ -40,9 +39,7 @@ WAYS = (  # in one of each way the browser has come to every port; it may spare 
 @pytest.fixture
 def browser(tmp_path):
     """Open a page; where there is no browser, the test is skipped."""
-    path = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if path is None:
-        pytest.skip("no Chromium is installed; on Debian:  apt install chromium")
+    path = needed()
     started = []
 
     def opened(url):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 from contextlib import contextmanager
@@ -16,9 +15,9 @@ from websockets.sync.client import connect
 import slewline
 from slewline.links.lines.pace import Paced
 from slewline.links.server import Server
+from tests.browsers import browser  # noqa: F401  (a fixture)
 from tests.links.conftest import PATIENCE, Threaded
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 CONTROL_TOKEN = "only the panel knows it"
 
 
@@ -124,17 +123,3 @@ def panels(served):
 
     yield panel
     assert [one.close() for one in opened] == [""] * len(opened)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    """Chromium; where it is missing the test is skipped.  What drives it is a package, and has to be there."""
-    path = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if path is None:
-        pytest.skip("no Chromium is installed; on Debian:  apt install chromium")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as running:
-        chromium = running.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()

@@ -1,30 +1,34 @@
-"""The pictures at the head of the README: `python -m tests.panel.head_pictures` draws them anew.  Look at them.
+"""Pictures of screens on the pages: `python -m tests.panel.head_pictures` draws them anew.  Look at them.
 
 The panel shows the welding machine in the middle of its work, the debugger its program at an instruction; both stand at
-an instant, so that the pictures stay as they are.
+an instant, so that the pictures stay as they are.  The notebook has the code of its page in its cells.
 """
 
 from __future__ import annotations
 
+import ast
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
+from html import escape
 from pathlib import Path
 
 from slewline.cli.live.debug import server_process
+from tests.browsers import chromium
 
 from .conftest import PanelProcess
 from .terminal.walks import EXAMPLES, ROOT, walked, weld
 
 IMAGES = ROOT / "docs/images"
-PANEL, DEBUGGER = IMAGES / "panel.png", IMAGES / "debugger.png"
+PANEL, DEBUGGER, NOTEBOOK = (IMAGES / f"{name}.png" for name in ("panel", "debugger", "notebook"))
+PAGE = ROOT / "docs/howto/notebooks.md"
+CELLS = 3  # of the page, from the first one on
+CELL = "background:#f5f7f8;border:1px solid #d9dfe4;padding:8px 12px;margin:18px 0 8px;font:13px/1.5 'DejaVu Sans Mono'"
 MACHINE = ROOT / "src/slewline/cli/weld.toml"
 INSTANT = "3.35 s"
 WIDE, HIGH = 1440, 1560
 COLOURS = 48
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
 def made_small(path):
@@ -32,11 +36,6 @@ def made_small(path):
     from PIL import Image
 
     Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
-
-
-def chromium():
-    """The program; None: it is not here."""
-    return next(filter(None, map(shutil.which, BROWSERS)), None)
 
 
 def draw_panel(path):
@@ -83,8 +82,30 @@ def draw_debugger(path):
     made_small(path)
 
 
+def draw_notebook(path):
+    """Draw the first cells of the page as a notebook: each with what its last line shows."""
+    from playwright.sync_api import sync_playwright
+
+    names, shown = {}, []
+    for code in re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)[:CELLS]:
+        *statements, last = ast.parse(code).body
+        exec(compile(ast.Module(statements, []), PAGE.name, "exec"), names)
+        value = eval(compile(ast.Expression(last.value), PAGE.name, "eval"), names)
+        shown.append(f'<pre style="{CELL}">{escape(code.strip())}</pre>{value._repr_html_()}')
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium(), args=["--no-sandbox"])
+        try:
+            page = browser.new_page(viewport={"width": 980, "height": 600}, reduced_motion="reduce")
+            page.set_content(f"<body style='margin:4px 24px 16px'>{''.join(shown)}")
+            page.screenshot(path=path, full_page=True)
+            made_small(path)
+        finally:
+            browser.close()
+
+
 if __name__ == "__main__":
     if chromium() is None:
         sys.exit("no Chromium is installed")
     draw_panel(PANEL)
     draw_debugger(DEBUGGER)
+    draw_notebook(NOTEBOOK)

@@ -1,4 +1,4 @@
-"""The pictures at the head of the README show what panel and debugger look like today."""
+"""The pictures of screens show what panel, debugger and notebook look like today."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from itertools import pairwise
 import matplotlib.image as images
 import numpy as np
 import pytest
+
+from tests.browsers import needed
 
 from . import head_pictures
 from .terminal.walks import ROOT
@@ -31,13 +33,13 @@ def cells(path):
     [
         (head_pictures.draw_panel, head_pictures.PANEL),
         (head_pictures.draw_debugger, head_pictures.DEBUGGER),
+        pytest.param(head_pictures.draw_notebook, head_pictures.NOTEBOOK, marks=pytest.mark.check),
     ],
-    ids=["panel", "debugger"],
+    ids=["panel", "debugger", "notebook"],
 )
 def test_the_picture_shows_what_is_seen_today(draw, kept, tmp_path):
     """`python -m tests.panel.head_pictures` draws it anew."""
-    if head_pictures.chromium() is None:
-        pytest.skip("no Chromium is installed; on Debian:  apt install chromium")
+    needed()
     made = tmp_path / "made.png"
     draw(made)
     now, before = images.imread(made), images.imread(kept)

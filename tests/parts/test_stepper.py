@@ -188,7 +188,7 @@ def test_a_push_is_a_number_of_steps(steps: Any) -> None:
 
 @pytest.mark.parametrize("step", ["1 ps", "10 ms"])
 def test_a_step_of_the_integrator_has_bounds(step: str) -> None:
-    with pytest.raises(slewline.UsageError, match=r"m: step '.*'; allowed 100 ns\.\.200 us"):
+    with pytest.raises(slewline.UsageError, match=r"m: step '.*'; allowed 100 ns\.\.200 µs"):
         stepper(step=step)
 
 

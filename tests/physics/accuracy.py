@@ -58,9 +58,9 @@ def energy() -> Iterator[Reading]:
         found.append(missing(trace))
         if us == 5:
             yield at_most("worst lag, steps", trace.worst, 2.0)
-            yield at_most("5 us, missing, of the input", abs(found[0]), 1e-4)
-    yield near("10 us over 5 us", found[1] / found[0], 4.0, 0.15)
-    yield near("20 us over 10 us", found[2] / found[1], 4.0, 0.15)
+            yield at_most("5 µs, missing, of the input", abs(found[0]), 1e-4)
+    yield near("10 µs over 5 µs", found[1] / found[0], 4.0, 0.15)
+    yield near("20 µs over 10 µs", found[2] / found[1], 4.0, 0.15)
 
 
 # ----------------------------------------------------------------------------------------------------------- accuracy
@@ -184,8 +184,8 @@ def fourth_power() -> Iterator[Reading]:
         spans = (100, 50, 25, 1)
         laws = [MotorLaw(motor, driver, LoadData(inertia=J, torque=0.02), step_ps=us * 1_000_000) for us in spans]
         ratios = falls(laws, edges, with_state(laws[0]), 0.043)
-        yield near(f"{name}, 100 us over 50 us", ratios[0], 16.0, 0.25)
-        yield near(f"{name}, 50 us over 25 us", ratios[1], 16.0, 0.15)
+        yield near(f"{name}, 100 µs over 50 µs", ratios[0], 16.0, 0.25)
+        yield near(f"{name}, 50 µs over 25 µs", ratios[1], 16.0, 0.15)
 
 
 @check(118, "the averaged source", long=True)

@@ -130,9 +130,9 @@ def cycle(decay: str, fast: float, diode: float = 0.0) -> tuple[float, float]:
 def chopper_fast_and_mixed() -> Iterator[Reading]:
     # Fast decay at a duty above a half would be unstable: (24 + 5) / 48 is; so 12 us of fast decay, and a diode.
     high, _ = ripple(chopped("mixed", fast_part=0.1))
-    yield near("mixed, 5 us fast, ripple, mA", high * 1e3, cycle("mixed", 5e-6)[0] * 1e3, 0.03)
+    yield near("mixed, 5 µs fast, ripple, mA", high * 1e3, cycle("mixed", 5e-6)[0] * 1e3, 0.03)
     high, _ = ripple(chopped("mixed", fast_part=0.2))
-    yield near("mixed, 10 us fast, ripple, mA", high * 1e3, cycle("mixed", 10e-6)[0] * 1e3, 0.03)
+    yield near("mixed, 10 µs fast, ripple, mA", high * 1e3, cycle("mixed", 10e-6)[0] * 1e3, 0.03)
     high, _ = ripple(chopped("slow", diode=1.0))
     yield near("slow, diode of 1 V, ripple, mA", high * 1e3, cycle("slow", 0.0, 1.0)[0] * 1e3, 0.03)
     law = restless(
@@ -141,8 +141,8 @@ def chopper_fast_and_mixed() -> Iterator[Reading]:
     trace = law.integrate(NONE, NONE, ps(0.7e-3), state=with_state(law, i1=-1.0, i2=1.0), command=0, engine="python")
     # Until the first tick the current falls against the supply: to 0 in 50 us it comes not, i = -4.8 + 5.8 exp(-t/tau).
     at = int(np.searchsorted(trace.times, 40_000_000))
-    yield near("fast, 1 A after 40 us, A", trace["i2"][at], -4.8 + 5.8 * exp(-40e-6 / TAU), 0.002)
-    yield near("fast, -1 A after 40 us, A", trace["i1"][at], 4.8 - 5.8 * exp(-40e-6 / TAU), 0.002)
+    yield near("fast, 1 A after 40 µs, A", trace["i2"][at], -4.8 + 5.8 * exp(-40e-6 / TAU), 0.002)
+    yield near("fast, -1 A after 40 µs, A", trace["i1"][at], 4.8 - 5.8 * exp(-40e-6 / TAU), 0.002)
 
 
 @check(102, "chopper: blanking sets a least current")
@@ -152,7 +152,7 @@ def least_current() -> Iterator[Reading]:
     state = with_state(law, i1=0.0, i2=0.0)
     _, mean = ripple(law.integrate(NONE, NONE, ps(6e-3), state=state, engine="python"), 5e-3)
     least = 24 * 2e-6 * 20e3 / A.resistance
-    yield near("2 us, mean, A", mean, least * (1 - exp(-5.5e-3 / TAU)), 0.05)
+    yield near("2 µs, mean, A", mean, least * (1 - exp(-5.5e-3 / TAU)), 0.05)
 
 
 @check(103, "winding that is let go")

@@ -40,7 +40,7 @@ def test_the_same_edges_agree_whenever_the_recording_began():
     assert found.agrees and found.shift_ps == -1_234_567 and len(found.pairs) == 2000 and found.rows == []
     assert (found.greatest_ps, found.mean_ps, found.drift_ppm) == (0, 0.0, 0.0)
     assert str(found) == (
-        "x.pulse: 2000 edges in the model, 2000 measured, shifted by -1.234567 us: agree\n"
+        "x.pulse: 2000 edges in the model, 2000 measured, shifted by -1.234567 µs: agree\n"
         "  2000 pairs: at most 0 ps apart, 0 ps in the mean, drift +0.0 ppm"
     )
 
@@ -49,9 +49,9 @@ def test_a_late_edge_is_told():
     model = pulses(1000)
     found = slewline.compare_edges(model, moved(moved(model, 412, 2_300_000), 413, -1), tolerance=1)
     assert rows(found) == [("late", 412, int(model[0][412]), 0, 2_300_000)]
-    assert str(found.rows[0]) == "edge 412 (falls) at 20.607 ms is 2.3 us late"
+    assert str(found.rows[0]) == "edge 412 (falls) at 20.607 ms is 2.3 µs late"
     assert not found.agrees and found.greatest_ps == 2_300_000 and found.mean_ps == 2_300_001 / 2000
-    assert "differ\n  edge 412 (falls) at 20.607 ms is 2.3 us late\n  2000 pairs: at most 2.3 us" in str(found)
+    assert "differ\n  edge 412 (falls) at 20.607 ms is 2.3 µs late\n  2000 pairs: at most 2.3 µs" in str(found)
     assert slewline.compare_edges(model, moved(model, 412, 2_300_000), tolerance="2.3 us").agrees
     early = slewline.compare_edges(model, moved(model, 413, -7000))
     assert [str(row) for row in early.rows] == ["edge 413 (rises) at 20.612 ms is 7 ns early"]
@@ -133,7 +133,7 @@ def test_buses_compare_their_values():
     model = times, np.array([1, 2, 3, 2, 9], np.int16)
     found = slewline.compare_edges(model, (times, np.array([1, 2, 0x2A, 2, 9], np.int16)))
     assert [str(row) for row in found.rows] == [
-        "edge 2 (becomes 03) at 30 us is missing", "edge 2 (becomes 2A) at 30 us is extra",
+        "edge 2 (becomes 03) at 30 µs is missing", "edge 2 (becomes 2A) at 30 µs is extra",
     ]  # fmt: skip
 
 
@@ -143,7 +143,7 @@ def test_nothing_to_compare():
     for found in (slewline.compare_edges(some, empty, shift="best"), slewline.compare_edges(some, empty)):
         assert found.missing.tolist() == [0, 1, 2, 3] and found.shift_ps == 0 and found.drift_ppm == 0
     assert slewline.compare_edges(empty, some).extra.tolist() == [0, 1, 2, 3]
-    assert str(slewline.compare_edges(some, empty)).endswith("edge 3 (rises) at 112 us is missing")
+    assert str(slewline.compare_edges(some, empty)).endswith("edge 3 (rises) at 112 µs is missing")
 
 
 def test_wrong_use():

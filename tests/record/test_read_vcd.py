@@ -661,7 +661,7 @@ def test_steps_begin_with_known_levels(parse):
     found = parse(text)
     assert found.steps("p").times_ps.tolist() == [3_000_000, 7_000_000]  # not from unknown or floating to 0
     assert found.steps("p", "d").directions.tolist() == [-1, 1]  # an edge of both at once: the new direction
-    with pytest.raises(UsageError, match="d is floating or unknown at the step at 2 us"):
+    with pytest.raises(UsageError, match="d is floating or unknown at the step at 2 µs"):
         found.steps("p", "d", "rising")
     with pytest.raises(UsageError, match="edge='up', forward=1: allowed falling or rising"):
         found.steps("p", edge="up")

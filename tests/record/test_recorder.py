@@ -298,7 +298,7 @@ def test_before_the_recording_began(rig):
     rig.recorder.record(net)
     assert rig.edges("x.slew", 3_000_000) == []
     with pytest.raises(
-        NotRecorded, match=r"^x\.slew at 2 us: recorded from 3 us on; call bench\.record\('x\.slew'\) earlier$"
+        NotRecorded, match=r"^x\.slew at 2 µs: recorded from 3 µs on; call bench\.record\('x\.slew'\) earlier$"
     ):
         rig.edges("x.slew", 2_000_000)
 

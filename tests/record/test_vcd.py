@@ -266,7 +266,7 @@ def test_stream_that_comes_too_late_says_so_and_leaves_nothing(rig, tmp_path):
     net = rig.net("x.slew", pull=1)
     rig.recorder.record(net, 1_000_000)
     with (
-        pytest.raises(NotRecorded, match="recorded from 4 us on"),
+        pytest.raises(NotRecorded, match="recorded from 4 µs on"),
         VcdStream(tmp_path / "a.vcd", rig.nets, rig.recorder) as s,
     ):
         rig.kernel.run(1_000_000)

@@ -17,7 +17,9 @@ from slewline.chips import PARTS
 from slewline.core.chip import Chip
 from slewline.core.messages.instead import Instead
 from slewline.parts import KINDS, part_class
+from slewline.parts.base.part import Part
 from slewline.parts.hosts.host import Host
+from tests.docs import entries
 
 
 def loaded(statement: str) -> set[str]:
@@ -85,17 +87,19 @@ def test_a_face_has_the_names_that_it_lists_and_no_others(face) -> None:
 
 # ------------------------------------------------------------------------------------------------------ public names
 PAGES = Path(__file__).parents[2] / "docs/reference"
-FOR_USERS, FOR_AUTHORS = ("api.md", "parts.md"), ("api.md", "parts.md", "build.md")
+FOR_USERS = ("api.md", "parts.md", *(f"api/{page.name}" for page in entries.PAGES if page.name != "build.md"))
+FOR_AUTHORS = (*FOR_USERS, "build.md", "api/build.md")
+OF_USERS = frozenset().union(*(names for cls, names in entries.MEMBERS.items() if cls is not Part))  # for users
 MOST = {Chip: 86, Host: 63, object: 48}  # public names of a chip, of a host, of anything else
 GIVEN = {"prom": {"image": b"\xff"}, "switch": {"low": 0}}  # to parts that must be told something
 
 
 def written(*pages: str) -> set[str]:
-    """The names in code on pages."""
+    """The names in code on pages, and those of the entries for users."""
     code = [
         found for page in pages for found in re.findall(r"(?s)```.*?```|`[^`\n]+`", (PAGES / page).read_text("utf-8"))
     ]
-    return set(re.findall(r"[A-Za-z]\w*", " ".join(code)))
+    return OF_USERS.union(re.findall(r"[A-Za-z]\w*", " ".join(code)))
 
 
 def public(thing: object) -> set[str]:

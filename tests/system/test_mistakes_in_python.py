@@ -319,7 +319,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.figure(cursors=["99 s"])',
         "UsageError",
-        "cursors: 99 s is outside the picture, 985 us to 136.046909 ms; give start or stop too",
+        "cursors: 99 s is outside the picture, 985 µs to 136.046909 ms; give start or stop too",
     ),
     (
         'b.figure(pins=["x.wait"])',

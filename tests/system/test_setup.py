@@ -33,6 +33,8 @@ def setup(tmp_path):
     (tmp_path / "requirements/dev.lock").write_text("numpy==1\n")
     (tmp_path / "requirements/compiled.lock").write_text("setuptools==1\n")
     (tmp_path / "pyproject.toml").write_text("[build-system]\n[project]\n[tool.hatch]\n")
+    (tmp_path / "src/slewline").mkdir(parents=True)
+    (tmp_path / "src/slewline/version.py").write_text("0.1.0\n")
     return load(shutil.copy(SCRIPT, tmp_path / "tools"))
 
 
@@ -112,6 +114,13 @@ def test_a_changed_lock_is_installed(setup, machine, tmp_path):
     assert machine.installed == [".venv", "run.lock", "", "run.lock"]
 
 
+def test_another_version_is_installed(setup, machine, tmp_path):
+    assert setup.main(["run"]) == 0
+    (tmp_path / "src/slewline/version.py").write_text("0.2.0\n")
+    assert setup.main(["run"]) == 0
+    assert machine.installed == [".venv", "run.lock", "", ""]
+
+
 def test_a_failed_installation_explains_itself_and_is_tried_again(setup, machine, capsys):
     machine.online = False
     assert setup.main(["run"]) == 1
@@ -180,7 +189,6 @@ def test_a_task_is_done_in_the_environment_and_its_status_counts(setup, machine,
 @pytest.fixture
 def source(setup, tmp_path):
     """A source file in the checkout, and the hook that compiles it."""
-    (tmp_path / "src/slewline").mkdir(parents=True)
     shutil.copy(SCRIPT.with_name("compile_core.py"), tmp_path / "tools")
     (tmp_path / "src/slewline/kernel.py").write_text("now = 0\n")
     return tmp_path / "src/slewline/kernel.py"
@@ -252,6 +260,7 @@ def test_clean_takes_away_what_was_made(setup, tmp_path):
     left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
     assert left == {
         "src/slewline/bench.py",
+        "src/slewline/version.py",
         "tools/setup.py",
         "requirements/run.lock",
         "requirements/dev.lock",

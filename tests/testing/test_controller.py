@@ -130,7 +130,7 @@ def test_the_instants_of_steps(gs_c200s):
     times = gs_c200s.chip.steps(since).times_ps - since
     gs_c200s.assert_steps([int(time) for time in times], direction=1, since=since)
     late = [int(times[0]), int(times[1]) - 2_000_000, int(times[2])]
-    with pytest.raises(AssertionError, match=r"^step 2 is 2 us late: cw at"):
+    with pytest.raises(AssertionError, match=r"^step 2 is 2 µs late: cw at"):
         gs_c200s.assert_steps(late, since=since)
     with pytest.raises(AssertionError, match=r"^step 2 is one too many: "):
         gs_c200s.assert_steps([late[0], late[2]], since=since)

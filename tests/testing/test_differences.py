@@ -25,7 +25,7 @@ def test_no_difference_is_no_text():
 
 def test_one_that_is_late_or_early():
     assert told(changed(4, (4_000_002_500, 1))) == "step 4 is 2.5 ns late: cw at 4.000002 ms, expected cw at 4 ms"
-    assert told(changed(1, (1, 1))) == "step 1 is 999.999999 us early: cw at 1 ps, expected cw at 1 ms"
+    assert told(changed(1, (1, 1))) == "step 1 is 999.999999 µs early: cw at 1 ps, expected cw at 1 ms"
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_one_that_is_missing_or_too_many_does_not_make_all_others_wrong():
 
 def test_how_many_more_there_are():
     found = [(time + 10**6 * (n > 1), sign) for n, (time, sign) in enumerate(STEPS)]
-    assert told(found) == "step 3 is 1 us late: cw at 3.001 ms, expected cw at 3 ms; 2 more are wrong"
+    assert told(found) == "step 3 is 1 µs late: cw at 3.001 ms, expected cw at 3 ms; 2 more are wrong"
     assert told(found[:4]).endswith("; 1 more are wrong; 4 steps came, expected 5")
 
 

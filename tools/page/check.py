@@ -1,4 +1,6 @@
-"""Check the types of the panel's page with the TypeScript compiler, which npm installs: tools/page/check.py FOLDER.
+"""Check the types of our scripts with the TypeScript compiler, which npm installs: tools/page/check.py FOLDER.
+
+They are those of the panel's page, and those of the documentation.
 
 The compiler goes to FOLDER, which may be left out.  Where there is no npm, nothing is checked, and a line says so.
 """
@@ -16,7 +18,7 @@ def main(arguments):
     place = Path(arguments[0] if arguments else HERE.parent.parent / "build" / "page")
     npm, node = shutil.which("npm"), shutil.which("node")
     if npm is None or node is None:
-        print("page: npm is not here, so the types of the panel's page are not checked; on Debian:  apt install npm")
+        print("page: npm is not here, so the types of our scripts are not checked; on Debian:  apt install npm")
         return 0
     compiler = place / "node_modules" / "typescript" / "bin" / "tsc"
     if not compiler.exists() or any(not same(HERE / name, place / name) for name in NEEDED):

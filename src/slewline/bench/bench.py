@@ -101,6 +101,16 @@ class Bench:
         keep: forget what was before that, for endless runs: where axes and shafts have been, recorded pins (unless
             `record(keep=)` says otherwise), findings, what hosts have received; None keeps everything.
 
+    Attributes:
+        chips: the chips, by name, in the order in which they came.
+        parts: parts and hosts, likewise.
+        recorded: the pins that are recorded, by their full names.
+        journal: the `Journal` that is being written; None: there is none.
+        seed: the seed of every random element.
+        on_finding: hook, called with a `Finding` of any chip or part.
+        on_input: hook, called with an input from outside: what ("drive"), and to what, as a dict of plain data.
+        on_commit: hook, called with a time, in ps: everything before it is final.
+
     Raises:
         BenchFileError: the journal cannot be written, or its path is a file that is not a journal.
         TimeError: `keep` is no duration.
@@ -108,33 +118,10 @@ class Bench:
 
     _for_users: ClassVar[tuple[str, ...]] = (
         *("add", "host", "part", "wire", "pin", "chips", "parts", "run", "run_to", "run_until", "run_until_idle", "at"),
-        *(
-            "now",
-            "now_ps",
-            "findings",
-            "quantity",
-            "quantities",
-            "until",
-            "until_idle",
-            "wait",
-            "connect",
-            "place",
-            "catch_up",
-        ),
-        *(
-            "conclude",
-            "record",
-            "recorded",
-            "edges",
-            "plot",
-            "figure",
-            "show",
-            "readings",
-            "timing",
-            "timing_figure",
-            "intervals",
-        ),
-        *("check_timing", "save_vcd", "save_csv", "save_steps", "save_npz", "stream_vcd", "journal", "seed", "stores"),
+        *("now", "now_ps", "findings", "quantity", "quantities", "until", "until_idle", "wait", "connect", "place"),
+        *("catch_up", "conclude", "record", "recorded", "edges", "plot", "figure", "show", "readings", "timing"),
+        *("timing_figure", "intervals", "check_timing"),
+        *("save_vcd", "save_csv", "save_steps", "save_npz", "stream_vcd", "journal", "seed", "stores"),
         *("on_finding", "on_input", "on_commit"),
     )
     _to_set: ClassVar[Mapping[str, str]] = dict.fromkeys(
@@ -220,6 +207,8 @@ class Bench:
         if len(names) > SHOWN:
             names[SHOWN:] = [f"{len(names) - SHOWN} more"]
         return f"<Bench: {', '.join(names) or 'empty'}; {readable(self.kernel.now)}>"
+
+    _ipython_key_completions_ = __iter__  # bench["
 
     def __getitem__(self, name: str) -> Chip | Part:
         """A chip or part by name."""
@@ -350,6 +339,12 @@ class Bench:
         from ..record.pictures.pictures import show
 
         show(self.figure(*args, **options))
+
+    def _repr_svg_(self) -> str | None:
+        """Return what a notebook shows, the plot; None, and it shows the `repr`: there is nothing to draw yet."""
+        from .pictures.notebook import plot_of
+
+        return plot_of(self._pictures)
 
     readings = delegate("_pictures", Pictures.readings)
     timing = delegate("_diagrams", TimingDiagrams.timing)

@@ -260,13 +260,21 @@ class LineChip(InLines, Chip):
     """A chip that is spoken to in lines over RS-232.
 
     `answering` is true from the carriage return of a line to the end of its answer.
+
+    Attributes:
+        straps: what the pins say that set rate, address and checksums.
+        turnround_ps: from the end of a line to its answer, ps.
+        up_ps: when the supply was switched on, ps.
+        done: what `obey` answers where a command returns nothing.
+        refused: what it answers to what is no command.
+        lenient: is a line feed between two lines forgiven?
     """
 
     straps: Straps
     turnround_ps = TURNROUND_PS
-    up_ps = 0  # when the supply was switched on
-    done, refused = b"OK", b"?"  # what `obey` answers where a command says nothing, and to what is no command
-    lenient = False  # forgive a line feed between two lines
+    up_ps = 0
+    done, refused = b"OK", b"?"
+    lenient = False
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
         super().__init__(kernel, name, crystal_hz, **given)
@@ -278,7 +286,7 @@ class LineChip(InLines, Chip):
         )
 
     async def obey(self, line: Line) -> Sequence[bytes]:
-        """Do what a line says; returns the answers, without their carriage returns.
+        """Do what a line says; return the answers, without their carriage returns.
 
         As it stands here: the method named after the row of the command is called, and what it returns is the answer.
         """

@@ -16,6 +16,10 @@ from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEM
 from .options.values import DIRECTORY, FILE, Names, PartName, PinDrive, Strap, TimeWithUnit
 from .options.version_option import version_option
 
+INTO = click.option(
+    "--output", "-o", metavar="DIR", default=".", show_default=True, help="Where the files go.", type=DIRECTORY
+)
+
 
 @click.group(
     cls=CommandGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}, epilog=EXIT
@@ -322,21 +326,41 @@ def demo_command(output: str) -> int:
 
 @cli.command("examples", short_help="Examples: list them, or copy one out.", epilog=EXIT)
 @click.argument("name", required=False, shell_complete=completion.example)
-@click.option(
-    "--output",
-    "-o",
-    metavar="DIR",
-    default=".",
-    show_default=True,
-    help="Where the files go.",
-    type=DIRECTORY,
-)
+@INTO
 def examples_command(**options: Any) -> int:
-    """List the examples that come with the package, or copy one out.
+    """List the examples and lessons that come with the package, or copy one out.
 
     NAME is a file, whose folder and ending may be left out, or a folder such as drill: all that is in it is copied.  A
-    bench file comes with its folder.
+    bench file comes with its folder.  The lessons are notebooks: open the folder in Jupyter.
     """
     from .examples import examples
 
     return examples(**options)
+
+
+@cli.command("new-chip", short_help="Write a package with a chip of your own.", epilog=EXIT)
+@click.argument("name")
+@INTO
+def new_chip_command(**options: Any) -> int:
+    """Write a package with a chip of your own: sheet, class, tests, conformance table, and a program for it.
+
+    NAME is what the chip is called: small letters, digits, single hyphens.  The package works as it is; the chip in it
+    is made up, and you replace its rows.
+    """
+    from .new import new
+
+    return new("chip", **options)
+
+
+@cli.command("new-part", short_help="Write a package with a part of your own.", epilog=EXIT)
+@click.argument("name")
+@INTO
+def new_part_command(**options: Any) -> int:
+    """Write a package with a part of your own, for a place beside a chip: class, tests, conformance table, bench files.
+
+    NAME is what the part is called: small letters, digits, single hyphens.  The package works as it is; the part in it
+    is a relay, and you replace what it does.
+    """
+    from .new import new
+
+    return new("part", **options)

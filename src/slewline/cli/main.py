@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import codecs
+import io
 import os
 import signal
 import sys
@@ -30,6 +32,10 @@ def main() -> None:
         from .commands import cli  # noqa: F401
     except ModuleNotFoundError:  # which `invoke` tells
         pass
+    codecs.register_error("slewline", _plainer)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="slewline")
     try:
         if default:
             signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -39,6 +45,15 @@ def main() -> None:
     if default:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Python takes its time to end
     sys.exit(status)
+
+
+def _plainer(error: UnicodeError) -> tuple[str, int]:
+    """Write us for µs on a terminal or into a file whose encoding has no µ, as some code pages of Windows."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    from ..core.messages.plain import ascii_of
+
+    return ascii_of(error.object[error.start : error.end]), error.end
 
 
 def _interrupted(*_: object) -> NoReturn:

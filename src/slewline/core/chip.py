@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 from ..errors import UnknownName, UsageError
 from .component import Component
 from .datasheet.option import checked
+from .datasheet.packages import SIGNALS
 from .datasheet.table import Sheet
 from .messages.instead import OF_CHIPS, OURS, face, missing
 from .messages.known import Known, NameHelp
@@ -53,13 +54,25 @@ class AxisOfChip(OneAxis):
         return self.chip.registers_of(self.number)
 
     def __repr__(self) -> str:
-        return f"<{self.name}>"
+        return f"<{self.name}: {repr(self.motor)[len('<Axis: ') : -1]}>"
 
 
 class Chip(Component, OneAxis):
-    """A part on a bench.  Subclasses bring a sheet and `run()`, the firmware.
+    """A chip on a bench, as `Bench.add` returns it.  Subclasses bring a sheet and `run()`, the firmware.
 
-    `options` holds every option of the sheet by its name, checked.
+    Attributes:
+        name: on the bench, such as "x".
+        sheet: its data sheet.
+        options: every option of the sheet by its name, checked.
+        crystal_hz: the frequency of its crystal.
+        pins: the pins, by the manual's names in lower case.
+        axes: the positions of its motors with their pasts, that of axis 1 first.
+        idle: does it wait for a command, with nothing left to do?
+        on_finding: hook, called with a `Finding` of this chip.
+        on_power: hook, called with the chip and whether its supply is switched on.
+        on_instruction: hook, called with the address of each instruction of the program as it begins, before it acts.
+        on_command: hook, called with the text of what the chip works on, a command of its host or an instruction of
+            its program; "" when it works on nothing.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -151,6 +164,21 @@ class Chip(Component, OneAxis):
         where = ", ".join(str(axis.position) for axis in self.axes)
         what = f"position{'s' * (len(self.axes) > 1)} {where}, {state}, {readable(self.kernel.now)}"
         return f"<{self.sheet.part.upper()} {self.name}: {what}>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the package with its levels, the registers, the program, the last findings."""
+        from .notebook.chip_card import ChipCard
+
+        several = len(self.axes) > 1
+        return ChipCard(
+            repr(self)[1:-1],
+            self.sheet,
+            {name: pin.level for name, pin in self.pins.items() if pin.row.way in SIGNALS},
+            [self.registers_of(n) for n in range(1, len(self.axes) + 1)] if several else [self.registers],
+            self.program_rows(),
+            self.program_counter,
+            [str(finding) for finding in self.findings],
+        ).markup()
 
     @property
     def _of_part(self) -> str:

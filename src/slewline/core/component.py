@@ -21,7 +21,14 @@ from .wires.net import Driver
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A mistake of a host: what the manual forbids or leaves open, and what the chip made of it at `time_ps`."""
+    """A mistake of a host: what the manual forbids or leaves open, and what the chip made of it.
+
+    Attributes:
+        time_ps: when, ps.
+        source: the name of the chip or part.
+        code: of the kind of mistake, "range", "unfinished" ...
+        text: what has happened, in words; of a long one the middle is left out.
+    """
 
     time_ps: int
     source: str

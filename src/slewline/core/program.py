@@ -18,9 +18,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ProgramRow:
-    """An instruction of a stored program: where it begins, its bytes, and how it is written.
+    """An instruction of a stored program.
 
     A byte that is no instruction stands alone, with ??? and its value as text.
+
+    Attributes:
+        address: where it begins.
+        data: its bytes.
+        text: how it is written.
     """
 
     address: int

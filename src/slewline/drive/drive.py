@@ -86,6 +86,11 @@ class Drive:
             there is none.
         clock, wait: nanoseconds of the wall clock; what waits for seconds, or until bytes have come.
 
+    Attributes:
+        state: "ok", "halted", "unknown" (the board has lost its count) or "closed".
+        troubles: what has gone wrong since the beginning, in words.
+        on_event: hook, called with everything that the board tells.
+
     Raises:
         UsageError: an argument that makes no sense; the port is not there, is busy, or has no board.
         UnknownName: no such chip, or axis.
@@ -134,7 +139,7 @@ class Drive:
         # Has anything been said to the chip, so that it may move?
         self.spoken = self_start or bench.now_ps > 0 or any(not part.idle for part in bench.parts.values())
         self.state: DriveState = "closed"
-        self.on_event: Hook[[BoardEvent]] = Hook()  # everything that the board tells
+        self.on_event: Hook[[BoardEvent]] = Hook()
         self.wall = clock
         self.clock = BoardClock(board.hz)
         self.link = Link(self.clock)
@@ -155,7 +160,7 @@ class Drive:
         self.stopping: Stopping = StopChip(self, stop)
         self.rewind: Rewind | None = None
         self.watch: Telling = (troubles := Troubles(self))
-        self.troubles = troubles.told  # what has gone wrong since the beginning, in words
+        self.troubles = troubles.told
         self.talk = Talk(self, troubles, wait)
         self._live = Live(self, self.talk)
         if isinstance(port, str):
@@ -166,6 +171,10 @@ class Drive:
             folder = new_folder() if black_box is True else Path(black_box)
             folder.mkdir(parents=True, exist_ok=True)
             self.port = self.box = BlackBox(port, folder, clock, self.clock.ticks)
+
+    def __repr__(self) -> str:
+        dry = "" if self.enable else ", without current"
+        return f"<Drive of {self.chip.name} axis {self.axis_number}, {self.board.name}: {self.state}{dry}>"
 
     # ------------------------------------------------------------------------------------------------ open and closed
     def __enter__(self) -> Self:

@@ -48,6 +48,9 @@ class RecordSink(Protocol):
     def start(self, tick: int) -> object:
         """Start what is queued: the first interval begins at a tick."""
 
+    def restart(self, tick: int) -> object:
+        """Start what is queued, before what waits to be."""
+
 
 class LaidSteps(NamedTuple):
     """Steps of one direction: ticks, in 1/65536 tick; way down from the first (-1: not known), and more from each."""

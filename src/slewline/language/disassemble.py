@@ -55,12 +55,12 @@ def disassemble(stored: bytes, sheet: Sheet, labels: bool = False) -> str:
 
 
 def listing(stored: bytes, sheet: Sheet) -> str:
-    """The buffer to look at: address, bytes and instruction, a line each."""
+    """Return a stored program as text: address, bytes and instruction, a line each."""
     return "\n".join(listed(row.address, row.data, row.text, sheet) for row in program_rows(stored, sheet))
 
 
 def program_rows(stored: bytes, sheet: Sheet) -> list[ProgramRow]:
-    """The buffer, an instruction a row."""
+    """Return a stored program, an instruction a row."""
     return [ProgramRow(each.address, each.data, _text(each, sheet)) for each in instructions(stored, sheet)]
 
 

@@ -24,7 +24,7 @@ S = TypeVar("S")
 
 
 def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]:
-    """Everything odd in a text, in the order of its places.
+    """Return everything odd in a text, in the order of its places.
 
     A text is what a host sends, as `slewline run` takes it: without a command that begins program entry there is no
     program in it.

@@ -91,17 +91,31 @@ class Wanted(NamedTuple):
 
 # ---------------------------------------------------------------------------------------------------- what is answered
 class RampSegment(NamedTuple):
-    """Steps at one rate; of a part that works in cycles, a cycle."""
+    """Steps at one rate; of a part that works in cycles, a cycle.
 
-    begin_ps: int  # since the start of the first step, or of the first cycle
-    position: float  # steps before it
+    Attributes:
+        begin_ps: since the start of the first step, or of the first cycle, ps.
+        position: steps before it.
+        steps: how many.
+        rate: steps/s.
+        parameter: what stands for the rate in the part, if something does.
+    """
+
+    begin_ps: int
+    position: float
     steps: float
-    rate: float  # steps/s
-    parameter: int | None = None  # what stands for the rate in the part, if something does
+    rate: float
+    parameter: int | None = None
 
 
 class Accelerations(NamedTuple):
-    """Accelerations of a ramp, steps/s^2."""
+    """Accelerations of a ramp, steps/s^2.
+
+    Attributes:
+        first: at its start.
+        mean: what the rate gains, over the time of the ramp.
+        greatest: the greatest one.
+    """
 
     first: float
     mean: float
@@ -109,14 +123,26 @@ class Accelerations(NamedTuple):
 
 
 class Move(ABC):
-    """A whole move from rest to rest."""
+    """A whole move from rest to rest.
+
+    Attributes:
+        steps: how many.
+        time_ps: from the start of the first step, or cycle, until the part says that it is over.
+        top: the greatest rate, steps/s.
+        reached: whether that is the rate that is asked for.
+        legs: "up", "slew", "down" ..., each with its steps.
+    """
 
     called = "move"  # in messages
     steps: int
-    time_ps: int  # from the start of the first step, or cycle, until the part says that it is over
-    top: float  # the greatest rate, steps/s
-    reached: bool  # the rate that is asked for
-    legs: Sequence[tuple[str, float]]  # "up", "slew", "down" ...: steps
+    time_ps: int
+    top: float
+    reached: bool
+    legs: Sequence[tuple[str, float]]
+
+    def __repr__(self) -> str:
+        legs = ", ".join(f"{name} {steps}" for name, steps in self.legs)
+        return f"<Move of {self.steps} steps: {legs}; up to {self.top:.0f} steps/s, in {readable(self.time_ps)}>"
 
     @abstractmethod
     def trains(self) -> Sequence[Train]:
@@ -130,16 +156,26 @@ class Move(ABC):
 
 
 class Ramp(ABC):
-    """What a set of values gives: the way up from the first rate to the last one."""
+    """What a set of values gives: the way up from the first rate to the last one.
+
+    Attributes:
+        part: whose ramp it is.
+        values: all parameters, by name.
+        crystal_hz: the crystal.
+        start: the rate of the first steps, steps/s.
+        top: the rate after the ramp, steps/s.
+        time_ps: from the start of the first step, or cycle, to the first one at `top`.
+        steps: before that; a whole number, unless the part works in cycles.
+    """
 
     called = "ramp"  # in messages
     part: str
     values: Values
     crystal_hz: int
-    start: float  # the rate of the first steps, steps/s
-    top: float  # the rate after the ramp, steps/s
-    time_ps: int  # from the start of the first step, or cycle, to the first one at `top`
-    steps: float  # before that; a whole number, unless the part works in cycles
+    start: float
+    top: float
+    time_ps: int
+    steps: float
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name}={value!r}" for name, value in self.values.items())
@@ -147,7 +183,7 @@ class Ramp(ABC):
 
     @property
     def acceleration(self) -> float:
-        """The mean acceleration: what the rate gains, over the time of the ramp; 0 without a ramp."""
+        """The mean acceleration, steps/s^2: what the rate gains, over the time of the ramp; 0 without a ramp."""
         return (self.top - self.start) * PS_PER_S / self.time_ps if self.time_ps else 0.0
 
     @property

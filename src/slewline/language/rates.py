@@ -5,7 +5,7 @@ A register with `fraction` bits after the binary point, whose unit has the cycle
     register = rate * 2^fraction / (cycles per second)^cycles           12,345 steps/s: 4.04521 steps/cycle: 265107
 
 Here 25 MHz / 8192 = 3051.7578125 cycles make a second.  A manual may reckon with a round figure in its worked examples,
-3030 (330 us), and cut steps per cycle off after six digits before it scales them: 4.07425 steps/cycle, 267010.
+3030 (330 µs), and cut steps per cycle off after six digits before it scales them: 4.07425 steps/cycle, 267010.
 `manual` does the same; a motor then runs 0.72 % too fast.
 
 Scripts and hosts may write a rate with its unit, `spoken`: 12345 steps/s, 0.5 steps/cycle2, 8e5 steps/s^3.

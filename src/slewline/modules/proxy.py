@@ -51,7 +51,7 @@ def prompt_port(url: str, *more: Any, **options: Any) -> Any:
 
 
 class LatenessHistogram:
-    """How late characters were passed on: counts in bins of 10 us; what is later than 10 ms is in the last one."""
+    """How late characters were passed on: counts in bins of 10 µs; what is later than 10 ms is in the last one."""
 
     def __init__(self) -> None:
         self.counts = [0] * (BINS + 1)
@@ -68,7 +68,7 @@ class LatenessHistogram:
         return sum(self.counts)
 
     def within_us(self, share: float) -> float:
-        """Return the lateness that so much of all characters do not exceed, such as 0.99 of them (us)."""
+        """Return the lateness that so much of all characters do not exceed, such as 0.99 of them (µs)."""
         wanted, seen = share * self.characters, 0
         for number, count in enumerate(self.counts[:-1]):
             seen += count
@@ -81,8 +81,8 @@ class LatenessHistogram:
             return "no characters"
         half, most = self.within_us(0.5), self.within_us(0.99)
         return (
-            f"{self.characters} characters, half of them within {half:.0f} us, 99 % within {most:.0f} us, "
-            f"all within {self.worst_ns / 1000:.0f} us"
+            f"{self.characters} characters, half of them within {half:.0f} µs, 99 % within {most:.0f} µs, "
+            f"all within {self.worst_ns / 1000:.0f} µs"
         )
 
 

@@ -164,7 +164,7 @@ def grouped(value: object) -> str:
 
 def duration(ps: int) -> str:
     """Return a time as a picture has it: "3.2 ms", "25 µs"."""
-    return readable(ps).replace("us", "µs").replace("-", MINUS)
+    return readable(ps).replace("-", MINUS)
 
 
 class TimeAxis:
@@ -178,12 +178,12 @@ class TimeAxis:
     def __init__(self, start: int, stop: int, zero: int | None = None, zero_is: str = "") -> None:
         self.start, self.stop = start, stop
         span = stop - start
-        name = next((unit for unit in ("s", "ms", "us", "ns") if span >= 2 * UNITS[unit]), "ps")
+        name = next((unit for unit in ("s", "ms", "µs", "ns") if span >= 2 * UNITS[unit]), "ps")
         self.unit = UNITS[name]
         far = start > 10 * span
         self.origin = zero if zero is not None else start if far else 0
         from_where = zero_is or (f"from {duration(start)} on" if far and zero is None else "")
-        self.label = f"Time in {name}".replace("us", "µs") + (f", {from_where}" if from_where else "")
+        self.label = f"Time in {name}" + (f", {from_where}" if from_where else "")
 
     def scaled(self, times: Any) -> Any:
         """Return instants (ps) in units of the axis: float64, shape as given."""

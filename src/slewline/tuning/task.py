@@ -59,7 +59,13 @@ class TuningTask:
 
 @dataclass(frozen=True)
 class Chosen:
-    """A move that holds: its values, how long it takes, its greatest lag under any scenario, in full steps."""
+    """A move that holds.
+
+    Attributes:
+        values: its parameters, by name.
+        time_ps: how long it takes, ps.
+        worst: its greatest lag under any scenario, in full steps.
+    """
 
     values: Mapping[str, Value]
     time_ps: int
@@ -72,11 +78,19 @@ class Chosen:
 
 @dataclass(frozen=True)
 class MapPlace:
-    """A place of the map: what kills the move there; None: nothing does, or the part refuses it."""
+    """A place of the map.
+
+    Attributes:
+        values: the parameters there, by name.
+        time_ps: how long the move takes, ps; None: the part refuses it.
+        says: "holds", "fails", "fails nominally" or "refused".
+        killer: the scenario that kills the move; None: nothing does, or the part refuses it.
+        worst: the greatest lag, in full steps.
+    """
 
     values: Mapping[str, Value]
     time_ps: int | None
-    says: str  # "holds", "fails", "fails nominally", "refused"
+    says: str
     killer: str | None
     worst: float | None
 
@@ -87,10 +101,20 @@ class NothingHolds(UsageError):
 
 @dataclass(frozen=True, repr=False)
 class Tuned:
-    """What was found.
+    """What a search has found.
 
-    `runs` are those on which the result depends, `runs_here` those that were computed in this session, `exhaustive`
-    those that a map without any stop would take.  `killers` counts candidates by the scenario that they failed in.
+    Attributes:
+        task: what was looked for, with motor, driver and load.
+        candidates: how many the grid has.
+        refused: how many of them the part refuses.
+        best: the fastest move that holds; None: none does.
+        recommended: the fastest one with some distance to those that fail; None: there is none.
+        switched: the recommended move was judged with the switching chopper, too.
+        runs: how many runs the result depends on.
+        runs_here: how many of them were computed in this session.
+        exhaustive: how many a map without any stop would take.
+        killers: how many candidates failed, by the scenario that they failed in.
+        map: every candidate, if all were judged.
     """
 
     task: TuningTask

@@ -1,31 +1,52 @@
-"""The examples that come with the package."""
+"""What comes with the package beside its modules: the examples, the lessons among them, and the templates."""
 
 from __future__ import annotations
 
 import re
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from ...errors import UsageError
 
 PACKAGE = Path(__file__).parents[2]
-SOUGHT = (PACKAGE / "examples", PACKAGE.parents[1] / "examples")  # of an installed package, of a checkout
-HEADS = {".py": r'"""(.*?)(?:"""|\n)', ".c": r"/\*\s*(.*)", ".h": r"/\*\s*(.*)"}
+CHECKOUT = PACKAGE.parents[1]
+SOUGHT = {  # of an installed package, of a checkout: folders, by what the names of their files begin with
+    "examples": (
+        {"": PACKAGE / "examples"},
+        {"": CHECKOUT / "examples", "lessons": CHECKOUT / "docs/lessons"},
+    ),
+    "templates": ({"": PACKAGE / "templates"}, {"": CHECKOUT / "templates"}),
+}
+HEADS = {
+    ".py": r'"""(.*?)(?:"""|\n)',
+    ".c": r"/\*\s*(.*)",
+    ".h": r"/\*\s*(.*)",
+    ".ipynb": r'(?s:.*?)"# (.*?)(?:\\n)?"',
+}
 COMMENT = r"[;#]\s*(.*)"
 LEAVE_OUT = (".out", ".pyc")  # what a script prints is kept next to it, for the tests
+PAGE = "index.md"  # of the lessons
 
 
-def folder() -> Path:
-    """Return the folder of the examples."""
-    for place in SOUGHT:
-        if place.is_dir():
-            return place
-    raise UsageError(f"no examples are installed in {PACKAGE}; reinstall the package")
+def named(what: str = "examples") -> dict[str, Path]:
+    """Return the files by their names, such as "drill/looped.toml", the upper ones first.
 
+    Args:
+        what: "examples" or "templates".
 
-def files(root: Path) -> list[Path]:
-    """Return the files of a folder and of those in it, the upper ones first."""
-    found = [path for path in root.rglob("*") if path.is_file() and path.suffix not in LEAVE_OUT]
-    return sorted(found, key=lambda path: (len(path.parts), path))
+    Raises:
+        UsageError: the package has been installed without them.
+    """
+    for folders in SOUGHT[what]:
+        if folders[""].is_dir():
+            found = {
+                (PurePosixPath(begins) / path.relative_to(folder).as_posix()): path
+                for begins, folder in folders.items()
+                for path in folder.rglob("*")
+                if path.is_file() and path.suffix not in LEAVE_OUT and path.name != PAGE
+            }
+            shown = [name for name in found if not any(part.startswith(".") for part in name.parts)]
+            return {str(name): found[name] for name in sorted(shown, key=lambda name: (len(name.parts), name))}
+    raise UsageError(f"no {what} are installed in {PACKAGE}; reinstall the package")
 
 
 def title(path: Path) -> str:

@@ -43,6 +43,11 @@ FIRST = b'{"do":"journal",'  # as it begins
 class Journal:
     """A journal that is being written; an existing one is replaced.
 
+    Attributes:
+        path: of the file.
+        failure: why nothing can be written any more; "": nothing is wrong.
+        on_failure: hook, called once with the reason, where the run goes on without a journal.
+
     Raises:
         BenchFileError: the file exists and is not a journal; or it cannot be written, now or later, which is reported
             to `on_failure` instead if that has a listener.
@@ -55,13 +60,16 @@ class Journal:
 
     def _open(self, path: str | PathLike[str], kernel: Kernel, mode: Literal["w", "a"]) -> None:
         self.path, self.kernel = Path(path), kernel
-        self.failure = ""  # why nothing can be written any more
-        self.on_failure: Hook[[str]] = Hook()  # called once, where the run goes on without a journal
+        self.failure = ""
+        self.on_failure: Hook[[str]] = Hook()
         try:
             self.file: TextIO = open(path, mode, encoding="ascii", buffering=1)  # noqa: SIM115
         except OSError as error:
             raise BenchFileError(self._refusal(error)) from None
         finalize(self, closed, self.file)  # a bench needs no closing
+
+    def __repr__(self) -> str:
+        return f"<Journal {self.path}{': ' + self.failure if self.failure else ''}>"
 
     def write(self, do: str, what: dict[str, Any]) -> None:
         """Write one input, at this instant.

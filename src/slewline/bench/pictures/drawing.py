@@ -40,19 +40,19 @@ AxisNames = Sequence[int | str] | int | str | None
 class PictureOptions:
     """What a picture is to show: the arguments of `bench.figure`."""
 
-    title: str | None
-    pins: Sequence[str | Trace] | None
-    start: Time | None
-    stop: Time | None
-    axes: AxisNames
-    parts: Sequence[str] | str | None
-    runs: Mapping[str, Pictures | Steps] | None
-    over: Mapping[str, Trace] | None
-    ideal: bool
-    cursors: Time | Iterable[Time]
-    dark: bool
-    width: str | float
-    marks: bool
+    title: str | None = None
+    pins: Sequence[str | Trace] | None = None
+    start: Time | None = None
+    stop: Time | None = None
+    axes: AxisNames = None
+    parts: Sequence[str] | str | None = None
+    runs: Mapping[str, Pictures | Steps] | None = None
+    over: Mapping[str, Trace] | None = None
+    ideal: bool = False
+    cursors: Time | Iterable[Time] = ()
+    dark: bool = False
+    width: str | float = "page"
+    marks: bool = True
 
 
 class Pictures:

@@ -1,7 +1,7 @@
 r"""How the CY500 moves: every input is sampled as a step begins.
 
 b                              b'
-|______________________________|‾‾‾ held ‾‾‾|______     PULSE, high for 16 us at 6 MHz before each step
+|______________________________|‾‾‾ held ‾‾‾|______     PULSE, high for 16 µs at 6 MHz before each step
 |
 TRIGGER high holds the step; ABORT low, or XSS high in a run of J: no further one; XDIR gives its direction
 """

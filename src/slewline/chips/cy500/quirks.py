@@ -10,7 +10,7 @@ from ...core.datasheet.quirk import Quirk
 # fmt: off
 _ROWS = (
     # -------------------------------------------------------------------------------------------- rates and motions
-    ("UND-RATE-LAW", "T.2 R", "the period of a step is linear in R, 78.18 us a unit at 6 MHz; option inferred.periods", "both ends exact, as a preset timer would have it; the rate equation is not printed", "test_the_period_falls_by_the_same_with_each_unit_of_the_rate"),
+    ("UND-RATE-LAW", "T.2 R", "the period of a step is linear in R, 78.18 µs a unit at 6 MHz; option inferred.periods", "both ends exact, as a preset timer would have it; the rate equation is not printed", "test_the_period_falls_by_the_same_with_each_unit_of_the_rate"),
     ("UND-R-RANGE", "T.2 R", "R 0 goes on below R 1, at 20.08 ms a step; R 254 and 255 count as 253", "one byte; the highest rate is stated", "test_rates_outside_1_to_253_are_told_of_and_count_as_the_nearest"),
     ("CON-TOP-SPEED", "T.2 R against CY525 s.1, CY500 page, guide", "3350 steps/s at 6 MHz; 3360 and 3300+ are within half a percent", "the article gives it with its parameter; the 2K of the guide is the same at 3.58 MHz", "test_rates_at_both_ends"),
     ("CON-SCALE", "text against T.2 R", "rates scale with f/6 MHz", "the text is garbled", "test_rates_follow_the_crystal"),
@@ -27,7 +27,7 @@ _ROWS = (
     ("UND-N256", "T.2 N", "option early_part: N 256 * k takes 256 steps too few", "the borrow of a counter of two bytes would do so; how they fail is not stated", "test_early_parts_lose_256_steps_at_multiples_of_256"),
     ("UND-A-RULES", "T.2 A", "A after a change of direction, and a second A, set zero all the same, with a finding", "what they would do is not stated", "test_a_where_it_is_not_allowed_is_told_of"),
     ("UND-A-N", "T.2 N", "one step less for N as the very next command after A, in a program too, until the next N", "read to the letter", "test_n_right_behind_a_takes_one_step_less"),
-    ("UND-PULSE", "CY525 s.8", "PULSE is high for 16 us at 6 MHz before each step, within its period", "the CY525's manual has the figure beside its own 2.5 us", "test_pulse_is_high_for_16_us_between_steps"),
+    ("UND-PULSE", "CY525 s.8", "PULSE is high for 16 µs at 6 MHz before each step, within its period", "the CY525's manual has the figure beside its own 2.5 µs", "test_pulse_is_high_for_16_us_between_steps"),
     ("UND-PHASE", "text", "full steps as the CY525, half steps between them", "no table is at hand", "test_half_steps_go_through_eight_patterns_and_full_steps_through_four"),
     ("CON-PHASES", "text", "four phases", "the same sentence names three outputs and a motor with four phases", "test_half_steps_go_through_eight_patterns_and_full_steps_through_four"),
     ("UND-HALF-OFF", "T.2 I", "I ends half steps, and the pattern pointer goes to the first row", "it is initialised", "test_i_ends_the_modes_and_keeps_the_parameters"),
@@ -52,7 +52,7 @@ _ROWS = (
     ("UND-HANDSHAKE", "CY500 page", "I/O REQUEST, READY, INSTROBE as the CY525; in programs READY stays high and requests wait", "so does the CY512, whose pins agree in nine of ten", "test_ready_stays_high_while_a_program_runs"),
     ("UND-POWERUP", "-", "N 0, R 1, F 1, S 0, clockwise, any position", "as its successors", "test_what_the_registers_hold_at_power_up"),
     ("UND-ERRORS", "-", "unknown letters and bad numbers as the CY525", "the commands look alike", "test_unknown_letters_take_their_line_along"),
-    ("UND-TIMES", "-", "times in progress as the CY525, in clocks; 375 us at 11 MHz for commands that it lacks", "no figures", "test_commands_take_the_clocks_of_the_cy525"),
+    ("UND-TIMES", "-", "times in progress as the CY525, in clocks; 375 µs at 11 MHz for commands that it lacks", "no figures", "test_commands_take_the_clocks_of_the_cy525"),
     ("CON-INSTR-COUNT", "CY500 page, guide, T.1, T.2", "22 commands", "24 and 21 are printed elsewhere; the tables list 22", "test_there_are_22_commands"),
     ("CON-DELAY-GUIDE", "guide against T.1", "there is no delay", "no command of the tables is one", "test_there_are_22_commands"),
 )

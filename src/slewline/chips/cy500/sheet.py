@@ -40,7 +40,7 @@ _ITS: Mapping[str, dict[str, Any]] = {  # other than at the CY525
     "ready": {"says": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in progress"},
     "programmable_output": {"where": "art. T.2 B, C", "trust": "stated"},
     "pulse": {"where": "art. T.2 L; as the CY525"},
-    "wait": {"says": "tested by U (low)", "active": 0, "sense": 0, "seen": "polled every 8 us at 11 MHz by U", "where": "art. T.1, T.2 U; as the CY525"},
+    "wait": {"says": "tested by U (low)", "active": 0, "sense": 0, "seen": "polled every 8 µs at 11 MHz by U", "where": "art. T.1, T.2 U; as the CY525"},
     "ascii_binary": {"where": "CY525 s.1"},
     **{f"phase{n}": {"where": "art. text; as the CY525"} for n in (1, 2, 3, 4)},
 }
@@ -90,7 +90,7 @@ REGISTERS = tuple(replace(row, where=f"art. T.2 {row.letter}") for row in sheet.
 _SAYS = {"strobe_width": "INSTROBE low", "effect_lead": "effect of a command to READY high", "wait_poll": "U samples WAIT", "inhibit_poll": "a held step samples TRIGGER", "step_lead": "READY low to the first step"}
 TIMES = MappingProxyType({name: replace(time, says=_SAYS.get(name, time.says), where=BUS, trust="inferred") for name, time in sheet.SLOPED_TIMES.items() if name != "millisecond"})
 
-# The rate equation is not printed.  Inferred: the period falls by the same 78.18 us with each unit of the parameter, as
+# The rate equation is not printed.  Inferred: the period falls by the same 78.18 µs with each unit of the parameter, as
 # a preset timer would have it, from 50 steps/s at R 1 to 3350 at R 253, both exact (art. T.2 R); R 0 goes on below.
 SLOWEST, FASTEST = REFERENCE_HZ // 50, (REFERENCE_HZ, 3350)  # clocks: a whole number, and a fraction
 _UNITS = (RATE_TOP - 1) * FASTEST[1]  # the period at rate r is this many times a whole number of clocks

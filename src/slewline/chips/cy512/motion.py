@@ -3,7 +3,7 @@ r"""How the CY512 moves.  TERMINATE ends a step before its time, so that an enco
     b                  t                 b + period
     |__________________|‾‾‾‾|_ _ _ _ _ _      PULSE
     |                       |
-    ABORT, I/O REQUEST      the next step, PULSE having been high for 16 us at 6 MHz
+    ABORT, I/O REQUEST      the next step, PULSE having been high for 16 µs at 6 MHz
 
 TERMINATE is sampled from there on where the step, with PULSE high after it, lasts for 92 machine cycles.
 """

@@ -11,7 +11,7 @@ from ...core.datasheet.quirk import Quirk as _Q
 # fmt: off
 QUIRKS = (
     # ------------------------------------------------------------------------------------------------------- rates, ramps
-    _Q("CY512-UND-RATE-LAW", "s.3, comparison R", "a step takes 200 us at R 255 and 240/11 us more for each unit below; option inferred.periods",
+    _Q("CY512-UND-RATE-LAW", "s.3, comparison R", "a step takes 200 µs at R 255 and 240/11 µs more for each unit below; option inferred.periods",
        "it meets 5000 and, with TERMINATE, almost 8000 steps/s; a unit is half that of the CY500", "test_the_law_is_an_option"),
     _Q("CY512-CON-SPEED", "CY512 page against s.1, guide", "5000 steps/s by itself, 8000 with TERMINATE only",
        "the history distinguishes the two", "test_terminate_held_low_makes_almost_8000_steps_a_second"),
@@ -36,8 +36,8 @@ QUIRKS = (
        "one stop with a ramp and one without are listed", "test_abort_ramps_down_and_stops_whether_it_is_released_or_not"),
     _Q("CY512-UND-ABORT-FIRST", "s.3, comparison, item 9", "I/O REQUEST is sampled from the end of the first step on",
        "the first step may begin before it is high", "test_a_host_that_leaves_io_request_low_ends_its_motion_behind_the_first_step"),
-    _Q("CY512-UND-PULSE", "s.3, comparison, item 6; s.8", "PULSE is high for 16 us at 6 MHz, within the period, and while a step is held; options inferred.pulse_high, .held_pulse",
-       "longer than 2.5 us; the 16 us of s.8 are not the CY525's", "test_pulse_is_high_for_96_clocks_between_steps"),
+    _Q("CY512-UND-PULSE", "s.3, comparison, item 6; s.8", "PULSE is high for 16 µs at 6 MHz, within the period, and while a step is held; options inferred.pulse_high, .held_pulse",
+       "longer than 2.5 µs; the 16 µs of s.8 are not the CY525's", "test_pulse_is_high_for_96_clocks_between_steps"),
     # ----------------------------------------------------------------------------------------------------- commands, programs
     _Q("CY512-UND-EXPEND", "s.3, comparison D", "X counts milliseconds at 11 MHz, up to 65535; X 0 does not wait; option inferred.millisecond",
        "the delay of the CY525 is set beside it without another unit", "test_a_delay_of_0_is_over_at_once"),

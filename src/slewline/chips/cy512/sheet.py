@@ -90,7 +90,7 @@ _ITS: Mapping[str, dict[str, Any]] = {
 }
 PINS = (
     *(replace(pin, **_ITS.get(pin.name, {})) for pin in sheet.PINS),
-    Pin(0, "terminate", "in", "low ends the running step; its number is not known", active=0, pull=1, tie=1, seen="all through a step, not in its first 125 us", where=PAGE, trust="inferred"),
+    Pin(0, "terminate", "in", "low ends the running step; its number is not known", active=0, pull=1, tie=1, seen="all through a step, not in its first 125 µs", where=PAGE, trust="inferred"),
 )
 
 # ------------------------------------------------------------------------------------------------- rates, at 11 MHz

@@ -238,7 +238,7 @@ class Motion(motion.Motion):
     def stretched(self, leg: str) -> int:
         """I/O SELECT is high as a step begins: put the position on the bus, high byte, low byte (fig. 6.5).
 
-        Returns how many clocks longer the step becomes: none at a steady rate, 20 us (11 MHz) in a ramp.
+        Returns how many clocks longer the step becomes: none at a steady rate, 20 µs (11 MHz) in a ramp.
         """
         if self.select.level != 1:
             return 0

@@ -4,7 +4,7 @@ Of the manual (edition of 22 March 1999) chapter 16 is at hand ("ch.16"); of the
 single facts are public ("ch.5", "2002 p.77").  "guide" is the selection guide in the CY525 manual of 1984.
 
 What no readable page states is *inferred*.  It is marked so, and a bench file replaces it: option `inferred`.  Times are
-for a crystal of 12 MHz, at which a machine cycle of the part takes 1 us; the chip counts clocks of its crystal.
+for a crystal of 12 MHz, at which a machine cycle of the part takes 1 µs; the chip counts clocks of its crystal.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ REGISTERS = (
 # ------------------------------------------------------------------------------------------------ rates, at 12 MHz
 # The table is in no readable page.  Known: 256 rates, 25 steps/s apart, then 50, then about 35 and more and more, since
 # the period is then counted in machine cycles (2002 p.77); a twentieth is about 1 to about 1000 steps/s (ch.16, JOG);
-# 27K at the top (guide, which names no crystal).  From 1000 / 20 and a cycle of 1 us follows the first of these tables,
+# 27K at the top (guide, which names no crystal).  From 1000 / 20 and a cycle of 1 µs follows the first of these tables,
 # whose top is 27K at 16 MHz; from 27K at 12 MHz the second one.
 CYCLE_TICKS = 12  # clocks of a machine cycle
 RATES = 256

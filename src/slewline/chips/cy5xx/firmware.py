@@ -96,7 +96,7 @@ class Cy5xx(Chip):
         self._supply.switch(on)
 
     def reset(self) -> None:
-        """Pulse RESET low for 20 us at 6 MHz from now on."""
+        """Pulse RESET low for 20 µs at 6 MHz from now on."""
         self.pin("reset").pulse(0, self.clock.ps(120) + 1)
 
     def _powered_up(self) -> None:
@@ -128,7 +128,7 @@ class Cy5xx(Chip):
     def _clock_runs(self) -> None:
         """CLK/15 runs from power-up on, whatever else happens (s.13)."""
         clock = Playing(StepTrain(self.clock, self.clock.ticks_from(self.kernel.now), ((15, OPEN),)))
-        self.drivers["clk15"].play(PulseView(clock, 10))  # 5 of 15 clocks low: 0.45 us at 11 MHz
+        self.drivers["clk15"].play(PulseView(clock, 10))  # 5 of 15 clocks low: 0.45 µs at 11 MHz
 
     # ------------------------------------------------------------------------------------------------- as others see it
     @property

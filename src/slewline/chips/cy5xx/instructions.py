@@ -138,7 +138,7 @@ class Instructions(ParameterHandlers):
         await self.wait_for("W", 1)
 
     async def wait_for(self, letter: str, wanted: int) -> None:
-        """U and W: look at WAIT every 8 us; a new low of I/O REQUEST may end the wait too (s.3 item 8)."""
+        """U and W: look at WAIT every 8 µs; a new low of I/O REQUEST may end the wait too (s.3 item 8)."""
         chip, program, port, poll = self.chip, self.program, self.port, self.ticks["wait_poll"]
         request, ends = port.request, self.request_ends_wait
         chip.waits(f"waiting for wait={wanted} ({letter})")

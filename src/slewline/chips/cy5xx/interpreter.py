@@ -141,7 +141,7 @@ class Interpreter:
         await chip.polled(program.prog_in, 0, self.ticks["wait_poll"])
 
     async def instruction(self, at: int, due: int) -> None:
-        """One instruction: its time passes first, then it acts.  The first one acts 60 us after RUN fell."""
+        """One instruction: its time passes first, then it acts.  The first one acts 60 µs after RUN fell."""
         chip, program, buffer = self.chip, self.program, self.program.buffer
         program.began()
         code = buffer[at]

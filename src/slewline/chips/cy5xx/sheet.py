@@ -28,7 +28,7 @@ PINS = (
     Pin(1, "io_request", "in", "byte strobe; rate request while slewing; ends W and U", active=0, tie=1, seen="level; once per step in motion", where=HANDSHAKE, role="request"),
     Pin(2, "xtal1", "power", "crystal, LC or external clock", where="T.I; s.9"),
     Pin(3, "xtal2", "power", "crystal, LC or external clock", where="T.I; s.9"),
-    Pin(4, "reset", "in", "power-up state", active=0, pull=1, tie=1, seen="level, low for 15 us at 6 MHz", where="T.I; s.9", role="reset", told=("the chip is held in reset", "the chip starts again")),
+    Pin(4, "reset", "in", "power-up state", active=0, pull=1, tie=1, seen="level, low for 15 µs at 6 MHz", where="T.I; s.9", role="reset", told=("the chip is held in reset", "the chip starts again")),
     Pin(5, "nc5", "none", "leave open", where="T.I"),
     Pin(6, "abort", "in", "ramp down to the first rate, then stop if still low", active=0, tie=1, seen="once per step, at its start", where="T.I; s.7", role="abort", reflex="brake", told=("stop the motion", "")),
     Pin(7, "vss7", "power", "ground", where="T.I"),
@@ -52,7 +52,7 @@ PINS = (
     Pin(35, "pulse", "out", "low for the duration of a step", active=0, reset=1, where="T.I; s.8", role="step"),
     Pin(36, "ascii_binary", "in", "high: ASCII decimal, low: binary", active=1, pull=1, seen="with each command letter", where="T.I; s.5", role="text", told=("binary commands", "ASCII commands")),
     Pin(37, "motion_complete", "out", "falls after the last step (Int Req 1)", active=0, reset=1, where="T.I; s.2", role="motion_complete"),
-    Pin(38, "wait", "in", "tested by W (high) and U (low)", active=1, pull=1, seen="polled every 8 us by W and U", where="T.I", role="input1", told=("", "")),
+    Pin(38, "wait", "in", "tested by W (high) and U (low)", active=1, pull=1, seen="polled every 8 µs by W and U", where="T.I", role="input1", told=("", "")),
     Pin(39, "io_select", "in", "low: host writes, high: chip writes; position read-out while stepping", active=1, tie=0, seen="level; once per step in motion", where="T.I; s.7", role="select"),
     Pin(40, "vcc", "power", "+5 V", where="T.I"),
 )
@@ -108,13 +108,13 @@ TIMES = MappingProxyType({
     "instrobe_delay": _T(15, 11, "request low to INSTROBE low", "s.7, fig. 7.3", "chosen"),
     "strobe_width": _T(1, 11, "INSTROBE and OUTSTROBE low", "s.7, fig. 7.3", "chosen"),
     "busy_delay": _T(10, 11, "strobe high to READY low", "s.7, fig. 7.3", "chosen"),
-    "letter": _T(LETTER_US, 11, "request low to READY high, byte without further work", "s.7 (at most 200 us)", "derived"),
+    "letter": _T(LETTER_US, 11, "request low to READY high, byte without further work", "s.7 (at most 200 µs)", "derived"),
     "store": _T(188 - _BUSY_US, 11, "READY low for the last byte of a command that is only stored", "s.7, fig. 7.2", "derived"),
-    "effect_lead": _T(17, 11, "effect of a command to READY high; puts RUN low 150 us after X is accepted", "s.7, fig. 7.5", "derived"),
+    "effect_lead": _T(17, 11, "effect of a command to READY high; puts RUN low 150 µs after X is accepted", "s.7, fig. 7.5", "derived"),
     "digit": _T(40, 11, "conversion of one decimal digit", "T.V note c", "chosen"),
     "millisecond": _T(1000, 11, "unit of D", "s.3 D"),
     "first_instruction": _T(60, 11, "RUN low to the end of the first instruction", "s.7, fig. 7.6"),
-    "wait_poll": _T(8, 11, "W and U sample WAIT", "s.10 (in step to 10 us)", "chosen"),
+    "wait_poll": _T(8, 11, "W and U sample WAIT", "s.10 (in step to 10 µs)", "chosen"),
     "inhibit_poll": _T(3, 11, "a held step samples STEP INHIBIT", "s.7", "chosen"),
     "pulse_high": _T(2.5, 11, "PULSE high between steps", "s.3 item 6"),
     "step_lead": _T(10, 11, "READY low and DIRECTION set to the first step", "s.2, s.7: just before stepping", "chosen"),
@@ -156,7 +156,7 @@ PHASES = ((0, 1, 0, 1), (1, 0, 0, 1), (1, 0, 1, 0), (0, 1, 1, 0))
 NOTES = MappingProxyType(
     {
         "input levels": "high from 2.0 V (XTAL and RESET 3.8 V), low up to 0.8 V (XTAL and RESET 0.6 V)",
-        "output levels": "high at least 2.4 V at 40 uA, low at most 0.45 V at 1.6 mA; open bus lines leak up to 10 uA",
+        "output levels": "high at least 2.4 V at 40 µA, low at most 0.45 V at 1.6 mA; open bus lines leak up to 10 µA",
         "supply": "5 V +/- 10 %, up to 100 mA; at most 1.5 W",
         "limits": "-0.5 to 7 V at any pin, 0 to 70 degrees C in operation, -65 to 150 in storage",
     }

@@ -1,6 +1,6 @@
 """Power and RESET.
 
-RESET low for 15 us (at 6 MHz) is seen; after power-up it takes 10 ms, which the capacitor of fig. 9.1 gives to a chip
+RESET low for 15 µs (at 6 MHz) is seen; after power-up it takes 10 ms, which the capacitor of fig. 9.1 gives to a chip
 whose RESET nothing drives.  The reset acts through an inner net, so it is the last thing that happens in its instant.
 A part may have RESET the other way round: `sense` is the level at which it holds.
 """
@@ -127,7 +127,7 @@ class Supply:
                 f"RESET {self.active} for less than {self._least} after power-up: the chip stays inert",
             )
         else:
-            least = f"{self.shortest.us:g} us at {self.shortest.mhz:g} MHz"
+            least = f"{self.shortest.us:g} µs at {self.shortest.mhz:g} MHz"
             self.chip.finding("reset-short", f"RESET {self.active} for less than {least}: not seen")
 
     def _reset_seen(self, fell: int) -> None:

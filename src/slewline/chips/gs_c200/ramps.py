@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise
 from math import floor, log
 
@@ -79,12 +80,21 @@ class GscMove(Move):
 
     def __init__(self, ramp: GscRamp, number: int) -> None:
         plan = profile.move(number, *ramp.law)
-        shortest = min(interval for interval, _ in plan.runs)
-        self.train = StepTrain(CLOCK, 0, plan.runs)
-        self.steps, self.time_ps = number, self.train.begin(number - 1) + TIMES["clock"].ticks
+        self.steps, self.runs = number, plan.runs
+        shortest = min(interval for interval, _ in self.runs)
         self.reached = shortest <= profile.period(ramp.law[1])
         self.top = ramp.top if self.reached else PS_PER_S / shortest
         self.legs = [(leg.name, leg.count) for leg in plan.legs]
+
+    @cached_property
+    def train(self) -> StepTrain:
+        """Its steps; who only asks whether a rate is reached does without."""
+        return StepTrain(CLOCK, 0, self.runs)
+
+    @cached_property
+    def time_ps(self) -> int:  # type: ignore[override]
+        """The time of the move."""
+        return self.train.begin(self.steps - 1) + TIMES["clock"].ticks
 
     def trains(self) -> tuple[StepTrain]:
         return (self.train,)

@@ -50,8 +50,8 @@ PINS = (
     Pin(24, "enable", "in", "low holds the next step", active=1, pull=1, seen="just before each step", where=_PD, role="enable", reflex="hold", told=("no further step", "")),
     Pin(25, "nc25", "none", "not connected", where=_PD),
     Pin(26, "dir", "out", "high: clockwise", active=1, reset=1, where=_PD, role="direction"),
-    Pin(27, "reset", "out", "resets the driver: low for 400 us", active=0, reset=1, where=_PD, role="driver_reset", told=("the driver is reset", "")),
-    Pin(28, "clock", "out", "a low pulse of 1.7 us per step", active=0, reset=1, where=_PD, role="step", sense=1),
+    Pin(27, "reset", "out", "resets the driver: low for 400 µs", active=0, reset=1, where=_PD, role="driver_reset", told=("the driver is reset", "")),
+    Pin(28, "clock", "out", "a low pulse of 1.7 µs per step", active=0, reset=1, where=_PD, role="step", sense=1),
     Pin(29, "nc29", "none", "not connected", where=_PD),
     Pin(30, "home", "in", "low: at the home position", active=0, pull=1, seen="just before each step of a homing", where=_PD, role="home", reflex="stop back", told=("at the home position", "")),
     Pin(31, "uo1", "out", "user output 1", active=1, reset=0, where=_PD, role="output1", told=("", "")),
@@ -165,8 +165,8 @@ REGISTERS = (
 PICOSECONDS = 1_000_000  # MHz: the model counts picoseconds
 _T = Timing
 TIMES = MappingProxyType({
-    "clock": _T(1.7, PICOSECONDS, "CLOCK low; at most 5 us", "pin 28; electrical characteristics"),
-    "reset": _T(400, PICOSECONDS, "RESET low; at most 500 us", "pin 27; electrical characteristics"),
+    "clock": _T(1.7, PICOSECONDS, "CLOCK low; at most 5 µs", "pin 28; electrical characteristics"),
+    "reset": _T(400, PICOSECONDS, "RESET low; at most 500 µs", "pin 27; electrical characteristics"),
     "dir_setup": _T(10, PICOSECONDS, "DIR and MOV to the first step", "figure 2", "chosen"),
     "delay_unit": _T(100 * MS, PICOSECONDS, "the unit of D", "command D"),
     "instruction": _T(MS, PICOSECONDS, "an instruction of a program, before its effect", "program examples", "chosen"),

@@ -85,7 +85,7 @@ class Chipset(Chip):
         self._supply.switch(on)
 
     def reset(self) -> None:
-        """Pull RESET low for 1 us."""
+        """Pull RESET low for 1 µs."""
         self._supply.pulse()
 
     def _cleared(self) -> None:

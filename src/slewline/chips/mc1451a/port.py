@@ -3,7 +3,7 @@ r"""The host port: strobes of a host become packets, HostRdy paces them.
     HostCmd    ____/‾‾‾‾\______________________________________________      a command byte, then words
     HostWrite  ‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
     HostRead   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_/‾‾‾‾‾‾‾‾‾‾‾      the checksum
-    HostRdy    ‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾\_________/‾‾      low for a slice of 81.92 us
+    HostRdy    ‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾\_________/‾‾      low for a slice of 81.92 µs
 
 What a byte or a word does is done at the end of the slice: a command without data acts then, one with data when its
 last word is in; what is to be read is frozen then.  A command byte begins a new packet, whatever has become of the old
@@ -135,7 +135,7 @@ class Port:
         driver.play(Wave(driver.at(now), (now + delay_ps,), (level,)))
 
     def _select(self, net: Net) -> None:
-        """HostSlct: report a release later than 2 us after the last strobe; one within a strobe ends it as none."""
+        """HostSlct: report a release later than 2 µs after the last strobe; one within a strobe ends it as none."""
         if net.value == 1 and self.legal:
             self.legal = False
             self._show(None, self.let_go_ps)
@@ -143,7 +143,7 @@ class Port:
         if net.value == 1 and since is not None:
             self.strobed_at = None
             if now - since > RELEASE_PS and self.supply.powered:
-                text = f"hostslct stays low for {(now - since) / NS / 1000:g} us after a transfer; at most 2 us"
+                text = f"hostslct stays low for {(now - since) / NS / 1000:g} µs after a transfer; at most 2 µs"
                 self.chip.finding("late-release", text)
 
     # ------------------------------------------------------------- operations as values (parts/base/operation.py)

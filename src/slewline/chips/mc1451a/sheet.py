@@ -72,7 +72,7 @@ PINS = (
     *(Pin(number, f"neglimit{n}", "in", f"axis {n}: end of travel in negative direction; SET_LMT_SENSE inverts its level", active=1, tie=0, seen=_CYCLE, where=_CP, axis=n, role="end_minus", reflex="stop down", told=("", "")) for n, number in enumerate((51, 44, 41, 37), 1)),
     Pin(24, "clkin", "power", "master clock", where=_CP),
     Pin(19, "clkout", "out", "a quarter of the master clock, for the other chips", where=_CP, role="clock"),
-    Pin(17, "reset", "in", "low resets the chipset; after power-up, not before 0.25 s", active=0, tie=1, seen="level, low for 1 us", where=_CP, role="reset", told=("the chipset is held in reset", "the chipset starts again")),
+    Pin(17, "reset", "in", "low resets the chipset; after power-up, not before 0.25 s", active=0, tie=1, seen="level, low for 1 µs", where=_CP, role="reset", told=("the chipset is held in reset", "the chipset starts again")),
     *_wires(_CP, (16, 18, 68, 67), "cp_iocntrl", "none", "control between the chips"),
     *_wires(_CP, (58, 57, 50, 49, 46, 43, 40, 39, 36, 35), "cp_data", "none", "data between the chips", first=2),
     *_wires(_CP, (28, 9, 6, 5), "cp_ioaddr", "none", "address to the other chips"),

@@ -1,7 +1,7 @@
 r"""The supply and the three ways to a reset: the supply comes, RESET falls, RESET as a command.
 
-RESET    ‾‾\____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾       1 us at least; RESET as a command does the same at once
-cycle            |  0  |  1  | ...  |  9  | 10  |           327.68 us each, from the end of reset on
+RESET    ‾‾\____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾       1 µs at least; RESET as a command does the same at once
+cycle            |  0  |  1  | ...  |  9  | 10  |           327.68 µs each, from the end of reset on
 HostRdy  ‾‾\______________________________/‾‾‾‾‾‾‾‾‾‾       after ten cycles
 """
 
@@ -66,7 +66,7 @@ class Supply:
 
     # ----------------------------------------------------------------------------------------------------------- reset
     def pulse(self) -> None:
-        """Pull RESET low for 1 us."""
+        """Pull RESET low for 1 µs."""
         self.chip.pins["reset"].pulse(0, self.clock.ps(self.reset_ticks))
 
     def _reset_changed(self, net: Net) -> None:

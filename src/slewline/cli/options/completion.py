@@ -112,10 +112,9 @@ def pins(ctx: click.Context, _param: click.Parameter, begun: str) -> list[Comple
 @quietly
 def example(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
     """Complete the name of an example, or of a folder of them."""
-    from ...bench.files.examples import files, folder, title
+    from ...bench.files.examples import named, title
 
-    root = folder()
-    found = {path.relative_to(root).as_posix(): title(path) for path in files(root)}
+    found = {place: title(path) for place, path in named().items()}
     folders = {place.rpartition("/")[0]: "" for place in found if "/" in place}
     return fitting([*folders.items(), *found.items()], begun)
 

@@ -344,6 +344,9 @@ class Table(Sequence[Row]):
     def __iter__(self) -> Iterator[Row]:
         return iter(self.rows)
 
+    def __repr__(self) -> str:
+        return f"<Table: {len(self)} commands>"
+
     def named(self, name: str) -> Row:
         """Return the row of a command by its name, for example "LOOP"; KeyError: there is none."""
         for row in self.rows:
@@ -385,20 +388,54 @@ C = TypeVar("C", bound=Channel)
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """A whole data sheet: everything that tools may know about a part without running it."""
+    """A whole data sheet: everything that tools may know about a part without running it.
+
+    Attributes:
+        part: the part number in lower case.
+        title: one line that says what the part is.
+        manual: what the facts are taken from.
+        pins: the pin table.
+        commands: the command table.
+        behaviour: counts up when the same inputs give other outputs: a journal names the one that it was made by.
+        crystal_hz: the usual crystal; without a crystal to choose, time is counted in picoseconds.
+        crystal_low_hz: the lowest that is allowed.
+        crystal_high_hz: the highest that is allowed; 0: there is none to choose.
+        registers: the registers, by the manual's names.
+        options: what the part may be made with.
+        rates: steps/s of each rate parameter, at `crystal_hz`.
+        times: what the part takes for something, by a name of ours.
+        limits: times between edges that the data sheet prints.
+        buffer_bytes: how much the program memory holds, in `memory_unit`.
+        buffer_where: where the manual says so.
+        verify_bytes: how many bytes a read-out has, by its group.
+        labels: the letters that may stand for places of a program.
+        suffix: of files with its programs.
+        notes: what `slewline describe` says beside the tables, by headings.
+        dialect: how commands are written, sent and stored.
+        channels: how a host reaches the part; the first one, unless it says otherwise.
+        axes: how many motors it has.
+        encoder: does it read encoders?
+        wires: pins of a part in several packages that belong together, by their names.
+        foreign: commands of sister parts, which this part refuses as unknown.
+        slips: by character: what to do where it was meant in another way.
+        sections: of the manual, about what rules speak of.
+        key: how `where` is abbreviated.
+        memory_unit: what the manual counts the program memory in.
+        opcodes: are they from the manual?
+    """
 
     part: str
     title: str
     manual: str
     pins: tuple[Pin, ...]
     commands: Table
-    behaviour: int = 1  # counts up when the same inputs give other outputs: a journal names the one that it was made by
-    crystal_hz: int = 10**12  # without a crystal to choose, time is counted in picoseconds
+    behaviour: int = 1
+    crystal_hz: int = 10**12
     crystal_low_hz: int = 0
     crystal_high_hz: int = 0
     registers: tuple[Register, ...] = ()
     options: tuple[Option, ...] = ()
-    rates: tuple[int, ...] = ()  # steps/s of each rate parameter, at `crystal_hz`
+    rates: tuple[int, ...] = ()
     times: Mapping[str, Timing] = field(default_factory=dict)
     limits: tuple[Limit, ...] = ()
     buffer_bytes: int = 0
@@ -408,17 +445,17 @@ class Sheet:
     labels: str = ""
     suffix: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
-    dialect: DialectSpec | None = None  # how commands are written, sent and stored
-    channels: tuple[Channel, ...] = ()  # how a host reaches the part; the first one, unless it says otherwise
+    dialect: DialectSpec | None = None
+    channels: tuple[Channel, ...] = ()
     axes: int = 1
     encoder: bool = False
-    wires: tuple[tuple[str, ...], ...] = ()  # pins of a part in several packages that belong together, by their names
-    foreign: tuple[str, ...] = ()  # commands of sister parts, which this part refuses as unknown
-    slips: Mapping[str, str] = field(default_factory=dict)  # by character: what to do where it was meant in another way
-    sections: Mapping[str, str] = field(default_factory=dict)  # of the manual, about what rules speak of
-    key: str = ""  # how `where` is abbreviated
-    memory_unit: str = "byte"  # what the manual counts the program memory in
-    opcodes: Trust = "stated"  # are they the manual's own?
+    wires: tuple[tuple[str, ...], ...] = ()
+    foreign: tuple[str, ...] = ()
+    slips: Mapping[str, str] = field(default_factory=dict)
+    sections: Mapping[str, str] = field(default_factory=dict)
+    key: str = ""
+    memory_unit: str = "byte"
+    opcodes: Trust = "stated"
 
     def __repr__(self) -> str:
         return f"<Sheet {self.part}: {len(self.pins)} pins, {len(self.commands)} commands>"

@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from functools import partial
+from inspect import getattr_static
 from typing import Any, NoReturn, TypeVar
 
 from ...errors import NoSuchAttribute
@@ -80,11 +81,18 @@ def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
         to_set: what to do instead of setting one, "" for the same as instead of reading it; by default objects may have
             an attribute of the name.
     """
+    if not any("__dir__" in vars(base) for base in cls.__mro__[:-1]):
+        setattr(cls, "__dir__", _names_there_are)  # noqa: B010 (mypy knows no assignment to a method)
     for name, remedy in instead.items():
         if not _has(cls, name):
             alone = CALL.fullmatch(remedy) is not None
             says = f"write {remedy}" if alone else remedy
             setattr(cls, name, Instead(name, says) if to_set is None else Never(name, says, to_set or says))
+
+
+def _names_there_are(one: object) -> list[str]:
+    """What `dir` lists of an object some of whose names only say what there is instead."""
+    return [name for name in object.__dir__(one) if not isinstance(getattr_static(one, name, None), Instead)]
 
 
 def seal(cls: type) -> None:

@@ -28,7 +28,13 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """One step: its instant, +1 clockwise or -1 counter-clockwise, and the position after it."""
+    """One step.
+
+    Attributes:
+        time_ps: its instant, ps.
+        direction: +1 clockwise, -1 counter-clockwise.
+        position: after it.
+    """
 
     time_ps: int
     direction: int
@@ -39,8 +45,10 @@ class Step(NamedTuple):
 class Steps:
     """Steps of a chip, one element each, in the order of time; `steps[0]` is a `Step`, `steps[:10]` the first ten.
 
-    `times_ps`: instants, (n,) int64 ps; `directions`: (n,) int8, +1 clockwise, -1 counter-clockwise; `positions`: after
-    each step, (n,) int64.
+    Attributes:
+        times_ps: instants, (n,) int64 ps, ascending.
+        directions: (n,) int8, +1 clockwise, -1 counter-clockwise.
+        positions: after each step, (n,) int64.
     """
 
     times_ps: NDArray[np.int64]
@@ -87,6 +95,12 @@ class Steps:
             f"{readable(first.time_ps)} to {readable(last.time_ps)}, positions {first.position} to {last.position}"
         )
         return f"<Steps: {len(self)}, {between}>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the first and the last steps, and a thumbnail of the positions."""
+        from ..notebook.steps_card import steps_card
+
+        return steps_card(repr(self)[1:-1], self.times_ps, self.directions, self.positions)
 
 
 missing(
@@ -153,6 +167,9 @@ class Axis:
         self.homing = 0  # the direction of the way out of a homing that is in progress; 0: there is none
         self.sought: tuple[str, int] | None = None  # the pin that ends its present way, in this direction, and how
         self.log = Motions(kernel, self.stands, self.halt)  # what a chip reports of its motions
+
+    def __repr__(self) -> str:
+        return f"<Axis: position {self.position}, {'in motion' if self.moving else 'at rest'}>"
 
     @property
     def travel(self) -> int:

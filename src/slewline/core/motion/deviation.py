@@ -14,9 +14,13 @@ if TYPE_CHECKING:
 
 
 class Deviation(NamedTuple):
-    """The greatest distances of a motion from its ideal, in steps and steps/s, each with its instant (ps).
+    """The greatest distances of a motion from its ideal.
 
-    Positive: it is ahead in clockwise direction, or faster.
+    Attributes:
+        position: in steps, positive where it is ahead in clockwise direction.
+        position_ps: the instant of that, ps.
+        velocity: in steps/s, positive where it is faster.
+        velocity_ps: the instant of that, ps.
     """
 
     position: float

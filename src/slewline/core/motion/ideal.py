@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..time.timebase import PS_PER_S
+from ..time.timebase import PS_PER_S, readable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,6 +38,11 @@ class Ideal:
         start: ps.
         position: there, in steps; positive is clockwise, and nothing wraps.
         pieces: one or more, in the order of time, `sign` being the direction of positive velocities.
+
+    Attributes:
+        start: ps.
+        stop: ps.
+        interrupted: the motion went another way at `stop`.
     """
 
     def __init__(self, start: int, position: float, pieces: Iterable[IdealPiece], sign: int = 1) -> None:
@@ -53,6 +58,9 @@ class Ideal:
         self._x = position + np.append(0.0, np.cumsum(((j * t / 6 + a / 2) * t + v) * t))
         self.stop = start + round(float(self._begins[-1]) * PS_PER_S)
         self.interrupted = False  # the motion went another way at `stop`
+
+    def __repr__(self) -> str:
+        return f"<Ideal: {readable(self.start)} to {readable(self.stop)}, {self._x[-1] - self._x[0]:+.0f} steps>"
 
     def until(self, stop: int) -> Ideal:
         """Return the ideal of a motion that was interrupted at an instant; itself, if it was over by then."""

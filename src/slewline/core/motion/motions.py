@@ -32,13 +32,14 @@ Why = Literal["done", "stopped", "limit", "changed", "cut"]
 class MotionEnd:
     """A motion of an axis is over.
 
-    `position` is the register, `steps` the way of this motion, negative counter-clockwise.  `why`:
-
-        "done"     it has come to its own end
-        "stopped"  it was ordered to end before that: ABORT, Z, STOP, another profile mode ...
-        "limit"    a limit switch has ended it, or the end of the position counter
-        "changed"  another motion has taken its place, without a rest
-        "cut"      K, reset, the motor or the supply switched off: at once, in the midst of a step
+    Attributes:
+        time_ps: when, ps.
+        position: of the register then.
+        steps: the way of this motion, negative counter-clockwise.
+        why: "done": it has come to its own end; "stopped": it was ordered to end before that (ABORT, Z, STOP, another
+            profile mode ...); "limit": a limit switch has ended it, or the end of the position counter; "changed":
+            another motion has taken its place, without a rest; "cut": K, reset, the motor or the supply switched off,
+            at once, in the midst of a step.
     """
 
     time_ps: int
@@ -51,12 +52,16 @@ class MotionEnd:
 class MotionStart:
     """A motion has begun on an axis.
 
-    `text` says what began it, in the manual's words; `rates` are those in force, by name, in steps/s ("R = 80" ->
-    5978.0), `notes` further parameters ("S" -> 200); `ideal` is the part's ideal of this motion, as far as the motion
-    has followed it, None where the part defines none or nothing has moved yet.  `changes` are other rates that came
-    into force on the way, in place of these: since when, in ps, and all of them.  `position` is the register as the
-    motion begins, `direction` 1 clockwise, -1 counter-clockwise, 0 where it is not said; `end` says how the motion has
-    ended, None while it goes on.
+    Attributes:
+        time_ps: when, ps.
+        text: what began it, in the manual's words: "G", "UPDATE".
+        rates: those in force, by name, in steps/s ("R = 80" -> 5978.0).
+        notes: further parameters, by name ("S" -> 200).
+        changes: other rates that came into force on the way, in place of these: since when, in ps, and all of them.
+        position: of the register, as the motion begins.
+        direction: 1 clockwise, -1 counter-clockwise, 0 where what began it does not say.
+        end: how the motion has ended; None while it goes on.
+        law: what works `ideal` out.
     """
 
     time_ps: int
@@ -71,7 +76,8 @@ class MotionStart:
 
     @property
     def ideal(self) -> Ideal | None:
-        """The ideal, worked out when it is asked for: a picture of an hour has thousands of motions."""
+        """The part's ideal of this motion, as far as the motion has followed it; None: it has none, or no step yet."""
+        # worked out when it is asked for: a picture of an hour has thousands of motions
         return self.law() if self.law is not None else None
 
 
@@ -85,7 +91,13 @@ missing(
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something that happened to an axis, in the manual's words; `kind` is "command", "limit", "home" or "event"."""
+    """Something that happened to an axis.
+
+    Attributes:
+        time_ps: when, ps.
+        kind: "command", "limit", "home" or "event".
+        text: what, in the manual's words.
+    """
 
     time_ps: int
     kind: str
@@ -93,7 +105,12 @@ class Mark:
 
 
 class MotionParameters(NamedTuple):
-    """What a motion is made with: rates in steps/s, and further parameters, by name."""
+    """What a motion is made with.
+
+    Attributes:
+        rates: in steps/s, by name ("R = 80" -> 5978.0).
+        notes: further parameters, by name ("S" -> 200).
+    """
 
     rates: Mapping[str, float] = {}
     notes: Mapping[str, object] = {}

@@ -47,15 +47,22 @@ class Outline(NamedTuple):
 class Quantity:
     """Something that has a value at every instant.
 
-    `held`: a staircase, each value holds until the next one; else straight lines lead from point to point.
-    `from_zero`: it shows as its distance from zero, as a velocity does; a position may be anywhere.
+    Attributes:
+        name: "velocity", "position", "current" ...
+        unit: of its values, "steps/s", "A" ...
+        held: a staircase, each value holds until the next one; else straight lines lead from point to point.
+        from_zero: it shows as its distance from zero, as a velocity does; a position may be anywhere.
+        check_kept: refuses an instant (ps) before what is kept.
     """
 
     name: str
     unit: str
     held: bool
     from_zero: bool = True
-    check_kept: Callable[[int], object] | None = None  # refuses an instant (ps) before what is kept
+    check_kept: Callable[[int], object] | None = None
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.name}, {self.unit}>"
 
     @overload
     def at(self, times: Time) -> float: ...  # type: ignore[overload-overlap]  # a text is no sequence of times

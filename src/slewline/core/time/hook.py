@@ -49,6 +49,10 @@ class Hook(Generic[P]):
         listeners.remove(listener)
         self.listeners = tuple(listeners)
 
+    def __repr__(self) -> str:
+        count = len(self.listeners)
+        return f"<{type(self).__name__}: {count} listener{'s' * (count != 1)}>"
+
     def __iadd__(self, listener: object) -> NoReturn:
         raise UsageError(f"a hook += {listener!r}; write .add(...)")
 

@@ -37,7 +37,11 @@ _QUANTITY = re.compile(r"\s*([+-]?)(\d{1,30})(?:\.(\d{0,30}))?\s*([a-zµ]+)\s*",
 
 
 class Seconds(float):
-    """An instant in seconds: a float that prints as "0.170768 s", rounded, and whose exact time is `ps`."""
+    """An instant in seconds: a float that prints as "0.170768 s", rounded.
+
+    Attributes:
+        ps: the exact instant, in picoseconds.
+    """
 
     __slots__ = ("ps",)
     ps: int
@@ -59,7 +63,7 @@ Time: TypeAlias = str | int | Seconds  # text with a unit, picoseconds, or bench
 
 
 def _scaled(text: str, units: dict[str, int], what: str, example: str) -> int:
-    match = _QUANTITY.fullmatch(text)
+    match = _QUANTITY.fullmatch(text.replace("\N{GREEK SMALL LETTER MU}", "µ"))
     unit = units.get(match[4] if match and match[4] in units else match[4].lower()) if match else None
     if match is None or unit is None:
         raise TimeError(f"{what} {text!r}: expected a number and a unit ({', '.join(units)}), for example {example!r}")
@@ -154,7 +158,7 @@ def hertz(frequency: str | int) -> int:
 
 def readable(ps: int) -> str:
     """Return a time as text, rounded down to six decimals of its unit: 3200000000 is "3.2 ms"."""
-    for unit in ("s", "ms", "us", "ns"):
+    for unit in ("s", "ms", "µs", "ns"):
         if abs(ps) >= UNITS[unit]:
             whole, rest = divmod(abs(ps), UNITS[unit])
             decimals = f"{rest:0{len(str(UNITS[unit])) - 1}d}"[:6].rstrip("0")

@@ -29,6 +29,9 @@ class Condition:
     def __str__(self) -> str:
         return self.text
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self}>"
+
     def begin(self) -> None:
         """Prepare: a wait begins."""
 
@@ -150,7 +153,13 @@ def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, .
 
 @face
 class Terminal:
-    """A pin as the outside sees it: its net, and a driver of one's own on it."""
+    """A pin as the outside sees it: its net, and a driver of one's own on it.
+
+    Attributes:
+        name: with its owner, "x.slew".
+        row: of the pin table of the sheet: number, way, what it is for.
+        net: the wire that it is on.
+    """
 
     _for_users: ClassVar[tuple[str, ...]] = ("name", "level", "drive", "release", "pulse", "is_", "edges", "row", "net")
 

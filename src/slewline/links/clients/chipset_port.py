@@ -31,7 +31,7 @@ LONGEST = 255  # requests of a series
 UNDER_WAY = 64  # requests whose answers are not waited for
 TRIES = 10  # how often HostRdy is waited for, PATIENCE_MS each, before a byte is read all the same
 GREETING = "slewline registers 1 "
-PATIENCE_MS = 100  # HostRdy is low for 82 us, and for 3.3 ms after a reset
+PATIENCE_MS = 100  # HostRdy is low for 82 µs, and for 3.3 ms after a reset
 
 
 class ChipsetPort:

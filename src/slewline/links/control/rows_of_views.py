@@ -34,6 +34,7 @@ SHEET = record(
         "buffer_bytes": WHOLE,
         "memory_unit": TEXT,
         "pins": array(OBJECT),
+        "packages": array(OBJECT),
         "registers": array(OBJECT),
         "commands": array(OBJECT),
         "wires": array(array(TEXT)),

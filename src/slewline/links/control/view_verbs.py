@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,6 +14,7 @@ from ...bench.files import examples
 from ...bench.scripts.script import run_script
 from ...chips import checks_of
 from ...core.component import input_of
+from ...core.datasheet.packages import packages
 from ...core.messages.near import hint
 from ...core.time.timebase import Time, moment, picoseconds
 from ...errors import SlewlineError, UsageError
@@ -211,22 +213,16 @@ class ViewVerbs(Verbs):
         """Reply with the examples."""
         rows = [
             {"name": name, "part": path.suffix[1:], "title": examples.title(path)}
-            for name, path in self.examples().items()
+            for name, path in examples.named().items()
         ]
         return {"examples": rows}
 
     def do_example(self, request: Data) -> Data:
         """Reply with the text of an example."""
-        found = self.examples()
+        found = examples.named()
         if request["name"] not in found:
             raise UsageError(f"no example {request['name']!r}{hint(request['name'], found)}; `examples` lists them")
         return {"text": found[request["name"]].read_text("utf-8", "replace")}
-
-    @staticmethod
-    def examples() -> dict[str, Path]:
-        """Return the examples, by name."""
-        folder = examples.folder()
-        return {path.relative_to(folder).as_posix(): path for path in examples.files(folder)}
 
 
 def texts(request: Data, key: str) -> list[str]:
@@ -289,6 +285,7 @@ def sheet_data(sheet: Sheet) -> Data:
         "buffer_bytes": sheet.buffer_bytes,
         "memory_unit": sheet.memory_unit,
         "pins": pins,
+        "packages": [asdict(package) for package in packages(sheet.pins)],
         "registers": registers,
         "commands": commands,
         "wires": [list(names) for names in sheet.wires],

@@ -23,7 +23,7 @@ A host may send the next request before it has the answer to the last one: a who
 round trip.  Requests are worked one after the other, each access at the pins of the chip, and takes its bus cycle of
 750 ns of virtual time.
 
-In lockstep that is all the time there is, so a host that polls would poll a hundred times for each word: there, 100 us
+In lockstep that is all the time there is, so a host that polls would poll a hundred times for each word: there, 100 µs
 may pass after an IN that finds bit 7 of the status at 0, until it is 1.  READY lets pass what it waits for.
 """
 

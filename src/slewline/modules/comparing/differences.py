@@ -29,7 +29,7 @@ Kind = Literal["answer", "listing", "delay", "duration"]
 
 
 class Tolerance(NamedTuple):
-    """How far two times may be apart: so many us, and a share of them."""
+    """How far two times may be apart: so many µs, and a share of them."""
 
     fixed_us: float
     share: float
@@ -52,7 +52,7 @@ class DialogueDifference(NamedTuple):
     """Where module and model differ.
 
     `line` counts the lines of a listing from 1; of an answer of one line it is 0.  `module` and `model` are answers, or
-    times in us.
+    times in µs.
     """
 
     exchange: int

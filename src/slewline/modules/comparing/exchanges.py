@@ -28,7 +28,7 @@ class RecordedExchange:
     number: int
     at_us: int
     over_us: float
-    characters: list[tuple[int, int]] = field(default_factory=list)  # when each was handed over (us), and its code
+    characters: list[tuple[int, int]] = field(default_factory=list)  # when each was handed over (µs), and its code
     answer: bytes = b""
     first_us: int | None = None
     last_us: int | None = None

@@ -25,7 +25,7 @@ LATE_US = 10_000_000  # how much later than the module's an answer of the model 
 
 @dataclass(eq=False)
 class ModelAnswer:
-    """What the model has answered in an exchange; times in us of the replay, as those of a `RecordedExchange`."""
+    """What the model has answered in an exchange; times in µs of the replay, as those of a `RecordedExchange`."""
 
     over_us: float = 0.0
     answer: bytes = b""

@@ -88,7 +88,7 @@ class PackageView {
       const { sheet } = await this.link.request({ do: "describe", chip: this.chip });
       if (this.closed) return;
       this.sheet = sheet;
-      this.packages = packages(sheet.pins);
+      this.packages = packages(sheet);
       this.narrow = this.root.clientWidth < NARROW_PX;
       this.build();
       this.sizes.observe(this.root);

@@ -1,12 +1,4 @@
-/**
- * Where the pins of a part are: which packages it has, and which pins are on which side of them.  No drawing here.
- *
- *      DIP                     PLCC, counted from the middle of its upper side
- *    1 |‾u‾| 8                    3 2 1 12 11
- *    2 |   | 7                  4 |‾‾‾‾‾‾‾| 10
- *    3 |   | 6                    |       |
- *    4 |___| 5                    5 6 7 8 9
- */
+/** Where the pins of a part are on its packages, as `describe` places them, and what they do.  No drawing here. */
 
 /**
  * @typedef {object} Pin as `describe` has it
@@ -30,80 +22,19 @@
  * @property {Pin[]} loose pins whose number is not known, of a package whose numbers are
  */
 
-const SIZES = [8, 14, 16, 18, 20, 24, 28, 38, 40, 44, 48, 64, 68, 84];
-const LARGEST_DIP = 40;
-
 /**
- * Return the pins of each package.  A chipset says in `where` to which one a pin belongs; without it, its pins without
- * a signal have the package before their name, and a package ends with the last one of these.
- * @param {Pin[]} pins
- * @returns {Map<string, Pin[]>}
- */
-export function byPackage(pins) {
-  /** @type {Map<string, Pin[]>} */
-  const found = new Map();
-  const numbers = pins.map((pin) => pin.number).filter(Boolean);
-  if (new Set(numbers).size === numbers.length) return found.set("", pins);
-  const prefix = (/** @type {Pin} */ pin) =>
-    pin.way === "in" || pin.way === "out" || pin.way === "both" ? "" : (/^([a-z]+)_/.exec(pin.name)?.[1] ?? "");
-  pins.forEach((pin, index) => {
-    const next = pins.slice(index).find((other) => prefix(other));
-    const name = /^(.+? chip)\b/.exec(pin.where ?? "")?.[1] ?? (next ? `${chipName(prefix(next))} chip` : "");
-    found.set(name, [...(found.get(name) ?? []), pin]);
-  });
-  return found;
-}
-
-/**
- * @param {string} prefix
- * @returns {string}
- */
-function chipName(prefix) {
-  return prefix === "io" ? "I/O" : prefix.toUpperCase();
-}
-
-/**
- * Return the packages of a part.
- * @param {Pin[]} pins
+ * Return the packages of a part, with its pins in the place of their names.
+ * @param {{pins: Pin[], packages: any[]}} sheet as `describe` has it
  * @returns {Package[]}
  */
-export function packages(pins) {
-  return [...byPackage(pins)].map(([name, own]) => arranged(name, own));
-}
-
-/**
- * @param {string} name
- * @param {Pin[]} pins
- * @returns {Package}
- */
-function arranged(name, pins) {
-  const known = pins.filter((pin) => pin.number > 0);
-  const numbered = known.length > 0;
-  if (!numbered) {
-    const half = Math.ceil(pins.length / 2);
-    return { name, numbered, square: false, sides: [pins.slice(0, half), pins.slice(half)], loose: [] };
-  }
-  const highest = Math.max(...known.map((pin) => pin.number));
-  const count = SIZES.find((size) => size >= highest) ?? highest + (highest % 2);
-  const at = new Map(known.map((pin) => [pin.number, pin]));
-  const one = (/** @type {number} */ number) => at.get(number) ?? number;
-  const run = (/** @type {number} */ first, /** @type {number} */ last) => {
-    const step = first <= last ? 1 : -1;
-    return Array.from({ length: Math.abs(last - first) + 1 }, (_, n) => one(first + step * n));
-  };
-  const loose = pins.filter((pin) => !pin.number);
-  if (count <= LARGEST_DIP) {
-    return { name, numbered, square: false, sides: [run(1, count / 2), run(count, count / 2 + 1)], loose };
-  }
-  const side = count / 4;
-  const top = Math.ceil(side / 2); // pin 1 is in the middle of the upper side, the first ones left of it
-  const sides = [
-    run(top + 1, top + side),
-    run(top + side + 1, top + 2 * side),
-    run(top + 3 * side, top + 2 * side + 1),
-    [...run(top, 1), ...run(count, top + 3 * side + 1)],
-  ];
-  return { name, numbered, square: true, sides, loose };
+export function packages(sheet) {
+  const pins = new Map(sheet.pins.map((pin) => [pin.name, pin]));
+  const placed = (/** @type {string | number} */ one) => (typeof one === "number" ? one : pins.get(one));
+  return sheet.packages.map((one) => ({
+    ...one,
+    sides: one.sides.map((/** @type {(string | number)[]} */ side) => side.map(placed)),
+    loose: one.loose.map(placed),
+  }));
 }
 
 /**

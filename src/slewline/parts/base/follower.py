@@ -40,7 +40,7 @@ class Follower:
     Args:
         part: has its pins already.
         inputs: the pins that it looks at; what they show is in `lookaheads`.
-        lay: promises the outputs again, from this instant on, under the present inputs.
+        schedule: promises the outputs again, from this instant on, under the present inputs.
         react: drives the outputs to levels: an input of a part in a circle has changed.
         cut: takes notice of what the inputs have shown up to an instant (ps), at which they cannot be asked again.
         delay_ps: how much later an output shows what follows from the inputs.

@@ -51,7 +51,22 @@ def served(host: str, chips: Mapping[str, T], chip: object) -> T:
 
 
 class Part(Component):
-    """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks."""
+    """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks.
+
+    Attributes:
+        kernel: the virtual time.
+        name: on the bench.
+        pins: the pins, by their names.
+        drivers: what drives the outputs, by the names of the pins.
+        on_finding: hook, called with a `Finding` of this part.
+        options: rows of what its constructor takes.
+        wiring: the role that each pin needs of a neighbour.
+        optional: pins that stay open where the neighbour has none.
+        verbs: methods by which a run script tells it something.
+        sits: "may" or "must" sit on the shaft of another part (`bench.part(..., on=...)`).
+        keeps: has it an option `store`, which keeps something without power?
+        queue: what it is asked to do, if it is asked.
+    """
 
     _for_users: ClassVar[tuple[str, ...]] = (
         "name",
@@ -67,10 +82,10 @@ class Part(Component):
     wiring: Mapping[str, str] = MappingProxyType({})
     optional: frozenset[str] = frozenset()
     verbs: tuple[str, ...] = ()
-    keeps: ClassVar[bool] = False  # it has an option `store`, which keeps something without power
-    sits: ClassVar[Literal["", "may", "must"]] = ""  # on the shaft of another part (`bench.part(..., on=...)`)
+    keeps: ClassVar[bool] = False
+    sits: ClassVar[Literal["", "may", "must"]] = ""
     options: tuple[Option, ...] = ()
-    queue: RequestQueue | None = None  # what it is asked to do, if it is asked
+    queue: RequestQueue | None = None
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
@@ -81,6 +96,18 @@ class Part(Component):
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name}>"
+
+    def _repr_html_(self) -> str | None:
+        """Return what a notebook shows: the shaft, turning as it has turned, what else it shows; None: its `repr`."""
+        shows = self.shows()
+        if not shows:
+            return None
+        from .part_card import part_card
+
+        now, kept = self.kernel.seen, self._past_kept.ps
+        places = next((each for each in self.quantities() if each.unit == "steps"), None)
+        levels = {name: pin.level for name, pin in self.pins.items()}
+        return part_card(repr(self)[1:-1], shows, levels, places, 0 if kept is None else max(now - kept, 0), now)
 
     def add_pin(
         self,

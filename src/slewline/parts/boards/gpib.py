@@ -184,7 +184,7 @@ class Talks:
 
     @from_outside
     def clear(self) -> None:
-        """Queue an interface clear: IFC low for 100 us."""
+        """Queue an interface clear: IFC low for 100 µs."""
         self._source.clear()
 
 

@@ -24,7 +24,7 @@ from .board import FLOATING, READY, Board, base_option
 from .isa_cycle import IsaCycle
 from .series import DATA, STATUS
 
-RESET_PS = 2_000_000  # the chipset wants 1 us; the strobe of the bus alone would be too short
+RESET_PS = 2_000_000  # the chipset wants 1 µs; the strobe of the bus alone would be too short
 COMMAND, RESET = 2, 8  # offsets from the base
 HOSTRDY = 0x80
 

@@ -23,7 +23,7 @@ IN, OUT, READY, ANSWER, MESSAGE, POLL = 0x00, 0x10, 0x20 + STATUS, 0x30 + STATUS
 WAITS = {READY: "ready", ANSWER: "answer", MESSAGE: "message"}  # what a board knows by these names
 MET = {READY: (READY_BIT, READY_BIT), ANSWER: (READY_BIT, 0), MESSAGE: (FREE_BIT, 0), POLL: (READY_BIT, READY_BIT)}
 MS = PS_PER_S // 1000
-POLL_PS = MS // 10  # what passes after a poll at most, where a poll lets time pass; HostRdy is low for 82 us
+POLL_PS = MS // 10  # what passes after a poll at most, where a poll lets time pass; HostRdy is low for 82 µs
 
 
 class Done(NamedTuple):

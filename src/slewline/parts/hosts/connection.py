@@ -20,9 +20,15 @@ if TYPE_CHECKING:
 class Connection:
     """A chip that is reached over a channel, as a host that is wired to its board sees it.
 
-    `pins` are the wires, by the names of the pins, and `bus` are those of the data bus, if there is one; `crystal_hz`
-    is on the board.  A chip on a serial line has straps.  `up_ps` is the instant at which it was switched on last: the
-    host is informed when it is again.
+    Attributes:
+        name: of the chip.
+        sheet: its data sheet.
+        channel: over which it is reached.
+        pins: the wires, by the names of the pins.
+        crystal_hz: of the crystal on its board.
+        bus: the wires of the data bus.
+        straps: what a chip on a serial line is strapped for.
+        up_ps: when it was switched on last, ps; the host is informed when it is again.
     """
 
     name: str

@@ -44,6 +44,14 @@ class Host(Part):
 
     It is on a bench by a class of its own for each channel, which has the calls of that channel: so hosts are four
     deep, as chips are.
+
+    Attributes:
+        name: on the bench.
+        chips: what it is connected to, by the names of the chips.
+        received: what has come in: bytes of read-outs, characters, of a chipset words.
+        pins: its own pins, by their names.
+        on_finding: hook, called with a `Finding` about it.
+        on_event: hook, called with what it does, in words: a line of a script, an answer.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -85,7 +93,7 @@ class Host(Part):
 
         @property
         def received(self) -> Sequence[int]:
-            """What has come in."""
+            """What has come in: bytes of read-outs, characters, of a chipset words."""
 
     def send(self, data: str | bytes) -> None:
         """Queue what goes out as it stands; no time passes.

@@ -49,7 +49,9 @@ class Result(NamedTuple):
 class PacketHost(Host):
     """A host computer on the host port of one chipset, or of several that share its data bus.
 
-    `received` are all words that it has read, `results` what the commands of a script returned.
+    Attributes:
+        received: all words that it has read.
+        results: what the commands of a script returned.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -279,7 +281,12 @@ class PacketHost(Host):
 
 @face
 class AxisView:
-    """A host that speaks for one axis."""
+    """A host that speaks for one axis.
+
+    Attributes:
+        host: the host.
+        number: of the axis, from 1.
+    """
 
     _for_users: ClassVar[tuple[str, ...]] = ("command", "query", "ask", "packet", "send", "wait", "host", "number")
 

@@ -26,6 +26,11 @@ class SerialHost(UartHost, Host):
 
     Args:
         baud: another rate than the module's.
+
+    Attributes:
+        received: characters that have come in.
+        answers: the lines that have come in since the last `ask`.
+        on_character: hook, called with each character that has come in.
     """
 
     queue: RequestQueue

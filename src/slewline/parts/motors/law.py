@@ -60,7 +60,7 @@ class MotorLaw:
     Args:
         motor, driver, load: their data.
         steps: "full" (two phases on), "wave" (one), "half", or "micro 8": so many commands to a full step.
-        step_ps: of the grid, from each edge on; 0: 20 us, and 1 us for a chopper.
+        step_ps: of the grid, from each edge on; 0: 20 µs, and 1 µs for a chopper.
         blocked: the rotor is held.
         phased: the inputs are phases, not steps: a row of the table for each set of phases that are on, the first phase
             counting 1, the second 2, then 4 ...; steps are "half".

@@ -39,7 +39,7 @@ def motor_law(
 
     Args:
         steps: "full", "wave", "half", "micro 8": what a command is.
-        step_ps: of the integrator; 0: 20 us, with a chopper 1 us.
+        step_ps: of the integrator; 0: 20 µs, with a chopper 1 µs.
 
     Raises:
         UnknownName, UsageError: as the part `stepper`.

@@ -72,7 +72,7 @@ class CountOutputs:
         return counts / self.rule.counter.scale.per_step
 
     def push(self, counts: int) -> None:
-        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us: an input of the part."""
+        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 µs: an input of the part."""
         check_counts(self.part, counts)
         self.part.input("push", counts)
         self.hand += counts
@@ -122,7 +122,7 @@ class ShowsCounts:
 
     @from_outside
     def push(self, counts: int) -> None:
-        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 us."""
+        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 µs."""
         self._outputs.push(counts)
 
     @property

@@ -61,7 +61,7 @@ class Stepper(Part):
         steps: "full", "wave", "half", "micro 8": what a step is.
         edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
         active: the level of a phase that is on; None: what the neighbour's pin says, else 1.
-        step: of the integrator; None: 20 us, and 1 us with a chopper.
+        step: of the integrator; None: 20 µs, and 1 µs with a chopper.
         lag: from the rotor to the edge of `stall`.
         engine: what integrates: "python"; "numba", which compiles before time passes; None: Python, and Numba, if it is
             installed, once that is worth while.  The bits are the same.
@@ -95,7 +95,7 @@ class Stepper(Part):
             "step",
             "time",
             None,
-            "of the integrator; None: 20 us, with a chopper 1 us",
+            "of the integrator; None: 20 µs, with a chopper 1 µs",
             low=10**5,
             high=2 * 10**8,
             none=True,

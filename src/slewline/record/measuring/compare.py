@@ -35,10 +35,14 @@ BECOMES = {-2: "becomes unknown", -1: "floats", 0: "falls", 1: "rises"}
 
 
 class Difference(NamedTuple):
-    """An edge in which the two differ: "missing" or "extra" in the measured one, or "late" or "early" there.
+    """An edge in which model and measurement differ.
 
-    `edge` counts from 0 among the model's edges, of an extra one among the measured; `time_ps` is on the model's time
-    axis, and `late_ps` how much later the measured one comes, 0 where there is none.
+    Attributes:
+        kind: "missing" or "extra" in the measured signal, "late" or "early" there.
+        edge: counted from 0 among the model's edges, of an extra one among the measured.
+        time_ps: on the model's time axis.
+        level: after it.
+        late_ps: how much later the measured one comes; 0 where there is none.
     """
 
     kind: str
@@ -54,11 +58,15 @@ class Difference(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """What a measured signal has in common with the model's.
+    """What a measured signal has in common with the model's; `print` shows it.
 
-    `shift_ps` was added to the measured times.  `pairs` are the indices of edges that belong together, (n, 2) int64,
-    `late_ps` how much later the measured ones come, (n,) int64; `missing` and `extra` the indices of the edges that
-    only one of the two has, (m,) and (k,) int64.
+    Attributes:
+        name: of the signal.
+        model: its edges: times (n,) int64 ps and levels (n,).
+        measured: the same of the measured signal.
+        shift_ps: what was added to the measured times.
+        tolerance_ps: up to this distance a pair agrees.
+        pairs: the indices of edges that belong together, (n, 2) int64: the model's, the measured one's.
     """
 
     name: str
@@ -70,27 +78,27 @@ class Comparison:
 
     @cached_property
     def late_ps(self) -> NDArray[np.int64]:
-        """How much later the measured edge of each pair comes, (n,) int64."""
+        """How much later the measured edge of each pair comes, (n,) int64 ps."""
         return self.measured[0][self.pairs[:, 1]] + self.shift_ps - self.model[0][self.pairs[:, 0]]
 
     @cached_property
     def missing(self) -> NDArray[np.int64]:
-        """Edges of the model that were not measured."""
+        """The indices of the model's edges that were not measured, (m,) int64."""
         return _others(len(self.model[0]), self.pairs[:, 0])
 
     @cached_property
     def extra(self) -> NDArray[np.int64]:
-        """Edges that were measured and that the model does not have."""
+        """The indices of the measured edges that the model does not have, (k,) int64."""
         return _others(len(self.measured[0]), self.pairs[:, 1])
 
     @property
     def greatest_ps(self) -> int:
-        """The greatest distance of a pair."""
+        """The greatest distance of a pair, ps."""
         return int(abs(self.late_ps).max()) if len(self.pairs) else 0
 
     @property
     def mean_ps(self) -> float:
-        """The mean distance of the pairs."""
+        """The mean distance of the pairs, ps."""
         return float(abs(self.late_ps).mean()) if len(self.pairs) else 0.0
 
     @property
@@ -117,6 +125,9 @@ class Comparison:
             n, by = int(self.pairs[pair, 0]), int(late[pair])
             found.append(Difference("late" if by > 0 else "early", n, int(times[n]), int(levels[n]), by))
         return sorted(found, key=lambda row: (row.time_ps, row.edge))
+
+    def __repr__(self) -> str:
+        return f"<Comparison {str(self).splitlines()[0]}>"
 
     def __str__(self) -> str:
         begin = f"{self.name}: " if self.name else ""

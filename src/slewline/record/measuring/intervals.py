@@ -15,6 +15,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from ...core.datasheet.table import Limit
+from ...core.notebook.markup import card, table
 from ...errors import UsageError
 from ..recording.recorder import FLOATING, Recorder, width_of
 from ..style import aligned, duration
@@ -170,7 +171,15 @@ class Bound:
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """A measured time from one edge to another, with the limits that the sheet of the part prints for it."""
+    """A measured time from one edge to another.
+
+    Attributes:
+        start: the first edge, "x.io_request falls".
+        end: the second edge.
+        start_ps: when the first one was, ps.
+        end_ps: when the second one was, ps.
+        bounds: the limits that the sheet of the part prints for it.
+    """
 
     start: str
     end: str
@@ -202,9 +211,16 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """A limit of a chip, and what was measured of it: how often, from the shortest to the longest (ps).
+    """A limit of a chip, and what was measured of it.
 
-    `violations` are the instants (ps) at which those begin that violate it.
+    Attributes:
+        chip: its name.
+        bound: the limit, as the sheet prints it.
+        count: how often it was measured.
+        shortest_ps: the shortest time, ps; None: there is none.
+        longest_ps: the longest time, ps.
+        violations: the instants (ps) at which those begin that violate it.
+        missing: the pin that was not recorded; "": none.
     """
 
     chip: str
@@ -213,7 +229,7 @@ class Checked:
     shortest_ps: int | None = None
     longest_ps: int | None = None
     violations: tuple[int, ...] = ()
-    missing: str = ""  # the pin that was not recorded
+    missing: str = ""
 
     @classmethod
     def of(cls, chip: str, bound: Bound, begins: NDArray[np.int64], ends: NDArray[np.int64]) -> Checked:
@@ -254,6 +270,9 @@ class Checked:
         return f"VIOLATED {times} at {duration(self.violations[0])}, by the {self.bound.limit.keeper}"
 
 
+HEADS = ("", "time", "printed", "seen", "shortest", "longest", "")  # of a table
+
+
 class TimingTable(Sequence[Checked]):
     """The printed limits of some chips, each with what was measured of it; `str` of it is a table."""
 
@@ -271,9 +290,15 @@ class TimingTable(Sequence[Checked]):
     def __len__(self) -> int:
         return len(self.rows)
 
+    def __repr__(self) -> str:
+        return f"<TimingTable: {len(self)} limits, {len(self.violated)} violated>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the limits of which something was measured."""
+        return card(repr(self)[1:-1], table(HEADS, [_cells(row) for row in self.rows if row.count], right=(3, 4, 5)))
+
     def __str__(self) -> str:
-        heads = ("", "time", "printed", "seen", "shortest", "longest", "")
-        lines = [heads, *(_cells(row) for row in self.rows if row.count)]
+        lines = [HEADS, *(_cells(row) for row in self.rows if row.count)]
         shown = aligned(lines, left=(0, 1, 2, 6))
         others: dict[str, list[str]] = {}
         for row in self.rows:

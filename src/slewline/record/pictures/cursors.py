@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ...core.motion.quantity import Quantity
+from ...core.notebook.markup import card, table
+from ...core.time.timebase import readable
 from ..recording.recorder import FLOATING, Probe, Recorder, width_of
 from ..recording.traces import Trace
 from ..style import aligned, duration, number
@@ -15,7 +17,14 @@ Value = float | int | None
 
 @dataclass(frozen=True, slots=True)
 class TraceReading:
-    """A trace at every instant: None where a pin floats; `bits` is 1 for a pin, 8 for a bus, 0 for a quantity."""
+    """A trace at some instants.
+
+    Attributes:
+        name: of the pin, or of the quantity.
+        unit: of a quantity.
+        values: one for each instant; None where a pin floats or there is no value.
+        bits: 1 for a pin, 8 for a bus, 0 for a quantity.
+    """
 
     name: str
     unit: str
@@ -31,10 +40,23 @@ class TraceReading:
 
 @dataclass(frozen=True, slots=True)
 class Readings:
-    """The value of every trace at some instants (ps); prints as a table."""
+    """The value of every trace at some instants; prints as a table.
+
+    Attributes:
+        instants_ps: the instants, ps.
+        rows: the traces.
+    """
 
     instants_ps: tuple[int, ...]
     rows: tuple[TraceReading, ...]
+
+    def __repr__(self) -> str:
+        return f"<Readings: {len(self.rows)} rows at {', '.join(map(readable, self.instants_ps))}>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the values as a table."""
+        head, *lines = self._lines()
+        return card(repr(self)[1:-1], table(head, lines, right=range(1, len(head))))
 
     def __str__(self) -> str:
         return "\n".join(aligned([*self._lines()], left=(0,)))

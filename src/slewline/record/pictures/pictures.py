@@ -31,17 +31,26 @@ def save(figure: Figure, path: str | Path, title: str, description: str, dark: b
         UsageError: an unknown suffix, or a path that cannot be written.
     """
     check_suffix(path, SUFFIXES)
-    kind = Path(path).suffix.lower()[1:]
+    with WholeFile(path) as file:
+        file.write(drawn(figure, Path(path).suffix.lower()[1:], title, description, dark))
+
+
+def drawn(figure: Figure, kind: str, title: str, description: str, dark: bool = False) -> bytes:
+    """Return a figure as the bytes of a file; arguments as those of `save`.
+
+    Args:
+        kind: "svg", "png" or "pdf".
+    """
     metadata: dict[str, dict[str, Any]] = {
         "svg": {"Title": title, "Date": None, "Creator": "slewline"},
         "png": {"Title": title, "Description": description, "Software": "slewline"},
         "pdf": {"Title": title, "Subject": description, "Creator": "slewline", "CreationDate": None},
     }
-    with WholeFile(path) as file, styled(dark):
-        buffer = BytesIO()
+    buffer = BytesIO()
+    with styled(dark):
         figure.savefig(buffer, format=kind, dpi=DPI, metadata=metadata[kind], **QUICK.get(kind, {}))
-        data = buffer.getvalue()
-        file.write(compact(_described(data, description)) if kind == "svg" else data)
+    data = buffer.getvalue()
+    return compact(_described(data, description)) if kind == "svg" else data
 
 
 def show(figure: Figure) -> None:
@@ -52,9 +61,9 @@ def show(figure: Figure) -> None:
     """
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     if hasattr(shell, "kernel"):
-        from IPython.display import display  # type: ignore[import-not-found]
+        from IPython.display import display  # type: ignore[import-not-found, unused-ignore]
 
-        display(figure)
+        display(figure)  # type: ignore[no-untyped-call, unused-ignore]
         return
     import matplotlib.pyplot as plt
 

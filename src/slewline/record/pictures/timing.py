@@ -36,6 +36,7 @@ from .diagram import (
     TimeScale,
     lanes_of,
 )
+from .figures import new_picture
 from .lanes import MEASURED, boxes
 
 if TYPE_CHECKING:
@@ -69,15 +70,13 @@ def draw(diagram: Diagram, width: str | float = "page", dark: bool = False) -> F
     if diagram.stop <= diagram.start or not diagram.lanes:
         raise UsageError(f"nothing to draw from {readable(diagram.start)} to {readable(diagram.stop)}")
     with styled(dark) as colours:
-        from matplotlib.figure import Figure
-
         page = inches(width)
         left = 0.16 + max(len(lane.label) for lane in diagram.lanes) * CAPITAL * LARGE
         scale = TimeScale(diagram, left + TAIL, page - RIGHT - TAIL)  # at both ends the levels run on
         layout = DiagramLayout.of(diagram, scale)
         title = wrap(diagram.title, int((page - 0.24) / TITLE)) or [""]
         height = layout.height + NEXT * (len(title) - 1)
-        figure = Figure(figsize=(page, height), facecolor=colours.ground)
+        figure = new_picture(page, height, dark)
         axes = figure.add_axes((0, 0, 1, 1))
         axes.set_axis_off()
         axes.set(xlim=(0, page), ylim=(0, height))

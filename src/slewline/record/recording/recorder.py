@@ -3,7 +3,7 @@
 A net's log is a list of (instant, level or promise) entries, and an entry holds until the next one.  So a million
 steps of an endless move are one entry, and edges are made only of the window that is asked for:
 
-    log      (0, 1)      (5 us, promise of a train)           (9 us, 0)
+    log      (0, 1)      (5 µs, promise of a train)           (9 µs, 0)
     net      1111111111111111|_|1|_|1|_|1|_|1|_|1|____________________________
     edges                    ^ ^ ^ ^ ^ ^ ^ ^ ^ ^ ^
 

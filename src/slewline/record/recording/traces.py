@@ -38,6 +38,10 @@ class Trace:
     tolerance_ps: int = 0
     over: Trace | None = None
 
+    def __repr__(self) -> str:
+        over = f", over it {self.over!r}" if self.over else ""
+        return f"<Trace {self.name}: {len(self.times_ps)} changes{over}>"
+
     @classmethod
     def of(cls, name: str, probe: Probe, recorder: Recorder, start: int, stop: int, over: Trace | None = None) -> Trace:
         """Return the trace of a recorded net or pin in a window (ps): as many of its edges as a picture needs.

@@ -18,9 +18,9 @@ from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
+from ...core.messages.plain import ascii_of
 from ...errors import UsageError
 from ..whole_file import WholeFile
-from .vcd import ascii_of
 from .vcd_sources import Variable
 
 # What GTKWave calls trace flags: one bit each.

@@ -23,6 +23,7 @@ from struct import pack, unpack
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from ...core.messages.plain import ascii_of
 from ...core.time.timebase import UNITS, readable
 from ...errors import UsageError
 from ..recording.recorder import Probe, Recorder, chunks, net_of, real_edges
@@ -40,7 +41,6 @@ TIMESCALES = {f"{n} {unit}": n * UNITS[unit] for unit in ("ps", "ns", "us", "ms"
 ID_FIRST, ID_COUNT = 33, 94  # identifiers are made of the printable characters
 # A reader that skips a string takes its identifier for the next thing in the file: these begin with nothing of that.
 MISREAD = frozenset("#$01xXzZuUwWlLhH-bBrRsSpP")
-PLAIN = str.maketrans({"µ": "u", "²": "^2", "³": "^3"})
 ESCAPES = str.maketrans({" ": "\\x20", "\\": "\\\\", "\t": "\\t", "\n": "\\n", "\r": "\\r"})
 
 
@@ -284,11 +284,6 @@ def real(bits: int) -> str:
 def string(text: str) -> str:
     r"""Return a text as the file has it: ASCII in one word; viewers show \x20 as a blank."""
     return "s" + ascii_of(text.translate(ESCAPES))
-
-
-def ascii_of(text: str) -> str:
-    """Return a text in printable ASCII."""
-    return "".join(letter if " " <= letter <= "~" else "?" for letter in text.translate(PLAIN))
 
 
 def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.int64], list[str]]:

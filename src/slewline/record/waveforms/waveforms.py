@@ -45,12 +45,19 @@ class Waveforms:
 
     Levels are 0 and 1, of a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A wire of a bus that floats among
     others that do not reads 1.
+
+    Attributes:
+        path: of the file.
+        names: of the signals.
+        start_ps: the first time in the file, ps.
+        stop_ps: the last one.
+        timescale_ps: the unit of its times, ps.
     """
 
     def __init__(self, path: str | Path, header: Header, changes: Changes) -> None:
         self.path = str(path)
         self.names: tuple[str, ...] = tuple(header.names)
-        self.timescale_ps = max(int(changes.unit), 1)  # what times are multiples of
+        self.timescale_ps = max(int(changes.unit), 1)
         self.start_ps = (changes.begin or 0) * changes.unit // 1
         self.stop_ps = max(changes.end, 0) * changes.unit // 1
         by_identifier = {

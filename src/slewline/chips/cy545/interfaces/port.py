@@ -5,8 +5,8 @@ A byte of the host, and one for the host (times at 12 MHz):
     IO_REQUEST  ‾‾‾\__________/‾‾‾‾‾‾‾‾‾     FPL         ‾\__________________/‾‾‾‾‾   CY545: up before BUSY falls
     bus         --<   byte   >----------     IO_REQUEST  ‾‾‾\_________/‾‾‾‾‾‾‾‾‾‾‾‾
     BUSY        ‾‾‾‾‾‾‾\____________/‾‾‾     bus         ---<   byte  >------------
-                   |25 us|     |25 us|       BUSY        ‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾
-                                                            |25 us| |25 us|
+                   |25 µs|     |25 µs|       BUSY        ‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾
+                                                            |25 µs| |25 µs|
 
 BUSY falls as an answer to the host and for nothing else: a host that has lowered IO_REQUEST takes it for that.  The
 bus is that of memory, display and switches as well: the host drives it from its request to the fall of BUSY, and leaves

@@ -1,7 +1,7 @@
 r"""JOG: single steps by hand, between commands.  The line has three states: open, low (clockwise), driven high.
 
     JOG?                                                      JOG?
-      |  20 us                                        20 us    |
+      |  20 µs                                        20 µs    |
     CCW ----- as JOG ------------------------------- | restored | as JOG
            |__|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__|‾‾‾‾   PULSE, at the first rate over 20
            |<-------------------- period ---------------------->|

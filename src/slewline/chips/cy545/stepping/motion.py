@@ -3,7 +3,7 @@ r"""The CY545's motions: ramps, continuous motion, INHIBIT_ABORT and the limits.
     G or P                                                  a step ends
       |  CCW      INHIBIT_ABORT? limit? SLEW?                |
       |__|_____________.........|_____|______________________|______________________|_____
-                                 20 us PULSE                  limit? INHIBIT_ABORT?   after the last: 5 ms to STOPPED
+                                 20 µs PULSE                  limit? INHIBIT_ABORT?   after the last: 5 ms to STOPPED
                                  STOPPED low
 
 INHIBIT_ABORT low at the end of a step made at the first rate ends the motion; at the end of a faster one it lets the

@@ -5,7 +5,7 @@ A byte comes in (fig. 7.3; times of the CY525 at 11 MHz):
     I/O REQUEST  ‾‾‾\______________________/‾‾‾‾‾‾‾‾‾‾‾‾‾‾
     INSTROBE     ‾‾‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
     READY        ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___________________/‾‾‾
-                    |15 us   |1|10 us|   decoding, effect  |   READY waits for I/O REQUEST high, however long
+                    |15 µs   |1|10 µs|   decoding, effect  |   READY waits for I/O REQUEST high, however long
 
 The bus is read at the rising edge of INSTROBE.
 """

@@ -23,7 +23,7 @@ class StepLines:
         self.ramp.drive(0)
 
     async def pulse_reset(self) -> None:
-        """Reset the driver: RESET low for 400 us."""
+        """Reset the driver: RESET low for 400 µs."""
         self.reset.drive(0)
         await until(self.kernel, self.kernel.now + self.reset_ps)
         self.reset.drive(1)

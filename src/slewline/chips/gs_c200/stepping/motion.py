@@ -1,8 +1,8 @@
 """How a GS-C module plays a plan: promise it whole, look just before each step, withdraw when an input departs.
 
-    CLOCK   ‾‾‾‾|_|‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾‾      a step is the falling edge; low for 1.7 us
+    CLOCK   ‾‾‾‾|_|‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾‾      a step is the falling edge; low for 1.7 µs
                 b               b'             ENABLE, Z and the switches of a homing: as they were before b
-    MOV     _|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|______      up with DIR, 10 us before the first step; down with the last pulse
+    MOV     _|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|______      up with DIR, 10 µs before the first step; down with the last pulse
 
 A step that ENABLE holds is not lost: the profile goes by steps, so it waits, and goes on where it was.
 """

@@ -1,6 +1,6 @@
 r"""The law of motion of one axis, in the integers of the chipset: pure functions, parameters in, runs of cycles out.
 
-Every cycle of 327.68 us the chipset chooses a displacement.  Distances are in 1/65536 step, speeds in the same per
+Every cycle of 327.68 µs the chipset chooses a displacement.  Distances are in 1/65536 step, speeds in the same per
 cycle, accelerations per cycle and cycle.  A `CycleRun` is a number of cycles whose displacements follow one law.
 
     speed                                                    V  maximum velocity       a  acceleration

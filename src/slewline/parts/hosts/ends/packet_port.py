@@ -1,6 +1,6 @@
 r"""What a host has on the host port of a chipset, and how it strobes bytes through it.
 
-HostRdy   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___ 82 us ___/‾‾   looked at before each operation
+HostRdy   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___ 82 µs ___/‾‾   looked at before each operation
 HostSlct  ‾‾‾‾\________________________________________/‾‾‾‾‾‾‾
 bus       ----<     high byte     X     low byte       >-------   a command is one byte, with HostCmd high
 HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾   HostRead likewise; the chipset drives the bus

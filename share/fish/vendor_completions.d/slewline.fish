@@ -1,0 +1,2 @@
+# Completion of slewline in fish.
+_SLEWLINE_COMPLETE=fish_source slewline | source

@@ -1,0 +1,139 @@
+"""slewline new-chip, new-part: a package of the user's own, whose tests pass at once.
+
+The templates are that package with words to replace, those of `words`.  What every package has is in the folder `both`,
+what only a chip or a part has in the other two.
+"""
+
+from __future__ import annotations
+
+import builtins
+import os
+import re
+import shutil
+from collections.abc import Mapping
+from importlib.util import find_spec
+from keyword import iskeyword
+from pathlib import Path
+from typing import Literal
+
+import click
+
+from .. import build
+from ..bench.files.examples import named, title
+from ..chips import CATALOGUE as CHIPS
+from ..errors import UsageError
+from ..parts import CATALOGUE as PARTS
+from .demo import made
+
+Kind = Literal["chip", "part"]
+
+SHAPE = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
+LONGEST = 30  # characters of a name: with it, no line of a template is longer than ruff allows
+ENDINGS = {"bin", "hex", "json", "toml", "txt"}  # a program has the name of its chip as its ending
+MEANT = {"src", "test", "tests"}  # folders of a package
+DEVICES = {"aux", "con", "nul", "prn", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))}  # of Windows
+
+
+def new(kind: Kind, name: str, output: str) -> int:
+    """Write a package with a chip or a part of the user's own; returns the exit status."""
+    check_shape(kind, name)
+    place = Path(output) / name
+    if os.path.lexists(place):
+        raise UsageError(f"{place}: exists already; give another name, or another folder with --output")
+    check_free(kind, name)
+    texts = rendered(kind, name)
+    made(output)
+    write_whole(place, texts)
+    width = max(len(str(place / path)) for path in texts)
+    for path in texts:
+        click.echo(f"{place / path!s:<{width}}  {title(place / path)}".rstrip())
+    click.echo(f"\nIts tests pass as they are: pytest {place}\n{place / 'README.md'} says how to go on.")
+    return 0
+
+
+def words(kind: Kind, name: str) -> dict[str, str]:
+    """Return what stands in a package for each word of the templates."""
+    return {
+        "new-name": name,
+        "NEW-NAME": name.upper(),
+        "new_name": name.replace("-", "_"),
+        "NewName": "".join(map(str.capitalize, name.split("-"))),
+        "new-kind": kind,
+        "new_kind": kind,
+    }
+
+
+def check_shape(kind: Kind, name: str) -> None:
+    """Check that a name can be that of a package, a module, a class and a file.
+
+    Raises:
+        UsageError: it cannot; the message says what is allowed.
+    """
+    if SHAPE.fullmatch(name) and len(name) <= LONGEST:
+        return
+    near = re.sub(r"^[^a-z]+", "", re.sub(r"[^a-z0-9]+", "-", name.lower()))[:LONGEST].strip("-")
+    remedy = f"; did you mean {near}?" if SHAPE.fullmatch(near) else ""
+    raise UsageError(
+        f"new-{kind} {name!r}: expected small letters, digits and single hyphens, a letter first, {LONGEST} characters "
+        f"at most, such as mx10{remedy}"
+    )
+
+
+def check_free(kind: Kind, name: str) -> None:
+    """Check that nothing else has a name.
+
+    Raises:
+        UsageError: something has it; the message says what.
+    """
+    module, cls = (words(kind, name)[word] for word in ("new_name", "NewName"))
+    if {name, module} & {*(CHIPS if kind == "chip" else PARTS).names()}:
+        why = f"is a {kind} that exists already"
+    elif iskeyword(module) or iskeyword(cls):
+        why = "is a word of Python"
+    elif hasattr(builtins, cls) or cls in build.__all__:
+        why = f"would have the class {cls}, a name that Python or slewline.build has"
+    elif module in MEANT or getattr(find_spec(module), "origin", None) is not None:
+        why = f"would be the module {module}, and another one has that name"
+    elif name in ENDINGS:
+        why = f"would have programs that end in .{name}, as other files do"
+    elif name in DEVICES:
+        why = "is a device of Windows, where no folder can have this name"
+    else:
+        return
+    raise UsageError(f"new-{kind} {name!r}: {why}; give another name, such as my-{name}")
+
+
+def rendered(kind: Kind, name: str) -> dict[Path, bytes]:
+    """Return the files of a package by their places in it, the upper ones first."""
+    table = words(kind, name)
+    pattern = re.compile("|".join(table))
+
+    def filled(text: str) -> str:
+        return pattern.sub(lambda found: table[found[0]], text)
+
+    found = {}
+    for template, path in named("templates").items():
+        top, _, place = template.partition("/")
+        if top in ("both", kind):
+            found[Path(filled(place))] = filled(path.read_text("utf-8")).encode("utf-8")
+    return {path: found[path] for path in sorted(found, key=lambda path: (len(path.parts), path))}
+
+
+def write_whole(place: Path, texts: Mapping[Path, bytes]) -> None:
+    """Write a folder of files that appears whole or not at all.
+
+    Raises:
+        UsageError: the system refuses; nothing is left.
+    """
+    part = place.with_name(f".slewline-{os.getpid()}.part")
+    try:
+        part.mkdir()  # a new one, not what another program may have put there
+        for path, text in texts.items():
+            (part / path).parent.mkdir(parents=True, exist_ok=True)
+            (part / path).write_bytes(text)
+        part.rename(place)
+    except OSError as error:
+        why = f"{place}: cannot be written ({error.strerror})"
+        raise UsageError(f"{why}; give another folder with --output") from None
+    finally:
+        shutil.rmtree(part, ignore_errors=True)

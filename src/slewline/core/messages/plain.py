@@ -1,0 +1,10 @@
+"""Texts where not every letter can be shown: in files of plain ASCII, and on terminals with a code page without µ."""
+
+from __future__ import annotations
+
+INSTEAD = str.maketrans({"µ": "u", "²": "^2", "³": "^3"})
+
+
+def ascii_of(text: str) -> str:
+    """Return a text in printable ASCII: "25 us" for "25 µs", and a question mark for what has no such spelling."""
+    return "".join(letter if " " <= letter <= "~" else "?" for letter in text.translate(INSTEAD))

@@ -1,0 +1,105 @@
+"""What a notebook shows of a chip: package and levels, registers, the program around its counter, the last findings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from ..datasheet.packages import packages
+from .markup import Markup, card, element, table
+from .package import LEVELS, package_drawing
+
+if TYPE_CHECKING:
+    from ..datasheet.table import Sheet
+
+BEFORE, BEHIND = 6, 14  # instructions that are shown around the one that it is at
+LAST = 3  # findings that are shown
+
+
+class Stored(Protocol):
+    """An instruction of a stored program."""
+
+    @property
+    def address(self) -> int:
+        """Where it begins."""
+
+    @property
+    def data(self) -> bytes:
+        """Its bytes."""
+
+    @property
+    def text(self) -> str:
+        """How it is written."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChipCard:
+    """A chip at an instant.
+
+    Args:
+        says: what it is and does, in a line.
+        levels: of its pins that carry a signal; None: it floats.
+        registers: by name, of each axis.
+        rows: the stored program.
+        counter: the address of the instruction that it is at; None: no program runs.
+        findings: in words, by time.
+    """
+
+    says: str
+    sheet: Sheet
+    levels: Mapping[str, int | None]
+    registers: Sequence[Mapping[str, int]]
+    rows: Sequence[Stored]
+    counter: int | None
+    findings: Sequence[str]
+
+    def markup(self) -> Markup:
+        """Return it as HTML."""
+        return card(self.says, *self._packages(), element("div", self._registers(), self._program()), self._findings())
+
+    def _packages(self) -> list[Markup]:
+        pins = {pin.name: pin for pin in self.sheet.pins}
+        drawn = []
+        for package in packages(self.sheet.pins):
+            loose = [f"{name} {LEVELS.get(self.levels.get(name), '')}" for name in package.loose]
+            told = element("div", f"without a number: {', '.join(loose)}", class_="quiet") if loose else Markup()
+            drawing = package_drawing(package, self.sheet.part.upper(), pins, self.levels)
+            drawn.append(element("div", drawing, told))
+        return drawn
+
+    def _registers(self) -> Markup:
+        known = [row for row in self.sheet.registers if row.name in self.registers[0]]
+        if not known:
+            return Markup()
+        axes = len(self.registers)
+        names = [f"axis {n}" for n in range(1, axes + 1)] if axes > 1 else ["value"]
+        lines = [
+            [row.letter or "", row.name, *(str(own.get(row.name, "")) for own in self.registers), row.unit, row.says]
+            for row in known
+        ]
+        return _scrolls(table(["", "register", *names, "unit", ""], lines, range(2, 2 + axes)))
+
+    def _program(self) -> Markup:
+        if not self.rows:
+            return Markup()
+        now = next((n for n, row in enumerate(self.rows) if row.address == self.counter), None)
+        first = max(min((now or 0) - BEFORE, len(self.rows) - BEFORE - BEHIND), 0)
+        shown = self.rows[first : first + BEFORE + BEHIND]
+        lines = [
+            ["\u25b6" if first + n == now else "", f"{row.address:04X}", row.data.hex(" ").upper(), row.text]
+            for n, row in enumerate(shown)
+        ]
+        drawn = table(["", "at", "bytes", "program"], lines, now=None if now is None else now - first)
+        left = len(self.rows) - len(shown)
+        return _scrolls(drawn, element("div", f"{left} more instructions", class_="quiet") if left else Markup())
+
+    def _findings(self) -> Markup:
+        if not self.findings:
+            return Markup()
+        count = f"{len(self.findings)} finding{'s' * (len(self.findings) > 1)}"
+        return _scrolls(table([count], [[each] for each in self.findings[-LAST:]]))
+
+
+def _scrolls(*inside: Markup) -> Markup:
+    return element("div", inside, class_="scrolls")

@@ -1,0 +1,98 @@
+r"""What a notebook shows of a part: its shaft, which turns as it has turned, what else it shows, and its levels.
+
+    angle  ____/‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾
+               |<- window ->|            from the first to the last change, and no more than the last ten turns
+
+A turn of a real shaft takes too little time to be seen, or too much: the window is played slower or faster, by a round
+number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import floor, log10
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...core.notebook.markup import Markup, card, element, table
+from ...core.notebook.shaft_dial import shaft_dial
+from ...core.time.timebase import PS_PER_S
+
+if TYPE_CHECKING:
+    from ...core.motion.quantity import Quantity
+
+MOST_TURNS = 10
+COLUMNS = 400  # in which changes are looked for
+PICTURES = 80  # places between which the shaft turns evenly
+PLAY_S = 6.0  # how long playing takes, about
+STILL = 1 / 3600  # turns; less is no motion
+
+
+class Turned(NamedTuple):
+    """Where a shaft was, in turns, at even distances of time; and in how many ps it was there."""
+
+    turns: list[float]
+    ps: int
+
+
+def part_card(
+    says: str, shows: Mapping[str, Any], levels: Mapping[str, object], places: Quantity | None, first: int, now: int
+) -> Markup:
+    """Return a part as HTML.
+
+    Args:
+        says: what it is, in a line.
+        shows: what it shows beside its pins, as plain data.
+        levels: of its pins; None: it floats.
+        places: where its shaft is over time, in steps; None: it has none.
+        first, now: how far back its past is kept, and the present instant (ps).
+    """
+    dial = Markup()
+    if "per_turn" in shows:
+        per_turn = shows["per_turn"]
+        turned = None if places is None else _lately(places, per_turn, first, now)
+        dial = _dial(turned or Turned([float(shows.get("angle", shows.get("position", 0))) / per_turn], 0))
+    shown = table([], [[name, *_cell(value)] for name, value in shows.items() if value is not None])
+    pins = table(["pin", "level"], [[name, "z" if level is None else str(level)] for name, level in levels.items()])
+    return card(says, dial, shown, pins if levels else Markup())
+
+
+def _cell(value: object) -> list[str]:
+    """A value as text: the rows of a display as they are."""
+    if isinstance(value, list):
+        return [element("pre", "\n".join(map(str, value)))]
+    return [f"{value:.6g}" if isinstance(value, float) else str(value)]
+
+
+def _lately(places: Quantity, per_turn: float, first: int, now: int) -> Turned | None:
+    """How a shaft has turned, up to its last change; None: it has not."""
+    import numpy as np
+
+    outline = places.outline(first, now, COLUMNS)
+    known = ~np.isnan(outline.values)
+    times, turns = outline.times_ps[known], outline.values[known] / per_turn
+    moved = np.flatnonzero(np.abs(np.diff(turns)) > STILL)
+    if not len(moved):
+        return None
+    far = np.flatnonzero(np.abs(turns - turns[-1]) > MOST_TURNS)
+    begin = int(times[max(int(moved[0]), int(far[-1]) + 1 if len(far) else 0)])
+    end = min(int(times[moved[-1] + 1]) + 1, now)
+    at = np.linspace(begin, end, PICTURES + 1).astype(np.int64)
+    return Turned((places.values_at(at) / per_turn).tolist(), end - begin)
+
+
+def _dial(turned: Turned) -> Markup:
+    """The shaft, and below it how it is played."""
+    turns, seconds = turned.turns, turned.ps / PS_PER_S
+    if len(turns) == 1:
+        return element("div", shaft_dial(turns, 0))
+    slower = _round(PLAY_S / seconds)
+    way = "as it was" if slower == 1 else f"{slower:g} times slower" if slower > 1 else f"{1 / slower:g} times faster"
+    moved = f"{abs(turns[-1] - turns[0]):.3g}"
+    says = f"{moved} turn{'s' * (moved != '1')} in {seconds:.3g} s, {way}"
+    return element("div", shaft_dial(turns, seconds * slower), element("div", says, class_="quiet"))
+
+
+def _round(factor: float) -> float:
+    """The nearest number below that is 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** floor(log10(factor))
+    return power * next(digit for digit in (5, 2, 1) if digit * power <= factor * (1 + 1e-9))
