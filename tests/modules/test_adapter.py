@@ -31,7 +31,7 @@ from .random_programs import program
 
 PARTS = ("cy525", "cy512")
 HELD = ("A 750", "N 513", "S 25", "R 127", "F 3", "Z 1", "-", "E", "P 300", "P 0", "T 0", "0", "Q")
-SAVED = ["A 750", "N 513", "S 25", "R 127", "F 3", "Z 1", "-", "E", "P 300", "P 0", "T 0", "0", "Q"]
+SAVED = ["N 513", "S 25", "R 127", "F 3", "Z 1", "A 750", "-", "E", "P 300", "P 0", "T 0", "0", "Q"]
 SENT = b"\xff\r?\r?0\r?3\r?2\r?1\r"  # what pull sends, each question once
 PLACES = [
     (1, 85),

@@ -30,8 +30,8 @@ def pull_command(**options: Any) -> int:
     PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  Read are the program, by
     its listing until two listings agree, the position, and the registers for which the part may be asked.  Nothing in
     the module changes, and nothing is sent that may make a step.  Speeds and ramps of a GS-C are only in its program.
-    A CY525 or CY512 is read through an adapter with the framing of `slewline serve --framing`, and gives the first 48
-    bytes of its program.
+    A CY525 or CY512 is read through an adapter, which takes the lines that a served one takes with --framing, and gives
+    the first 48 bytes of its program.
 
     With --eeprom the program that is kept without power takes the place of that in RAM, which is saved first, put back,
     and verified.  Beside FILE stands all that was said, FILE.dialogue.

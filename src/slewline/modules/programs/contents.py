@@ -56,14 +56,13 @@ class ModuleContents:
 
         A register may hold what no command sets, as after power-up.
         """
-        by_form = {row.form: row for row in self.sheet.commands if len(row.form) == 1 and not row.may_step}
-        letters = {each.name: each.letter for each in self.sheet.registers} | {
-            "direction": self.values.get("direction")
-        }
+        by_form = {row.form: row for row in self.sheet.commands if len(row.args) < 2 and not row.may_step}
+        letters = {each.name: each.letter for each in self.sheet.registers}
+        letters["direction"] = self.values.get("direction", "")
         found = {}
-        for name, value in self.values.items():
-            row = by_form.get(letters.get(name) or "")
-            if row is not None and (not row.args or (len(row.args) == 1 and row.args[0].allows(int(value)))):
+        for name, letter in letters.items():
+            value, row = self.values.get(name), by_form.get(letter)
+            if value is not None and row is not None and (not row.args or row.args[0].allows(int(value))):
                 found[name] = row, f"{row.form} {int(value)}" if row.args else row.form
         return found
 
