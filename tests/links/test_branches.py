@@ -189,14 +189,16 @@ def test_a_world_that_is_killed_on_its_way_is_told(module):
     x.begin(*["V1"] * 40)
     x.ask("pause")
 
-    def left():
+    def only():
         for process in children(x.server.process.pid)[1:]:
             with suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)  # so that it takes its time
-        return children(x.server.process.pid)
+        marks[:] = children(x.server.process.pid)
+        return len(marks) == 1
 
-    until(lambda: len(left()) == 1)
-    (mark,) = left()
+    marks = []
+    until(only)
+    (mark,) = marks
     os.kill(mark, signal.SIGSTOP)
     x.ask.client.send(json.dumps({"do": "back", "time": x.ask("view")["time_ps"]}).encode() + b"\n")
     time.sleep(0.1)
