@@ -14,7 +14,7 @@ import pytest
 from tests import compiling
 
 HERE = Path(__file__).parent
-CHECKED = ("docs", "house")  # what looks at pages and at sources, and, wherever it is, what works a browser
+CHECKED = ("docs", "house", "physics")  # and, wherever it is, what works a browser
 
 gc.disable()  # while tests are collected: whatever is made then stays, and to look through it took half of that time
 

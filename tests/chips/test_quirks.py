@@ -37,6 +37,7 @@ def marked() -> dict[str, set[str]]:
     return found
 
 
+@pytest.mark.check
 @pytest.mark.parametrize("quirk", QUIRKS, ids=lambda quirk: quirk.id)
 def test_a_quirk_is_pinned_by_a_test_that_names_it(quirk, marked: dict[str, set[str]]) -> None:
     assert quirk.test in marked, f"{quirk.test} does not exist"

@@ -86,6 +86,7 @@ def shell(folder):
 
 
 @pytest.mark.posix  # a link to a folder; elsewhere it takes a right that few have
+@pytest.mark.check
 def test_its_last_lines_can_be_typed(shell):
     *_, run, panel = shell(".venv/bin/python -m slewline demo").stdout.splitlines()
     typed = run.partition(", then: ")[2]

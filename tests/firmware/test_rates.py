@@ -13,6 +13,7 @@ from slewline.drive.board.boards import UNO
 from slewline.drive.board.frames import decode
 from slewline.drive.board.records import Record
 from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, FrameKind, Happening, Reflex, encode
+from tests.ensembles import in_long_runs
 from tools.firmware import FLASH, RAM, build
 
 from .chain import low_time, phase_lags, pulse_widths
@@ -179,7 +180,7 @@ class RestlessHost(Host):
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 12))])
-@pytest.mark.parametrize("quiet", [True, False], ids=["quiet", "restless"])
+@pytest.mark.parametrize("quiet", [in_long_runs(True), False], ids=["quiet", "restless"])
 def test_phases_follow_the_steps(emulator, quiet, seed):
     half = ramp(HZ / 45_000)
     records = [

@@ -71,6 +71,7 @@ def test_modules_that_wait_for_each_other_leave_the_same_edges_step_by_step(seed
         assert len(one.chip.steps()) > 10
 
 
+@pytest.mark.long
 def test_hash_seeds_change_nothing() -> None:
     hashes_are_free(gsc_dialogues, 20_000, 20_010)
 

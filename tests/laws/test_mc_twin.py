@@ -118,6 +118,7 @@ def test_an_actual_position_meets_its_breakpoint_by_going_round_the_end_of_the_r
     assert statuses[0][0] & 4 and (statuses[0][1] < 0) is (end > 0)
 
 
+@pytest.mark.long
 def test_hash_seeds_change_nothing() -> None:
     hashes_are_free(mc_dialogues, 20_000, 20_010)
 

@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from slewline.links.ports.pty import HINT
+from tests.ensembles import in_long_runs
 
 from .conftest import PATIENCE
 
@@ -45,7 +46,9 @@ def host(where, what):
     return ran.stdout.split()
 
 
-@pytest.mark.parametrize("kind", [pytest.param("pty", marks=pytest.mark.posix), "tcp", "rfc2217"])
+@pytest.mark.parametrize(
+    "kind", [pytest.param("pty", marks=pytest.mark.posix), in_long_runs("tcp"), in_long_runs("rfc2217")]
+)
 def test_it_programs_the_module_runs_it_and_saves_the_program(serve, tmp_path, kind):
     where = {"pty": tmp_path / "controller"}.get(kind, "127.0.0.1:0")
     arguments = ("gs-c200s", f"--{kind}", where, "--state", tmp_path / "memories", "--option", "eeprom_time=50 ms")

@@ -7,6 +7,8 @@ import subprocess
 
 import pytest
 
+from tests.ensembles import few
+
 from .conftest import PATIENCE, Asks
 
 EXAMPLES = __file__.partition("tests")[0] + "examples/mc1451a"
@@ -45,7 +47,7 @@ def ended(program):
     return program.returncode, out, err
 
 
-@pytest.mark.parametrize("standard", ["c89", "c99", "c11"])
+@pytest.mark.parametrize("standard", few(["c89", "c99", "c11"], 1))
 def test_a_program_homes_an_axis_in_real_time(serve, client, run, standard):
     server = serve(*SERVED, ports=2)
     ask = Asks(client(server.ports["control"]))

@@ -8,6 +8,7 @@ panel.run()
 from __future__ import annotations
 
 import asyncio
+import logging
 import signal
 import socket
 from pathlib import Path
@@ -110,6 +111,7 @@ class PanelServer:
         self.port = self.socket.getsockname()[1]
         shown = f"[{host}]" if ":" in host else host
         self.url = f"http://{shown}:{self.port}/#token={access.token}"
+        logging.getLogger("asyncio").setLevel(logging.ERROR)  # a page that has gone is no news to a terminal
         self.server = uvicorn.Server(
             uvicorn.Config(
                 application(access, self.port, host, allow_remote),

@@ -6,6 +6,7 @@ import pytest
 
 from .walks import EXAMPLES, PAGE, SIZES, SNAPSHOTS, on_page, walked
 
+pytestmark = pytest.mark.check
 WELD = str(EXAMPLES / "programs/weld.cy525")
 SEGMENTS = str(EXAMPLES / "programs/segments.gs-c200s")
 
