@@ -267,9 +267,9 @@ def bytecode(work):
     return kept
 
 
-def tests(work, *more):  # with two processors: while one test waits, two others compute
+def tests(work, *more):  # with two processors: while two tests wait, two others compute
     kept = [] if work == ROOT else ["-p", "no:cacheprovider"]
-    return [["-m", "pytest", "-n", "3", "--dist", "worksteal"] + kept + list(more)]
+    return [["-m", "pytest", "-n", "4", "--dist", "worksteal"] + kept + list(more)]
 
 
 def compiled_tests(work, *more):

@@ -244,6 +244,7 @@ def test_what_it_takes(firmware, emulator):
     assert told["unused"] >= 250  # bytes that the stack has never reached
 
 
+@pytest.mark.check
 def test_the_same_bytes_wherever_it_is_built(firmware, tmp_path):
     place = tmp_path / "another name"
     assert build(place).path.read_bytes() == firmware.path.read_bytes()

@@ -14,7 +14,7 @@ from tests.browsers import needed
 from . import head_pictures
 from .terminal.walks import ROOT
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.check]
 CELLS = 24  # in each direction; fonts differ from machine to machine, what stands where does not
 FAR = 0.08  # of the way from black to white
 
@@ -33,7 +33,7 @@ def cells(path):
     [
         (head_pictures.draw_panel, head_pictures.PANEL),
         (head_pictures.draw_debugger, head_pictures.DEBUGGER),
-        pytest.param(head_pictures.draw_notebook, head_pictures.NOTEBOOK, marks=pytest.mark.check),
+        (head_pictures.draw_notebook, head_pictures.NOTEBOOK),
     ],
     ids=["panel", "debugger", "notebook"],
 )

@@ -12,6 +12,7 @@ TESTS = sorted((Path(__file__).parent / "js").glob("*.test.js"))
 NODE = shutil.which("node")
 
 
+@pytest.mark.check
 @pytest.mark.skipif(NODE is None, reason="node is not installed")
 @pytest.mark.parametrize("test", TESTS, ids=lambda path: path.name.partition(".")[0])
 def test_the_functions_of_the_page(test: Path) -> None:

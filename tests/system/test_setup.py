@@ -221,7 +221,7 @@ def test_a_build_that_fails_says_that_there_is_another_one(setup, machine, sourc
 
 def test_arguments_go_to_the_last_call(setup, machine):
     assert setup.main(["test", "-k", "cy525", "tests/chips"]) == 0
-    assert machine.ran == [[BIN, "-m", "pytest", "-n", "3", "--dist", "worksteal", "-k", "cy525", "tests/chips"]]
+    assert machine.ran == [[BIN, "-m", "pytest", "-n", "4", "--dist", "worksteal", "-k", "cy525", "tests/chips"]]
 
 
 def test_a_check_that_fails_ends_them(setup, machine):

@@ -54,6 +54,7 @@ def compiled(process: subprocess.Popen[str]) -> int:
 
 
 @needs_numba
+@pytest.mark.check
 def test_what_two_processes_keep_at_once_a_third_one_need_not_compile(cache: Path) -> None:
     # One at least has nothing to find; the other one compiles too, or was slower and finds it.
     assert any([compiled(each) > 0 for each in [begin(), begin()]])
