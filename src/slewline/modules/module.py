@@ -86,7 +86,8 @@ class Module:
     def ask(self, command: str) -> ModuleAnswer:
         """Send a command; return its answer.
 
-        What came damaged to the module is sent again, and so is a question whose answer came damaged, or not at all.
+        What came damaged to the module is sent again, and so is a question that is refused, or whose answer came
+        damaged, or not at all.
 
         Raises:
             MotionRefused: the command may make a step, and may not.
@@ -104,7 +105,9 @@ class Module:
                 self.transcript.note(f"asked again: {failure}")
                 continue
             last = answer.lines[-1] if answer.lines else ""
-            if not self.speech.is_garbled(last) or not tries_left:
+            # noise that no check sees has made something else of a question that is refused
+            refused = repeatable and last != self.speech.busy and bool(self.speech.refusal(last))
+            if not (refused or self.speech.is_garbled(last)) or not tries_left:
                 break
             self.transcript.note(f"sent again: {last} is the answer to {command}")
         self._check(command, last)
