@@ -262,6 +262,7 @@ def test_no_file_changes_while_a_branch_is_shown(module, tmp_path):
         return {path.name: path.read_bytes() for path in [*state.iterdir(), tmp_path / "journal", tmp_path / "log"]}
 
     x.ask("pause")
+    until(lambda: {path.name for path in state.iterdir()} == {".lock", "gs_c200s.eeprom"})  # what M saves is there soon
     before, now = disk(), x.ask("view")["time_ps"]
     x.ask("back", time=now // 2)
     x.ask("go")
@@ -274,7 +275,8 @@ def test_no_file_changes_while_a_branch_is_shown(module, tmp_path):
     assert disk() == before or disk()["log"] != before["log"]
     x.ask("go")
     x.begin("Po", "T300", "Px", "M")
-    until(lambda: all(disk()[name] != before[name] for name in ("journal", "gs_c200s.eeprom")))  # soon, not at once
+    for path in (tmp_path / "journal", state / "gs_c200s.eeprom"):
+        until(lambda path=path: path.read_bytes() != before[path.name])  # soon, not at once
 
 
 def folder_of(x):
