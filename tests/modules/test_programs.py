@@ -161,11 +161,19 @@ def test_a_line_that_is_too_noisy_saves_nothing(found, tmp_path):
     assert not [*tmp_path.iterdir()]
 
 
+@pytest.mark.fact("GSC-EEPROM-4", "GSC-UND-M-REPLY")
+def test_a_module_that_saves_for_a_session_that_was_cut_off_is_waited_for(found, tmp_path):
+    x = filled(found, "gs-c200s", "chs=0&eeprom_time=3 s", ["T100"] * 25)
+    x.send(x.speech.framed("M"))
+    assert pull(x, tmp_path / "a").stored == stored(x)
+    assert ("module", b"B\r") in x.transcript.said, "it was not busy"
+
+
 def test_a_busy_module_is_not_disturbed(found, tmp_path):
     x = filled(found, "gs-c200s", "chs=0", ["S10", "T100", "R5", "+5000"])
     x.may_move = True
     x.ask("E")
-    with pytest.raises(RefusedCommand, match=r"V1 was answered with B: busy; a program or a motion is under way"):
+    with pytest.raises(RefusedCommand, match=r"V2 was answered with B: busy; a program or a motion is under way"):
         pull(x, tmp_path / "a")
     x.port.pause(10)
     assert (steps(x), [*tmp_path.iterdir()]) == (5000, [])

@@ -13,6 +13,7 @@ from .spoken import Speech
 
 TRIES = 4
 NOISE = "check cable, rate and format for noise, and call again"
+BUSY_S = 0.2  # after which a module that is busy is asked again
 TIDY_S = 0.05  # of silence, after which nothing comes any more of what was not asked for
 
 
@@ -172,6 +173,23 @@ class Module:
         raise DamagedAnswer(
             f"{self.name}: {command} was answered with {answer!r}; allowed {shape}; {self._strange(command, answer)}"
         )
+
+    def wait_until_ready(self, seconds: float) -> None:
+        """Wait as long as the module answers that it is busy.
+
+        Raises:
+            RefusedCommand: it still is after so many seconds.
+            NoAnswer, DamagedAnswer, PortLost: as for `ask`.
+        """
+        for waits_left in reversed(range(round(seconds / BUSY_S) + 1)):
+            try:
+                self.ask(self.speech.probe)
+            except RefusedCommand as refused:
+                if refused.code != self.speech.busy or not waits_left:
+                    raise
+                self.port.pause(BUSY_S)
+            else:
+                return
 
     # ----------------------------------------------------------------------------------------------------- characters
     def send(self, data: bytes) -> int:

@@ -14,6 +14,8 @@ from ..failures import ListingDiffers
 from ..module import Module
 from .readers import ERASED, READINGS, ProgramReading, Say, read_buffer, read_listing, read_memory
 
+SAVING_S = 3.0  # what an EEPROM may take: an earlier session has sent M, and was cut off
+
 
 @dataclass(frozen=True)
 class ModuleContents:
@@ -103,9 +105,11 @@ def read_contents(module: Module, base: int | None = None, say: Say = lambda _te
 
     Raises:
         UsageError: the memory of the part has no addresses.
-        RefusedCommand: it is busy.
+        RefusedCommand: it is busy, and stays so.
         NoAnswer, DamagedAnswer, ListingDiffers, PortLost: it could not be read.
     """
+    if module.speech.busy is not None:
+        module.wait_until_ready(SAVING_S)
     values = {what: _believed(module, what) for what in module.speech.questions}
     reader = row_for(_serial(module.speech.sheet), READERS, "reads a program over")
     found = reader(module, base, say)

@@ -11,6 +11,7 @@ from ...language.source import read
 from ...language.statements import Statement
 from ..failures import DamagedAnswer, ListingDiffers, MotionRefused, NoAnswer, RefusedCommand
 from ..module import Module
+from ..spoken import STORED_S
 from .contents import ModuleContents
 from .readers import Say
 
@@ -137,22 +138,12 @@ class Restore:
             self.module.ask(row.form)
         except (NoAnswer, DamagedAnswer) as failure:
             self.module.transcript.note(f"sent again: {failure}")
-            self.wait_until_ready()
+            self.module.wait_until_ready(STORED_S)
             self.module.ask(row.form)  # the same program once more
         except RefusedCommand as refused:
             self.stands = f"{held}; it does not keep it without power ({refused.code}: {refused.says})"
             raise
         self.stands = f"{held}, and keeps it without power"
-
-    def wait_until_ready(self) -> None:
-        """Wait as long as the module answers that it is busy."""
-        for _ in range(100):
-            try:
-                self.module.ask(self.module.speech.probe)
-            except RefusedCommand:
-                self.module.port.pause(0.2)
-                continue
-            return
 
 
 def can_store(sheet: Sheet) -> bool:
