@@ -15,7 +15,7 @@ rates, slopes, divisors = st.integers(0, 127), st.integers(0, 255), st.integers(
 numbers = st.one_of(st.integers(1, 700), st.integers(1, 65_535))
 LAW = profile.Law(452, jumps=False)
 LAWS = (LAW, profile.Law(479, jumps=False), profile.Law(452, jumps=True), profile.Law(1, True), profile.Law(65535))
-reproducible = settings(derandomize=True, deadline=None, max_examples=150)
+thorough = settings(max_examples=150)
 
 
 def spread(runs: profile.Runs) -> list[int]:
@@ -52,7 +52,7 @@ def test_a_unit_scales_with_slope_and_divisor() -> None:
 
 
 @pytest.mark.fact("UND-RAMP-LAW", "RAMP-1")
-@reproducible
+@thorough
 @given(rates, rates, slopes, divisors, st.sampled_from(LAWS))
 def test_a_ramp_is_the_reckoning_step_by_step(low: int, high: int, slope: int, divisor: int, law: profile.Law) -> None:
     runs = profile.ramp(low, high, slope, divisor, law)
@@ -71,7 +71,7 @@ def test_a_ramp_is_the_reckoning_step_by_step(low: int, high: int, slope: int, d
 
 
 @pytest.mark.fact("RAMP-6")
-@reproducible
+@thorough
 @given(rates, rates, rates, slopes, divisors)
 def test_a_lower_maximum_is_the_same_curve_cut_short(low: int, one: int, two: int, slope: int, divisor: int) -> None:
     shorter, longer = sorted((profile.ramp(low, high, slope, divisor) for high in (one, two)), key=profile.steps)
@@ -79,7 +79,7 @@ def test_a_lower_maximum_is_the_same_curve_cut_short(low: int, one: int, two: in
 
 
 @pytest.mark.fact("RAMP-2", "RAMP-9", "RAMP-10", "RAMP-14", "UND-SHORT-NORAMP", "UND-R-BELOW-F")
-@reproducible
+@thorough
 @given(numbers, rates, rates, slopes, divisors)
 def test_a_move_has_equal_ramps_and_slews_256_steps_or_none(
     number: int, first: int, rate: int, slope: int, divisor: int
@@ -99,7 +99,7 @@ def test_a_move_has_equal_ramps_and_slews_256_steps_or_none(
     assert sum(map(len, legs.values())) == plan.steps == number
 
 
-@reproducible
+@thorough
 @given(st.integers(3, 100), st.integers(1, 27), slopes, st.data())
 def test_head_and_tail_put_together_are_the_whole(first: int, more: int, slope: int, data: st.DataObject) -> None:
     runs = profile.ramp(first, first + more, slope, 3)
@@ -110,7 +110,7 @@ def test_head_and_tail_put_together_are_the_whole(first: int, more: int, slope: 
     assert spread(profile.mirrored(runs)) == spread(runs)[::-1]
 
 
-@reproducible
+@thorough
 @given(numbers, rates, rates, slopes, st.data())
 def test_the_rate_of_a_step_is_that_of_its_interval(
     number: int, first: int, rate: int, slope: int, data: st.DataObject

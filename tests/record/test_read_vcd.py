@@ -444,7 +444,7 @@ changes_of = st.lists(
 
 
 @given(changes=changes_of, timescale=st.sampled_from(list(TIMESCALES)[:9]), block=st.integers(1, 60))
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_edges_of_our_writer(lively, changes, timescale, block, tmp_path):
     rig = lively(0, count=0, events=0)
     for number in range(3):
@@ -613,7 +613,7 @@ def test_a_time_beyond_an_array_of_picoseconds(parse):
 
 
 @given(data=st.data(), count=st.integers(1, 4), block=st.sampled_from([13, 1 << 20]))
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_damage_of_any_kind_is_an_error_of_ours_or_nothing(parse, data, count, block):
     text = bytearray(data.draw(st.sampled_from([SMALL, SIGROK, VERILATOR, GTKWAVE])).encode())
     for _ in range(count):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from gsc import gaps, spacing
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from slewline.chips.gs_c200 import profile
@@ -15,7 +15,6 @@ from slewline.errors import UsageError
 
 speeds, lengths = st.integers(1, 1000), st.integers(1, 999)
 numbers = st.one_of(st.integers(1, 2500), st.integers(1, 9_999_999))
-reproducible = settings(derandomize=True, deadline=None, max_examples=100)
 
 
 def spread(runs: Runs) -> list[int]:
@@ -36,14 +35,12 @@ def test_a_period_is_rounded_to_the_nearest_picosecond(speed: int, interval: int
 
 
 @pytest.mark.fact("GSC-RAMP-1", "GSC-RAMP-2", "GSC-RAMP-3", "GSC-RAMP-4", "GSC-RAMP-6", "GSC-UND-SHORT-ODD")
-@reproducible
 @given(st.integers(1, 2500), speeds, speeds, lengths)
 def test_a_move_is_the_reckoning_step_by_step(number: int, start: int, top: int, length: int) -> None:
     assert spread(profile.move(number, start, top, length).runs) == spacing(number, start, top, length)
 
 
 @pytest.mark.fact("GSC-RAMP-1", "GSC-RAMP-3", "GSC-RAMP-4", "GSC-RAMP-6", "GSC-UND-SINGLE", "GSC-UND-RAMP-COUNT")
-@reproducible
 @given(numbers, speeds, speeds, lengths)
 def test_a_move_has_two_equal_ramps_and_slews_between_or_has_none(
     number: int, start: int, top: int, length: int
@@ -59,7 +56,6 @@ def test_a_move_has_two_equal_ramps_and_slews_between_or_has_none(
 
 @pytest.mark.fact("GSC-RAMP-2", "GSC-UND-RAMP-LAW")
 @pytest.mark.parametrize("law", profile.LAWS.values())
-@reproducible
 @given(speeds, speeds, lengths)
 def test_a_ramp_goes_from_the_start_stop_rate_towards_the_slew_rate_and_never_back(
     law: profile.Law, start: int, top: int, length: int
@@ -94,7 +90,6 @@ def test_a_law_that_leaves_its_range_or_turns_back_is_refused(law: profile.Law, 
 
 
 @pytest.mark.fact("GSC-RAMP-7")
-@reproducible
 @given(st.integers(0, 3000), speeds, speeds, lengths)
 def test_a_motion_that_is_stopped_comes_down_the_way_it_went_up(step: int, start: int, top: int, length: int) -> None:
     run = profile.endless(start, top, length)
@@ -111,7 +106,6 @@ def test_a_motion_that_is_stopped_comes_down_the_way_it_went_up(step: int, start
 
 
 @pytest.mark.fact("GSC-RAMP-7")
-@reproducible
 @given(st.integers(1, 3000), speeds, speeds, lengths, st.data())
 def test_a_move_that_is_stopped_never_goes_further(
     number: int, start: int, top: int, length: int, data: st.DataObject
@@ -124,7 +118,6 @@ def test_a_move_that_is_stopped_never_goes_further(
 
 
 @pytest.mark.fact("GSC-POS-7", "GSC-UND-E5")
-@reproducible
 @given(st.integers(1, 3000), st.integers(0, 3000), speeds, speeds, lengths)
 def test_the_end_of_the_counter_cuts_a_run_and_its_way_down(
     limit: int, step: int, start: int, top: int, length: int
