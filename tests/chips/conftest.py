@@ -18,6 +18,9 @@ def rig() -> Callable[..., Rig]:
     return Rig
 
 
+BUS = [f"db{bit}" for bit in range(8)]
+
+
 class Hand:
     """One CY525 named x without a host: pins are driven by hand, and what they do is noted, in crystal clocks."""
 
@@ -42,13 +45,22 @@ class Hand:
 
     def put(self, clock: int, pin: str, level: int | None) -> None:
         """Drive a pin at a clock, or let go of it (None)."""
-        terminal, ps = self.x.pin(pin), self.bench.now_ps if clock == self.now else self.x.clock.ps(clock)
+        self.put_at(self.instant(clock), pin, level)
+
+    def instant(self, clock: int) -> int:
+        """The instant of a clock, ps: now, if it is the last one that has begun."""
+        return self.bench.now_ps if clock == self.now else self.x.clock.ps(clock)
+
+    def put_at(self, ps: int, pin: str, level: int | None) -> None:
+        """Drive a pin at an instant, or let go of it (None)."""
+        terminal = self.x.pin(pin)
         terminal.release(at=ps) if level is None else terminal.drive(level, at=ps)
 
     def data(self, clock: int, byte: int | None) -> None:
         """Put a byte on the data bus at a clock, or let go of the bus (None)."""
-        for bit in range(8):
-            self.put(clock, f"db{bit}", None if byte is None else byte >> bit & 1)
+        ps = self.instant(clock)
+        for bit, pin in enumerate(BUS):
+            self.put_at(ps, pin, None if byte is None else byte >> bit & 1)
 
     def strobe(self, clock: int, byte: int, up: int) -> None:
         """A byte with I/O REQUEST low from one clock to another."""
@@ -211,8 +223,8 @@ class Mover(Hand):
 
     def begins(self) -> list[int]:
         """Clocks at which steps of the motion began, so far."""
-        times = self.x.steps(self.x.clock.ps(self.origin)).times_ps.tolist()
-        return [self.x.clock.ticks_until(time) - self.origin for time in times]
+        times = self.x.steps(self.x.clock.ps(self.origin)).times_ps
+        return (self.x.clock.ticks_array(times) - self.origin).tolist()
 
     def periods(self) -> list[int]:
         """Clocks of every step, to the begin of the next one; the last one ends as MOTION COMPLETE falls for good."""
@@ -228,8 +240,7 @@ class Mover(Hand):
     def changes(self, pin: str) -> list[tuple[int, int]]:
         """(clock of the motion, level) of every change of a recorded pin since the first step began, that included."""
         times, levels = self.bench.edges(f"x.{pin}", self.x.clock.ps(self.origin))
-        pairs = zip(times.tolist(), levels.tolist(), strict=True)
-        return [(self.x.clock.ticks_until(time) - self.origin, level) for time, level in pairs]
+        return list(zip((self.x.clock.ticks_array(times) - self.origin).tolist(), levels.tolist(), strict=True))
 
 
 @pytest.fixture
