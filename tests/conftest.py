@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, settings
 from tests import compiling
 
 HERE = Path(__file__).parent
-CHECKED = ("docs", "house", "physics")  # and, wherever it is, what works a browser
+CHECKED = ("docs", "house", "physics", "tuning")  # and, wherever it is, what works a browser
 
 # examples are the same in every run, and how long one takes says only how busy the machine is
 settings.register_profile("slewline", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
