@@ -243,12 +243,12 @@ class InLines:
 
     @property
     def baud(self) -> int:
-        """The rate at which it listens; 0 before it has looked at its straps."""
+        """The rate at which the chip receives, in baud; 0 before it has read its straps."""
         return self.line.baud
 
     @property
     def checked(self) -> bool:
-        """Do lines carry a checksum at present?"""
+        """True while lines carry a checksum, as strapped."""
         return self.line.straps.checked
 
     def strapped_address(self) -> int:

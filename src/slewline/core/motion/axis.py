@@ -31,9 +31,9 @@ class Step(NamedTuple):
     """One step.
 
     Attributes:
-        time_ps: its instant, ps.
+        time_ps: when the step begins, ps.
         direction: +1 clockwise, -1 counter-clockwise.
-        position: after it.
+        position: the position register after the step.
     """
 
     time_ps: int
@@ -43,12 +43,12 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """Steps of a chip, one element each, in the order of time; `steps[0]` is a `Step`, `steps[:10]` the first ten.
+    """The steps of an axis, in order of time; `steps[0]` is a `Step`, `steps[:10]` are the first ten.
 
     Attributes:
-        times_ps: instants, (n,) int64 ps, ascending.
+        times_ps: when each step begins, (n,) int64 ps, ascending.
         directions: (n,) int8, +1 clockwise, -1 counter-clockwise.
-        positions: after each step, (n,) int64.
+        positions: the position register after each step, (n,) int64.
     """
 
     times_ps: NDArray[np.int64]

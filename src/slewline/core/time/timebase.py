@@ -37,7 +37,7 @@ _QUANTITY = re.compile(r"\s*([+-]?)(\d{1,30})(?:\.(\d{0,30}))?\s*([a-zµ]+)\s*",
 
 
 class Seconds(float):
-    """An instant in seconds: a float that prints as "0.170768 s", rounded.
+    """An instant, in seconds: a float that prints as "0.170768 s", rounded.
 
     Attributes:
         ps: the exact instant, in picoseconds.

@@ -154,7 +154,7 @@ class Part(Component):
         """Return a pin by its name.
 
         Raises:
-            UnknownName: no such pin; the message lists those there are.
+            UnknownName: the part has no such pin; the message lists its pins.
         """
         try:
             return self.pins[name]
@@ -176,11 +176,11 @@ class Part(Component):
 
     # ------------------------------------------------------------------------------------------------ what it tells
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return what the part has over time, to be drawn, written and asked: an angle, a current, a count; or ()."""
+        """Return the quantities of the part, such as an angle, a current or a count; () if it has none."""
         return ()
 
     def shows(self) -> dict[str, Any]:
-        """Return what the part shows beside its pins, as plain data: where a shaft is, what a display says; or {}."""
+        """Return what the part shows besides its pins, as plain data: a shaft angle, the text of a display; or {}."""
         return {}
 
     def catch_up(self) -> None:
@@ -203,7 +203,7 @@ class Part(Component):
 
     @property
     def findings(self) -> list[Finding]:
-        """What went wrong around the chip, by time; the part catches up first."""
+        """All findings about the part so far, in order of time; it catches up first."""
         self.be_caught_up()
         return self._findings
 
@@ -231,7 +231,7 @@ class Part(Component):
 
     @property
     def idle(self) -> bool:
-        """Nothing left to do by itself."""
+        """True while the part has nothing left to do by itself."""
         return self.queue is None or not self.queue.requests  # asked after every instant of a run
 
     @property
