@@ -24,7 +24,7 @@ def shortened(text: str, most: int) -> str:
 
 
 class SlewlineError(Exception):
-    """The base class of all exceptions of slewline; each is also derived from the built-in exception that it resembles."""
+    """The base class of the exceptions of slewline; each is also derived from the built-in one that it resembles."""
 
     def __init__(self, *args: object) -> None:
         super().__init__(*(_lines(each) if isinstance(each, str) else each for each in args))
@@ -101,7 +101,7 @@ class NoSuchStep(SlewlineError, IndexError):
 
 
 class Timeout(SlewlineError, TimeoutError):
-    """A wait took longer than its timeout; the message lists what each chip, part and host waits for, and since when."""
+    """A wait has exceeded its timeout; the message lists what each chip, part and host waits for, since when."""
 
 
 class Endless(SlewlineError, RuntimeError):

@@ -49,7 +49,7 @@ class ReachesCondition(Condition):
 
 @face
 class OneAxis:
-    """One axis of a chip as its user sees it; a chip as a whole is its own axis 1."""
+    """One axis of a chip as seen by users; a chip is its own axis 1."""
 
     _for_users: ClassVar[tuple[str, ...]] = (
         *("position", "travel", "position_at", "velocity_at", "steps", "motions", "marks", "phases", "parameters"),

@@ -70,7 +70,7 @@ class CardPort(ChipsetPort):
                 raise TimeoutError(f"{self.where}: the status stays {status:#04x}")
 
     def free(self, ms: int) -> None:
-        """Wait until the chip is ready for a byte, `ms` milliseconds of chip time at most; read what it sends meanwhile.
+        """Wait until the chip is ready for a byte, for `ms` milliseconds of chip time at most; read what it sends.
 
         Raises:
             TimeoutError: the chip is not ready in time.
@@ -117,7 +117,7 @@ class CardPort(ChipsetPort):
 
     # -------------------------------------------------------------------------------------------------------- commands
     def command(self, text: str, ms: int = 5000) -> None:
-        """Send a command, to which the carriage return is added; it has been received when the call returns, not executed.
+        """Send a command, with a carriage return after it; when the call returns it has been received, not executed.
 
         Raises:
             TimeoutError: the chip does not take the command within `ms` milliseconds of chip time.
@@ -146,7 +146,7 @@ class CardPort(ChipsetPort):
             The answer without its last carriage return.
 
         Raises:
-            TimeoutError: no answer within `ms` milliseconds of chip time; the mode register may direct answers elsewhere.
+            TimeoutError: no answer within `ms` milliseconds of chip time; the mode register may direct it elsewhere.
         """
         self.command(query, ms)
         while (match := answer_to(query).search(self.messages)) is None:

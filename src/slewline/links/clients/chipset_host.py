@@ -55,7 +55,8 @@ class ChipsetHost:
 
         Args:
             name: the mnemonic.
-            values: the arguments, in the units of the command; rates also as text, "12345 steps/s", at the usual crystal.
+            values: the arguments, in the units of the command; rates also as text, "12345 steps/s", with the usual
+                crystal.
             axis: the axis that is made the current one first; 0: whichever is current.
 
         Raises:
@@ -90,7 +91,7 @@ class ChipsetHost:
         return packets.values(line.row.reads, self._exchange(packet_of(line.row, line.values), axis))[0]
 
     def send(self, data: str | bytes, axis: int = 0) -> None:
-        """Send packets: text is commands, one a line; bytes are a command byte and the bytes of its words, sent unchanged.
+        """Send packets: text is commands, one a line; bytes are a command byte and the bytes of its words.
 
         Raises:
             UsageError: text that is not a command, before anything is sent, or half a word.
@@ -122,8 +123,8 @@ class ChipsetHost:
         """Poll the status word of the current axis until a bit is 1, or, with "!" before its name, 0; return the word.
 
         Args:
-            bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in which the
-                update takes effect.
+            bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in which
+                the update takes effect.
             timeout: the longest wait, by the wall clock.
             every: the pause between two polls, by the wall clock.
 

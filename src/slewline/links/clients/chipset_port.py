@@ -89,7 +89,7 @@ class ChipsetPort:
     def exchange(self, *requests: tuple[int, int]) -> bytes:
         """Send requests, each given as its two bytes, in one message; return the answers, one byte each.
 
-        If an answer is missing the connection is closed, because a late answer would be taken for that to a later request.
+        If an answer is missing, the connection is closed: a late answer would be taken for that to a later request.
         """
         self.settle()
         self._forget()
@@ -98,8 +98,8 @@ class ChipsetPort:
     def series(self, *requests: tuple[int, int]) -> bytes:
         """Send requests as one series, which is abandoned if a wait in it fails; return the answers, one byte each.
 
-        Requests after a failed wait are not executed, and are answered with FF.  An older server gets the requests one by
-        one, and executes those after a failed wait as well.
+        Requests after a failed wait are not executed, and are answered with FF.  An older server gets the requests one
+        by one, and executes those after a failed wait as well.
         """
         if self._version() == OLDER:
             return self.exchange(*requests)

@@ -183,7 +183,7 @@ class PacketHost(Host):
         return self.queue.result(self._queue(Packet(code, words, reads, checksum), axis), timeout)
 
     def send(self, data: str | bytes, axis: int = UNKNOWN) -> None:
-        """Queue packets: text is commands, one a line; bytes are a command byte and the bytes of its words, sent unchanged.
+        """Queue packets: text is commands, one a line; bytes are a command byte and the bytes of its words.
 
         Raises:
             UsageError: text that is not a command; nothing is queued then.
@@ -201,8 +201,8 @@ class PacketHost(Host):
         """Poll the status word until a bit of it is 1, or, with "!" before its name, 0; return the word.
 
         Args:
-            bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in which the
-                update takes effect.
+            bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in which
+                the update takes effect.
             timeout: the longest wait, in virtual time.
             every: the pause between two polls.
             axis: as for `command`.

@@ -56,11 +56,13 @@ class SerialHost(UartHost, Host):
         """Change rate and format, whatever the module is strapped for.
 
         Args:
-            baud: the rate.
-            bits, parity, stop: the format of a character: data bits, "none", "even", "odd" ..., stop bits.
+            baud: the rate, such as 9600 or "37.5"; sixteen times the rate must be whole hertz.
+            bits: the number of data bits, 5 to 8.
+            parity: "none", "odd" or "even".
+            stop: the number of stop bits: 1, "1.5" or 2.
 
-        Raises:
-            UsageError: a rate or format that no UART has.
+            Raises:
+                UsageError: another rate or format.
         """
         self.uart.change_line(baud, bits, parity, stop)
 
