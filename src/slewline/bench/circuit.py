@@ -60,9 +60,8 @@ class Circuit:
     ) -> Chip:
         """Put a chip on the bench, at any time; it powers up at once.
 
-        Open strap pins read as the data sheet says: a GS-C module then receives at 110 baud, with checksums.
-        `slewline run`, `slewline serve`, slewline:// and the pytest plugin strap it for 9600 baud (a table in
-        docs/reference/api.md).
+        Open strap pins read as the data sheet says: a GS-C module receives at 110 baud, with checksums.  The command
+        line, slewline:// and the pytest plugin strap it for 9600 baud (a table in docs/reference/api.md).
 
         Args:
             part: the part number in lower case, such as "cy525"; for a chip of your own the name of its entry point (in

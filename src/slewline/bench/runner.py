@@ -111,9 +111,9 @@ class Runner:
             time: the instant, counted from time 0, not before now: "12 ms", or picoseconds (0, or at least 1000).
             function: a function without arguments, whose result is ignored; it must not let time pass.
 
-            Raises:
-                TimeError: `time` is not a time.
-                UsageError: the instant is in the past, or `function` is not a function without arguments.
+        Raises:
+            TimeError: `time` is not a time.
+            UsageError: the instant is in the past, or `function` is not a function without arguments.
         """
         ps = picoseconds(time)
         if not callable(function):
@@ -207,9 +207,9 @@ class Runner:
         Args:
             timeout: the longest wait, in virtual time from now on.
 
-            Raises:
-                Timeout: something is not idle in time; the message lists what each chip, part and host waits for.
-                TimeError: `timeout` is not a time.
+        Raises:
+            Timeout: something is not idle in time; the message lists what each chip, part and host waits for.
+            TimeError: `timeout` is not a time.
             UsageError: the call comes from within a run.
         """
         self._until(self._idle, timeout)

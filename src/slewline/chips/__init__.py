@@ -111,9 +111,9 @@ def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mappin
         part, allow_code: as for `chip_class`; or the class itself.
         options: options of the part; what they change in the sheet, such as the rates, is changed.
 
-        Raises:
-            UnknownName: as `chip_class`.
-            UsageError: as `chip_class`; or an option does not exist, or has a value that is not allowed.
+    Raises:
+        UnknownName: as `chip_class`.
+        UsageError: as `chip_class`; or an option does not exist, or has a value that is not allowed.
     """
     row = _ours(part)
     if row is not None:

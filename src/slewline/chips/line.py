@@ -86,7 +86,7 @@ class LineOwner(Protocol):
         """Do what a line says; return the answers, without their carriage returns."""
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command in a line, without address and checksum; None if there is none, or it is for another chip."""
+        """Return the command in a line, without address and checksum; None: it has none, or is for another chip."""
 
     def busy(self, on: bool) -> None:
         """Show that the chip begins or ends to work on a line."""
@@ -309,7 +309,7 @@ class LineChip(InLines, Chip):
         return [self.done if answer is None else str(answer).encode("ascii")]
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command in a line, without address and checksum; None if there is none, or it is for another chip."""
+        """Return the command in a line, without address and checksum; None: it has none, or is for another chip."""
         return line.text
 
     @property

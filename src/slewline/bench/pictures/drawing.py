@@ -96,9 +96,8 @@ class Pictures:
             parts: the parts whose quantities are listed, as for `figure`; by default all parts around the chips.
 
         Raises:
-            TimeError: an instant is not a time.
             UsageError: an instant is in the future, or none is given.
-            UnknownName, NotRecorded: as `figure`.
+            TimeError, UnknownName, NotRecorded: not a time; as `figure`.
         """
         from ...record.measuring.overlay import checked
         from ...record.pictures.cursors import measured, readings

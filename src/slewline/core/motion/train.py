@@ -155,16 +155,9 @@ def shown(intervals: list[int]) -> list[int]:
 
 
 class StepTrain(Train):
-    """A step train: runs of steps at equal intervals, in ticks of a clock.
+    """A step train: runs of steps at equal intervals, in ticks of a clock; step 0 begins at tick `origin`.
 
-    Args:
-        clock: the clock.
-        origin: the tick at which step 0 begins.
-        runs: pairs (interval in ticks, number of steps); the last number may be OPEN, for a train without end.
-
-    Attributes:
-        steps: the number of steps.
-        length: the ticks from the start of step 0 to the end of the last step.
+    `runs` are (interval in ticks, number of steps), the last number OPEN for no end; `steps` is the number of all.
     """
 
     __slots__ = ("counts", "firsts", "intervals", "starts", "table")
@@ -217,8 +210,7 @@ class StepTrain(Train):
         """Return the velocities from tick `since` to before tick `to`, both counted from `origin`.
 
         Returns:
-            The ticks at which the velocity changes, counted from `origin`, (n,) int64, ascending, the first one
-            `since`; the velocity from each tick to the next, (n,) float64, steps/s.
+            Ticks from `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
         """
         import numpy as np
 
@@ -282,12 +274,7 @@ def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
 
 
 class Playing:
-    """A train that is being played, shared by all outputs that show it.
-
-    Args:
-        train: the train.
-        until: the instant before which the train is valid, ps, when the firmware decides again; None: to its end.
-    """
+    """A train being played, shared by all outputs that show it; valid before the instant `until`, ps, or always."""
 
     __slots__ = ("train", "until")
 

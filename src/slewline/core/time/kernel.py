@@ -109,9 +109,8 @@ class Kernel:
     Attributes:
         now: the instant being run, ps.
         seen: the last instant whose changes are visible, ps.
-        on_commit: hook, called with an instant (ps) when all its rounds have been run, or a run ends at it.  What comes
-            before that instant is final; at the instant itself an input from outside may still follow, and then the
-            hook is called again.
+        on_commit: hook, called with an instant (ps) when all its rounds have been run, or a run ends at it.  All before
+            it is final; at the instant itself an input from outside may follow, and then the hook is called again.
     """
 
     def __init__(self, shuffle: Shuffler | None = None) -> None:

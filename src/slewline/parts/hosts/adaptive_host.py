@@ -59,8 +59,8 @@ class AdaptiveHost(UartHost, Host):
             parity: "none", "odd" or "even".
             stop: the number of stop bits: 1, "1.5" or 2.
 
-            Raises:
-                UsageError: another rate or format.
+        Raises:
+            UsageError: another rate or format.
         """
         self.uart.change_line(baud, bits, parity, stop)
 

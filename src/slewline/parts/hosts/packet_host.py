@@ -89,9 +89,9 @@ class PacketHost(Host):
         Args:
             data: the words as numbers, 0 to 65535, or as bytes, two for each word, high byte first.
 
-            Raises:
-                UsageError: not words, or an odd number of bytes.
-            """
+        Raises:
+            UsageError: not words, or an odd number of bytes.
+        """
         words = list(data) if not isinstance(data, (str, bytes, bytearray, int)) else None
         if isinstance(data, (bytes, bytearray)) and len(data) % 2 == 0:
             words = [int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2)]

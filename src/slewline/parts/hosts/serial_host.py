@@ -61,8 +61,8 @@ class SerialHost(UartHost, Host):
             parity: "none", "odd" or "even".
             stop: the number of stop bits: 1, "1.5" or 2.
 
-            Raises:
-                UsageError: another rate or format.
+        Raises:
+            UsageError: another rate or format.
         """
         self.uart.change_line(baud, bits, parity, stop)
 

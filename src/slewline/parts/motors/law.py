@@ -115,10 +115,7 @@ class MotorLaw:
 
     @property
     def lost_at(self) -> float:
-        """The distance from the command, in full steps, beyond which the rotor has lost steps.
-
-        It is 0.1 less than the distance between two stable positions: 3.9, or 2.9 for three phases of reluctance.
-        """
+        """The distance from the command beyond which steps are lost: 3.9 full steps, with three phases 2.9."""
         return self.period - NEAR
 
     @property
@@ -339,9 +336,8 @@ class MotorLaw:
         Args:
             times: the instants of the commands, (n,) int64 ps, ascending, after `start`.
             commands: the command in force from each instant on, (n,) int64, counted from command 0.
-            stop: the end, ps.
+            start, stop: the window, ps.
             codes: the row of the table for each command, (n,) int64; by default that of the command.
-            start: the beginning, ps.
             state, command, code: state, command and row at `start`; by default at rest at the position of `command`.
             limit: the distance from the command, in full steps, at which the integration stops early.
             engine: "python" or "numba"; None: Numba for long runs, if it is installed.
