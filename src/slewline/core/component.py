@@ -27,7 +27,7 @@ class Finding:
         time_ps: when it happened, ps.
         source: the name of the chip or part.
         code: the kind of finding: "range", "unfinished" ...
-        text: what has happened, in words, 400 characters at most: a longer text is cut in the middle.
+        text: what has happened, in words; of more than 400 characters the middle is left out.
     """
 
     time_ps: int

@@ -16,7 +16,7 @@ from contextlib import suppress
 from os import PathLike
 from pathlib import Path
 from time import perf_counter_ns
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 from ..bench.rewinding import ReachablePast
 from ..bench.runner import FunctionCondition
@@ -57,6 +57,20 @@ SHADOWS = 3  # of the past, each for one more try
 SILENT = ("drive", "run", "power", "conclude")  # inputs that tell a chip nothing
 STOP_NS = 5 * 10**9  # in which a way down ends
 LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
+
+
+def checked_horizon(horizon: Time) -> int:
+    """Return a horizon in picoseconds.
+
+    Raises:
+        TimeError: it is not a time.
+        UsageError: it is out of range.
+    """
+    ps = picoseconds(horizon)
+    if not LEAST_HORIZON_PS <= ps <= MOST_HORIZON_PS:
+        allowed = f"{readable(LEAST_HORIZON_PS)} to {readable(MOST_HORIZON_PS)}"
+        raise UsageError(f"horizon {horizon!r}; allowed {allowed}")
+    return ps
 
 
 class Drive:
@@ -127,10 +141,7 @@ class Drive:
         self.chip: Chip = bench[chip] if isinstance(chip, str) else chip  # type: ignore[assignment]
         self.axis: Axis = self.chip.axis(axis).motor
         self.kernel = bench.kernel
-        self.horizon_ps = picoseconds(horizon)
-        if not LEAST_HORIZON_PS <= self.horizon_ps <= MOST_HORIZON_PS:
-            allowed = f"{readable(LEAST_HORIZON_PS)} to {readable(MOST_HORIZON_PS)}"
-            raise UsageError(f"horizon {horizon!r}; allowed {allowed}")
+        self.horizon_ps = checked_horizon(horizon)
         self.horizon = self.horizon_ps * board.hz // PS_PER_S
         self.start_stop = None if start_stop is None else steps_a_second(start_stop)
         self.enable = enable
@@ -169,12 +180,14 @@ class Drive:
         self._live = Live(self, self.talk)
         if isinstance(port, str):
             port = opened(port, board, [each.number for each in self.board_inputs if not each.pin])
-        self.port: BoardPort = port
-        self.box: BlackBox | None = None
-        if black_box is not False:
-            folder = new_folder() if black_box is True else Path(black_box)
-            folder.mkdir(parents=True, exist_ok=True)
-            self.port = self.box = BlackBox(port, folder, clock, self.clock.ticks)
+        self.box = None if black_box is False else self._recorded(port, black_box)
+        self.port: BoardPort = port if self.box is None else self.box
+
+    def _recorded(self, port: BoardPort, black_box: str | PathLike[str] | Literal[True]) -> BlackBox:
+        """Return a port that also records what goes over another one, in a folder; True: a new folder."""
+        folder = new_folder() if black_box is True else Path(black_box)
+        folder.mkdir(parents=True, exist_ok=True)
+        return BlackBox(port, folder, self.wall, self.clock.ticks)
 
     def __repr__(self) -> str:
         dry = "" if self.enable else ", without current"

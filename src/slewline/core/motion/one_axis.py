@@ -185,6 +185,7 @@ class OneAxis:
 
         Raises:
             TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         return self.motor.phases(*self._window(start, stop))
 
