@@ -42,7 +42,7 @@ class Sensor(Follower):
     Args:
         part: the part, which has its pins already.
         shaft: the shaft, which is followed from when time is about to pass.
-        scale: the scale: how many counts there are in a turn, and where they are.
+        scale: how many counts there are in a step, or the positions at which the count changes.
         lag_ps: the delay from the shaft to the outputs, ps.
         show: a function that promises the outputs from `counter`; it is called at each new motion.
         cut: a function that takes in what `counter` has shown up to an instant (ps), before it starts there again.
