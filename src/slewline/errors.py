@@ -24,7 +24,7 @@ def shortened(text: str, most: int) -> str:
 
 
 class SlewlineError(Exception):
-    """What slewline raises on purpose: every exception of this list is one, and a built-in one that it resembles."""
+    """The base class of the exceptions of slewline; each is also derived from the built-in one that it resembles."""
 
     def __init__(self, *args: object) -> None:
         super().__init__(*(_lines(each) if isinstance(each, str) else each for each in args))
@@ -42,18 +42,18 @@ class UsageError(SlewlineError, ValueError):
 
 
 class TimeError(UsageError):
-    """A time that cannot be read, or cannot be represented in whole picoseconds."""
+    """A time that cannot be understood, or is not a whole number of picoseconds."""
 
 
 class UnknownName(SlewlineError, KeyError):
-    """A chip, pin, register or part that does not exist; the message lists those that do."""
+    """A name of a chip, pin, register or part that does not exist; the message lists those that do."""
 
     def __str__(self) -> str:  # KeyError would print the repr of the message
         return str(self.args[0]) if self.args else ""
 
 
 class NoSuchAttribute(SlewlineError, AttributeError):
-    """A name that an object has not, or that cannot be set; the message names what there is instead."""
+    """An attribute that an object does not have, or that cannot be set; the message says what to write instead."""
 
 
 class WiringError(SlewlineError, ValueError):
@@ -61,15 +61,15 @@ class WiringError(SlewlineError, ValueError):
 
 
 class SheetError(SlewlineError, ValueError):
-    """A data sheet that contradicts itself: a mistake in a chip folder."""
+    """A data sheet that contradicts itself: an error in the source of a chip."""
 
 
 class PlanError(SlewlineError, AssertionError):
-    """A planned motion that does not hold together: a mistake in a law of motion, never of the user or the host."""
+    """A planned motion that is inconsistent: an error in the motion law of a chip, never of the user or the host."""
 
 
 class ProgramError(SlewlineError, ValueError):
-    """A program text that the assembler refuses.  The message carries line, column and manual section."""
+    """A program text that the assembler refuses; the message has line, column and section of the manual."""
 
 
 class BenchFileError(SlewlineError, ValueError):
@@ -77,40 +77,40 @@ class BenchFileError(SlewlineError, ValueError):
 
 
 class JournalWarning(UserWarning):
-    """A journal is replayed, but not as the run was, or not to its end."""
+    """A journal is replayed, but the run may differ from the recorded one, or end before it."""
 
 
 class OtherLaws(JournalWarning):
-    """The parts of a journal behaved differently from those of this version."""
+    """The parts of a journal behaved differently when it was recorded: the replay may differ."""
 
 
 class TornJournal(JournalWarning):
-    """The last line of a journal was cut off; the replay ends before it."""
+    """The last line of a journal is cut off; the replay ends before it."""
 
 
 class WaveformError(SlewlineError, ValueError):
-    """A waveform file that cannot be read.  The message carries file, line and what was expected."""
+    """A waveform file that cannot be read; the message has file, line and what was expected."""
 
 
 class NotRecorded(SlewlineError, LookupError):
-    """A question about the past of a net that was not recorded."""
+    """A query about the past of a pin or an axis that was not recorded, or is no longer kept."""
 
 
 class NoSuchStep(SlewlineError, IndexError):
-    """A step beyond those that there are."""
+    """An index of a step that does not exist."""
 
 
 class Timeout(SlewlineError, TimeoutError):
-    """Virtual time ran out before the bench was idle; the message lists who waits for what, since when."""
+    """A wait has exceeded its timeout; the message lists what each chip, part and host waits for, since when."""
 
 
 class Endless(SlewlineError, RuntimeError):
-    """A hundred thousand rounds in one instant: tasks that answer each other without letting time pass."""
+    """A hundred thousand rounds in one instant: tasks react to each other without letting time pass."""
 
 
 class ChecksumError(SlewlineError, ValueError):
-    """A reply whose checksum does not fit."""
+    """An answer with a wrong checksum, or one with a parity or framing error."""
 
 
 class StoreError(SlewlineError, OSError):
-    """A memory in a file that cannot be read, or did not take its new content."""
+    """A memory kept in a file that cannot be read or written."""

@@ -18,6 +18,7 @@ from slewline.core.messages.instead import Instead
 from slewline.core.motion.axis import Steps
 from slewline.core.notebook.markup import STYLE, element
 from slewline.parts import KINDS, part_class
+from tests.motors import with_motor
 from tests.system.test_faces import GIVEN, everything
 
 HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)>"
@@ -29,6 +30,7 @@ ATTRIBUTES = {
     *("fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linejoin", "opacity", "text-anchor"),
     *("text-decoration", "font-size", "font-weight", "letter-spacing"),
 }
+THREE_STEPS = "A 0\rF 3\rR 3\rS 240\rN 3\rG\r"
 FRAMES = re.compile(  # of a shaft that turns
     r"@keyframes (slewline-[0-9a-f]{8})\{(?:(?:[\d.]+%|to)\{transform:rotate\(-?[\d.]+deg\)\})+\}"
     r"@media \(prefers-reduced-motion: no-preference\)\{\.\1\{animation:\1 [\d.]+s linear infinite\}\}"
@@ -182,11 +184,7 @@ def test_a_shaft_turns_as_it_has_turned_and_stays_where_it_is_without_motion():
 
 def test_the_same_run_gives_the_same_markup():
     def shown():
-        bench = slewline.Bench()
-        x = bench.add("cy525", name="x")
-        motor = bench.part("stepper", "motor", to=x)
-        bench.host(x).send("A 0\rF 3\rR 3\rS 240\rN 3\rG\r")
-        bench.run_until_idle()
+        _, x, motor = with_motor("stepper", THREE_STEPS)
         return x._repr_html_() + x.steps()._repr_html_() + motor._repr_html_()
 
     assert shown() == shown()
@@ -194,11 +192,7 @@ def test_the_same_run_gives_the_same_markup():
 
 @pytest.mark.parametrize("keep", [None, "1 ms"])
 def test_a_stepper_shows_its_shaft_also_where_the_past_is_not_kept(keep):
-    bench = slewline.Bench(keep=keep)
-    x = bench.add("cy525", name="x")
-    motor = bench.part("stepper", "motor", to=x)
-    bench.host(x).send("A 0\rF 3\rR 3\rS 240\rN 3\rG\r")
-    bench.run_until_idle()
+    bench, _, motor = with_motor("stepper", THREE_STEPS, keep=keep)
     bench.run("100 ms")
     assert ("@keyframes" in motor._repr_html_()) is (keep is None)
     read = Read(motor._repr_html_())

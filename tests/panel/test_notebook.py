@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-import slewline
+from tests.motors import with_motor
 
 pytestmark = pytest.mark.check
 HOSTILE = (
@@ -19,11 +19,7 @@ CUT_OFF = """() => [...document.querySelectorAll('.slewline, .slewline *')].filt
 @pytest.fixture(scope="module")
 def cards():
     """The cards of chips, of their steps and of a motor, with findings of a stranger."""
-    bench = slewline.Bench()
-    x = bench.add("cy525", name="x")
-    motor = bench.part("translator", "motor", to=x)
-    bench.host(x).send("A 0\rF 10\rR 80\rS 240\rE\rN 250\rG\r0\rQX\r")
-    bench.run_until_idle()
+    bench, x, motor = with_motor("translator", "A 0\rF 10\rR 80\rS 240\rE\rN 250\rG\r0\rQX\r")
     x.motor_report(HOSTILE, HOSTILE)
     chipset = bench.add("mc1451a", name="m")
     svg = bench._repr_svg_()

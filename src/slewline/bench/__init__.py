@@ -14,17 +14,17 @@ __all__ = ["Bench", "load", "replay"]
 
 
 def load(path: str, *, anywhere: bool = False, allow_code: bool = False, **options: Any) -> Bench:
-    """Return the bench that a bench file (TOML) describes, with chips, parts and wires, its scripts queued.
+    """Return the bench that a bench file (TOML) describes: its chips, parts and wires, with its scripts queued.
 
     Args:
-        path: the file.
-        anywhere: let the file name files outside its own folder.
-        allow_code: let it name chips and parts as module:Class, whose import runs the code of the module.
-        options: of the bench, such as journal="run.jsonl".
+        path: the bench file.
+        anywhere: allow the bench file to name files outside its own folder.
+        allow_code: allow it to name chips and parts as module:Class, whose import runs the code of the module.
+        options: options of `Bench`, such as journal="run.jsonl".
 
     Raises:
-        BenchFileError: the file cannot be read or does not make a bench; file, line and key are in the message.
-        ProgramError: a script has lines that cannot be played.
+        BenchFileError: the file cannot be read, or does not describe a bench; the message has file, line and key.
+        ProgramError: a script has lines that cannot be run.
     """
     from .file import BenchFile
 

@@ -91,29 +91,31 @@ def _pictures(runs: Mapping[str, Bench | Steps] | None) -> Mapping[str, Pictures
 
 @face
 class Bench:
-    """Chips and the parts around them, in virtual time from 0 on.
+    """Chips and the parts around them, in virtual time that starts at 0.
 
     Args:
-        seed: of every random element; a whole number.
-        journal: a file that takes every input from outside, to be replayed with `slewline.replay`.
-        shuffle: run the tasks of a round in random order (from this seed): results must not change.
-        stores: called with the name of a chip, returns its non-volatile memory; by default it is lost with the bench.
-        keep: forget what was before that, for endless runs: where axes and shafts have been, recorded pins (unless
+        seed: the seed of every random element, a whole number.
+        journal: the file to which every input from outside is written, to be replayed with `slewline.replay`.
+        shuffle: run the tasks of a round in random order, with this seed: the results must not change.
+        stores: a function that returns the non-volatile memory of a chip, by the name of the chip; by default this
+            memory is lost with the bench.
+        keep: how far back the past is kept, for endless runs: positions of axes and shafts, recorded pins (unless
             `record(keep=)` says otherwise), findings, what hosts have received; None keeps everything.
 
     Attributes:
-        chips: the chips, by name, in the order in which they came.
-        parts: parts and hosts, likewise.
+        chips: the chips, by name, in the order in which they were added.
+        parts: the parts and hosts, by name, in the order in which they were added.
         recorded: the pins that are recorded, by their full names.
-        journal: the `Journal` that is being written; None: there is none.
+        journal: the `Journal` that is being written; None if there is none.
         seed: the seed of every random element.
-        on_finding: hook, called with a `Finding` of any chip or part.
-        on_input: hook, called with an input from outside: what ("drive"), and to what, as a dict of plain data.
-        on_commit: hook, called with a time, in ps: everything before it is final.
+        on_finding: hook, called with each `Finding` of any chip or part.
+        on_input: hook, called with each input from outside: its kind, such as "drive", and its details, a dict of plain
+            data.
+        on_commit: hook, called with an instant, ps, before which everything is final.
 
     Raises:
         BenchFileError: the journal cannot be written, or its path is a file that is not a journal.
-        TimeError: `keep` is no duration.
+        TimeError: `keep` is not a duration.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -181,7 +183,10 @@ class Bench:
 
     @property
     def stores(self) -> Callable[[str], Any] | None:
-        """What returns the non-volatile memory of a chip, by its name; None: it is lost with the bench."""
+        """The function that returns the non-volatile memory of a chip, by the name of the chip.
+
+        None: this memory is lost with the bench.
+        """
         return self._circuit.stores
 
     @stores.setter
@@ -190,7 +195,7 @@ class Bench:
 
     @property
     def findings(self) -> list[Finding]:
-        """What hosts did wrong, of all chips and parts, in order of time; parts that are lazy catch up first."""
+        """The findings of all chips and parts, in order of time; parts that compute on demand catch up first."""
         return self._circuit.findings
 
     catch_up = delegate("_circuit", Circuit.catch_up)
@@ -217,12 +222,12 @@ class Bench:
     # ------------------------------------------------------------------------------------------------------------- time
     @property
     def now_ps(self) -> int:
-        """Virtual time now, in picoseconds since the beginning."""
+        """Virtual time now, in picoseconds since time 0."""
         return self.kernel.now
 
     @property
     def now(self) -> Seconds:
-        """Virtual time now, in seconds: a float that prints as "0.170768 s" and may be given wherever a time is."""
+        """Virtual time now, in seconds: a float that prints as "0.170768 s" and is accepted wherever a time is."""
         return Seconds(self.kernel.now)
 
     at = delegate("_runner", Runner.at)
@@ -265,34 +270,34 @@ class Bench:
         ax: Axes | Sequence[Axes] | None = None,
         marks: bool = True,
     ) -> Figure:
-        """Draw the motions of the axes, and recorded pins below; return a matplotlib Figure.
+        """Draw the motions of the axes, with recorded pins below; return a matplotlib Figure.
 
-        Velocity and position share one column of panels, whatever the number of axes; of parts that have them,
-        acceleration and jerk as well.  An axis that does not move is left out when others do.
+        There is one column of panels, whatever the number of axes: velocity and position, for chips that have them also
+        acceleration and jerk.  An axis that does not move is left out when others do.
 
         Args:
-            title: by default the chips and their parts.
-            pins: recorded pins, or traces of a file; all that are recorded by default, [] for none.
-            start, stop: the window; by default the motion, and a twentieth of it before and after.
-            axes: which axes: numbers from 1 on, names of chips, or names such as "x axis 2"; by default all.
-            parts: whose quantities are drawn, too: names of parts, or of single quantities such as "driver.current"; by
-                default those of all parts around the chips, as far as they change; [] for none.
-            runs: further benches by the name that the picture gives them, each drawn over this one, its motion
-                beginning with this one's; `start` and `stop` then count from there.  Measured steps as well, such as
-                `read_vcd(path).steps("pulse")`, their first one at the instant of this bench's first one.
-            over: what was measured of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: it is drawn over
-                them, stretches in which the two differ are marked, and its greatest lag is noted.
-            ideal: lay the ideal of each motion over it, as far as the part defines one, and tell the difference.
-            cursors: instants that are marked by numbered lines; `readings` has the values there.
-            dark: light on dark.
-            width: "page", "phone", or inches.
-            ax: draw into these axes of matplotlib, one for each panel, or into a single one for the first panel.
+            title: the title; by default the names of the chips and their part numbers.
+            pins: recorded pins, or traces of a file; by default all recorded pins, [] for none.
+            start, stop: the window; by default the motion, and a twentieth of its length before and after.
+            axes: the axes: their numbers, from 1, names of chips, or names such as "x axis 2"; by default all.
+            parts: the parts whose quantities are drawn, by name, or single quantities such as "driver.current"; by
+                default those of all parts around the chips that change; [] for none.
+            runs: further benches, by the names that the picture shows; each is drawn over this one, shifted so that the
+                motions begin together, and `start` and `stop` count from there.  Measured steps are allowed as well,
+                such as `read_vcd(path).steps("pulse")`, shifted so that the first steps coincide.
+            over: measured traces of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: each is drawn over
+                its pin, stretches in which the two differ are marked, and its greatest lag is noted.
+            ideal: draw the ideal of each motion as well, if the part defines one, and note the greatest deviation.
+            cursors: instants that are marked by numbered lines; `readings` returns the values there.
+            dark: draw light on dark.
+            width: "page", "phone", or a number of inches.
+            ax: matplotlib axes to draw into, one for each panel; a single one takes the first panel.
             marks: flag commands, findings, limits and home above the panels.
 
         Raises:
             UsageError: nothing to draw, an unknown width, too few axes for the panels, or no matplotlib.
             UnknownName: no such axis or part, or no chip on the bench.
-            NotRecorded: a pin that is not recorded.
+            NotRecorded: a pin is not recorded.
         """
         shown = PictureOptions(
             title, pins, start, stop, axes, parts, _pictures(runs), over, ideal, cursors, dark, width, marks
@@ -318,7 +323,7 @@ class Bench:
         width: str | float = "page",
         marks: bool = True,
     ) -> None:
-        """Draw as `figure` does, into a file: SVG, PNG or PDF, by its suffix.  The same run gives the same bytes.
+        """Draw what `figure` draws into a file: SVG, PNG or PDF, by its suffix.  The same run gives the same bytes.
 
         Raises:
             UsageError: an unknown suffix, a path that cannot be written, or as `figure`.
@@ -330,7 +335,9 @@ class Bench:
         self._pictures.plot(path, shown)
 
     def show(self, *args: Any, **options: Any) -> None:
-        """Show what `figure` draws, with its arguments: in a window, or in the notebook; returns when that is closed.
+        """Show what `figure` draws, with the same arguments: in a window, or in the notebook.
+
+        The call returns when the window is closed.
 
         Raises:
             UsageError: there is no screen, or as `figure`.

@@ -60,21 +60,21 @@ class Circuit:
     ) -> Chip:
         """Put a chip on the bench, at any time; it powers up at once.
 
-        Open strap pins read as the sheet has it: a GS-C module listens at 110 baud, with checksums.  `slewline run`,
-        `serve`, slewline:// and the pytest plugin strap it for 9600 baud (a table in docs/reference/api.md).
+        Open strap pins read as the data sheet says: a GS-C module receives at 110 baud, with checksums.  The command
+        line, slewline:// and the pytest plugin strap it for 9600 baud (a table in docs/reference/api.md).
 
         Args:
-            part: part number in lower case, for example "cy525"; a chip of one's own by the name of its entry point
-                (slewline.chips), as "my_lab.mx10:Mx10", which imports the module, or the class itself.
-            name: defaults to the part number, numbered when there are several.
-            crystal: "11 MHz", or hertz; the sheet's own by default.
-            straps: fixed levels of input pins.
+            part: the part number in lower case, such as "cy525"; for a chip of your own the name of its entry point (in
+                the group slewline.chips), "my_lab.mx10:Mx10", which imports the module, or the class itself.
+            name: the name on the bench; by default the part number, with a number if there are several.
+            crystal: "11 MHz", or a number of hertz; by default the usual crystal of the data sheet.
+            straps: fixed levels, 0 or 1, of input pins, by name.
             bare: leave out the standard wiring (ABORT high, STEP INHIBIT low ...).
-            options: of the part, for example rate=80 or stepwise=True.
+            options: options of the part, such as rate=80 or stepwise=True.
 
         Raises:
-            UnknownName: no such part, or a strap that is no pin of it; the message lists those there are.
-            UsageError: a name that is taken, a crystal, strap or option out of range, a module that cannot be imported.
+            UnknownName: there is no such part, or it has no such pin to strap; the message lists those there are.
+            UsageError: the name is taken, a crystal, strap or option is out of range, or the module cannot be imported.
         """
         if not isinstance(bare, bool):
             raise UsageError(f"add({part!r}): bare {bare!r}; allowed True, False")
@@ -125,18 +125,20 @@ class Circuit:
         """Make a part and put it on the bench, at any time; it works from this instant on.
 
         Args:
-            kind: for example "uart"; slewline.parts.KINDS lists ours.  A part of one's own by the name of its entry
-                point (slewline.parts), as "my_lab.lamp:Lamp", which imports the module, or the class itself.
-            name: defaults to the kind, or the class in lower case; numbered when there are several.
-            to: chip or part to whose pins those of the new part are wired in the standard way: by their roles.
-            on: part on whose shaft the new part sits: a motor, a gear, a carriage.
-            options: of the part.
+            kind: the kind of part, such as "uart"; `slewline.parts.KINDS` lists the built-in ones.  For a part of your
+                own the name of its entry point (in the group slewline.parts), "my_lab.lamp:Lamp", which imports the
+                module, or the class itself.
+            name: the name on the bench; by default the kind, or the name of the class in lower case, with a number if
+                there are several.
+            to: a chip or part; the pins of the new part are wired to those of its pins that have the matching roles.
+            on: the part on whose shaft the new part is mounted: a motor, a gear, a carriage.
+            options: options of the part.
 
         Raises:
-            UnknownName: no such kind or neighbour.
-            UsageError: a name that is taken, an option that the kind does not have or allow; it does not sit there; a
-                module that cannot be imported.
-            WiringError: the neighbour lacks a pin that the part needs; nothing has been put on the bench then.
+            UnknownName: there is no such kind, or no such chip or part on the bench.
+            UsageError: the name is taken, the kind does not have an option or allow its value, the part cannot be
+                mounted there, or the module cannot be imported.
+            WiringError: the chip or part given as `to` lacks a pin that is needed; nothing is added to the bench then.
         """
         try:
             cls = kind if isinstance(kind, type) else part_class(kind)
@@ -224,7 +226,11 @@ class Circuit:
         return neighbour
 
     def place(self, part: Part) -> Part:
-        """Put a part on the bench; its pins can be wired from now on."""
+        """Put a part that was made by its class on the bench; its pins can be wired from now on.
+
+        Raises:
+            UsageError: the name of the part is taken.
+        """
         self.new_name(part.name, part.name)
         self.parts[part.name] = part
         self._adopt(part)
@@ -273,7 +279,7 @@ class Circuit:
         """Return a pin by its full name, for example "x.slew".
 
         Raises:
-            UnknownName: no such chip, part or pin; the message lists those there are.
+            UnknownName: there is no such chip, part or pin; the message lists those there are.
         """
         owner, dot, pin = name.partition(".") if isinstance(name, str) else (repr(name), "", "")
         if not dot:
@@ -289,11 +295,11 @@ class Circuit:
     def wire(self, a: str, b: str, invert: bool = False) -> None:
         """Connect two pins, at any time; with `invert` an inverter drives the second from the first.
 
-        "x.db" and "y.db" are whole buses ("x.hostdata", where the chip calls it so).
+        "x.db" and "y.db" are whole buses ("x.hostdata" on a chip whose manual names it so).
 
         Raises:
-            UnknownName: no such pin.
-            WiringError: a bus and a single pin, or a pin that carries no signal.
+            UnknownName: there is no such pin; the message lists those there are.
+            WiringError: one is a bus and the other a single pin, or a pin carries no signal.
         """
         if not isinstance(invert, bool):
             raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
@@ -367,9 +373,9 @@ class Circuit:
             forget_findings(owner, before, remedy)
 
     def catch_up(self) -> None:
-        """Let parts that compute only on demand do so, up to now: listeners get the findings made on the way.
+        """Let parts that compute only on demand do so, up to now; listeners are called with the findings that result.
 
-        `findings`, pictures, files and the end of a replay do so by themselves.
+        `findings`, pictures, files and the end of a replay do this by themselves.
         """
         for part in self.parts.values():
             part.be_caught_up()

@@ -98,15 +98,17 @@ def host(
     """Put a host computer on the command port of a chip, or of several that share its bus or its line, at any time.
 
     Args:
-        delay: what the host's own program takes before each byte (on a bus).
-        baud: another rate than the chip is strapped for (on a serial line).
+        chips: the chips that the host commands.
+        name: the name on the bench; by default "host", with a number if there are several.
+        delay: the time that the program of the host takes before each byte, on a bus.
+        baud: a rate other than the one the chip is strapped for, on a serial line.
         line: a part of kind rs232_line between the host and the chips.
-        over: "bus", "serial", "port" or "parallel", of a chip that has several channels; its first one by default.
+        over: "bus", "serial", "port" or "parallel", for a chip with several channels; by default its first one.
 
     Raises:
-        UsageError: no chip, a channel that one of them does not have, chips that are spoken to in different ways,
-            or an argument that does not fit them.
-        WiringError: a chip's serial line has a host already, or a chip of one's own has no pins for one.
+        UsageError: no chip is given, one of them does not have the channel, they take commands in different ways, or an
+            argument does not fit them.
+        WiringError: the serial line of a chip has a host already, or a chip of your own has no pins for one.
     """
     if not chips:
         raise UsageError("host: no chip given; name one: bench.host(x)")
@@ -220,10 +222,14 @@ HOSTS: Mapping[type[Channel], Callable[[HostRequest], Host]] = {  # what makes t
 
 
 def connect(circuit: Circuit, connector: Part, chips: Sequence[Chip]) -> None:
-    """Wire a serial connector to modules on one line; several need the pull-down of the last one.
+    """Wire a serial connector to the modules on one line; several need the pull-down of the last module.
+
+    Args:
+        connector: a part such as "serial_port".
+        chips: the modules, in their order on the line.
 
     Raises:
-        UsageError: no part, or no list of chips.
+        UsageError: `connector` is not a part, or `chips` is not a list of chips.
     """
     if not isinstance(connector, Part) or not all(isinstance(chip, Chip) for chip in chips):
         pins = f"; pins are joined by bench.wire({connector!r}, {chips!r})" if isinstance(connector, str) else ""

@@ -21,18 +21,19 @@ from .circuit import crystal_for
 def ramp(
     part: str, *, crystal: str | int | None = None, options: Mapping[str, Any] | None = None, **values: Value
 ) -> Ramp:
-    """Return the ramp that these parameters give.
+    """Return the ramp of a part with these parameters.
 
     Args:
-        part: "cy525", "gs-c200" ...
-        crystal: such as "11 MHz"; the part's own by default.
-        options: of the part, as `bench.add` takes them: rates of one's own, for example.
+        part: the part number, "cy525", "gs-c200" ...
+        crystal: such as "11 MHz"; by default the usual crystal of the part.
+        options: options of the part, as for `bench.add`, such as a rate table of your own.
         values: parameters by name: F, R, S, Z (CY525); F, R, S (CY545); S, T, R, law (GS-C); SET_VEL, SET_ACC ...
-            (MC1451A family).  A whole number is what the command takes; text may give a rate, such as "4000 steps/s".
+            (MC1451A family).  A whole number is the argument of the command; text may be a rate, such as
+            "4000 steps/s".
 
     Raises:
-        UnknownName: no such part or parameter.
-        UsageError: a value that is missing or out of range.
+        UnknownName: there is no such part or parameter.
+        UsageError: a value is missing or out of range.
     """
     calculator = ramps_of(part, options)
     hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)
@@ -50,22 +51,22 @@ def find_ramps(
     options: Mapping[str, Any] | None = None,
     **values: Value,
 ) -> list[Ramp]:
-    """Return the ramps that come nearest to what is wanted, of all values of the free parameters, best first.
+    """Return the ramps that come nearest to a goal, over all values of the free parameters, the nearest first.
 
-    Free are S and Z of the CY525, R of the GS-C modules, SET_ACC or one of SET_MAX_ACC and SET_JERK of the MC1451A
-    family, as far as no value is given.  Of two ramps that are equally far off the slower one comes first.  Of those
-    that have the same of what is wanted one is listed: the slowest, then that with the least Z, then with the least S,
+    Free parameters are S and Z of the CY525, R of the GS-C modules, and SET_ACC or one of SET_MAX_ACC and SET_JERK of
+    the MC1451A family, unless a value is given.  Of two ramps that are equally near, the slower one comes first.  Of
+    several ramps with the same goal value one is returned: the slowest, then that with the least Z, then the least S,
     R, acceleration or jerk.
 
     Args:
         part, crystal, options, values: as for `ramp`.
-        time, acceleration, steps: what is wanted of the ramp, one of the three: a time such as "0.5 s" or ps; the mean
-            acceleration in steps/s^2; steps.
-        count: how many, 1 and more.
+        time, acceleration, steps: the goal, exactly one of the three: the time of the ramp, such as "0.5 s", or ps; its
+            mean acceleration, steps/s^2; its number of steps.
+        count: how many ramps to return, 1 or more.
 
     Raises:
-        UnknownName: no such part or parameter.
-        UsageError: not one thing wanted, no free parameter, a value that is missing or out of range.
+        UnknownName: there is no such part or parameter.
+        UsageError: no goal or more than one, no free parameter, or a value that is missing or out of range.
     """
     calculator = ramps_of(part, options)
     hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)

@@ -86,20 +86,22 @@ def replay(
     other_laws: bool = False,
     allow_code: bool = False,
 ) -> Bench:
-    """Run a journal again; return the bench as the recorded run left it, or as it was at an instant.
+    """Replay a journal; return the bench as the recorded run left it, or as it was at an instant.
 
     Args:
-        until: the instant at which to stop: everything that the run did at it is done, and all inputs at it are put in,
-            those of its first round and those after it.  To leave them out, stop a picosecond earlier.  After the end
-            of the journal time passes without inputs.  The bench runs on by hand from there.
-        prepare: called with the bench, before time passes: to record pins, for example.
-        other_laws: replay it also if its parts have another behaviour now; the run may then differ,
-            as the warning OtherLaws reports.
-        allow_code: it may name chips and parts as module:Class, whose import runs the code of the module.
+        path: the journal.
+        until: the instant at which to stop, by default the end of the run.  All inputs at this instant are included; to
+            leave them out, stop a picosecond earlier.  After the end of the journal time passes without inputs.  The
+            bench that is returned can be run on.
+        shuffle: run the tasks of a round in random order, with this seed: the results must not change.
+        prepare: a function that is called with the bench before time passes: to record pins, for example.
+        other_laws: replay even if the behaviour of a part has changed since; the run may then differ, and the warning
+            OtherLaws is given.
+        allow_code: allow the journal to name chips and parts as module:Class, whose import runs the code of the module.
 
     Raises:
-        BenchFileError: not a journal, or one whose parts behaved by other laws, are not there or not allowed.
-        TimeError: `until` is no instant.
+        BenchFileError: not a journal, or its parts behave differently now, do not exist, or are not allowed.
+        TimeError: `until` is not a time.
     """
     found = Entries(path)
     with closing(found.file):

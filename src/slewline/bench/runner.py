@@ -105,15 +105,15 @@ class Runner:
         self._forget_ps = NEVER_PS if circuit.keep_ps is None else circuit.keep_ps  # when the past is dropped next
 
     def at(self, time: Time, function: Callable[[], object]) -> None:
-        """Call a function at an instant, in its first round: everything still reads as it was before.
+        """Call a function at an instant, in its first round: all levels still read as before the instant.
 
         Args:
-            time: since the beginning, not before now: "12 ms", or picoseconds (0, or at least 1000).
-            function: takes nothing; what it returns is ignored. It must not let time pass.
+            time: the instant, counted from time 0, not before now: "12 ms", or picoseconds (0, or at least 1000).
+            function: a function without arguments, whose result is ignored; it must not let time pass.
 
         Raises:
-            TimeError: not a time.
-            UsageError: the instant is in the past, or `function` is none.
+            TimeError: `time` is not a time.
+            UsageError: the instant is in the past, or `function` is not a function without arguments.
         """
         ps = picoseconds(time)
         if not callable(function):
@@ -133,7 +133,7 @@ class Runner:
             duration: "12 ms", or picoseconds (0, or at least 1000).
 
         Raises:
-            TimeError: not a duration.
+            TimeError: `duration` is not a time.
             UsageError: the call comes from within a run.
         """
         self._run_to(self.kernel.now + picoseconds(duration))
@@ -142,10 +142,10 @@ class Runner:
         """Let virtual time pass up to an instant, that instant included.
 
         Args:
-            time: since the beginning: "12 ms", or picoseconds (0, or at least 1000).
+            time: the instant, counted from time 0: "12 ms", or picoseconds (0, or at least 1000).
 
         Raises:
-            TimeError: not a time.
+            TimeError: `time` is not a time.
             UsageError: the instant is in the past, or the call comes from within a run.
         """
         ps = picoseconds(time)
@@ -205,11 +205,11 @@ class Runner:
         """Run until every host queue is empty and every chip idle.
 
         Args:
-            timeout: of virtual time, from now on.
+            timeout: the longest wait, in virtual time from now on.
 
         Raises:
-            Timeout: something still waits; the message lists what for.
-            TimeError: `timeout` is no duration.
+            Timeout: something is not idle in time; the message lists what each chip, part and host waits for.
+            TimeError: `timeout` is not a time.
             UsageError: the call comes from within a run.
         """
         self._until(self._idle, timeout)
@@ -219,14 +219,15 @@ class Runner:
         """Run until a condition is met: x.reaches(40), pin.is_(0), pin.edges(3), host.got(b"Y"), or one of two (`|`).
 
         Args:
-            condition: or a function that returns true then. It is called after every instant, every step of every motor
-                being one meanwhile: exact, and slow.
-            timeout: of virtual time, from now on.
+            condition: a condition, or a function without arguments that returns true when it is met.  A function is
+                called after every instant, and every step of every motor is an instant then: exact, but slow.
+            timeout: the longest wait, in virtual time from now on.
 
         Raises:
-            Timeout: it is not met in time; the message lists who waits for what.
-            TimeError: `timeout` is no duration.
-            UsageError: neither a condition nor a function, or the call comes from within a run.
+            Timeout: the condition is not met in time; the message lists what each chip, part and host waits for.
+            TimeError: `timeout` is not a time.
+            UsageError: neither a condition nor a function, a condition of another bench, or the call comes from within
+                a run.
         """
         self._until(self._condition("run_until", condition), timeout)
 
@@ -235,10 +236,10 @@ class Runner:
         self._until(FunctionCondition(met, what), timeout)
 
     def conclude(self) -> None:
-        """Let chips report, as findings, what their hosts have begun and not finished: a setting without its update.
+        """Let chips report, as findings, what a host has begun and not finished, such as a setting without its update.
 
-        `run_until_idle`, the fixtures of tests, `slewline run` and a server that a host leaves do so by themselves.  Of
-        a host that has more to send nothing is reported yet.
+        `run_until_idle`, the fixtures of tests, `slewline run`, and a server when its host disconnects, do this by
+        themselves.  Nothing is reported while a host still has something to send.
         """
         if all(part.idle for part in self.parts.values() if part.queue is not None) and any(
             [chip.conclude() for chip in self.chips.values()]  # of every one
@@ -318,36 +319,36 @@ class Runner:
 
     # --------------------------------------------------------------------------------------------------------- asyncio
     async def until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
-        """Wait until a condition is met, in a task of asyncio: `run_until` for a host that does several things at once.
+        """Wait until a condition is met, in an asyncio task: `run_until` for programs that do several things at once.
 
-        The loop must be one of virtual time: `slewline.testing.aio.run(main())`.
+        The event loop must be one of virtual time: `slewline.testing.aio.run(main())`.
 
         Args:
-            condition: as `run_until` takes it.
-            timeout: of virtual time, from now on.
+            condition: as for `run_until`.
+            timeout: the longest wait, in virtual time from now on.
 
         Raises:
-            Timeout: it is not met in time; the message lists who waits for what.
-            TimeError: `timeout` is no duration.
-            UsageError: neither a condition nor a function, or the loop follows the wall clock.
+            Timeout: the condition is not met in time; the message lists what each chip, part and host waits for.
+            TimeError: `timeout` is not a time.
+            UsageError: neither a condition nor a function, or the event loop follows the wall clock.
         """
         loop = virtual_loop("until")
         await self._awaited(loop, self._condition("until", condition), timeout)
 
     async def until_idle(self, timeout: Time = "60 s") -> None:
-        """Wait until every host queue is empty and every chip idle, in a task of asyncio; raises as `until`."""
+        """Wait until every host queue is empty and every chip idle, in an asyncio task; raise as `until`."""
         await self._awaited(virtual_loop("until_idle"), self._idle, timeout)
         self.conclude()
 
     async def wait(self, duration: Time) -> None:
-        """Wait for a time, in a task of asyncio; others go on meanwhile.
+        """Wait for a time, in an asyncio task, while other tasks continue.
 
         Args:
             duration: "12 ms", or picoseconds (0, or at least 1000).
 
         Raises:
-            TimeError: not a duration.
-            UsageError: the loop follows the wall clock.
+            TimeError: `duration` is not a time.
+            UsageError: the event loop follows the wall clock.
         """
         loop = virtual_loop("wait")
         self._start()

@@ -88,15 +88,16 @@ def listed(part: str) -> ListedChip:
 
 
 def chip_class(part: str, *, allow_code: bool = True) -> type[Chip]:
-    """Return the class of a part: "cy525", the name of an entry point, or module:Class.
+    """Return the class of a chip.
 
     Args:
-        allow_code: a name may be module:Class, whose import runs the code of the module.
+        part: the part number, such as "cy525", the name of an entry point, or module:Class.
+        allow_code: allow module:Class, whose import runs the code of the module.
 
     Raises:
-        UnknownName: no such part; the message says which there are.
-        UsageError: module:Class where that is not allowed; what it names is no class of a chip with a sheet; or the
-            module fails when it is imported.
+        UnknownName: there is no such part; the message lists those there are.
+        UsageError: module:Class is not allowed, does not name the class of a chip with a sheet, or the module cannot be
+            imported.
     """
     cls = CATALOGUE.load(part, allow_code=allow_code)
     _sheet(cls)
@@ -107,11 +108,12 @@ def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mappin
     """Return the data sheet of a part, without starting anything.
 
     Args:
-        part, allow_code: as for `chip_class`.
-        options: of the part; where they replace something in the sheet, such as its rates, it is replaced.
+        part, allow_code: as for `chip_class`; or the class itself.
+        options: options of the part; what they change in the sheet, such as the rates, is changed.
 
     Raises:
-        UnknownName, UsageError: as `chip_class`; or an option that does not exist, or a value that is not allowed.
+        UnknownName: as `chip_class`.
+        UsageError: as `chip_class`; or an option does not exist, or has a value that is not allowed.
     """
     row = _ours(part)
     if row is not None:
@@ -125,7 +127,7 @@ def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mappin
 
 
 def checks_of(part: str | type[Chip], sheet: Sheet | None = None) -> tuple[Check, ...]:
-    """Return what only the linter of this part knows, by its sheet or another one; raises as `chip_class`."""
+    """Return the lint rules that only this part has, for its own sheet or another one; raise as `chip_class`."""
     row = _ours(part)
     if row is not None:
         return _of(row, row.checks)(sheet or sheet_of(part))  # type: ignore[no-any-return]

@@ -34,13 +34,22 @@ TURNROUND_PS = 10**9
 
 
 class Line(NamedTuple):
-    """A line as it came, without its carriage return."""
+    """A line as it was received, without its carriage return.
+
+    Attributes:
+        text: the characters.
+        faulty: a character had a parity or framing error.
+        first_faulty: the first character had one.
+        too_long: the line was longer than the part takes.
+        checked: checksums were selected when its carriage return came; this holds for the answer as well.
+        end_ps: the end of its carriage return, ps.
+    """
 
     text: bytes
-    faulty: bool  # a character of it had a parity or framing fault
-    first_faulty: bool  # and it was the first one
+    faulty: bool
+    first_faulty: bool
     too_long: bool
-    checked: bool  # a checksum was asked for at its carriage return; it rules the answer, too
+    checked: bool
     end_ps: int
 
 
@@ -62,7 +71,7 @@ class LineOwner(Protocol):
 
     @property
     def under_way(self) -> str:
-        """What the chip works on besides a line of the host."""
+        """What the chip does besides executing a line of the host, in words; "" for nothing."""
 
     def finding(self, code: str, text: str) -> None:
         """Add a finding."""
@@ -77,7 +86,7 @@ class LineOwner(Protocol):
         """Do what a line says; return the answers, without their carriage returns."""
 
     def meant(self, line: Line) -> bytes | None:
-        """Return what a line says to this chip, without address and checksum; None: nothing, or it is for another."""
+        """Return the command in a line, without address and checksum; None: it has none, or is for another chip."""
 
     def busy(self, on: bool) -> None:
         """Show that the chip begins or ends to work on a line."""
@@ -127,7 +136,7 @@ class LineInterface:
         return f"; such characters indicate another rate or format than {in_full}" if odd else ""
 
     def listen(self) -> None:
-        """Begin to receive, at the rate that the straps say now."""
+        """Begin to receive, at the rate that the straps select now."""
         self.baud = self.straps.take()
         self.bits = bit_clock(self.baud, self.owner.name)
         self.listener = self.kernel.spawn(self._listen, name=f"{self.owner.name} listens")
@@ -243,12 +252,12 @@ class InLines:
 
     @property
     def baud(self) -> int:
-        """The rate at which it listens; 0 before it has looked at its straps."""
+        """The rate at which the chip receives, in baud; 0 before it has read its straps."""
         return self.line.baud
 
     @property
     def checked(self) -> bool:
-        """Do lines carry a checksum at present?"""
+        """True while lines carry a checksum, as strapped."""
         return self.line.straps.checked
 
     def strapped_address(self) -> int:
@@ -257,17 +266,16 @@ class InLines:
 
 
 class LineChip(InLines, Chip):
-    """A chip that is spoken to in lines over RS-232.
-
-    `answering` is true from the carriage return of a line to the end of its answer.
+    """A chip that takes commands as lines of text over RS-232.
 
     Attributes:
-        straps: what the pins say that set rate, address and checksums.
-        turnround_ps: from the end of a line to its answer, ps.
+        straps: the levels of the pins that select rate, address and checksums.
+        turnround_ps: the time from the end of a line to the start of its answer, ps.
         up_ps: when the supply was switched on, ps.
-        done: what `obey` answers where a command returns nothing.
-        refused: what it answers to what is no command.
-        lenient: is a line feed between two lines forgiven?
+        done: the answer of `obey` to a command that returns nothing.
+        refused: the answer of `obey` to a line that is not a command.
+        lenient: True if a line feed between two lines is ignored.
+        answering: True from the carriage return of a line to the end of its answer.
     """
 
     straps: Straps
@@ -286,9 +294,9 @@ class LineChip(InLines, Chip):
         )
 
     async def obey(self, line: Line) -> Sequence[bytes]:
-        """Do what a line says; return the answers, without their carriage returns.
+        """Execute a line; return the answers, without their carriage returns.
 
-        As it stands here: the method named after the row of the command is called, and what it returns is the answer.
+        By default the method named after the row of the command (do_loop for LOOP) is called; its result is the answer.
         """
         command = parse(self.sheet, line.text.decode("ascii", "replace"))
         if isinstance(command, Refusal):
@@ -301,27 +309,27 @@ class LineChip(InLines, Chip):
         return [self.done if answer is None else str(answer).encode("ascii")]
 
     def meant(self, line: Line) -> bytes | None:
-        """Return what a line says to this chip, without address and checksum; None: nothing, or it is for another."""
+        """Return the command in a line, without address and checksum; None: it has none, or is for another chip."""
         return line.text
 
     @property
     def under_way(self) -> str:
-        """What the chip works on besides a line of the host."""
+        """What the chip does besides executing a line of the host, in words; "" for nothing."""
         return ""
 
     def busy(self, on: bool) -> None:
-        """The chip begins or ends to work on a line; a chip with a pin for it shows it there."""
+        """Show on a pin, if the chip has one for it, that it begins (True) or has finished (False) executing a line."""
 
     def refresh_idle(self) -> None:
-        """Something has begun or ended."""
+        """Set `idle` again, because something has begun or ended."""
         self.idle = not self.answering
 
     def listen(self) -> None:
-        """Begin to receive, at the rate that the straps say now."""
+        """Begin to receive, at the rate that the straps select now."""
         self.line.listen()
 
     def hang_up(self) -> None:
-        """End the line: the supply is off."""
+        """Stop receiving and sending: the supply is off."""
         self.line.hang_up()
 
 

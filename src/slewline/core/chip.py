@@ -58,21 +58,21 @@ class AxisOfChip(OneAxis):
 
 
 class Chip(Component, OneAxis):
-    """A chip on a bench, as `Bench.add` returns it.  Subclasses bring a sheet and `run()`, the firmware.
+    """A chip on a bench, as `Bench.add` returns it.  Subclasses provide a sheet and `run()`, the firmware.
 
     Attributes:
-        name: on the bench, such as "x".
+        name: its name on the bench, such as "x".
         sheet: its data sheet.
-        options: every option of the sheet by its name, checked.
-        crystal_hz: the frequency of its crystal.
+        options: the values of all options of the sheet, as attributes, checked.
+        crystal_hz: the frequency of its crystal, Hz.
         pins: the pins, by the manual's names in lower case.
-        axes: the positions of its motors with their pasts, that of axis 1 first.
-        idle: does it wait for a command, with nothing left to do?
-        on_finding: hook, called with a `Finding` of this chip.
-        on_power: hook, called with the chip and whether its supply is switched on.
+        axes: an `Axis` for each motor: its position, now and in the past; axis 1 comes first.
+        idle: True while the chip waits for a command and has nothing left to do.
+        on_finding: hook, called with each `Finding` of this chip.
+        on_power: hook, called with the chip and True or False as its supply is switched on or off.
         on_instruction: hook, called with the address of each instruction of the program as it begins, before it acts.
-        on_command: hook, called with the text of what the chip works on, a command of its host or an instruction of
-            its program; "" when it works on nothing.
+        on_command: hook, called with the text of the command or program instruction that the chip begins to execute,
+            and with "" when it has finished.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -234,10 +234,10 @@ class Chip(Component, OneAxis):
 
     # ------------------------------------------------------------------------------------------------- public face
     def pin(self, name: str) -> Terminal:
-        """Return a pin by the manual's name in lower case.
+        """Return a pin by its name in the manual, in lower case.
 
         Raises:
-            UnknownName: no such pin; the message lists those there are.
+            UnknownName: the chip has no such pin; the message lists its pins.
         """
         try:
             return self.pins[name]
@@ -246,7 +246,7 @@ class Chip(Component, OneAxis):
 
     @property
     def moving(self) -> bool:
-        """Is a motor in motion?"""
+        """True while any of its motors is in motion."""
         return any(axis.moving for axis in self.axes)
 
     @property
@@ -266,14 +266,14 @@ class Chip(Component, OneAxis):
 
     @property
     def motor(self) -> Axis:
-        """Position of the motor of axis 1, now and in the past."""
+        """The axis of motor 1: its position, now and in the past."""
         return self.axes[0]
 
     def axis(self, number: int) -> OneAxis:
-        """Return an axis by its number, from 1; a part with one motor is its own axis 1.
+        """Return an axis by its number, counted from 1; a chip with one motor is its own axis 1.
 
         Raises:
-            UnknownName: no such axis; the message says which there are.
+            UnknownName: the chip has no such axis; the message says which axes it has.
         """
         axis = whole(number)
         if axis is None or not 1 <= axis <= len(self.axes):
@@ -287,35 +287,35 @@ class Chip(Component, OneAxis):
 
     @property
     def program(self) -> bytes:
-        """The program memory in use."""
+        """The part of the program memory that is in use, as bytes."""
         return b""
 
     @property
     def program_counter(self) -> int | None:
-        """The address of the instruction that is in progress, or comes next; None: no program runs."""
+        """The address of the instruction in progress, or of the next one; None while no program runs."""
         return None
 
     def at_instruction(self, address: int | None = None) -> Condition:
-        """Return a condition: from now on the instruction at an address begins; without one, any.
+        """Return a condition that is met when the instruction at an address next begins; without an address, any one.
 
         Raises:
-            UsageError: not an address, 0 and up.
+            UsageError: `address` is not a whole number, 0 or more.
         """
         return InstructionCondition(self, address)
 
     def program_rows(self) -> list[ProgramRow]:
-        """Return the stored program, an instruction a row: address, bytes and text."""
+        """Return the stored program, one row for each instruction: address, bytes and text."""
         return []
 
     def listing(self) -> str:
-        """Return the stored program as text, with addresses."""
+        """Return the stored program as text, one instruction a line, with addresses."""
         return ""
 
     def power(self, on: bool) -> None:
         """Switch the supply on (True) or off (False).
 
         Raises:
-            UsageError: neither of the two.
+            UsageError: `on` is neither True nor False.
         """
         raise NotImplementedError
 
@@ -329,7 +329,7 @@ class Chip(Component, OneAxis):
             raise UsageError(f"{self.name}: power({on!r}); allowed True, False")
 
     def reset(self) -> None:
-        """Pulse the RESET pin for as long as the part needs."""
+        """Pulse the reset pin, from now on, for as long as the part needs; no time passes in the call."""
         raise NotImplementedError
 
     def check_wiring(self) -> None:
@@ -341,7 +341,7 @@ class Chip(Component, OneAxis):
 
     @property
     def waiting(self) -> str:
-        """What the chip is doing or waiting for, and since when."""
+        """What the chip is doing or waiting for, and since when, in words."""
         text, since = self._waiting
         rest = f"; {self.unfinished!r} has arrived without its {self._lacking}" if self.unfinished else ""
         return f"{self.name}: {text} since {readable(since)}{rest}"
@@ -387,19 +387,19 @@ class Chip(Component, OneAxis):
         return self._left != before
 
     def phase_patterns(self) -> Sequence[Sequence[int]]:
-        """Return the levels of the phases, phase 1 first, a row for each step; a part without phases has none."""
+        """Return the phase levels, phase 1 first, one row for each step of the cycle; () for a part without phases."""
         return ()
 
     @from_outside
     def motor_report(self, code: str, text: str, axis: int = 1, position: int | None = None) -> None:
-        """Take note of what has become of a real motor that makes the steps of an axis: a finding.
+        """Report what has happened to a real motor that makes the steps of an axis, as a finding.
 
-        It is an input from outside: a journal has it, so that a replay is where the motor was.
+        It is an input from outside: a journal keeps it, so that a replay has the same position as the motor.
 
         Args:
-            code, text: of the finding.
-            axis: its number, from 1.
-            position: what the position register is set to, because the motor is there; None leaves it alone.
+            code, text: the code and the text of the finding.
+            axis: the number of the axis, counted from 1.
+            position: the new value of the position register, where the motor is; None leaves the register as it is.
         """
         self.input("motor_report", code, text, axis, position)
         if position is not None:
@@ -407,7 +407,7 @@ class Chip(Component, OneAxis):
         self.finding(code, text)
 
     def switched(self, on: bool) -> None:
-        """Report that the supply is being switched."""
+        """Report that the supply is being switched on or off."""
         self.kernel.outside.tell("power", chip=self.name, on=on)
         self.on_power(self, on)
 
@@ -426,25 +426,25 @@ class Chip(Component, OneAxis):
         self.tick = self.clock.ticks_from(self.kernel.now)
 
     def sync_forward(self) -> None:
-        """Do the same, unless the count is ahead of this instant already."""
+        """Do as `sync`, unless the tick count is ahead of this instant already."""
         self.tick = max(self.tick, self.clock.ticks_from(self.kernel.now))
 
     async def ticks(self, number: int) -> None:
-        """Let clocks of the crystal pass."""
+        """Wait for a number of crystal clocks."""
         self.tick += number
         await until(self.kernel, self.clock.ps(self.tick))
 
     async def at_tick(self, tick: int) -> None:
-        """Wait for a tick of the crystal; return at once if it is over."""
+        """Wait until a tick of the crystal; return at once if it has passed."""
         if tick > self.tick:
             self.tick = tick
             await until(self.kernel, self.clock.ps(tick))
 
     async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
-        """Look at a net every so many clocks until it has a level; the first look is now.
+        """Sample a net every so many clocks, first now, until it, or one of `others`, has its level; return that net.
 
-        `others` are further (net, level) pairs that end the wait.  Returns the net that did.  The looks lie on a grid
-        counted by arithmetic; a level that is gone again before a look is not seen.
+        `others` are further (net, level) pairs that end the wait.  The samples lie on a grid that is computed, not run
+        through; a level that is gone again before the next sample is not seen.
         """
         pairs = ((net, wanted), *others)
         origin = self.tick
@@ -464,7 +464,7 @@ class Chip(Component, OneAxis):
                 self.drivers[row.name].drive(row.reset)
 
     def waits(self, text: str) -> None:
-        """Note what the firmware is doing or waiting for, and since when; `waiting` shows it."""
+        """Note what the firmware is doing or waiting for from now on; `waiting` shows it."""
         self._waiting = (text, self.kernel.now)
 
     # -------------------------------------------------------------------------------------------------- firmware task

@@ -21,13 +21,13 @@ from .wires.net import Driver
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A mistake of a host: what the manual forbids or leaves open, and what the chip made of it.
+    """A diagnostic: something that the manual forbids or leaves open, and what the chip made of it.
 
     Attributes:
-        time_ps: when, ps.
+        time_ps: when it happened, ps.
         source: the name of the chip or part.
-        code: of the kind of mistake, "range", "unfinished" ...
-        text: what has happened, in words; of a long one the middle is left out.
+        code: the kind of finding: "range", "unfinished" ...
+        text: what has happened, in words; of more than 400 characters the middle is left out.
     """
 
     time_ps: int
@@ -81,20 +81,24 @@ class Component:
 
     @property
     def findings(self) -> list[Finding]:
-        """What went wrong around it, by time."""
+        """All findings about it so far, in order of time."""
         return self._findings
 
     def finding(self, code: str, text: str, at: int | None = None) -> None:
-        """Add a finding, now or at an instant of the past (ps): a mistake of a host, or where a manual is silent."""
+        """Add a finding, now or at an instant of the past (ps): something that the manual forbids or leaves open."""
         found = Finding(self.kernel.now if at is None else at, self.name, code, text)
         insort(self._findings, found, key=attrgetter("time_ps"))
         self.on_finding(found)
 
     def input(self, verb: str, *args: Any) -> None:
-        """Report to the outside that a user has called a method declared by `@from_outside`, as plain data.
+        """Report, as an input from outside, that a user has called a method declared by `@from_outside`.
+
+        Args:
+            verb: the name of the method.
+            args: its arguments, as plain data: a journal keeps them, and a replay calls the method again.
 
         Raises:
-            UsageError: the method is not declared.
+            UsageError: no method of this name is declared as an input.
         """
         input_of(self, verb)
         outside = self.kernel.outside

@@ -19,7 +19,7 @@ from .wires.pin import Terminal
 
 
 class ChipContext(Protocol):
-    """A chip, as its firmware and the objects inside it see it."""
+    """A chip as its firmware and the objects inside it see it."""
 
     # -------------------------------------------------------------------------------------------------- what it is
     name: str
@@ -36,16 +36,23 @@ class ChipContext(Protocol):
         """Move to the next clock tick at or after this instant of the kernel."""
 
     def sync_forward(self) -> None:
-        """Do the same, unless the count is ahead of this instant already."""
+        """Do as `sync`, unless the tick count is ahead of this instant already."""
 
     async def ticks(self, number: int) -> None:
-        """Let clocks of the crystal pass."""
+        """Wait for a number of crystal clocks."""
 
     async def at_tick(self, tick: int) -> None:
-        """Wait for a tick of the crystal; return at once if it is over."""
+        """Wait until a tick of the crystal; return at once if it has passed."""
 
     async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
-        """Look at a net every so many clocks until it, or one of others, has a level; return the net that has."""
+        """Sample a net every so many clocks, first now, until it, or one of `others`, has its level; return that net.
+
+        Args:
+            net: the net that is sampled.
+            wanted: the level that ends the wait, 0 or 1.
+            every: the period, in crystal clocks.
+            others: further (net, level) pairs that end the wait.
+        """
         raise NotImplementedError
 
     # ------------------------------------------------------------------------------------------------------- wires
@@ -67,10 +74,10 @@ class ChipContext(Protocol):
     task: Task | None  # of the firmware; None: it is killed, or has not begun
 
     def switched(self, on: bool) -> None:
-        """Report that the supply is being switched."""
+        """Report that the supply is being switched on or off."""
 
     def finding(self, code: str, text: str, at: int | None = None) -> None:
-        """Add a finding, now or at an instant of the past (ps): a mistake of a host, or where a manual is silent."""
+        """Add a finding, now or at an instant of the past (ps): something that the manual forbids or leaves open."""
 
     def waits(self, text: str) -> None:
-        """Note what the firmware is doing or waiting for, and since when."""
+        """Note what the firmware is doing or waiting for from now on; `waiting` of the chip shows it."""

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 class ProgramRow:
     """An instruction of a stored program.
 
-    A byte that is no instruction stands alone, with ??? and its value as text.
+    A byte that is not an instruction has a row of its own, whose text is ??? and the value of the byte.
 
     Attributes:
-        address: where it begins.
+        address: the address of its first byte.
         data: its bytes.
-        text: how it is written.
+        text: the instruction as it is written.
     """
 
     address: int

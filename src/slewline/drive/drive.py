@@ -16,7 +16,7 @@ from contextlib import suppress
 from os import PathLike
 from pathlib import Path
 from time import perf_counter_ns
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 from ..bench.rewinding import ReachablePast
 from ..bench.runner import FunctionCondition
@@ -59,42 +59,60 @@ STOP_NS = 5 * 10**9  # in which a way down ends
 LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
 
 
+def checked_horizon(horizon: Time) -> int:
+    """Return a horizon in picoseconds.
+
+    Raises:
+        TimeError: it is not a time.
+        UsageError: it is out of range.
+    """
+    ps = picoseconds(horizon)
+    if not LEAST_HORIZON_PS <= ps <= MOST_HORIZON_PS:
+        allowed = f"{readable(LEAST_HORIZON_PS)} to {readable(MOST_HORIZON_PS)}"
+        raise UsageError(f"horizon {horizon!r}; allowed {allowed}")
+    return ps
+
+
 class Drive:
-    """A board that makes the steps of one axis of a chip.
+    """A real motor on a board, which makes the steps of one axis of a chip.
 
     Args:
-        bench: on which the chip is.
-        chip: or its name.
-        port: the name of a serial port, such as "/dev/ttyUSB0", or a port that is open.
-        horizon: from a step of the model to that of the motor; what is under way then survives a pause of this machine.
-        axis: its number, from 1.
-        enable: switch the driver on; else it is a dry run: all is as it would be, and the motor has no current.
-        stop: what stops the chip when the board has stopped by itself: "abort", "reset" or "power"; by default the
-            first one that the chip has.
-        start_stop: the rate up to which the motor may stand at once, such as "500 steps/s"; by default the first rate
-            of the motion.
-        driver: the name of the driver, such as "DM542", for its polarity and its least times.
-        inputs: what inputs of the board are wired to, by their printed names: a pin of the chip, or "estop"; with "!"
-            before it, the pin has the other level.
-        outputs: pins of the chip by the printed names of outputs; by default those that programs set.
-        self_start: a program that the chip starts by itself may move the motor.
-        keep_count: a board that has gone on since a session before knows where the motor is: the position register
-            begins at its count.
-        config: how the board is configured, instead of what follows from chip and driver.
-        board: which one.
-        black_box: the folder of the session; True: a new one where this system keeps what programs remember; False:
-            there is none.
-        clock, wait: nanoseconds of the wall clock; what waits for seconds, or until bytes have come.
+        bench: the bench with the chip.
+        chip: the chip, or its name.
+        port: the name of a serial port, such as "/dev/ttyUSB0", or an open port.
+        horizon: the delay from a step of the chip to that of the motor, 10 ms to 2 s; a pause of this computer does no
+            harm as long as it is shorter.
+        axis: the number of the axis, counted from 1.
+        enable: switch the driver on; without it the drive is a dry run: the board makes the steps, and the motor has
+            no current.
+        stop: how the chip is stopped when the board has stopped by itself: "abort", "reset" or "power"; by default the
+            first of these that the chip has.
+        start_stop: the rate from which the motor can stop at once, such as "500 steps/s"; by default the first rate of
+            the motion.
+        driver: the name of the driver, such as "DM542", which gives polarities and minimum pulse times.
+        inputs: the wiring of inputs of the board, by their printed names: a pin of the chip, or "estop"; "!" before it
+            inverts the level.
+        outputs: the pins of the chip for outputs of the board, by their printed names; by default the pins that
+            programs set.
+        self_start: allow a program that the chip starts by itself to move the motor.
+        keep_count: take over the count of a board that has kept running since an earlier session, as the position
+            register.
+        config: the configuration of the board, instead of the one that follows from chip and driver.
+        board: the model of the board.
+        black_box: the folder for the record of the session; True: a new folder in the state directory of this system;
+            False: no record.
+        clock: a function that returns the time of the wall clock, in nanoseconds.
+        wait: a function that waits for a number of seconds, or until bytes have come.
 
     Attributes:
         state: "ok", "halted", "unknown" (the board has lost its count) or "closed".
-        troubles: what has gone wrong since the beginning, in words.
-        on_event: hook, called with everything that the board tells.
+        troubles: what has gone wrong since the start, in words.
+        on_event: hook, called with each event that the board reports.
 
     Raises:
-        UsageError: an argument that makes no sense; the port is not there, is busy, or has no board.
-        UnknownName: no such chip, or axis.
-        TimeError: no such horizon.
+        UsageError: an argument is out of range or does not fit the chip; the port does not exist or is busy.
+        UnknownName: there is no such chip, axis or driver.
+        TimeError: `horizon` is not a time.
     """
 
     def __init__(
@@ -123,10 +141,7 @@ class Drive:
         self.chip: Chip = bench[chip] if isinstance(chip, str) else chip  # type: ignore[assignment]
         self.axis: Axis = self.chip.axis(axis).motor
         self.kernel = bench.kernel
-        self.horizon_ps = picoseconds(horizon)
-        if not LEAST_HORIZON_PS <= self.horizon_ps <= MOST_HORIZON_PS:
-            allowed = f"{readable(LEAST_HORIZON_PS)} to {readable(MOST_HORIZON_PS)}"
-            raise UsageError(f"horizon {horizon!r}; allowed {allowed}")
+        self.horizon_ps = checked_horizon(horizon)
         self.horizon = self.horizon_ps * board.hz // PS_PER_S
         self.start_stop = None if start_stop is None else steps_a_second(start_stop)
         self.enable = enable
@@ -165,12 +180,14 @@ class Drive:
         self._live = Live(self, self.talk)
         if isinstance(port, str):
             port = opened(port, board, [each.number for each in self.board_inputs if not each.pin])
-        self.port: BoardPort = port
-        self.box: BlackBox | None = None
-        if black_box is not False:
-            folder = new_folder() if black_box is True else Path(black_box)
-            folder.mkdir(parents=True, exist_ok=True)
-            self.port = self.box = BlackBox(port, folder, clock, self.clock.ticks)
+        self.box = None if black_box is False else self._recorded(port, black_box)
+        self.port: BoardPort = port if self.box is None else self.box
+
+    def _recorded(self, port: BoardPort, black_box: str | PathLike[str] | Literal[True]) -> BlackBox:
+        """Return a port that also records what goes over another one, in a folder; True: a new folder."""
+        folder = new_folder() if black_box is True else Path(black_box)
+        folder.mkdir(parents=True, exist_ok=True)
+        return BlackBox(port, folder, self.wall, self.clock.ticks)
 
     def __repr__(self) -> str:
         dry = "" if self.enable else ", without current"
@@ -189,10 +206,10 @@ class Drive:
         self.close()
 
     def open(self) -> None:
-        """Make friends with the board: who it is, how it is to act, where the motor is, what time it is there.
+        """Open the session with the board: check its version, configure it, read its count, synchronise the clocks.
 
         Raises:
-            UsageError: nothing answers as a board, or another version of it.
+            UsageError: no board answers, or one with another version of the firmware.
         """
         self.bench.run(0)
         if self.rewind is None and self.bench.journal is not None:
@@ -204,12 +221,15 @@ class Drive:
         self._begin()
 
     def go_back_by(self, exchanges: Exchanger) -> None:
-        """Let the chip stop by its own law where the board has stopped the motor: by going back to that instant.
+        """When the board stops the motor by itself, go back to that instant and let the chip stop there, as it would.
 
-        Without this the chip is stopped at the present, and takes the count of the board over.  It needs a journal.
+        Without this the chip is stopped at the present instant, and its position register takes the count of the board.
 
         Args:
-            exchanges: puts another bench in the place of the present one.
+            exchanges: replaces the present bench by another one, replayed to that instant.
+
+        Raises:
+            UsageError: the bench writes no journal, which going back needs.
         """
         journal = self.bench.journal
         if journal is None:
@@ -235,7 +255,7 @@ class Drive:
         self.talk.begin()
 
     def close(self) -> None:
-        """Let the motor come to rest, and close the port; a motion that does not end is stopped by its way down."""
+        """Let the motor come to rest, and close the port; a motion without an end is stopped by ramping down."""
         if self.state == "ok":
             if self.feeder.busy and self.axis.moving:
                 self.link.stop(1)
@@ -331,28 +351,37 @@ class Drive:
 
         Args:
             duration: "2 s", or picoseconds.
+
+        Raises:
+            TimeError: `duration` is not a time.
+            UsageError: the drive is closed.
         """
         self._check_open()
         self._live.keep_up(self.kernel.now + picoseconds(duration), None)
         self.bench.run(0)
 
     def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
-        """Let time pass until a condition is met by the model; the motor is there a horizon later.
+        """Let time pass until the chip meets a condition; the motor follows a horizon later.
 
         Args:
-            condition: such as x.reaches(40), or a function that returns true then.
+            condition: a condition such as x.reaches(40), or a function that returns true when it is met.
+            timeout: the longest wait, from now on.
 
         Raises:
-            Timeout: it is not met in time.
+            Timeout: the condition is not met in time.
+            TimeError: `timeout` is not a time.
+            UsageError: neither a condition nor a function, or the drive is closed.
         """
         self._check_open()
         self._live.until(condition, timeout)
 
     def run_until_rest(self, timeout: Time = "60 s") -> None:
-        """Let time pass until the motor stands and nothing is under way.
+        """Let time pass until the motor is at rest, and nothing is on its way to the board.
 
         Raises:
-            Timeout: it does not come to rest in time.
+            Timeout: the motor does not come to rest in time.
+            TimeError: `timeout` is not a time.
+            UsageError: the drive is closed.
         """
         self.run_until(
             FunctionCondition(
@@ -399,23 +428,30 @@ class Drive:
     # -------------------------------------------------------------------------------------------------- what is asked
     @property
     def count(self) -> int | None:
-        """Steps that the board has counted, up minus down, as it last said; None: unknown."""
+        """The steps counted by the board, up minus down, as it last reported; None while it is unknown."""
         return self.link.counted
 
     def stop(self, at_once: bool = False) -> None:
-        """Stop the motor, by its way down or at once; the drive is halted then."""
+        """Stop the motor, after which the drive is halted.
+
+        Args:
+            at_once: False: ramp down; True: make no further step.
+
+        Raises:
+            UsageError: the drive is closed.
+        """
         self._check_open()
         self.link.stop(0 if at_once else 1)
         self.talk.say(self.wall())
 
     def clear(self) -> None:
-        """Go on after a halt: the board counts from where the model takes the motor to be, and the chip is let go.
+        """Continue after a halt: the board counts on from the position of the chip, and the chip is released.
 
-        After a reset of the board that is a guess: home the motor then.
+        After a reset of the board that position is a guess: home the motor then.
 
         Raises:
-            UsageError: nothing is halted; the chip is in motion; or the board does not follow: its port is still gone,
-            or an emergency stop is active.
+            UsageError: the drive is closed or not halted, the chip is in motion, the port is still missing, or an
+                emergency stop is active.
         """
         self._check_open()
         if self.state == "ok":

@@ -80,9 +80,18 @@ class MotorRecord:
         self.stopping = False
         self.direction = True
         self.homing = 0
-        low, high = sorted(self.user(step) for step in self.motor.limits)
         digits = max(0, -math.floor(math.log10(abs(resolution))))
-        rows = {
+        self.fields: dict[str, Any] = {}
+        for key, row in self._rows(units, digits).items():
+            more = {"units": units, "precision": digits} if row.kind is DoubleField else {}
+            field = row.kind(value=row.value, alarm=self.alarm, reported_record_type="motor", **more)
+            field.accept = None if row.accept is None else partial(self._put, key, row.accept)
+            self.fields[key] = field
+
+    def _rows(self, units: str, digits: int) -> dict[str, FieldRow]:
+        """The fields of the record: kind, value at the start, and what a put to it does."""
+        low, high = sorted(self.user(step) for step in self.motor.limits)
+        return {
             "VAL": FieldRow(DoubleField, self.position, self.put_value),
             "RBV": FieldRow(DoubleField, self.position),
             "RRBV": FieldRow(IntegerField, self.motor.position),
@@ -96,15 +105,15 @@ class MotorRecord:
             "HOMR": FieldRow(ShortField, 0, partial(self.put_home, -1)),
             "TWF": FieldRow(ShortField, 0, partial(self.put_tweak, 1)),
             "TWR": FieldRow(ShortField, 0, partial(self.put_tweak, -1)),
-            "TWV": FieldRow(DoubleField, abs(resolution), partial(self.put_number, "TWV")),
+            "TWV": FieldRow(DoubleField, abs(self.resolution), partial(self.put_number, "TWV")),
             "VELO": FieldRow(DoubleField, self.rate(1), partial(self.put_rate, 1)),
-            "VMAX": FieldRow(DoubleField, self.motor.fastest * abs(resolution)),
+            "VMAX": FieldRow(DoubleField, self.motor.fastest * abs(self.resolution)),
             "VBAS": FieldRow(DoubleField, self.rate(0), partial(self.put_rate, 0)),
             "ACCL": FieldRow(DoubleField, self.acceleration),
             "HLM": FieldRow(DoubleField, high, partial(self.put_number, "HLM")),
             "LLM": FieldRow(DoubleField, low, partial(self.put_number, "LLM")),
             "LVIO": FieldRow(ShortField, 0),
-            "MRES": FieldRow(DoubleField, resolution),
+            "MRES": FieldRow(DoubleField, self.resolution),
             "OFF": FieldRow(DoubleField, 0.0),
             "DIR": FieldRow(partial(EnumField, enum_strings=["Pos", "Neg"]), "Pos"),
             "EGU": FieldRow(TextField, units),
@@ -114,12 +123,6 @@ class MotorRecord:
             "STAT": FieldRow(TextField, AlarmStatus.NO_ALARM.name),
             "SEVR": FieldRow(partial(EnumField, enum_strings=SEVERITY), SEVERITY[0]),
         }
-        self.fields: dict[str, Any] = {}
-        for key, row in rows.items():
-            more = {"units": units, "precision": digits} if row.kind is DoubleField else {}
-            field = row.kind(value=row.value, alarm=self.alarm, reported_record_type="motor", **more)
-            field.accept = None if row.accept is None else partial(self._put, key, row.accept)
-            self.fields[key] = field
 
     @property
     def channels(self) -> Mapping[str, Any]:

@@ -70,17 +70,17 @@ class Assembly:
 
 
 def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = False) -> Assembly:
-    """Assemble one program.
+    """Assemble one program; return the bytes that are stored, with addresses, labels and warnings.
 
     Args:
-        text: a command a line; what begins and ends program entry may be left out together, then all of it is the
-            program.
+        text: the program, one command a line; the commands that begin and end program entry may both be left out: then
+            all of the text is the program.
+        sheet: the data sheet of the part.
         where: the name of the text in messages.
-        resolve: store addresses where a label is meant; else letters, as the chip keeps them until the instruction
-            is executed.
+        resolve: store addresses for labels; else letters, as the chip keeps them until the instruction is executed.
 
     Raises:
-        ProgramError: the text has errors; all of them are in `.problems`.
+        ProgramError: the text has errors; `problems` of the exception has all of them.
     """
     source = read(text, sheet, bare=True)
     link(source)

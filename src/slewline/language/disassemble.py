@@ -55,7 +55,7 @@ def disassemble(stored: bytes, sheet: Sheet, labels: bool = False) -> str:
 
 
 def listing(stored: bytes, sheet: Sheet) -> str:
-    """Return a stored program as text: address, bytes and instruction, a line each."""
+    """Return a stored program as text, one instruction a line: address, bytes, text."""
     return "\n".join(listed(row.address, row.data, row.text, sheet) for row in program_rows(stored, sheet))
 
 

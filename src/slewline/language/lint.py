@@ -24,10 +24,15 @@ S = TypeVar("S")
 
 
 def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]:
-    """Return everything odd in a text, in the order of its places.
+    """Return the problems of a text, errors and warnings, in the order of their places.
 
-    A text is what a host sends, as `slewline run` takes it: without a command that begins program entry there is no
-    program in it.
+    The text is what a host sends, as for `slewline run`: only what follows a command that begins program entry is a
+    program.
+
+    Args:
+        text: the text, one command a line.
+        sheet: the data sheet of the part.
+        checks: further rules, such as `checks_of` returns.
     """
     source = read(text, sheet)
     link(source)

@@ -91,14 +91,14 @@ class Wanted(NamedTuple):
 
 # ---------------------------------------------------------------------------------------------------- what is answered
 class RampSegment(NamedTuple):
-    """Steps at one rate; of a part that works in cycles, a cycle.
+    """A segment of a ramp: steps at one rate, or one cycle for a part that works in cycles.
 
     Attributes:
-        begin_ps: since the start of the first step, or of the first cycle, ps.
-        position: steps before it.
-        steps: how many.
-        rate: steps/s.
-        parameter: what stands for the rate in the part, if something does.
+        begin_ps: its start, counted from the start of the first step or cycle, ps.
+        position: the number of steps before it.
+        steps: the number of steps in it.
+        rate: the rate, steps/s.
+        parameter: the rate parameter of the part; None if it has none.
     """
 
     begin_ps: int
@@ -109,12 +109,12 @@ class RampSegment(NamedTuple):
 
 
 class Accelerations(NamedTuple):
-    """Accelerations of a ramp, steps/s^2.
+    """The accelerations of a ramp, steps/s^2.
 
     Attributes:
-        first: at its start.
-        mean: what the rate gains, over the time of the ramp.
-        greatest: the greatest one.
+        first: the acceleration at its start.
+        mean: the gain in rate divided by the time of the ramp.
+        greatest: the greatest acceleration.
     """
 
     first: float
@@ -123,14 +123,14 @@ class Accelerations(NamedTuple):
 
 
 class Move(ABC):
-    """A whole move from rest to rest.
+    """A complete move, from rest to rest.
 
     Attributes:
-        steps: how many.
-        time_ps: from the start of the first step, or cycle, until the part says that it is over.
+        steps: the number of steps.
+        time_ps: the time from the start of the first step or cycle until the part reports the end of the move, ps.
         top: the greatest rate, steps/s.
-        reached: whether that is the rate that is asked for.
-        legs: "up", "slew", "down" ..., each with its steps.
+        reached: True if `top` is the top rate of the ramp; False if the move is too short for it.
+        legs: the names of the legs, "up", "slew", "down" ..., each with its number of steps.
     """
 
     called = "move"  # in messages
@@ -146,26 +146,26 @@ class Move(ABC):
 
     @abstractmethod
     def trains(self) -> Sequence[Train]:
-        """Return the trains of its steps, in the order in which they are played; the first begins at 0."""
+        """Return the step trains of the move, one after the other; the first begins at time 0."""
 
     def times(self) -> NDArray[np.int64]:
-        """Return the start of every step: (n,) int64 ps."""
+        """Return the start of every step: (n,) int64 ps, ascending."""
         import numpy as np
 
         return np.concatenate([train.begins() for train in self.trains()])
 
 
 class Ramp(ABC):
-    """What a set of values gives: the way up from the first rate to the last one.
+    """The acceleration ramp of a part with given parameters, from the start rate to the top rate.
 
     Attributes:
-        part: whose ramp it is.
+        part: the part number.
         values: all parameters, by name.
-        crystal_hz: the crystal.
-        start: the rate of the first steps, steps/s.
+        crystal_hz: the frequency of the crystal, Hz.
+        start: the rate of the first step, steps/s.
         top: the rate after the ramp, steps/s.
-        time_ps: from the start of the first step, or cycle, to the first one at `top`.
-        steps: before that; a whole number, unless the part works in cycles.
+        time_ps: the time from the start of the first step or cycle to that of the first one at `top`, ps.
+        steps: the number of steps in that time; a whole number, unless the part works in cycles.
     """
 
     called = "ramp"  # in messages
@@ -183,28 +183,31 @@ class Ramp(ABC):
 
     @property
     def acceleration(self) -> float:
-        """The mean acceleration, steps/s^2: what the rate gains, over the time of the ramp; 0 without a ramp."""
+        """The mean acceleration, steps/s^2: the gain in rate divided by the time of the ramp; 0 without a ramp."""
         return (self.top - self.start) * PS_PER_S / self.time_ps if self.time_ps else 0.0
 
     @property
     @abstractmethod
     def accelerations(self) -> Accelerations:
-        """The accelerations of the ramp."""
+        """The first, mean and greatest acceleration of the ramp."""
 
     @property
     @abstractmethod
     def reached_from(self) -> int | None:
-        """The steps of the shortest move that reaches `top`; None: none does."""
+        """The number of steps of the shortest move that reaches `top`; None if no move does."""
 
     @abstractmethod
     def table(self) -> Iterator[RampSegment]:
-        """Yield the ramp stretch by stretch."""
+        """Yield the segments of the ramp, in order of time."""
 
     def move(self, distance: int) -> Move:
-        """Return a move of so many steps.
+        """Return a move with this ramp.
+
+        Args:
+            distance: the number of steps, within `distances`.
 
         Raises:
-            UsageError: no whole number, or the part cannot make so many.
+            UsageError: not a whole number, or a move that the part cannot make.
         """
         number, (least, most, says) = whole(distance), self.distances
         if number is None or not least <= number <= most:
@@ -214,7 +217,7 @@ class Ramp(ABC):
     @property
     @abstractmethod
     def distances(self) -> tuple[int, int, str]:
-        """The least and the greatest number of steps of a move, and where that comes from: " (N)"."""
+        """The least and the greatest number of steps of a move, and what limits it, such as " (N)"."""
 
     @abstractmethod
     def made(self, distance: int) -> Move:

@@ -59,12 +59,12 @@ class TuningTask:
 
 @dataclass(frozen=True)
 class Chosen:
-    """A move that holds.
+    """A move with which no steps are lost.
 
     Attributes:
         values: its parameters, by name.
-        time_ps: how long it takes, ps.
-        worst: its greatest lag under any scenario, in full steps.
+        time_ps: the time of the move, ps.
+        worst: the greatest lag under any perturbation, in full steps.
     """
 
     values: Mapping[str, Value]
@@ -78,14 +78,14 @@ class Chosen:
 
 @dataclass(frozen=True)
 class MapPlace:
-    """A place of the map.
+    """A candidate on the map of the grid.
 
     Attributes:
-        values: the parameters there, by name.
-        time_ps: how long the move takes, ps; None: the part refuses it.
-        says: "holds", "fails", "fails nominally" or "refused".
-        killer: the scenario that kills the move; None: nothing does, or the part refuses it.
-        worst: the greatest lag, in full steps.
+        values: its parameters, by name.
+        time_ps: the time of the move, ps; None if the part refuses it.
+        says: the verdict: "holds", "fails", "fails nominally" (without any perturbation) or "refused".
+        killer: the perturbation under which the move fails; None if it holds, or the part refuses it.
+        worst: the greatest lag, in full steps; None if it was not computed.
     """
 
     values: Mapping[str, Value]
@@ -96,25 +96,25 @@ class MapPlace:
 
 
 class NothingHolds(UsageError):
-    """Every candidate loses steps."""
+    """Every candidate loses steps: no move of the grid holds."""
 
 
 @dataclass(frozen=True, repr=False)
 class Tuned:
-    """What a search has found.
+    """The result of `slewline.tune`.
 
     Attributes:
-        task: what was looked for, with motor, driver and load.
-        candidates: how many the grid has.
-        refused: how many of them the part refuses.
-        best: the fastest move that holds; None: none does.
-        recommended: the fastest one with some distance to those that fail; None: there is none.
-        switched: the recommended move was judged with the switching chopper, too.
-        runs: how many runs the result depends on.
-        runs_here: how many of them were computed in this session.
-        exhaustive: how many a map without any stop would take.
-        killers: how many candidates failed, by the scenario that they failed in.
-        map: every candidate, if all were judged.
+        task: the task, with motor, driver and load.
+        candidates: the number of candidates in the grid.
+        refused: the number of candidates that the part refuses.
+        best: the fastest move that holds; None if none does.
+        recommended: the fastest move with a margin to those that fail; None if there is none.
+        switched: True if the recommended move was judged with the switching chopper as well.
+        runs: the number of runs on which the result is based.
+        runs_here: the number of them that were computed in this session.
+        exhaustive: the number of runs that a full map would take.
+        killers: the number of candidates that failed under each perturbation, by its name.
+        map: every candidate, if all were judged; else empty.
     """
 
     task: TuningTask
@@ -138,10 +138,10 @@ class Tuned:
 
     @property
     def chosen(self) -> Chosen:
-        """The recommended move, or the best one where none is recommended.
+        """The recommended move, or the fastest one that holds if none is recommended.
 
         Raises:
-            NothingHolds: there is none.
+            NothingHolds: no move holds.
         """
         chosen = self.recommended or self.best
         if chosen is None:
@@ -149,7 +149,7 @@ class Tuned:
         return chosen
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything as data for JSON."""
+        """Return the whole result as data for JSON."""
         found: dict[str, Any] = {
             name: value for name, value in vars(self).items() if name not in ("task", "best", "recommended", "map")
         }

@@ -48,31 +48,31 @@ def tune(
     switching: bool = True,
     on_progress: OnProgress = lambda _: None,
 ) -> Tuned:
-    """Return the fastest ramp of a grid that holds under every perturbation, and the one to recommend.
+    """Return the fastest ramp of a grid with which a motor loses no steps, and the ramp to recommend.
 
-    Moves come from the ramp calculator of the part, as it makes them.  A move is lost with 0.6 full steps or more
-    beside the command at rest, or more than 3.9 under way.  Recommended is the fastest move whose neighbours in the
-    grid all hold and whose lag never exceeds 1.8 steps.
+    The moves are computed as the part makes them.  A move fails if the rotor is 0.6 full steps or more from its command
+    at rest, or more than 3.9 during the move (2.9 for a three-phase reluctance motor), under any perturbation.
+    Recommended is the fastest move whose neighbours in the grid all hold and whose lag never exceeds 1.8 full steps.
 
     Args:
-        part: "cy525", "gs-c200" ...
-        motor, driver, load: names of rows, texts, tables, or data of your own.
-        steps: of the move, from rest to rest.
-        grid: parameters and their values, "F=3..10 R=4..40 S=1..254/8", or by name; what is left out has values of
-            its own.
-        perturb: such as "load 20%, supply -10%"; "none"; by default load, inertia, supply, current, friction, drag,
-            and all that is bad at once.
-        stepping: "full", "wave", "half", or "micro 8": what a pulse is to the motor.
-        crystal, options: of the part, as for `slewline.ramp`.
-        executor: any of concurrent.futures, to judge several moves at a time; the result is the same.
-        store: a log of what was judged: a sweep that was interrupted goes on from there.
-        full_map: judge every candidate; `map` of the result has them.
-        switching: judge the recommended move with the switching chopper too, where the driver is the mean of one.
-        on_progress: called with a `Progress` after every candidate.
+        part: the part number, "cy525", "gs-c200" ...
+        motor, driver, load: names of built-in ones, descriptions as text, tables, or data of your own.
+        steps: the number of steps of the move, from rest to rest.
+        grid: the values of the parameters to try, "F=3..10 R=4..40 S=1..254/8", or a mapping; parameters left out have
+            default values.
+        perturb: the perturbations, such as "load 20%, supply -10%", or "none"; by default load, inertia, supply,
+            current, friction, drag, and all unfavourable ones together.
+        stepping: what a step is to the motor: "full", "wave", "half", or "micro 8".
+        crystal, options: as for `slewline.ramp`.
+        executor: an executor of concurrent.futures, to judge several moves at a time; the result is the same.
+        store: a file that keeps the verdicts: a sweep that was interrupted is resumed from it.
+        full_map: judge every candidate; `map` of the result has them all.
+        switching: if the driver is an averaged chopper, judge the recommended move with the switching chopper as well.
+        on_progress: a function that is called with a `Progress` after every candidate.
 
     Raises:
-        UnknownName: no such part, parameter, motor or perturbation.
-        UsageError: values that are out of range, a store that cannot be used, or an executor that fails.
+        UnknownName: there is no such part, parameter, motor or perturbation.
+        UsageError: a value is out of range, the store cannot be used, or the executor fails.
         NothingHolds: every candidate loses steps (with `full_map` the map is returned instead).
     """
     task, calculator = task_of(part, motor, driver, load, steps, grid, perturb, stepping, crystal, options)

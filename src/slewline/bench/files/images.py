@@ -12,10 +12,13 @@ from .text import read_file
 
 
 def read_image(path: str | PathLike[str]) -> bytes:
-    """Return the image in a file, of a binary dump or of Intel HEX, from address 0 on.
+    """Return the memory image in a file, from address 0 on.
+
+    Args:
+        path: the file; Intel HEX if its name ends in .hex, .ihx or .ihex, else a binary dump.
 
     Raises:
-        BenchFileError: the file cannot be read, is longer than 64K bytes, or has a line that is no record of Intel HEX.
+        BenchFileError: the file cannot be read, is longer than 64K bytes, or has a line that is not Intel HEX.
     """
     data = read_file(path)
     if str(path).lower().endswith(HEX):
@@ -44,10 +47,14 @@ def as_image_file(path: str | PathLike[str], image: bytes) -> bytes:
 
 
 def write_image(path: str | PathLike[str], image: bytes) -> None:
-    """Write an image to a file, which appears whole or not at all; its name gives the form.
+    """Write a memory image to a file, which appears whole or not at all.
+
+    Args:
+        path: the file; Intel HEX if its name ends in .hex, .ihx or .ihex, else a binary dump.
+        image: the bytes from address 0 on.
 
     Raises:
-        UsageError: the file cannot be written, or the image is no bytes, or more than 64K of them.
+        UsageError: the file cannot be written, or `image` is not bytes, or is longer than 64K bytes.
     """
     from ...record.whole_file import WholeFile
 

@@ -41,16 +41,16 @@ FIRST = b'{"do":"journal",'  # as it begins
 
 
 class Journal:
-    """A journal that is being written; an existing one is replaced.
+    """A journal that is being written; an existing journal is replaced.
 
     Attributes:
-        path: of the file.
-        failure: why nothing can be written any more; "": nothing is wrong.
-        on_failure: hook, called once with the reason, where the run goes on without a journal.
+        path: the path of the file.
+        failure: the reason why nothing can be written any more; "" while all is well.
+        on_failure: hook, called once with that reason; with a listener, the run goes on without a journal.
 
     Raises:
-        BenchFileError: the file exists and is not a journal; or it cannot be written, now or later, which is reported
-            to `on_failure` instead if that has a listener.
+        BenchFileError: the file exists and is not a journal, or cannot be written.  A later failure to write raises it
+            too, unless `on_failure` has a listener.
     """
 
     def __init__(self, path: str | PathLike[str], kernel: Kernel, seed: int) -> None:

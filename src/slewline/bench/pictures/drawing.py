@@ -86,17 +86,18 @@ class Pictures:
         over: Mapping[str, Trace] | None = None,
         parts: Sequence[str] | str | None = None,
     ) -> Readings:
-        """Return the value of every axis, quantity of a part and recorded pin at some instants, and their differences.
+        """Return the values of all axes, quantities of parts and recorded pins at some instants, and their differences.
 
-        Print it for a table; its `rows` are the same as data.
+        `print` shows them as a table; `rows` has the same data.
 
         Args:
             at: one instant or several, "3 ms" or picoseconds.
-            pins, axes, over: as for `figure`; what was measured of a pin has a row below all others.
-            parts: whose quantities are listed, as for `figure`; by default those of all parts around the chips.
+            pins, axes, over: as for `figure`; measured traces have rows below all others.
+            parts: the parts whose quantities are listed, as for `figure`; by default all parts around the chips.
 
         Raises:
             UsageError: an instant is in the future, or none is given.
+            TimeError, UnknownName, NotRecorded: not a time; as `figure`.
         """
         from ...record.measuring.overlay import checked
         from ...record.pictures.cursors import measured, readings

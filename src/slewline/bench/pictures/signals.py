@@ -42,18 +42,18 @@ class Signals:
         return self._recorder
 
     def record(self, *pins: str, keep: Time | None = None) -> None:
-        """Record pins from now on, all signal pins and buses of all chips when none is named.
+        """Record pins from now on; without names, all signal pins and buses of all chips.
 
-        Clock outputs (CLK/15 of the CY525, CLKOUT of the MC1451A family) are recorded only when named: they never rest,
-        and would be most of every file.
+        Clock outputs (CLK/15 of the CY525, CLKOUT of the MC1451A family) are recorded only when named: they never stop,
+        and would fill every file.
 
         Args:
             pins: full names, such as "x.slew".
-            keep: forget what is older than this, for endless runs; None: as `Bench(keep=)` says, by default nothing.
+            keep: how far back changes are kept, for endless runs; None: as `Bench(keep=)` says, by default all.
 
         Raises:
-            UnknownName: no such pin, chip or part.
-            TimeError: `keep` is no duration.
+            UnknownName: there is no such pin, chip or part.
+            TimeError: `keep` is not a time.
         """
         keep_ps = self.circuit.keep_ps if keep is None else picoseconds(keep)
         if pins and isinstance(pins[0], (list, tuple)):
@@ -143,21 +143,22 @@ class Signals:
     def edges(
         self, pin: str, start: Time | None = None, stop: Time | None = None
     ) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
-        """Return the changes of a recorded pin at start <= t <= stop; by default as far as recorded, up to now.
+        """Return the changes of a recorded pin at start <= t <= stop; by default all that are recorded, up to now.
 
         Returns:
-            times: (n,) int64, picoseconds, ascending; levels: (n,) int8, the level from that instant on, -1 floating.
+            times: (n,) int64, picoseconds, ascending; levels: (n,), the level from that instant on: int8, -1 floating,
+                or for a bus int16, 0 to 255.
 
         Raises:
-            UnknownName: no such pin.
-            NotRecorded: it is not recorded, or no longer that far back.
-            TimeError: `start` or `stop` is no time.
+            UnknownName: there is no such pin.
+            NotRecorded: the pin is not recorded, or no longer that far back.
+            TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
         """
         nets = self.chosen([pin])
         return self.recorder.edges(nets[pin], *self.window_of(nets, start, stop))  # type: ignore[return-value]
 
     def quantities(self) -> dict[str, Quantity]:
-        """Return the quantities of axes and parts, by full name."""
+        """Return all quantities of axes and parts, by their full names, such as "x.velocity"."""
         chips, parts = self.circuit.chips, self.circuit.parts
         return {
             f"{scope}.{quantity.name}": quantity
@@ -172,10 +173,10 @@ class Signals:
         """Return a quantity, which has a value at every instant: `bench.quantity("driver.current").at("3 ms")`.
 
         Args:
-            name: of an axis ("x.velocity", "m.axis2.position") or of a part ("driver.current").
+            name: the full name: of an axis "x.velocity" or "m.axis2.position", of a part "driver.current".
 
         Raises:
-            UnknownName: there is none; the message lists those there are.
+            UnknownName: there is no such quantity; the message lists those there are.
         """
         chips, parts = self.circuit.chips, self.circuit.parts
         known = self.quantities()

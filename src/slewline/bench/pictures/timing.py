@@ -61,25 +61,29 @@ class TimingDiagrams:
         width: str | float = "page",
         dark: bool = False,
     ) -> list[Interval]:
-        """Draw recorded pins as a timing diagram (SVG, PNG or PDF), and return the times of its arrows.
+        """Draw recorded pins as a timing diagram, and return the measured times.
 
         Args:
-            pins: from top to bottom, "x.ready"; the owner may be left out where only one chip has such a pin.
-            start: of the window; and its `stop`.
-            between: what to measure: pairs of edges, ("io_request falls", "ready falls 2"), or the symbol of a time of
-                the data sheet, "t14".  The second edge of a pair is the first such one after the first; a number asks
-                for a later one.  A time that the sheet prints limits of is checked against them.
-            causes: pairs of edges, the second brought about by the first: curved arrows.
-            over: what was measured of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: it is drawn over
-                them, stretches in which the two differ are marked, and its greatest lag is noted.
-            names: labels of pins instead of their names.
-            decode: write the characters over serial lines.
-            quiet: cut stretches without any edge short from this length on; "0 s": none; by default as it fits.
-            width: "page", "phone", or inches.
+            path: the file, SVG, PNG or PDF by its suffix.
+            pins: names such as "x.ready", from top to bottom; the owner may be left out if only one chip has such a
+                pin.  By default all recorded pins.
+            start, stop: the window; by default all that is recorded.
+            between: the times to measure and draw as arrows: pairs of edges, ("io_request falls", "ready falls 2"), or
+                the symbol of a time in the data sheet, "t14".  The second edge of a pair is the next such edge after
+                the first; a number selects a later one.  A time is checked against the limits in the data sheet.
+            causes: pairs of edges, cause and effect, drawn as curved arrows.
+            title: the title; by default the names of the chips and their part numbers.
+            over: measured traces of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: each is drawn over
+                its pin, stretches in which the two differ are marked, and its greatest lag is noted.
+            names: labels to show instead of the names of pins, by name.
+            decode: write the characters above serial lines.
+            quiet: shorten stretches without any edge that are at least this long; "0 s": none; by default as needed.
+            width: "page", "phone", or a number of inches.
+            dark: draw light on dark.
 
         Raises:
-            UsageError: an unknown suffix, an edge that is none or is not in the window, an empty window, a path that
-                cannot be written.
+            UsageError: an unknown suffix, an edge that does not exist or is not in the window, an empty window, or a
+                path that cannot be written.
             NotRecorded: nothing is recorded, or not this pin.
         """
         from ...record.pictures.pictures import SUFFIXES, save
@@ -107,7 +111,7 @@ class TimingDiagrams:
         width: str | float = "page",
         dark: bool = False,
     ) -> Figure:
-        """Return the picture that `timing` writes as a matplotlib Figure.
+        """Return the diagram that `timing` writes, as a matplotlib Figure.
 
         Raises:
             UsageError, NotRecorded: as `timing`.
@@ -120,10 +124,14 @@ class TimingDiagrams:
     def intervals(
         self, between: Iterable[Between], start: Time | None = None, stop: Time | None = None
     ) -> list[Interval]:
-        """Measure times between edges of recorded pins, as the arrows of `timing` do, without a picture.
+        """Measure times between edges of recorded pins, as `timing` does, without drawing a diagram.
+
+        Args:
+            between: pairs of edges, or symbols of the data sheet, as for `timing`.
+            start, stop: the window; by default all that is recorded.
 
         Raises:
-            UsageError: an edge that is none, or is not in the window.
+            UsageError: an edge that does not exist or is not in the window.
             NotRecorded: a pin is not recorded.
         """
         from .window import Window
@@ -133,14 +141,16 @@ class TimingDiagrams:
     def check_timing(
         self, chips: Iterable[str] | None = None, start: Time | None = None, stop: Time | None = None
     ) -> TimingTable:
-        """Check every time that the data sheets print on what was recorded; `print` shows it as a table.
+        """Check the recorded pins against every time limit in the data sheets; `print` shows the result as a table.
 
         Args:
-            chips: names; all chips by default.
-            start: of the window, by default as far back as the pins were recorded; and its `stop`.
+            chips: a list of names of chips; by default all chips.
+            start, stop: the window; by default as far back as the pins are recorded, up to now.
 
         Raises:
             NotRecorded: nothing is recorded.
+            UsageError: `chips` is not a list of names.
+            UnknownName: there is no such chip.
         """
         from ...record.measuring.intervals import TimingTable
         from .window import Window

@@ -63,18 +63,19 @@ class WaveformFiles:
 
         Args:
             path: the file.
-            pins: names such as "x.slew"; all that are recorded by default.
-            start, stop: the window; by default as far as all of them are recorded, up to now.
-            timescale: the unit of its times, 1, 10 or 100 ps to s; they are rounded down.
-            buses: "bits": a bus is written as its wires, which every viewer reads; "whole", as PulseView does not;
-                "both".
-            values: with velocity and position of the axes (acceleration and jerk where the chip has them) and with the
-                quantities of the parts around them as reals; with the commands in progress, what began the
-                motions under way, and the findings as strings.
+            pins: names such as "x.slew"; by default all recorded pins.
+            start, stop: the window; by default as far back as all of them are recorded, up to now.
+            timescale: the unit of time in the file, "1", "10" or "100" with a unit from "ps" to "s"; times are rounded
+                down to it.
+            buses: "bits": the wires of a bus, one by one, which every viewer reads; "whole": the bus as a vector, which
+                PulseView does not read; "both".
+            values: write the velocity and position of the axes (acceleration and jerk if the chip has them) and the
+                quantities of the parts around them as reals, and the commands in progress, the commands that began the
+                motions in progress, and the findings as strings.
             layout: write layouts for GTKWave and Surfer next to the file, with its name and .gtkw, .sucl.
 
         Returns:
-            How many changes of level are not in the file, because the level changed again within the same unit.
+            The number of level changes that are lost, because the level changed again within the same unit of time.
 
         Raises:
             UsageError: an unknown timescale or kind of buses, nothing to write, or a path that cannot be written.
@@ -125,10 +126,15 @@ class WaveformFiles:
     ) -> None:
         """Write the changes of recorded pins as CSV: time_ps, net, level.
 
+        Args:
+            path: the file.
+            pins: names such as "x.slew"; by default all recorded pins.
+            start, stop: the window; by default as far back as all of them are recorded, up to now.
+
         Raises:
-            UnknownName: no such pin.
+            UnknownName: there is no such pin.
             NotRecorded: a pin is not recorded, or no longer that far back.
-            UsageError: the path cannot be written.
+            UsageError: a name with another suffix than .csv, or a path that cannot be written.
         """
         from ...record.recording.export_csv import save_edges
         from ...record.whole_file import check_suffix
@@ -139,10 +145,10 @@ class WaveformFiles:
         save_edges(path, nets, self.signals.recorder, *self.signals.window_of(nets, start, stop))
 
     def save_steps(self, path: FilePath, start: Time | None = None, stop: Time | None = None) -> None:
-        """Write the steps of all chips as CSV (time_ps, chip, axis, direction, position), or as arrays: .npz.
+        """Write the steps of all chips as CSV (time_ps, chip, axis, direction, position) or as arrays (.npz).
 
         Raises:
-            UsageError: a name with another ending, or a path that cannot be written.
+            UsageError: a name with another suffix, or a path that cannot be written.
             NotRecorded: the past of an axis is no longer kept that far back.
         """
         from ...record.whole_file import check_suffix
@@ -165,7 +171,7 @@ class WaveformFiles:
         """Write the changes of recorded pins, and all steps, as arrays: `numpy.load(path)["x.slew.times_ps"]`.
 
         Raises:
-            UnknownName: no such pin.
+            UnknownName: there is no such pin.
             NotRecorded: a pin is not recorded, or no longer that far back.
             UsageError: a name that does not end in .npz, or a path that cannot be written.
         """
@@ -194,7 +200,8 @@ class WaveformFiles:
     ) -> Streaming:
         """Write recorded pins to a VCD file while time passes, so that a long window needs no memory.
 
-        The arguments are those of `save_vcd`.  What the `with` statement gives has `lost`, what `save_vcd` returns.
+        The arguments are those of `save_vcd`.  The call returns a context manager: what happens in its `with` block is
+        written, and the `lost` of `with ... as vcd` is the number that `save_vcd` returns.
 
         Raises:
             UsageError, NotRecorded, UnknownName: as `save_vcd`.

@@ -294,7 +294,7 @@ class GsC(InLines, Chip):
 
     @property
     def eeprom_fault(self) -> bool:
-        """Does programming the EEPROM fail?  Settable, for tests."""
+        """True while programming the EEPROM fails; it can be set, for tests: as `fail_eeprom`."""
         return self._eeprom.fails
 
     @eeprom_fault.setter
@@ -303,10 +303,12 @@ class GsC(InLines, Chip):
 
     @from_outside
     def fail_eeprom(self, on: bool = True) -> None:
-        """Let programming the EEPROM fail (E6), or no more; an input, which a journal repeats.
+        """Make programming the EEPROM fail with the answer E6 (True), or succeed again (False).
+
+        It is an input from outside, which a journal keeps.
 
         Raises:
-            UsageError: `on` is no bool.
+            UsageError: `on` is neither True nor False.
         """
         if not isinstance(on, bool):
             raise UsageError(f"{self.name}: eeprom_fault {on!r}; allowed True, False")

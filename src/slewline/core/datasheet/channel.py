@@ -43,7 +43,7 @@ class Channel:
 
 @dataclass(frozen=True, eq=False)
 class BusHandshake(Channel):
-    """A data bus with a request and an answer for every byte; its pins are found by their roles."""
+    """A data bus with a handshake, request and answer, for every byte; its pins are found by their roles."""
 
     name = "bus"
     says = "a bus"
@@ -52,7 +52,7 @@ class BusHandshake(Channel):
 
 @dataclass(frozen=True, eq=False)
 class HostPort(Channel):
-    """A data bus with strobes, of which the pin in role "command" is high with a command and low with a word."""
+    """A data bus with strobes; the pin with the role "command" is high for a command byte, and low for a data word."""
 
     name = "port"
     says = "a port for packets"
@@ -66,10 +66,18 @@ def ways(pin: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class SerialLine(Channel):
-    """A serial port: how characters look, and which pins set them.
+    """A serial port whose rate and address are set by strap pins.
 
-    `bauds` maps the levels of `baud_pins` to rates, `addresses` those of `address_pins` to addresses (0: none is sent);
-    `checksum_pin` at 1 asks for checksums.  A part without such pins has one entry, for the empty tuple.
+    Attributes:
+        bits: the number of data bits, 5 to 8.
+        parity: "none", "odd" or "even".
+        stop: the number of stop bits.
+        bauds: the rates, by the levels of `baud_pins`; a part without such pins has one entry, for ().
+        baud_pins: the pins that select the rate.
+        addresses: the addresses, by the levels of `address_pins`; 0: no address is sent.
+        address_pins: the pins that select the address.
+        checksum_pin: the pin that selects checksums, at level 1; "": there is none.
+        where: the section of the manual.
     """
 
     name = "serial"
@@ -119,12 +127,16 @@ class SerialLine(Channel):
 
 @dataclass(frozen=True, eq=False)
 class FlowBus(Channel):
-    """A data bus with a request and an answer for every byte, and a line that says which way the bytes go.
+    """A data bus with a handshake for every byte, and a flow line that shows in which direction the bytes go.
 
-    The pins have the roles "request", "ready" and "flow".  `ends` says when the line ends a message of the part:
-    "before" it answers the request of the last byte, or "after" that request is over.  `live` says whether the part
-    takes commands while its program runs, after a first request without a byte.  The line is in use while the mode
-    register, under the mask `in_use[0]`, is `in_use[1]`; otherwise its pin says something else.
+    The pins have the roles "request", "ready" and "flow".
+
+    Attributes:
+        ends: when the flow line shows the end of a message: "before" the part answers the request of the last byte, or
+            "after" that request.
+        live: True if the part takes commands while its program runs, after a first request without a byte.
+        in_use: a mask and a value: the flow line is in use while the mode register has this value under the mask;
+            otherwise its pin has another function.
     """
 
     name = "parallel"
@@ -143,11 +155,19 @@ class FlowBus(Channel):
 
 @dataclass(frozen=True, eq=False)
 class AdaptiveLine(Channel):
-    """A serial port that measures the rate of two carriage returns, unless one of `bauds` is fixed by an option.
+    """A serial port that detects the rate from two carriage returns, unless an option fixes it.
 
-    `flow_pin` is the part's own: low lets the host send, while the mode register, under the mask `in_use[0]`, is one of
-    the numbers after it; otherwise the pin says something else.  Answers come over it while the mode register, under
-    the mask `answers[0]`, is `answers[1]`.
+    Attributes:
+        bauds: the rates, in baud.
+        bits: the number of data bits, 5 to 8.
+        parity: "none", "odd" or "even".
+        stop: the number of stop bits.
+        flow_pin: the output of the part that lets the host send while it is low.
+        in_use: a mask and values: `flow_pin` is in use while the mode register has one of the values under the mask;
+            otherwise the pin has another function.
+        answers: a mask and a value: answers are sent over this port while the mode register has this value under the
+            mask.
+        where: the section of the manual.
     """
 
     name = "serial"

@@ -112,14 +112,25 @@ READ: Mapping[Kind, Callable[[str], Any]] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """An option that a chip or a part takes when it is made.
+    """An option with which a chip or a part can be made.
 
-    `low` and `high` bound a number, a time (ps), a frequency (Hz) and each of "ints".  A "choice" is one of `choices`,
-    which go by their texts.  `table` are the rows of a "table".  A "number" is exact: whole, or a decimal one as text.
-    A "quantity" is a number of `unit`, which is an SI unit, or text such as "68 g cm2"; `checked` makes it a float.
-    An "object" is something that only Python can hand in (a function, a store), or one of `choices`.  `check` says what
-    else is wrong with a value, in words, or "".  `none`: None is allowed as well.  `default`: what holds where nothing
-    is said; ... where something must be said.  `like` is a value of a "text" or an "object", as an example.
+    Attributes:
+        name: the name.
+        kind: the kind of value: "bool", "int", "float", "time" (ps), "frequency" (Hz), "ints", "text", "bytes"; a
+            "choice" of `choices`, by their texts; a "table" with the rows of `table`; a "number", which is exact:
+            whole, or a decimal as text; a "quantity", a number of `unit` or text such as "68 g cm2", which becomes a
+            float; an "object", which only Python can give (a function, a store), or one of `choices`.
+        default: the value if none is given; ... if one must be given.
+        says: what the option does, in words.
+        low: the least value: of a number, a time in ps, a frequency in Hz, each of "ints"; None: no limit.
+        high: the greatest value, likewise.
+        unit: the unit of the value; for a "quantity" an SI unit.
+        choices: the values allowed.
+        table: the rows of a "table", each an option.
+        check: a function that returns what else is wrong with a value, in words, or "".
+        none: None is allowed as well.
+        like: an example value, for a "text" or an "object".
+        where: the section of the manual.
     """
 
     name: str

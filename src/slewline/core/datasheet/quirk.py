@@ -6,10 +6,18 @@ from typing import NamedTuple
 
 
 class Quirk(NamedTuple):
-    """One decision.  In its id UND means that the manual leaves it open, CON that two places of it disagree."""
+    """A choice of the model where the manual is silent or contradicts itself.
+
+    Attributes:
+        id: its name; UND in it means that the manual leaves the matter undefined, CON that it contradicts itself.
+        where: the sections and tables of the manual.
+        says: what the model does.
+        why: the reason for the choice.
+        test: the name of the test function that checks it.
+    """
 
     id: str
-    where: str  # sections and tables of the manual
-    says: str  # what the chip does
+    where: str
+    says: str
     why: str
-    test: str  # the test function that pins it
+    test: str

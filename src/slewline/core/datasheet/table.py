@@ -26,15 +26,28 @@ Order = Literal["little", "big"]
 class Pin:
     """A pin of the package, as the data sheet lists it.
 
-    `pull` is the level that a built-in resistor gives an open input, `tie` the standard wiring that makes a bare part
-    work, `reset` the level that an output shows after reset, `seen` says when the chip looks at an input.
+    Attributes:
+        number: the number of the pin.
+        name: the name in the manual, in lower case.
+        way: the direction: "in", "out", "both", "power" or "none" (not connected).
+        says: what the pin does, in words.
+        active: the active level, 0 or 1; None if it has none.
+        pull: the level that a built-in resistor gives to an open input; None: there is no resistor.
+        tie: the level of the standard wiring, without which a bare part does not work; None: there is none.
+        reset: the level of an output after reset; None: it is not defined.
+        seen: when the chip samples an input, in words.
+        where: the section of the manual.
+        role: the purpose of the pin, a word of ROLES, which all parts share: wiring joins pins by it.
+        axis: the axis that the role belongs to, counted from 1.
+        sense: the level at which the role holds, by default `active`; it differs if the pin is named for the opposite
+            (ATREST is low while the motor is moving).  A driver steps when its step pin takes this level.
+        told: what a transcript says when the pin becomes low, and when it becomes high; None: nothing.
+        reflex: what the chip does with a running motor when an input takes its active level, a word of REFLEXES; for a
+            pin that enables steps, when it takes the other level.
+        trust: how sure the row is: "stated", "derived", "chosen" or "inferred".
 
-    `role` is what the pin is for, in a word that all parts share (see ROLES), on axis `axis`.  `sense` is the level at
-    which that holds: the active one, unless the pin is named for the contrary (ATREST is low when the motor is moving).
-    A driver makes a step when its pin takes that level.
-    `reflex` is what the chip does with a running motor when an input takes its active level, in a word of REFLEXES; of
-    a pin that enables steps, when it takes the other level.
-    `told` is what the transcript says when the pin becomes low, and when it becomes high: None where it is silent.
+    Raises:
+        SheetError: an unknown role or reflex, or a reflex without a level.
     """
 
     number: int
@@ -75,16 +88,22 @@ class Pin:
 
 @dataclass(frozen=True, slots=True)
 class Arg:
-    """An argument: `low` to `high`, in `size` bytes; with `label`, a letter may stand for it.
+    """An argument of a command.
 
-    `sign` says how a sign is written: "no", "may" (missing is plus), "must", or "alone" (a direction: + is 1, - is -1).
-    An argument of size 0 is added to the opcode instead.  `zero` says whether 0 counts as within the range;
-    an `optional` argument that is missing is `high`.
-
-    What does not fit into the bytes is cut off, but for the numbers in `alias`, which count as another one: 256 as 255.
-
-    `fraction` bits of the number stand after the binary point: with 16 it counts 1/65536 of its unit.  The unit has
-    the chip's cycle in its denominator `cycles` times: once in a speed, twice in an acceleration.
+    Attributes:
+        name: the name in the manual.
+        size: the number of bytes; an argument of size 0 is added to the opcode.
+        low: the least value.
+        high: the greatest value.
+        label: a letter may stand for the value.
+        unit: what the value counts, such as "steps".
+        sign: how a sign is written: "no", "may" (none means plus), "must", or "alone" (a direction: + is 1, - is -1).
+        zero: 0 is within the range.
+        optional: the argument may be left out, and is `high` then.
+        fraction: the number of bits after the binary point: with 16 the value counts 1/65536 of its unit.
+        cycles: how often the cycle of the chip is in the denominator of the unit: 1 for a speed, 2 for an acceleration.
+        alias: pairs (value, value that the chip takes instead), such as (256, 255); of any other value that is too
+            large, the chip takes the low bytes.
     """
 
     name: str
@@ -132,29 +151,38 @@ class Arg:
 class Row:
     """One form of a command.
 
-    `form` is what a host sends first (a letter), or, where a letter has several forms, what distinguishes them (`head`
-    is then what is sent).  `code` is the opcode in the program memory, `room` the bytes that it takes there, if more
-    than opcode and arguments.  `time_us` is the time that the last byte of the command takes in command mode (at the
-    reference crystal, without conversion of digits), `program_us` the time of the instruction in a running program.
+    Attributes:
+        form: what distinguishes the form: the letter or name that a host sends first.
+        name: the name, from which that of the firmware method follows: do_loop for LOOP.
+        args: the arguments, in order.
+        time_us: the time that the last byte of the command takes in command mode, µs, with the usual crystal and
+            without the conversion of digits.
+        says: what the command does, in words.
+        where: the section of the manual.
+        program_us: the time that the instruction takes in a running program, µs, with the usual crystal.
+        code: the opcode in the program memory, or the command byte of a packet; by default the first letter.
+        terminated: the command ends with a carriage return.
+        stored: the command can be stored in a program.
+        motion: the command makes the motor step.
+        head: what a host sends first, if it is not `form`.
+        room: the number of bytes in the program memory, if more than opcode and arguments.
+        tail: fixed text after the arguments, in each spelling that a host may use, the proper one first.
+        when: the states in which the command is executed at once: "i" idle, "p" program entry, "r" program running.
+        flow: where a program continues: "n" next instruction, "t" target, "0" location 0, "l" start of the loop; "" the
+            program ends.
+        acts: what a packet acts on: the "current" axis, the axis that it is to "set", the "interrupting" axis, those in
+            a "mask", or all ("global"); "" for a command that is not a packet.
+        reads: the values that a host reads after the arguments of a packet.
+        buffered: the command takes effect with the next update.
+        encoder: the command is meant for parts with an encoder, but accepted by the others.
+        role: the purpose of the command, a word of ROW_ROLES, which all parts share.
+        at_once: what the command does to a running motor without waiting for it, a word of AT_ONCE; with `buffered`,
+            at the update.
+        starts: the command itself makes no step, but outside program entry it may start a program or a homing.
+        trust: how sure the row is: "stated", "derived", "chosen" or "inferred".
 
-    `tail` is fixed text after the arguments, in the spellings that a host may use, the proper one first.  `when` says
-    in which states a host's command is performed at once: "i" idle, "p" in programming mode, "r" while a program runs.
-
-    `flow` says where a program goes on after the instruction: "n" the next one, "t" its target, "0" location 0, "l"
-    the start of its loop; empty where the program ends.
-
-    A command that is a packet says what it `acts` on: the "current" axis, the axis that it is to "set", the
-    "interrupting" one, those of a "mask", or all ("global").  The host `reads` these values after the words of the
-    arguments.  What is `buffered` waits for an update; `encoder` commands are meant for parts with an encoder, but
-    accepted by the others.
-
-    `role` is what the command is for, in a word that all parts share (see ROW_ROLES): texts, rules and hosts go by it.
-
-    `starts` says of a command without a motion of its own that it may begin one outside program entry: it starts a
-    program, or a homing.
-
-    `at_once` says what a command does to a running motor without waiting for it, in a word of AT_ONCE; one that waits
-    for an update (`buffered`) does so with the update.
+    Raises:
+        SheetError: an unknown role, or an unknown word in `at_once`.
     """
 
     form: str
@@ -256,7 +284,17 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Register:
-    """A register of the chip, by the manual's name; `letter` is the command that loads it, `unit` what it counts."""
+    """A register of the chip.
+
+    Attributes:
+        name: the name in the manual, in lower case.
+        bits: the number of bits.
+        default: the value after power-up.
+        says: what the register holds, in words.
+        letter: the command that loads it.
+        where: the section of the manual.
+        unit: what it counts, such as "steps".
+    """
 
     name: str
     bits: int
@@ -269,7 +307,15 @@ class Register:
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """A time of the data sheet, stated for a crystal; `ticks` is what the chip counts, whatever crystal is fitted."""
+    """A time that the chip takes for something, as stated in the data sheet.
+
+    Attributes:
+        us: the time, µs.
+        mhz: the crystal for which it is stated, MHz.
+        says: what takes this time, in words.
+        where: the section of the manual.
+        trust: how sure the row is: "stated", "derived", "chosen" or "inferred".
+    """
 
     us: float
     mhz: float
@@ -279,22 +325,33 @@ class Timing:
 
     @property
     def ticks(self) -> int:
-        """Whole crystal clocks (half a clock rounds up)."""
+        """The time in crystal clocks, the same with every crystal; half a clock is rounded up."""
         return int(self.us * self.mhz + 0.5)
 
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """A time between two edges that the data sheet prints: at least, typically, at most so long, in ps.
+    """A limit of the data sheet for the time between two edges.
 
-    An edge is a pin (or the data bus) and how it changes: "falls", "rises", "changes", and of a bus "appears" and
-    "vanishes", where something begins or ceases to drive it.  What counts is an `end` with no other `end` since the
-    last `start`: of two strobes within a selection the first one ends a set-up time, the second one begins a hold time.
-    A start and an end at one instant are 0 apart; but where only what is typical is printed, the end comes first.  An
-    interval counts only if the pins have the levels of `given` at its end, and had those of `before` when it began.
+    An edge is a pin, or the data bus, and a change: "falls", "rises", "changes"; for a bus also "appears" and
+    "vanishes", when an output begins or ceases to drive it.  The time is measured from the last `start` to the first
+    `end` after it: with two strobes in a selection, the first one ends a set-up time and the second one begins a hold
+    time.  A start and an end at one instant are 0 apart; but if only a typical time is given, the end counts as first.
 
-    `mhz` is the crystal that the time is printed for; 0: it holds with every crystal.  `keeper` must see to it: the
-    "part" itself, or the "host" and whatever else drives its inputs.  `symbol` is what the sheet calls it.
+    Attributes:
+        start: the edge at which the time begins, such as "io_request falls".
+        end: the edge at which it ends.
+        says: what the limit is about, in words.
+        where: the section of the manual.
+        least: the minimum, ps; None: there is none.
+        typical: the typical time, ps; None: it is not given.
+        most: the maximum, ps; None: there is none.
+        symbol: the symbol in the data sheet, such as "t14".
+        mhz: the crystal for which the limit is given, MHz; 0: it holds with every crystal.
+        keeper: who must keep it: the "part", or the "host" and whatever else drives the inputs.
+        given: levels that pins must have at `end`, for the limit to apply.
+        before: levels that pins must have had at `start`, for the limit to apply.
+        trust: how sure the row is: "stated", "derived", "chosen" or "inferred".
     """
 
     start: str
@@ -326,7 +383,16 @@ class Limit:
 
 
 class Table(Sequence[Row]):
-    """The command rows of a part, looked up by form or by the byte that stands for them."""
+    """The command table of a part: a sequence of rows, which can also be looked up by form, as in table["R"].
+
+    Attributes:
+        rows: the rows.
+        by_form: the rows, by form.
+        by_code: the rows of commands that have one, by opcode or command byte.
+
+    Raises:
+        SheetError: two rows have the same form or opcode.
+    """
 
     def __init__(self, *rows: Row) -> None:
         self.rows = rows
@@ -348,7 +414,11 @@ class Table(Sequence[Row]):
         return f"<Table: {len(self)} commands>"
 
     def named(self, name: str) -> Row:
-        """Return the row of a command by its name, for example "LOOP"; KeyError: there is none."""
+        """Return the row of a command by its name, such as "LOOP".
+
+        Raises:
+            KeyError: there is no such command.
+        """
         for row in self.rows:
             if row.name == name.upper():
                 return row
@@ -388,40 +458,41 @@ C = TypeVar("C", bound=Channel)
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """A whole data sheet: everything that tools may know about a part without running it.
+    """A complete data sheet: everything that tools need to know about a part without running it.
 
     Attributes:
-        part: the part number in lower case.
+        part: the part number, in lower case.
         title: one line that says what the part is.
-        manual: what the facts are taken from.
+        manual: the source of the facts.
         pins: the pin table.
         commands: the command table.
-        behaviour: counts up when the same inputs give other outputs: a journal names the one that it was made by.
-        crystal_hz: the usual crystal; without a crystal to choose, time is counted in picoseconds.
-        crystal_low_hz: the lowest that is allowed.
-        crystal_high_hz: the highest that is allowed; 0: there is none to choose.
-        registers: the registers, by the manual's names.
-        options: what the part may be made with.
-        rates: steps/s of each rate parameter, at `crystal_hz`.
-        times: what the part takes for something, by a name of ours.
-        limits: times between edges that the data sheet prints.
-        buffer_bytes: how much the program memory holds, in `memory_unit`.
-        buffer_where: where the manual says so.
-        verify_bytes: how many bytes a read-out has, by its group.
-        labels: the letters that may stand for places of a program.
-        suffix: of files with its programs.
-        notes: what `slewline describe` says beside the tables, by headings.
+        behaviour: a number that is increased when the same inputs give other outputs; a journal has that of its run.
+        crystal_hz: the usual crystal, Hz; 10^12 (ticks of 1 ps) for a part without a crystal to choose.
+        crystal_low_hz: the lowest crystal frequency allowed, Hz.
+        crystal_high_hz: the highest crystal frequency allowed, Hz; 0: there is no crystal to choose.
+        registers: the register table.
+        options: the options with which the part can be made.
+        rates: the rate for each value of the rate parameter, steps/s, with the usual crystal.
+        times: the times that the part takes, each by a name of our own.
+        limits: the limits for times between edges.
+        buffer_bytes: the size of the program memory, in `memory_unit`.
+        buffer_where: the section of the manual that gives it.
+        verify_bytes: the number of bytes of each read-out group, by its number.
+        ccw_bit: the bit of the last status byte that is set when the direction is counter-clockwise, as a mask.
+        labels: the letters that can be labels in a program.
+        suffix: the suffix of program files.
+        notes: further text for `slewline describe`, by headings.
         dialect: how commands are written, sent and stored.
-        channels: how a host reaches the part; the first one, unless it says otherwise.
-        axes: how many motors it has.
-        encoder: does it read encoders?
-        wires: pins of a part in several packages that belong together, by their names.
+        channels: the channels over which a host can reach the part, the usual one first.
+        axes: the number of motors.
+        encoder: True if the part reads encoders.
+        wires: for a part in several packages, the pins that are connected with each other, by name.
         foreign: commands of sister parts, which this part refuses as unknown.
-        slips: by character: what to do where it was meant in another way.
-        sections: of the manual, about what rules speak of.
-        key: how `where` is abbreviated.
-        memory_unit: what the manual counts the program memory in.
-        opcodes: are they from the manual?
+        slips: the remedy for characters that are often mistaken, by character.
+        sections: the sections of the manual to which the rules of the linter refer, by subject.
+        key: the abbreviation of the manual in `where`.
+        memory_unit: the unit in which the manual gives the size of the program memory.
+        opcodes: the trust in the opcodes: "stated" by the manual, or else "chosen".
     """
 
     part: str

@@ -31,9 +31,9 @@ class Step(NamedTuple):
     """One step.
 
     Attributes:
-        time_ps: its instant, ps.
+        time_ps: when the step begins, ps.
         direction: +1 clockwise, -1 counter-clockwise.
-        position: after it.
+        position: the position register after the step.
     """
 
     time_ps: int
@@ -43,12 +43,12 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """Steps of a chip, one element each, in the order of time; `steps[0]` is a `Step`, `steps[:10]` the first ten.
+    """The steps of an axis, in order of time; `steps[0]` is a `Step`, `steps[:10]` are the first ten.
 
     Attributes:
-        times_ps: instants, (n,) int64 ps, ascending.
+        times_ps: when each step begins, (n,) int64 ps, ascending.
         directions: (n,) int8, +1 clockwise, -1 counter-clockwise.
-        positions: after each step, (n,) int64.
+        positions: the position register after each step, (n,) int64.
     """
 
     times_ps: NDArray[np.int64]
@@ -148,10 +148,20 @@ _start = attrgetter("start")
 
 
 class Axis:
-    """Position of one motor: exact at every instant, through the bounded promise, and its whole past.
+    """The position of one motor: exact at every instant, now and in the past, and as promised for the future.
 
-    `travel` counts steps without wrap-around; `position` is the register, which holds one of `positions` and wraps.
-    A motion may leave the register alone.
+    `travel` counts steps without wrap-around; `position` is the register, which wraps within `positions`.  A motion may
+    leave the register as it is.
+
+    Args:
+        kernel: the virtual time.
+        positions: the values that the position register can hold.
+        position: its value at time 0.
+
+    Attributes:
+        on_change: hook, called without arguments when the axis follows another train, or the register was loaded.
+        on_forget: hook, called with the instant (ps) before which the past is dropped.
+        log: the motions and marks of the axis, which a chip reports.
     """
 
     def __init__(self, kernel: Kernel, positions: range, position: int) -> None:
@@ -190,15 +200,15 @@ class Axis:
 
     @property
     def moving(self) -> bool:
-        """Does the present promise have steps to come?"""
+        """True while steps are still to come in the train that is being followed."""
         now = self.past[-1].playing
         return now is not None and now.begun(1 << 80) > now.begun(self.kernel.seen)
 
     def load(self, position: int) -> None:
-        """Set the position register, now.
+        """Set the position register now; the motor does not move.
 
         Args:
-            position: one of `positions`; any other wraps into them.
+            position: the new value, which wraps into `positions`.
         """
         self.offset = (position - self.low - self.counted) % self.modulus
         if self.offsets[-1][0] == self.kernel.now:
@@ -211,13 +221,14 @@ class Axis:
     def follow(
         self, playing: Playing | None, sign: int, counted: bool = True, plan: Plan | None = None, step: int = 0
     ) -> None:
-        """Follow a train from this instant on; what was played before stays as it is.
+        """Follow a train from this instant on; the past is not changed.
 
         Args:
-            playing: the train, and the instant up to which it counts.
+            playing: the train, and the instant up to which it is valid; None: the motor is at rest.
             sign: 1 clockwise, -1 counter-clockwise.
-            counted: False: the position register does not count these steps.
-            plan, step: what the train plays, and the step of it (from 0) that is the first of the train.
+            counted: True: the position register counts these steps.
+            plan: the plan that the train plays.
+            step: the step of the plan, counted from 0, that is the first step of the train.
         """
         counts = sign if counted else 0
         self.past.append(Segment(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
@@ -235,12 +246,12 @@ class Axis:
         return position, stretch.travel + stretch.sign * begun
 
     def halt(self) -> None:
-        """Cut off the step in progress, if there is one: from now on the motor is at rest."""
+        """Cut off the step in progress, if there is one: the motor is at rest from now on."""
         if self.past[-1].halted is None:
             self.past[-1].halted = self.kernel.now
 
     def arrives(self, position: int) -> int | None:
-        """Return when the present promise reaches a position (ps); None if it does not."""
+        """Return when the position register will have a value, as promised at present (ps); None if it will not."""
         time, playing = self.would_arrive(position), self.past[-1].playing
         if time is None or playing is None or (playing.until is not None and time >= playing.until):
             return None
@@ -331,11 +342,11 @@ class Axis:
         return sum(b - a for _, _, a, b in self.played(start, stop))
 
     def times(self, start: int, stop: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
-        """Return the instants of the steps at start <= t <= stop: (n,) int64 ps, ascending.
+        """Return the instants at which the steps at start <= t <= stop begin: (n,) int64 ps, ascending.
 
         Args:
-            start, stop: ps.
-            out: a buffer of that length or longer, whose beginning is returned.
+            start, stop: the window, ps.
+            out: an int64 buffer for the result, of n elements or more; its beginning is returned.
         """
         import numpy as np
 

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 
 class Deviation(NamedTuple):
-    """The greatest distances of a motion from its ideal.
+    """The greatest deviations of a motion from its ideal, each as actual value minus ideal, clockwise positive.
 
     Attributes:
-        position: in steps, positive where it is ahead in clockwise direction.
-        position_ps: the instant of that, ps.
-        velocity: in steps/s, positive where it is faster.
-        velocity_ps: the instant of that, ps.
+        position: the greatest deviation of the position, in steps.
+        position_ps: the instant of that deviation, ps.
+        velocity: the greatest deviation of the velocity, in steps/s.
+        velocity_ps: the instant of that deviation, ps.
     """
 
     position: float

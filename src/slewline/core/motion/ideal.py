@@ -32,17 +32,18 @@ class IdealPiece(NamedTuple):
 
 
 class Ideal:
-    """A law of motion over time, from `start` to `stop` (ps): before and after it the position rests.
+    """The law of a motion in continuous time, without rounding to steps; before `start` and after `stop` it is at rest.
 
     Args:
-        start: ps.
-        position: there, in steps; positive is clockwise, and nothing wraps.
-        pieces: one or more, in the order of time, `sign` being the direction of positive velocities.
+        start: when the motion begins, ps.
+        position: the position at `start`, in steps, clockwise positive, without wrap-around.
+        pieces: pieces of constant jerk, at least one, in order of time.
+        sign: the direction of positive velocities in `pieces`: 1 clockwise, -1 counter-clockwise.
 
     Attributes:
-        start: ps.
-        stop: ps.
-        interrupted: the motion went another way at `stop`.
+        start: when the motion begins, ps.
+        stop: when the ideal ends, ps.
+        interrupted: True if the motion ceased to follow the ideal at `stop`, before its own end.
     """
 
     def __init__(self, start: int, position: float, pieces: Iterable[IdealPiece], sign: int = 1) -> None:
@@ -73,7 +74,7 @@ class Ideal:
 
     @property
     def bends(self) -> NDArray[np.int64]:
-        """The instants at which acceleration or jerk may change, from start to stop: (m,) int64 ps, ascending."""
+        """The instants at which acceleration or jerk may change, from `start` to `stop`: (m,) int64 ps, ascending."""
         import numpy as np
 
         at = self.start + np.rint(self._begins * PS_PER_S).astype(np.int64)
@@ -89,7 +90,7 @@ class Ideal:
         return which, np.minimum(seconds - self._begins[which], self._lasts[which])
 
     def positions(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the positions at instants, any order, in steps: float64, shape as `times_ps`."""
+        """Return the positions at instants (int64 ps, in any order), in steps: float64, shape as `times_ps`."""
         import numpy as np
 
         which, t = self._pieces(times_ps)
@@ -97,7 +98,10 @@ class Ideal:
         return np.asarray(self._x[which] + (bent + self._v[which]) * t, np.float64)
 
     def velocities(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the velocities at instants, any order, in steps/s: float64, shape as `times_ps`; 0 outside."""
+        """Return the velocities at instants (int64 ps, in any order), in steps/s: float64, shape as `times_ps`.
+
+        Outside the motion they are 0.
+        """
         import numpy as np
 
         times = np.asarray(times_ps, np.int64)

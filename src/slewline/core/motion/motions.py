@@ -30,16 +30,16 @@ Why = Literal["done", "stopped", "limit", "changed", "cut"]
 
 @dataclass(frozen=True, slots=True)
 class MotionEnd:
-    """A motion of an axis is over.
+    """The end of a motion of an axis.
 
     Attributes:
-        time_ps: when, ps.
-        position: of the register then.
-        steps: the way of this motion, negative counter-clockwise.
-        why: "done": it has come to its own end; "stopped": it was ordered to end before that (ABORT, Z, STOP, another
-            profile mode ...); "limit": a limit switch has ended it, or the end of the position counter; "changed":
-            another motion has taken its place, without a rest; "cut": K, reset, the motor or the supply switched off,
-            at once, in the midst of a step.
+        time_ps: when the motion ended, ps.
+        position: the position register then.
+        steps: the net steps of this motion, negative counter-clockwise.
+        why: "done": the motion was completed; "stopped": it was ended early by a command or an input (ABORT, Z, STOP,
+            another profile mode ...); "limit": a limit switch or the end of the position counter ended it; "changed":
+            another motion replaced it without a rest; "cut": it was cut off at once, even within a step (K, reset, or
+            motor or supply switched off).
     """
 
     time_ps: int
@@ -50,18 +50,18 @@ class MotionEnd:
 
 @dataclass(frozen=True, slots=True)
 class MotionStart:
-    """A motion has begun on an axis.
+    """A motion of an axis, from its start on.
 
     Attributes:
-        time_ps: when, ps.
-        text: what began it, in the manual's words: "G", "UPDATE".
-        rates: those in force, by name, in steps/s ("R = 80" -> 5978.0).
+        time_ps: when the motion began, ps.
+        text: the command that began it, in the words of the manual: "G", "UPDATE".
+        rates: the rates in force at its start, by name, in steps/s ("R = 80" -> 5978.0).
         notes: further parameters, by name ("S" -> 200).
-        changes: other rates that came into force on the way, in place of these: since when, in ps, and all of them.
-        position: of the register, as the motion begins.
-        direction: 1 clockwise, -1 counter-clockwise, 0 where what began it does not say.
-        end: how the motion has ended; None while it goes on.
-        law: what works `ideal` out.
+        changes: later changes of the rates: the instant of each, ps, and all rates in force from then on.
+        position: the position register at its start.
+        direction: 1 clockwise, -1 counter-clockwise, 0 where the command does not say.
+        end: the end of the motion; None while it is in progress.
+        law: the function that computes `ideal`.
     """
 
     time_ps: int
@@ -76,7 +76,7 @@ class MotionStart:
 
     @property
     def ideal(self) -> Ideal | None:
-        """The part's ideal of this motion, as far as the motion has followed it; None: it has none, or no step yet."""
+        """The ideal of this motion, as far as the motion has followed it; None: it has none, or no step has begun."""
         # worked out when it is asked for: a picture of an hour has thousands of motions
         return self.law() if self.law is not None else None
 
@@ -91,12 +91,12 @@ missing(
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something that happened to an axis.
+    """An event on an axis, other than the start or the end of a motion.
 
     Attributes:
-        time_ps: when, ps.
+        time_ps: when it happened, ps.
         kind: "command", "limit", "home" or "event".
-        text: what, in the manual's words.
+        text: what happened, in the words of the manual.
     """
 
     time_ps: int
@@ -105,10 +105,10 @@ class Mark:
 
 
 class MotionParameters(NamedTuple):
-    """What a motion is made with.
+    """The parameters of a motion.
 
     Attributes:
-        rates: in steps/s, by name ("R = 80" -> 5978.0).
+        rates: the rates, by name, in steps/s ("R = 80" -> 5978.0).
         notes: further parameters, by name ("S" -> 200).
     """
 

@@ -43,13 +43,13 @@ class ReachesCondition(Condition):
         return self.motor.position == self.position
 
     def when(self) -> int | None:
-        """Return the instant at which it will hold under the present promises (ps); None: no promise says so."""
+        """Return when the condition will be met, as promised at present (ps); None if no promise says so."""
         return self.motor.arrives(self.position)
 
 
 @face
 class OneAxis:
-    """One axis of a chip as its user sees it; a chip as a whole is its own axis 1."""
+    """One axis of a chip as seen by users; a chip is its own axis 1."""
 
     _for_users: ClassVar[tuple[str, ...]] = (
         *("position", "travel", "position_at", "velocity_at", "steps", "motions", "marks", "phases", "parameters"),
@@ -65,35 +65,39 @@ class OneAxis:
 
     @property
     def motor(self) -> Axis:
-        """Position of the motor of this axis, now and in the past."""
+        """The axis itself: the position of its motor, now and in the past."""
         raise NotImplementedError
 
     @property
     def position(self) -> int:
-        """The position register now, exact in mid-move, too; clockwise counts up."""
+        """The position register now, in steps, exact during a move as well; clockwise counts up."""
         return self.motor.position
 
     @property
     def travel(self) -> int:
-        """Net steps since time 0, clockwise positive; it does not wrap."""
+        """Net steps since time 0, clockwise positive, without wrap-around."""
         return self.motor.travel
 
     def steps(self, start: Time | None = None, stop: Time | None = None) -> Steps:
-        """Return the steps at start <= t <= stop; as far back as the past is kept, and up to now, by default.
+        """Return the steps at start <= t <= stop; by default from as far back as the past is kept, up to now.
 
         Raises:
-            TimeError: `start` or `stop` is no time.
+            TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
             NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         return self.motor.steps(*self._window(start, stop))
 
     def position_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.int64] | int:
-        """Return the position register at instants of the past: an int for one, (n,) int64 for many.
+        """Return the position register, in steps, at one or several instants of the past.
 
         Args:
             times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
 
+        Returns:
+            An int for one instant; int64 for several, (n,) for a list, the shape of the array for an array.
+
         Raises:
+            TimeError: not a time.
             UsageError: an instant is in the future.
             NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
@@ -101,17 +105,18 @@ class OneAxis:
         return self.motor.position_at(instants) if isinstance(instants, int) else self.motor.positions_at(instants)
 
     def velocity_at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64] | float:
-        """Return the velocity at instants of the past, in steps/s, negative counter-clockwise.
+        """Return the velocity at one or several instants of the past, in steps/s, negative counter-clockwise.
 
-        It is the one at which the chip plays its steps: 1/interval of the step in progress, and 0 in every rest.
+        It is the rate at which the chip issues its steps: 1/interval of the step in progress, and 0 at rest.
 
         Args:
             times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds.
 
         Returns:
-            A float for one instant, (n,) float64 for many.
+            A float for one instant; float64 for several, (n,) for a list, the shape of the array for an array.
 
         Raises:
+            TimeError: not a time.
             UsageError: an instant is in the future.
             NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
@@ -126,64 +131,70 @@ class OneAxis:
         return instants
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return what a picture draws of this axis over time: velocity, position, and what else the part has."""
+        """Return the quantities of this axis that pictures draw: velocity, position, and others that the part has."""
         return Velocity(self.motor), Position(self.motor)
 
     def reaches(self, position: int) -> Condition:
-        """Return a condition: the position register has this value.
+        """Return a condition that is met when the position register has a value.
 
         Raises:
-            UsageError: a value that the register cannot hold; the message gives its range.
+            UsageError: the register cannot hold this value; the message gives its range.
         """
         return ReachesCondition(self, position)
 
     @property
     def registers(self) -> dict[str, int]:
-        """The manual's registers, by name in lower case."""
+        """The values of the registers, by their names in the manual, in lower case."""
         return {}
 
     def motions(self, start: Time | None = None, stop: Time | None = None) -> list[MotionStart]:
-        """Return the motions that begin at start <= t <= stop; all of them by default.
+        """Return the motions that begin at start <= t <= stop; by default all that are kept.
 
-        Each names what began it, the rates in force in steps/s, its ideal, if the part defines one, and how it ended.
+        Each has the command that began it, the rates in force in steps/s, its end, and its ideal if the part has one.
 
         Raises:
-            TimeError: `start` or `stop` is no time.
+            TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
         """
         return self.motor.motions(*self._window(start, stop))
 
     @property
     def on_motion_begin(self) -> Hook[[MotionStart]]:
-        """The hook that is called with every motion of this axis as it begins."""
+        """Hook, called with the `MotionStart` of every motion of this axis as it begins."""
         return self.motor.log.on_begin
 
     @property
     def on_motion_end(self) -> Hook[[MotionEnd]]:
-        """The hook that is called with the end of every motion of this axis, as it comes."""
+        """Hook, called with the `MotionEnd` of every motion of this axis as it ends."""
         return self.motor.log.on_end
 
     def marks(self, start: Time | None = None, stop: Time | None = None) -> list[Mark]:
-        """Return other events of this axis at start <= t <= stop: commands in motion, limits, home; all by default.
+        """Return other events of this axis at start <= t <= stop: commands during a motion, limits, home.
+
+        By default all that are kept.
 
         Raises:
-            TimeError: `start` or `stop` is no time.
+            TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
         """
         return self.motor.marks(*self._window(start, stop))
 
     def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
-        """Return the phases of the motions between two instants: begin and end in ps, and a label such as "up".
+        """Return the phases of the motions within start <= t <= stop, by default of all that are kept.
+
+        Returns:
+            For each phase its start and its end, ps, and its name: "up", "slew", "down" ...
 
         Raises:
-            TimeError: `start` or `stop` is no time.
+            TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
+            NotRecorded: the past is no longer kept that far back (`Bench(keep=)`).
         """
         return self.motor.phases(*self._window(start, stop))
 
     @answering("deviation()", "; for motion in x.motions(): x.deviation(motion)")
     def deviation(self, motion: MotionStart) -> Deviation:
-        """Return by how much the axis has left the ideal of a motion at most, as far as it was to follow it.
+        """Return the greatest deviations of the axis from the ideal of a motion, from its start to its end, or to now.
 
         Raises:
-            UsageError: the motion has no ideal.
+            UsageError: not a motion, or one without an ideal.
         """
         from .deviation import deviation
 
@@ -197,7 +208,7 @@ class OneAxis:
         return window(start, stop, self.kernel.now, self.motor.since)
 
     def parameters(self) -> MotionParameters:
-        """Return what a plot names, as it was in force in the latest motion; empty before there was one.
+        """Return the parameters of the latest motion, as a plot names them; empty before the first motion.
 
         Returns:
             Rates in steps/s ("R = 80" -> 5978.0), and further parameters ("S" -> 200).

@@ -51,7 +51,14 @@ def tail(runs: Runs, first: int) -> Runs:
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A named part of a plan: "up", "slew", "down" ..."""
+    """A named segment of a plan.
+
+    Attributes:
+        name: "up", "slew", "down" ...
+        runs: pairs (interval in clocks, number of steps).
+        first: the index of its first step in the plan, from 0.
+        count: the number of steps.
+    """
 
     name: str
     runs: Runs
@@ -60,33 +67,38 @@ class Leg:
 
     @property
     def end(self) -> int:
-        """Index of the step after the last one of this leg."""
+        """The index of the step after the last one of this leg."""
         return self.first + self.count
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Legs that follow each other step by step; no interval is shorter than `shortest`."""
+    """A planned motion: legs that follow one another.
+
+    Attributes:
+        legs: the legs, in order of time.
+        shortest: the shortest interval allowed, in clocks.
+    """
 
     legs: tuple[Leg, ...]
     shortest: int = 1
 
     @property
     def runs(self) -> Runs:
-        """All runs of intervals, in clocks."""
+        """The runs of all legs: pairs (interval in clocks, number of steps)."""
         return tuple(chain.from_iterable([leg.runs for leg in self.legs]))
 
     @property
     def steps(self) -> int:
-        """How many steps the move takes; OPEN and more for a continuous one."""
+        """The number of steps; OPEN or more for a continuous motion."""
         return self.legs[-1].end if self.legs else 0
 
     def leg(self, step: int) -> Leg:
-        """Return the leg that a step, counted from 0, belongs to."""
+        """Return the leg to which a step, counted from 0, belongs."""
         return next(leg for leg in self.legs if step < leg.end)
 
     def interval(self, step: int) -> int:
-        """Return the clocks from the start of a step, counted from 0, to its end."""
+        """Return the length of a step, counted from 0, in clocks."""
         leg = self.leg(step)
         left = step - leg.first
         for interval, count in leg.runs:
@@ -96,10 +108,14 @@ class Plan:
         raise AssertionError("a leg counts its own runs")
 
     def verified(self, number: int | None = None) -> Plan:
-        """Return the plan itself after checking it: exact number of steps, none faster than allowed.
+        """Check the plan, and return it.
+
+        Args:
+            number: the number of steps that the plan must have; None: any.
 
         Raises:
-            PlanError: the planner made a mistake (never the user).
+            PlanError: legs that do not follow one another, an interval shorter than allowed, or another number of
+                steps: an error in a planner, never of a user.
         """
         at = 0
         for leg in self.legs:
@@ -118,7 +134,12 @@ class Plan:
 
 
 def plan(*parts: tuple[str, Runs], shortest: int = 1) -> Plan:
-    """Return a plan of named legs, each of runs (interval in clocks, count of steps); empty legs are left out."""
+    """Return a plan of legs, each given as its name and its runs; empty legs are left out.
+
+    Args:
+        parts: pairs (name, runs); runs are pairs (interval in clocks, number of steps).
+        shortest: the shortest interval allowed, in clocks, which `Plan.verified` checks.
+    """
     legs, first = [], 0
     for name, runs in parts:
         count = steps(runs)

@@ -49,10 +49,11 @@ class Quantity:
 
     Attributes:
         name: "velocity", "position", "current" ...
-        unit: of its values, "steps/s", "A" ...
-        held: a staircase, each value holds until the next one; else straight lines lead from point to point.
-        from_zero: it shows as its distance from zero, as a velocity does; a position may be anywhere.
-        check_kept: refuses an instant (ps) before what is kept.
+        unit: the unit of its values: "steps/s", "A" ...
+        held: True: each value holds until the next one, as in a staircase; False: values between are interpolated
+            linearly.
+        from_zero: True: a picture includes the value 0, as for a velocity; False: any range, as for a position.
+        check_kept: a function that raises NotRecorded for an instant (ps) that is no longer kept; None: all is kept.
     """
 
     name: str
@@ -69,7 +70,7 @@ class Quantity:
     @overload
     def at(self, times: Sequence[Time] | NDArray[np.int64]) -> NDArray[np.float64]: ...
     def at(self, times: Time | Sequence[Time] | NDArray[np.int64]) -> float | NDArray[np.float64]:
-        """Return the value at one instant of the past, or the values at many: float64, shape as `times`.
+        """Return the value at one instant of the past, or the values at several: float64, shape as `times`.
 
         Args:
             times: "3 ms" or picoseconds, a list of them, or an array of int64 picoseconds, in any order.
@@ -93,18 +94,18 @@ class Quantity:
         raise NotImplementedError
 
     def changes(self, start: int, stop: int) -> Outline:
-        """Return every change at start < t <= stop (ps), after the value at `start`."""
+        """Return the value at `start`, and every change at start < t <= stop (ps)."""
         raise NotImplementedError
 
     def staircase(self, start: int, stop: int) -> Outline:
-        """Return the value at `start` and every change at start < t <= stop (ps), all of them held until the next.
+        """Return the value at `start`, and every change at start < t <= stop (ps), each value held until the next.
 
-        What grows evenly is a flight of small stairs here, the same ones for every window.
+        A quantity that changes linearly becomes a series of small stairs, the same ones for every window.
         """
         return self.changes(start, stop)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return what a picture of so many columns shows of the window (ps): at most some four points a column."""
+        """Return what a picture with so many columns shows of the window (ps): about four points a column at most."""
         return thinned(self.changes(start, stop), start, stop, columns)
 
 

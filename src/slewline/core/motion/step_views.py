@@ -100,7 +100,7 @@ class StepView(TrainView):
 
 
 class PulseView(StepView):
-    """PULSE of a played train: high for the last `high` ticks of each step."""
+    """The PULSE output of a train: high during the last `high` ticks of each step."""
 
     __slots__ = ("high",)
 
@@ -141,7 +141,7 @@ class PulseView(StepView):
 
 
 class StrobeView(StepView):
-    """A step clock of a played train: low for the first `low` ticks of each step."""
+    """A step clock output of a train: low during the first `low` ticks of each step."""
 
     __slots__ = ("low",)
 
@@ -174,7 +174,15 @@ class StrobeView(StepView):
 
 
 class PatternView(TrainView):
-    """A phase of a played train: `levels[(index + sign * begun) % len(levels)]`, and `before` until the first step."""
+    """A phase output of a train: `levels[(index + sign * begun) % len(levels)]` after `begun` steps have begun.
+
+    Args:
+        of: the train that is played.
+        levels: the levels of the phase in one cycle of the step pattern, 0 or 1.
+        index: the index in `levels` before the first step.
+        sign: 1 forwards through `levels`, -1 backwards.
+        before: the level until the first step begins.
+    """
 
     __slots__ = ("before", "index", "levels", "sign")
 

@@ -45,7 +45,7 @@ class Train:
 
     # ----------------------------------------------------------------------------------- questions that a train answers
     def begin(self, k: int) -> int:
-        """Return the tick at which step k begins; k = `steps` gives the end of the train."""
+        """Return the tick at which step `k`, counted from 0, begins; with k = `steps`, the end of the train."""
         raise NotImplementedError
 
     def begun_by(self, tick: int) -> int:
@@ -155,9 +155,9 @@ def shown(intervals: list[int]) -> list[int]:
 
 
 class StepTrain(Train):
-    """Steps at the begins of runs of equal intervals, in ticks of a clock.
+    """A step train: runs of steps at equal intervals, in ticks of a clock; step 0 begins at tick `origin`.
 
-    `origin` is the tick at which step 0 begins; `runs` are (interval in ticks, count); the last count may be OPEN.
+    `runs` are (interval in ticks, number of steps), the last number OPEN for no end; `steps` is the number of all.
     """
 
     __slots__ = ("counts", "firsts", "intervals", "starts", "table")
@@ -169,14 +169,14 @@ class StepTrain(Train):
         self.steps, self.length = own.steps, own.length  # ticks from the start of step 0 to the end of the last
 
     def begin(self, k: int) -> int:
-        """Return the tick at which step k begins; k = `steps` gives the end of the train."""
+        """Return the tick at which step `k`, counted from 0, begins; with k = `steps`, the end of the train."""
         if k >= self.steps:
             return self.origin + self.length
         i = bisect_right(self.firsts, k) - 1
         return self.origin + self.starts[i] + (k - self.firsts[i]) * self.intervals[i]
 
     def interval(self, k: int) -> int:
-        """Return the ticks from the start of step k to its end."""
+        """Return the length of step `k`, counted from 0, in ticks."""
         return self.intervals[bisect_right(self.firsts, k) - 1]
 
     def begun_by(self, tick: int) -> int:
@@ -207,10 +207,10 @@ class StepTrain(Train):
         return self.begin(begun) - self.origin if (begun := self.begun(until - 1)) else 0
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the velocities from tick `since` to before tick `to`, both since `origin`.
+        """Return the velocities from tick `since` to before tick `to`, both counted from `origin`.
 
         Returns:
-            Ticks since `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
+            Ticks from `origin` (n,) int64, ascending, the first is `since`; steps/s from each to the next, float64.
         """
         import numpy as np
 
@@ -274,7 +274,7 @@ def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
 
 
 class Playing:
-    """A train that is being played, shared by its views; at `until` (ps, exclusive) the firmware decides again."""
+    """A train being played, shared by all outputs that show it; valid before the instant `until`, ps, or always."""
 
     __slots__ = ("train", "until")
 

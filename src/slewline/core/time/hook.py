@@ -15,10 +15,10 @@ FUNCTIONS = (FunctionType, MethodType, BuiltinFunctionType)
 
 
 class Hook(Generic[P]):
-    """Listeners, called in the order in which they were added.
+    """A list of listeners, functions that are called in the order in which they were added.
 
-    A listener may add and remove others, or itself, while it is called: what is removed is not called any more, what is
-    added is called from the next time on.  Code that calls a hook often checks first for listeners: `if hook: ...`.
+    A listener may add and remove listeners, itself included, while it is called: one that is removed is not called any
+    more, one that is added is called from the next time on.  A hook is true if it has listeners: `if hook: hook(...)`.
     """
 
     __slots__ = ("listeners",)
@@ -27,10 +27,10 @@ class Hook(Generic[P]):
         self.listeners: tuple[Callable[P, object], ...] = ()
 
     def add(self, listener: Callable[P, object]) -> Callable[P, object]:
-        """Call a function from now on; return it, for `remove`.
+        """Add a listener, and return it, for `remove`.
 
         Raises:
-            UsageError: it is no function.
+            UsageError: `listener` is not a function.
         """
         if not callable(listener):
             raise UsageError(f"a listener {listener!r}; expected a function, which is called at each event")
@@ -38,10 +38,10 @@ class Hook(Generic[P]):
         return listener
 
     def remove(self, listener: Callable[P, object]) -> None:
-        """Call a function no longer; one that was added twice is called once less.
+        """Remove a listener; one that was added twice remains once.
 
         Raises:
-            UsageError: it does not listen.
+            UsageError: `listener` was not added, or has been removed.
         """
         listeners = list(self.listeners)
         if listener not in listeners:

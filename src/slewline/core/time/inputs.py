@@ -16,7 +16,10 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def from_outside(method: F) -> F:
-    """Declare this method as an input of a user to a chip or a part, which reports that (`input`)."""
+    """Declare a method of a chip or a part as an input from outside, which a journal keeps.
+
+    The method must report each call with `input`.
+    """
     vars(method)["from_outside"] = True
     return method
 

@@ -104,11 +104,13 @@ class CommitHook(Hook[[int]]):
 
 
 class Kernel:
-    """Virtual time, in picoseconds: `now` is the instant being run, `seen` the last one whose changes are visible.
+    """The kernel of the simulation: virtual time, tasks and events.
 
-    `on_commit` is called with the instant up to which time has been run: an instant is quiet, or a run ends without an
-    event. What lies before that instant is final; at the instant itself an input from outside may still follow, and
-    then it is called again.
+    Attributes:
+        now: the instant being run, ps.
+        seen: the last instant whose changes are visible, ps.
+        on_commit: hook, called with an instant (ps) when all its rounds have been run, or a run ends at it.  All before
+            it is final; at the instant itself an input from outside may follow, and then the hook is called again.
     """
 
     def __init__(self, shuffle: Shuffler | None = None) -> None:
@@ -131,13 +133,19 @@ class Kernel:
 
     # ------------------------------------------------------------------------------------------------- scheduling
     def spawn(self, function: Callable[[*Args], Coroutine[Any, Any, None]], *args: *Args, name: str) -> Task:
-        """Start a task, the coroutine that a function makes of its arguments; its first lines run in the next round."""
+        """Start a task, which runs a coroutine function from the next round on; return the task.
+
+        Args:
+            function: the coroutine function, called with `args`.
+            args: its arguments.
+            name: the name of the task, for messages.
+        """
         task = Task(partial(function, *args), name)
         self.woken.append(task)
         return task
 
     def call_at(self, ps: int, function: Callable[[], object]) -> Call:
-        """Call a function in round 1 of an instant; an instant that is past or present is served in the next round."""
+        """Call a function in the first round of an instant (ps), or in the next round if that is not in the future."""
         call = Call(function)
         if ps <= self.now:
             self.woken.append(call)

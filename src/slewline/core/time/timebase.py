@@ -37,7 +37,7 @@ _QUANTITY = re.compile(r"\s*([+-]?)(\d{1,30})(?:\.(\d{0,30}))?\s*([a-zµ]+)\s*",
 
 
 class Seconds(float):
-    """An instant in seconds: a float that prints as "0.170768 s", rounded.
+    """An instant, in seconds: a float that prints as "0.170768 s", rounded.
 
     Attributes:
         ps: the exact instant, in picoseconds.
@@ -93,10 +93,15 @@ def _whole(time: Time, negative: bool) -> int:
 
 
 def picoseconds(time: Time, *, negative: bool = False) -> int:
-    """Return the picoseconds of a time such as "25 us", of `bench.now`, or of an int that is picoseconds already.
+    """Return a time in picoseconds: of text such as "25 us", of `bench.now`, or of an int, which is picoseconds.
+
+    Args:
+        time: the time.
+        negative: allow a negative time.
 
     Raises:
-        TimeError: another float, an unknown unit, a fraction of a picosecond, a negative time, an int from 1 to 999.
+        TimeError: another float, an unknown unit, a fraction of a picosecond, a negative time, or an int from 1 to 999,
+            which lacks its unit.
     """
     ps = _whole(time, negative)
     if 0 < abs(ps) < MIN_PS and not isinstance(time, str | Seconds):
@@ -105,10 +110,14 @@ def picoseconds(time: Time, *, negative: bool = False) -> int:
 
 
 def moment(time: Time, *, negative: bool = False) -> int:
-    """Return the picoseconds of an instant of the past: as `picoseconds`, but any int from 0 on is taken.
+    """Return an instant of the past in picoseconds: as `picoseconds`, but an int may also be 1 to 999.
+
+    Args:
+        time: the instant.
+        negative: allow a negative time.
 
     Raises:
-        TimeError: for a float, an unknown unit, a fraction of a picosecond, or a negative time, unless it may be one.
+        TimeError: another float, an unknown unit, a fraction of a picosecond, or a negative time.
     """
     return _whole(time, negative)
 
@@ -157,7 +166,7 @@ def hertz(frequency: str | int) -> int:
 
 
 def readable(ps: int) -> str:
-    """Return a time as text, rounded down to six decimals of its unit: 3200000000 is "3.2 ms"."""
+    """Return a time (ps) as text, in a suitable unit, rounded down to six decimals: 3200000000 is "3.2 ms"."""
     for unit in ("s", "ms", "µs", "ns"):
         if abs(ps) >= UNITS[unit]:
             whole, rest = divmod(abs(ps), UNITS[unit])
@@ -167,7 +176,11 @@ def readable(ps: int) -> str:
 
 
 class Clock:
-    """A crystal: ticks to picoseconds by the reduced fraction n/d = 10^12/f, rounding down, without drift."""
+    """A crystal clock, which converts ticks to picoseconds exactly, rounded down, so that nothing drifts.
+
+    Args:
+        hz: the frequency, Hz.
+    """
 
     __slots__ = ("d", "hz", "n")
 

@@ -29,7 +29,12 @@ MAX_PINS = 500  # of one wire: with each one more, all of them are asked what th
 
 
 class Driver:
-    """One output on a net.  A level that it is given takes effect at the end of the round."""
+    """An output on a net; a new level takes effect at the end of the round.
+
+    Args:
+        net: the net.
+        name: the name of the chip or part, for messages.
+    """
 
     __slots__ = ("kernel", "level", "name", "net", "next", "pending", "promise", "source")
 
@@ -45,7 +50,7 @@ class Driver:
         net.sort_drivers()
 
     def drive(self, level: Level) -> None:
-        """Put a level, 0 or 1, or a promise on the net; None releases it."""
+        """Drive the net to a level, 0 or 1 ((mask, value) for a bus), or to a promised waveform; None: release it."""
         self.next = level
         if not self.pending:
             self.pending = True
@@ -70,7 +75,7 @@ class Driver:
                 net.tell()
 
     def play(self, promise: Promise) -> None:
-        """Promise a waveform from this instant on."""
+        """Drive a promised waveform from this instant on."""
         self.drive(promise)
 
     def wave(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
@@ -158,9 +163,17 @@ class WiringChange:
 
 
 class Net:
-    """A wire: `level` is what a reader sees now.
+    """A wire.
 
-    While it is watched, `changes` counts its edges, and `changed_at` (ps) is the instant of the last one.
+    Args:
+        kernel: the virtual time.
+        name: the name, such as "x.slew".
+        pull: the level that a resistor gives it while nothing drives it.
+        tie: the level of the standard wiring while nothing drives it; it ends when the net is joined with another.
+
+    Attributes:
+        changes: the number of its edges, counted while it is watched.
+        changed_at: the instant of the last of them, ps.
     """
 
     __slots__ = (
@@ -259,12 +272,12 @@ class Net:
 
     @property
     def level(self) -> Level:
-        """The level that a reader sees: in round 1 the one from before the instant."""
+        """The level that a reader sees: 0, 1 or None; in the first round of an instant, the level before it."""
         return self.value if self.promise is None else self.resolve(self.kernel.seen)
 
     @staticmethod
     def wired(levels: Iterable[Level]) -> tuple[Level, bool]:
-        """Return what some levels on one wire add up to, and whether they disagree."""
+        """Return the level that results from several outputs on one wire, and whether they disagree; a 0 wins."""
         level: Level = None
         contention = False
         for own in levels:
@@ -408,13 +421,13 @@ class Net:
             observer(self)
 
     def watch(self, observer: Callable[[Net], object]) -> None:
-        """Register a callback, called with the net after every change, before the tasks of the next round run."""
+        """Call a function with the net after every change, before the tasks of the next round run."""
         self.observers.append(observer)
         if self.promise is not None:
             self.follow()
 
     def unwatch(self, observer: Callable[[Net], object]) -> None:
-        """Remove a callback of `watch`."""
+        """Remove a function that was given to `watch`."""
         self.observers.remove(observer)
 
     def sample(self, sampler: Callable[[], object]) -> None:
@@ -430,7 +443,11 @@ class Net:
             self.sort_drivers()
 
     def join(self, other: Net) -> None:
-        """Make two nets one wire, at the end of this round.  Fixed levels of both (ties) end: something is wired."""
+        """Connect two nets into one wire, at the end of this round; the ties of both end, because something is wired.
+
+        Raises:
+            WiringError: the wire would have more than 500 pins.
+        """
         one, two = self.root, other.root
         if one is two:
             return
@@ -467,7 +484,7 @@ class Net:
 
 
 class Bus(Net):
-    """Eight wires in one.  A driver puts (mask, value); a wire that nothing drives reads 1, as open TTL does."""
+    """A net of eight wires.  Its drivers drive (mask, value); a wire that nothing drives reads 1, as in TTL."""
 
     __slots__ = ()
     width = 8
@@ -489,12 +506,12 @@ class Bus(Net):
 
     @property
     def byte(self) -> int:
-        """The byte that a reader sees."""
+        """The byte that a reader sees, 0 to 255."""
         level = self.level
         return 0xFF if level is None else int(level[1] | ~level[0] & 0xFF)
 
     def bit(self, number: int) -> int | None:
-        """Return the level of wire 0 to 7, None while nothing drives it."""
+        """Return the level of a wire, 0 to 7: 0, 1, or None while nothing drives it."""
         level = self.level
         if level is None or not level[0] >> number & 1:
             return None

@@ -18,9 +18,11 @@ if TYPE_CHECKING:
 
 
 class Condition:
-    """A condition that `Bench.run_until` can wait for; `a | b` waits for either.
+    """A condition that `Bench.run_until` can wait for; `a | b` is met when either is.
 
-    `nets` are watched while something waits, so that their promised edges become instants.
+    Attributes:
+        text: the condition in words, for messages.
+        nets: the nets that are watched during the wait, so that their promised edges are instants of the run.
     """
 
     text = ""
@@ -33,14 +35,14 @@ class Condition:
         return f"<{type(self).__name__}: {self}>"
 
     def begin(self) -> None:
-        """Prepare: a wait begins."""
+        """Prepare for a wait that begins now."""
 
     def met(self) -> bool:
         """Return whether the condition holds now."""
         raise NotImplementedError
 
     def when(self) -> int | None:
-        """Return the instant at which it will hold under the present promises (ps); None: no promise says so."""
+        """Return when the condition will be met, as promised at present (ps); None if no promise says so."""
         return None
 
     @property
@@ -153,11 +155,11 @@ def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, .
 
 @face
 class Terminal:
-    """A pin as the outside sees it: its net, and a driver of one's own on it.
+    """A pin as seen from outside: it can be read, and driven from outside as by another output on its wire.
 
     Attributes:
-        name: with its owner, "x.slew".
-        row: of the pin table of the sheet: number, way, what it is for.
+        name: its full name, with that of its owner, such as "x.slew".
+        row: its row in the pin table of the sheet: number, direction, purpose.
         net: the wire that it is on.
     """
 
@@ -172,7 +174,7 @@ class Terminal:
 
     @property
     def level(self) -> int | None:
-        """0, 1, or None while the pin floats."""
+        """The level of the pin now: 0, 1, or None while it floats."""
         net = self.net
         if isinstance(net, Bus) and self.bit is not None:
             return net.bit(self.bit)
@@ -194,37 +196,37 @@ class Terminal:
         It overrides the standard wiring of a part that is not `bare`.
 
         Raises:
-            UsageError: another level, or an instant that is over.
-            TimeError: `at` is no time.
-            WiringError: the pin carries no signal, or is a bus.
+            UsageError: a level other than 0 and 1, or an instant in the past.
+            TimeError: `at` is not a time.
+            WiringError: the pin carries no signal (a supply pin, for example), or is a whole bus.
         """
         if level not in (0, 1):
             raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1 (release() lets go)")
         self._put(level, self._instant(at))
 
     def release(self, at: Time | None = None) -> None:
-        """Release the pin from outside, now or at an instant: it reads what is wired to it.
+        """Stop driving the pin from outside, now or at an instant: it then shows what is wired to it.
 
         Raises:
-            UsageError: the instant is over.
-            TimeError: `at` is no time.
-            WiringError: the pin carries no signal, or is a bus.
+            UsageError: the instant is in the past.
+            TimeError: `at` is not a time.
+            WiringError: the pin carries no signal (a supply pin, for example), or is a whole bus.
         """
         self._put(None, self._instant(at))
 
     @answering("pulse()", '; such as pin.pulse(0, "10 us")')
     def pulse(self, level: int, width: Time, at: Time | None = None) -> None:
-        """Drive the pin for a time, then as before: to the level that was driven from outside, or not at all.
+        """Drive the pin to a level for a time, then as it was driven from outside before, or not at all.
 
         Args:
             level: 0 or 1.
-            width: such as "25 us", or picoseconds.
-            at: when it begins, by default now.
+            width: the length of the pulse, such as "25 us", or picoseconds.
+            at: when the pulse begins, by default now.
 
         Raises:
-            UsageError: a level other than 0 and 1, or an instant that is over.
-            TimeError: `width` or `at` is no time.
-            WiringError: the pin carries no signal, or is a bus.
+            UsageError: a level other than 0 and 1, or an instant in the past.
+            TimeError: `width` or `at` is not a time.
+            WiringError: the pin carries no signal (a supply pin, for example), or is a whole bus.
         """
         kernel = self.net.kernel
         if level not in (0, 1):
@@ -269,7 +271,7 @@ class Terminal:
 
     # conditions, for Bench.run_until
     def is_(self, level: int) -> LevelCondition:
-        """Return a condition: the pin has this level.
+        """Return a condition that is met while the pin has a level.
 
         Raises:
             UsageError: a level other than 0 and 1.
@@ -277,10 +279,10 @@ class Terminal:
         return LevelCondition(self, level)
 
     def edges(self, number: int) -> EdgeCondition:
-        """Return a condition: the pin has changed this many times from the start of the wait on.
+        """Return a condition that is met when the pin has changed so many times since the wait began.
 
         Raises:
-            UsageError: not a whole number, 1 or more.
+            UsageError: `number` is not a whole number, 1 or more.
         """
         return EdgeCondition(self, number)
 

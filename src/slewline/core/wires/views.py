@@ -366,16 +366,16 @@ class Delayed(View):
 
 # ------------------------------------------------------------------------------------------------- making the simplest
 def inverted(what: Any) -> Promise | Level:
-    """Return the other level, or a view that shows it; None remains None."""
+    """Return the inverse of a level or a promised waveform; None remains None."""
     return Inverted(what) if promised(what) else None if what is None else 1 - what
 
 
 def gated(inputs: Sequence[Promise | Level], table: tuple[int, ...]) -> Promise | Level:
-    """Return the output of a gate: a level where that is all, else the simplest view that shows it.
+    """Return the output of a gate: a level if it is constant, else the simplest promised waveform.
 
     Args:
-        inputs: promises, and levels that stay; None reads high.
-        table: as of `Gated`.
+        inputs: for each input a promised waveform, or a constant level; None, floating, reads high.
+        table: the truth table: the output, 0 or 1, by the number whose bit 0 is the first input, bit 1 the second ...
     """
     of: list[Promise] = []  # each promise once: several inputs may be on one wire
     for what in inputs:

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 @coroutine
 def until(kernel: Kernel, ps: int) -> Generator[None, Any, None]:
-    """Wait for an instant (ps); return at once if it is not in the future."""
+    """Wait until an instant (ps); return at once if it is not in the future."""
     if wait_until(kernel, ps):
         yield
 
 
 @coroutine
 def next_round(kernel: Kernel) -> Generator[None, Any, None]:
-    """Wait until everything that is due in this round has been done."""
+    """Wait until the next round of this instant, when everything due in this round has been done."""
     if not kernel.pass_round():
         kernel.woken.append(kernel.task)
         yield
@@ -33,7 +33,7 @@ def next_round(kernel: Kernel) -> Generator[None, Any, None]:
 
 @coroutine
 def level(net: Net, wanted: int) -> Generator[None, Any, None]:
-    """Wait until a net has a level, 0 or 1; return at once if it has."""
+    """Wait until a net has a level, 0 or 1; return at once if it has it already."""
     if net.level != wanted:
         wait_for(net, wanted)
         yield
@@ -41,7 +41,7 @@ def level(net: Net, wanted: int) -> Generator[None, Any, None]:
 
 @coroutine
 def edge(net: Net) -> Generator[None, Any, None]:
-    """Wait for the next change of a net."""
+    """Wait for the next edge of a net, in either direction."""
     wait_for(net, None)
     yield
 
@@ -51,19 +51,19 @@ def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) ->
     """Wait for an instant (ps) or a level, whichever comes first; return the net, or None for the instant.
 
     Args:
-        kernel: whose time it is.
-        ps: None: no limit.
-        wanted: nets, each with the level to wait for, 0 or 1; None: any change. A level that is there already returns
-            at once, the first in the list winning.
+        kernel: the virtual time.
+        ps: the instant; None: no limit.
+        wanted: pairs of a net and the level to wait for, 0 or 1, or None for any edge.  If a net has its level already,
+            the call returns at once; of several such nets it returns the first.
     """
     there, net = wait_for_first(kernel, ps, wanted)
     return net if there else (yield)
 
 
 async def polled(kernel: Kernel, net: Net, wanted: int, every: int) -> None:
-    """Look at a net every so many picoseconds until it has a level; the first look is now.
+    """Sample a net every so many picoseconds, first now, until it has a level.
 
-    The looks are counted, not made: a level that is gone again before a look is not seen.
+    The samples are computed, not run through; a level that is gone again before the next sample is not seen.
     """
     origin = kernel.now
     while net.level != wanted:

@@ -18,7 +18,11 @@ __all__ = ["Decoder", "Label", "Letters", "encode_ascii", "encode_binary", "spel
 
 @dataclass(frozen=True, eq=False)
 class Letters(Dialect):
-    """A command is a letter with numbers after it.  `mark` follows the letter of a label."""
+    """The dialect in which a command is a letter with numbers after it.
+
+    Attributes:
+        mark: the character after the letter of a label.
+    """
 
     mark: str = "$"
 

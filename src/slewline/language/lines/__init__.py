@@ -42,12 +42,18 @@ class LineReader(Reader):
 
 @dataclass(frozen=True, eq=False)
 class Lines(Dialect):
-    """A command is a line, and so is its answer.
+    """The dialect in which a command is a line of text, and so is its answer.
 
-    `longest` is how many characters a line may have, `answers` what the answers mean: of these, `accepted` goes without
-    saying, `busy` is what a part says that cannot obey yet, `garbled` what it says of a line that came damaged, and is
-    not obeyed; with `refusals` it has not done what was asked.  `questions` are the commands that ask for a value and
-    change nothing, each with the pattern of its answer, by what they ask for.
+    Attributes:
+        longest: the greatest number of characters in a line; 0: no limit.
+        answers: the meaning of each answer, in words.
+        accepted: the answer to a command that was accepted.
+        busy: the answer of a part that cannot execute a command yet.
+        garbled: the answer to a line that was received with errors, and is ignored.
+        refusals: the answers to commands that were not executed.
+        questions: the commands that ask for a value and change nothing, by what they ask for, each with the pattern of
+            its answer.
+        where: the section of the manual.
     """
 
     longest: int = 0

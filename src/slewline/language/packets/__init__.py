@@ -58,7 +58,20 @@ class PacketReader(Reader):
 
 @dataclass(frozen=True, eq=False)
 class Packets(Words):
-    """A command is a packet: a command byte, words to and from the part, a checksum."""
+    """The dialect in which a command is a packet: a command byte, words to and from the part, a checksum.
+
+    A code that has no row in the command table and is none of these has no data.
+
+    Attributes:
+        illegal: codes that are answered with checksum 0.
+        reserved: codes without data or effect.
+        siblings: codes of commands of sister parts, without effect here, each with (words written, words read).
+        version: the version word of the part.
+        status: the fields of the status word of an axis.
+        mode: the fields of the mode word of an axis.
+        slips: names in the text of the manual that are not commands, each with the command that is meant.
+        where: the section of the manual.
+    """
 
     name = "packets"
 

@@ -36,13 +36,7 @@ LONGEST = 40  # characters of a number or a mnemonic that are looked at; no long
 
 @dataclass(frozen=True, eq=False)
 class Words(Dialect):
-    """A command byte, words to and from the part, a checksum.
-
-    Codes without a row: `illegal` ones answer with checksum 0; `siblings` (words written, words read) are commands of
-    sister parts without effect here; `reserved` and all others have no data.  `status` and `mode` are the words
-    about an axis, `version` the one about the part.  `slips` are names that are in the manual's text but are not
-    commands, each with what is meant.
-    """
+    """A command byte, words to and from the part, a checksum; `Packets` says what the attributes are."""
 
     illegal: frozenset[int]
     reserved: frozenset[int]

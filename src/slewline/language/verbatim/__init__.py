@@ -23,7 +23,22 @@ __all__ = ["CommandText", "Decoder", "Entry", "Verbatim"]
 
 @dataclass(frozen=True, eq=False)
 class Verbatim(Forms):
-    """A command is a letter with numbers after it, kept as it was written."""
+    """The dialect in which a command is a letter with numbers after it, stored as it was written.
+
+    Attributes:
+        queries: the letters that can be queried, each with the number of digits in its answer.
+        asked: what a query returns, in words, for letters that set no register.
+        answer_bytes: the number of bytes in a binary answer, by the number of digits in text.
+        listing: the letter that queries lines of the memory.
+        query: the form of the command that queries.
+        quote: the form of the command that sends a string.
+        display: the form of the command that writes to a display.
+        negate: the prefix that inverts the bits `flips` of the first argument of the commands `negated`.
+        negated: the commands that can have this prefix.
+        flips: the bits that it inverts, as a mask.
+        switches: the character that stands for a first argument read from switches.
+        page: the number of bytes that a branch with a one-byte address can reach.
+    """
 
     name = "verbatim"
     streams = True

@@ -27,12 +27,13 @@ ON_BUS = (0x05, 0x01)  # of the mode register: mask, and what it is while messag
 
 
 class CardPort(ChipsetPort):
-    """A chip on its bus, reached by a parallel card on a TCP port; arguments and errors as of `ChipsetPort`.
+    """A chip on its parallel bus, reached through a parallel card, over TCP; arguments and errors as for `ChipsetPort`.
 
-    The card lets go of whatever the program before this one has left on its lines.
+    On connection the card releases all lines that an earlier program has left driven.
 
-    `messages` is what the chip has sent and no call has read.  `heeds`: FPL is sampled, as it is after a mode
-    command of this program that sends messages to the bus.
+    Attributes:
+        messages: the bytes that the chip has sent and no call has returned yet.
+        heeds: True if FPL is obeyed: this program has sent a mode command that directs messages to the bus.
     """
 
     can_foresee = False
@@ -45,14 +46,20 @@ class CardPort(ChipsetPort):
 
     # ----------------------------------------------------------------------------------------------------- handshakes
     def status(self) -> int:
-        """Return the status register."""
+        """Return the status register, 0 to 255: bit 7 BUSY, bit 6 FPL."""
         return self.inp(STATUS)
 
     def until(self, request: int, ms: int, bit: int, wanted: int) -> int:
-        """Wait, for so many milliseconds of the chip's time, until a bit of the status is as wanted; return the status.
+        """Repeat a request until a bit of the status has a value; return the status.
+
+        Args:
+            request: the request, which is answered with the status.
+            ms: the longest wait, in milliseconds of chip time.
+            bit: the mask of the bit.
+            wanted: the value of the status under this mask.
 
         Raises:
-            TimeoutError: it has stayed otherwise.
+            TimeoutError: the bit does not change in time.
         """
         while True:
             (status,) = self.exchange((request, min(ms, STEP_MS)))
@@ -63,7 +70,11 @@ class CardPort(ChipsetPort):
                 raise TimeoutError(f"{self.where}: the status stays {status:#04x}")
 
     def free(self, ms: int) -> None:
-        """Wait until the chip takes a byte; what it sends meanwhile is read."""
+        """Wait until the chip is ready for a byte, for `ms` milliseconds of chip time at most; read what it sends.
+
+        Raises:
+            TimeoutError: the chip is not ready in time.
+        """
         while not self.until(READY, ms, IS_READY, IS_READY) & IS_FREE and self.heeds:
             self._fetch()
 
@@ -76,7 +87,11 @@ class CardPort(ChipsetPort):
         self.until(READY, STEP_MS, IS_READY, IS_READY)
 
     def empty(self, ms: int = 5000) -> None:
-        """Do the empty handshake, with which a command begins; what the chip has to send comes first."""
+        """Perform the empty handshake that begins a command, after reading what the chip has to send.
+
+        Raises:
+            TimeoutError: the chip does not take part in it within `ms` milliseconds of chip time.
+        """
         while True:
             self.free(ms)
             self.out(CONTROL, REQUEST)
@@ -87,10 +102,10 @@ class CardPort(ChipsetPort):
             self._fetch(asked=True)
 
     def write(self, data: bytes) -> None:
-        """Send bytes by handshakes, all of them in one message; the chip must be about to take them.
+        """Send bytes by handshakes, all of them in one message; the chip must be ready to take them.
 
         Raises:
-            TimeoutError: it has not taken one of them.
+            TimeoutError: the chip has not taken one of the bytes.
         """
         wait, answer = (READY, STEP_MS), (ANSWER, STEP_MS)
         requests = [wait, (OUT + DATA, 0), (OUT + CONTROL, REQUEST | DRIVE), answer, (OUT + CONTROL, 0)]
@@ -102,7 +117,11 @@ class CardPort(ChipsetPort):
 
     # -------------------------------------------------------------------------------------------------------- commands
     def command(self, text: str, ms: int = 5000) -> None:
-        """Send a command, without its carriage return; it is taken when the call returns, not carried out."""
+        """Send a command, with a carriage return after it; when the call returns it has been received, not executed.
+
+        Raises:
+            TimeoutError: the chip does not take the command within `ms` milliseconds of chip time.
+        """
         self.empty(ms)
         self.write(text.encode("ascii") + b"\r")
         if match := MODE.fullmatch(text):
@@ -110,20 +129,24 @@ class CardPort(ChipsetPort):
             self.heeds = int(match[1], 16 if match[2] else 10) & mask == value
 
     def enter(self, program: str, ms: int = 5000) -> None:
-        """Store a program from the pointer on, a command a line; a byte may take `ms` to be stored."""
+        """Store a program from the memory pointer on, one command a line.
+
+        Raises:
+            TimeoutError: the chip takes longer than `ms` milliseconds of chip time to store a byte.
+        """
         self.command("E", ms)
         for byte in "".join(f"{line}\r" for line in program.splitlines()).encode("ascii") + b"Q":
             self.until(READY, ms, IS_READY, IS_READY)
             self.write(bytes([byte]))
 
     def ask(self, query: str, ms: int = 5000) -> str:
-        """Send a query such as "? P", or "? M,3" for the pointer and lines of the memory, and return the answer.
+        """Send a query such as "? P", or "? M,3" for the memory pointer and three lines, and return the answer.
 
         Returns:
             The answer without its last carriage return.
 
         Raises:
-            TimeoutError: no answer; the mode register may send it elsewhere.
+            TimeoutError: no answer within `ms` milliseconds of chip time; the mode register may direct it elsewhere.
         """
         self.command(query, ms)
         while (match := answer_to(query).search(self.messages)) is None:
@@ -135,10 +158,10 @@ class CardPort(ChipsetPort):
         return answer
 
     def listen(self, ms: int) -> bytes:
-        """Return what the chip sends, once something has come: for so many milliseconds it may send nothing.
+        """Wait until the chip sends something, `ms` milliseconds of chip time at most, and return what it has sent.
 
         Raises:
-            TimeoutError: it has sent nothing.
+            TimeoutError: the chip has sent nothing.
         """
         while not self.messages:
             self.until(MESSAGE, ms, IS_FREE, 0)

@@ -26,11 +26,18 @@ from .chipset_port import ChipsetPort
 
 
 class ChipsetHost:
-    """A host on the registers of a chipset.  `received` are all words that it has read.
+    """A host that commands a chipset through the registers that `slewline serve` offers over TCP.
 
     Args:
-        host, port: where `slewline serve` has it.
-        timeout: for an answer, of the wall clock; TimeoutError if there is none.
+        host, port: the address on which `slewline serve` listens.
+        timeout: the longest wait for an answer, by the wall clock.
+
+    Attributes:
+        received: all words read, a list of ints, 0 to 65535.
+
+    Raises:
+        ConnectionError: there is no server, it serves no chipset, or another host is connected.
+        TimeoutError: no answer; every call may raise it.
     """
 
     def __init__(self, host: str, port: int, timeout: Time = "10 s") -> None:
@@ -44,25 +51,27 @@ class ChipsetHost:
         self.updated = False  # the cycle that works the last update may not have begun
 
     def command(self, name: str, *values: int | str, axis: int = 0) -> int | None:
-        """Send a command and check the checksum; return what the command returns, if it returns anything.
+        """Send a command and check the checksum; return the value that the command returns, None if it returns none.
 
         Args:
             name: the mnemonic.
-            values: what the command takes, in its own units; rates also as text, "12345 steps/s", at the usual crystal.
-            axis: becomes the current axis first; 0: whichever is current.
+            values: the arguments, in the units of the command; rates also as text, "12345 steps/s", with the usual
+                crystal.
+            axis: the axis that is made the current one first; 0: whichever is current.
 
         Raises:
-            ChecksumError: the checksum does not fit, or the chipset does not know the command.
+            UsageError: no such command, or arguments that do not fit it.
+            ChecksumError: the checksum is wrong, or the chipset does not know the command.
         """
         row = packets.row(self.sheet, name)
         found = self._exchange(packet_of(row, packets.numbers(self.sheet, row, values)), axis)
         return packets.values(row.reads, found)[0] if row.reads else None
 
     def query(self, name: str, axis: int = 0) -> int:
-        """Send a command and return the number that it reads, in the units of the command.
+        """Send a command and return the value that it returns, in the units of the command.
 
         Raises:
-            UsageError: the command returns nothing, or there is no such command.
+            UsageError: no such command, or one that returns nothing.
             ChecksumError: as `command`.
         """
         if not packets.row(self.sheet, name).reads:
@@ -70,10 +79,10 @@ class ChipsetHost:
         return self.command(name, axis=axis)  # type: ignore[return-value]
 
     def ask(self, command: str, axis: int = 0) -> int:
-        """Send a command as a line of a script has it, such as "GET_STATUS", and return the number that it reads.
+        """Send a command as text, as in a script, such as "GET_STATUS", and return the value that it returns.
 
         Raises:
-            UsageError: no command, or one that returns nothing.
+            UsageError: not a command, or one that returns nothing.
             ChecksumError: as `command`.
         """
         line = packets.command(self.sheet, command)
@@ -82,11 +91,11 @@ class ChipsetHost:
         return packets.values(line.row.reads, self._exchange(packet_of(line.row, line.values), axis))[0]
 
     def send(self, data: str | bytes, axis: int = 0) -> None:
-        """Send packets: text is commands, one a line; bytes are a code and the bytes of its words, as they are.
+        """Send packets: text is commands, one a line; bytes are a command byte and the bytes of its words.
 
         Raises:
-            UsageError: text that is no command, found before anything is sent; or half a word.
-            ChecksumError: as `command`; what follows it is not sent.
+            UsageError: text that is not a command, before anything is sent, or half a word.
+            ChecksumError: as `command`; the commands after it are not sent.
         """
         if isinstance(data, str):
             for command in [packets.command(self.sheet, line) for _, _, line in host_lines(data)]:
@@ -97,18 +106,31 @@ class ChipsetHost:
             raise UsageError(f"{data!r}: expected a code and whole words, two bytes each")
 
     def packet(self, code: int, *words: int, reads: int = 0, checksum: bool = True) -> tuple[int, ...]:
-        """Send any packet: a code, and words after it; return the words that are read after those."""
+        """Send any packet: a command byte and words; return the words that are read after them.
+
+        Args:
+            code: the command byte, 0 to 255.
+            words: the words that are written, each 0 to 65535.
+            reads: how many words are read, the checksum not counted.
+            checksum: read a checksum at the end, and check it.
+
+        Raises:
+            ChecksumError: as `command`.
+        """
         return self._exchange(Packet(code, words, reads, checksum))
 
     def wait(self, bit: str, timeout: Time = "60 s", every: Time = "1 ms") -> int:
-        """Ask for the status word until a bit of it is 1, or, with "!" before its name, 0; return the word.
+        """Poll the status word of the current axis until a bit is 1, or, with "!" before its name, 0; return the word.
 
         Args:
-            bit: "motion_complete", "!in_motion" ...; after an update !in_motion waits for the cycle that works it.
-            every: pause between two questions.
+            bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in which
+                the update takes effect.
+            timeout: the longest wait, by the wall clock.
+            every: the pause between two polls, by the wall clock.
 
         Raises:
-            Timeout: the bit is not so in time.
+            UsageError: the status word has no such bit.
+            Timeout: the bit does not change in time.
         """
         field, wanted = packets.status_bit(self.sheet, bit.removeprefix("!")), not bit.startswith("!")
         end, pause = monotonic() + seconds(timeout), seconds(every)
@@ -137,7 +159,7 @@ class ChipsetHost:
         return found
 
     def close(self) -> None:
-        """Close the connection; the chipset goes on."""
+        """Close the connection; the chipset keeps running."""
         self.port.close()
 
     def __enter__(self) -> ChipsetHost:

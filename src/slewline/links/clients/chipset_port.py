@@ -35,16 +35,16 @@ PATIENCE_MS = 100  # HostRdy is low for 82 µs, and for 3.3 ms after a reset
 
 
 class ChipsetPort:
-    """A chipset with its interface board, on a TCP port.
+    """The registers of a chipset with its interface board, over TCP.
 
     Args:
-        host, port: where `slewline serve` has it.
-        timeout: seconds of the wall clock for an answer.
-        plain: use no request that an older server does not know.
+        host, port: the address on which `slewline serve` listens.
+        timeout: the longest wait for an answer, in seconds of the wall clock.
+        plain: use only requests that older servers know as well.
 
     Raises:
-        ConnectionError: no server is there, or it has no chipset, or another host has it.
-        TimeoutError: no answer.
+        ConnectionError: there is no server, it serves no chipset, or another host is connected.
+        TimeoutError: no answer; every call may raise it.
     """
 
     can_foresee = True  # the next poll is known from the accesses
@@ -87,18 +87,19 @@ class ChipsetPort:
 
     # ------------------------------------------------------------------------------------------------------- messages
     def exchange(self, *requests: tuple[int, int]) -> bytes:
-        """Send requests, first and second byte of each, in one go; return the answers, a byte each.
+        """Send requests, each given as its two bytes, in one message; return the answers, one byte each.
 
-        A port that gave no answer is closed: a late one would be taken for that to something else.
+        If an answer is missing, the connection is closed: a late answer would be taken for that to a later request.
         """
         self.settle()
         self._forget()
         return self._exchange(b"".join(map(bytes, requests)), len(requests))
 
     def series(self, *requests: tuple[int, int]) -> bytes:
-        """Send requests as one message, which ends with a wait in vain; return the answers, FF where nothing was done.
+        """Send requests as one series, which is abandoned if a wait in it fails; return the answers, one byte each.
 
-        An older server gets the requests as they are, and goes on behind a wait in vain.
+        Requests after a failed wait are not executed, and are answered with FF.  An older server gets the requests one
+        by one, and executes those after a failed wait as well.
         """
         if self._version() == OLDER:
             return self.exchange(*requests)
@@ -127,9 +128,17 @@ class ChipsetPort:
 
     # ------------------------------------------------------------------------------------------------------ registers
     def out(self, address: int, byte: int) -> None:
-        """Write a byte to a register: OUT.  It is written when the call returns; in lockstep it is on its way.
+        """Write a byte to a register, as OUT does on a PC.
 
-        Whatever this program asks of any port of the server after that is done after it.
+        It has been written when the call returns; in lockstep it may still be on its way then, but anything that this
+        program requests of the server later is done after it.
+
+        Args:
+            address: the address of the register, of which the lowest four bits count: DATA, COMMAND, RESET.
+            byte: 0 to 255.
+
+        Raises:
+            ValueError: `byte` is not 0 to 255.
         """
         register = address & 0x0F
         request = OUT + register, allowed("byte", byte, 0xFF)
@@ -143,7 +152,11 @@ class ChipsetPort:
             self._forget()
 
     def inp(self, address: int) -> int:
-        """Read a byte from a register: IN."""
+        """Read a byte from a register, as IN does on a PC.
+
+        Args:
+            address: the address of the register, of which the lowest four bits count: DATA, STATUS.
+        """
         register = address & 0x0F
         if not self._foreseeing():
             return self.exchange((IN + register, 0))[0]
@@ -160,7 +173,7 @@ class ChipsetPort:
         return byte
 
     def ready(self, ms: int = PATIENCE_MS) -> bool:
-        """Wait until HostRdy is high, for so many milliseconds (0..255) of the chipset's time; is it?"""
+        """Wait until HostRdy is high, for up to `ms` milliseconds (0 to 255) of chipset time; return whether it is."""
         request = READY, allowed("ms", ms, 0xFF)
         self.settle()
         if self.stays_low:
@@ -168,7 +181,7 @@ class ChipsetPort:
         return not self.stays_low and bool(self.exchange(request)[0] & HOSTRDY)
 
     def settle(self) -> None:
-        """Wait until everything that has gone out is done, or waits for HostRdy in vain."""
+        """Wait until everything that was sent has been done, or is held up because HostRdy stays low."""
         if self.sent and not self.stays_low:
             self._collect()
 
@@ -253,12 +266,18 @@ class ChipsetPort:
 
     # -------------------------------------------------------------------------------------------------------- packets
     def packet(self, code: int, words: Iterable[int] = (), reads: int = 1) -> tuple[int, ...]:
-        """Send a packet in one exchange, a command byte and words after it, and read so many words.
+        """Send a packet in one message, a command byte and words, and read words.
+
+        Args:
+            code: the command byte, 0 to 255.
+            words: the words that are written, each 0 to 65535.
+            reads: how many words are read, the checksum included.
 
         Returns:
-            The words that were read; the last of a packet is its checksum.
+            The words that were read; the last word of a complete packet is its checksum.
 
         Raises:
+            ValueError: a number that is out of range.
             TimeoutError: HostRdy stays low.
         """
         wait = READY, PATIENCE_MS
@@ -275,7 +294,7 @@ class ChipsetPort:
 
     # ------------------------------------------------------------------------------------------------------------ end
     def close(self) -> None:
-        """Close the connection; the chipset goes on."""
+        """Close the connection; the chipset keeps running."""
         try:
             if self.sent and not self.stays_low and self.socket.fileno() >= 0:
                 self._read(len(self.sent))  # what is not read when a socket is closed may cost what was sent before

@@ -140,15 +140,7 @@ def push(
     wanted.check_motion(module, str(path))
     contents = read_contents(module, wanted.base, say)
     restore = Restore(module, wanted, contents, say, pace)
-    if restore.is_there:
-        kept = ""
-        say("it holds this program already")
-    elif restore.was_cut and (earlier := beside(path, "before") if keep is None else Path(keep)).is_file():
-        kept = f"what was there is in {earlier}"
-        say(f"it holds the beginning of this program, {contents.size}: an earlier push was cut, which goes on")
-    else:
-        saved = save_beside(path, contents, keep, say)
-        kept = f"what was there is in {saved}"
+    kept = keep_before(restore, contents, path, keep, say)
     try:
         send(restore)
         if store:
@@ -160,6 +152,30 @@ def push(
             f"{'; ' + kept if kept else ''}\nto go on, call the same again"
         ) from None
     say(restore.stands)
+
+
+def keep_before(
+    restore: Restore,
+    contents: ModuleContents,
+    path: str | PathLike[str],
+    keep: str | PathLike[str] | None,
+    say: Say,
+) -> str:
+    """Save what a module holds before a push, unless that is the pushed program or its beginning, which is cut off.
+
+    Returns:
+        Where what was there is, in words; "" if it is the pushed program.
+
+    Raises:
+        UsageError: it cannot be saved.
+    """
+    if restore.is_there:
+        say("it holds this program already")
+        return ""
+    if restore.was_cut and (earlier := beside(path, "before") if keep is None else Path(keep)).is_file():
+        say(f"it holds the beginning of this program, {contents.size}: an earlier push was cut, which goes on")
+        return f"what was there is in {earlier}"
+    return f"what was there is in {save_beside(path, contents, keep, say)}"
 
 
 def check_push(sheet: Sheet) -> None:

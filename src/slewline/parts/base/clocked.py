@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 
 
 class Clocked(Follower):
-    """A rule of steps at each fall, or each rise, of a clock.
+    """A rule that acts at each falling, or each rising, edge of a clock.
 
     Args:
-        part: has its pins already.
-        inputs: the pins that it looks at, the clock among them.
-        clock: the pin.
-        edge: the level of the clock with which a step begins.
-        steers: the pins that say what a step does.
-        acts: those of them that act without a step, too.
-        advance: takes up what the clock has done up to an instant (ps); after that it does nothing any more until
-            `follow`.
-        step: takes the edge of the clock at this instant, which was not promised.
-        follow: takes up a clock from this instant on, and promises what follows.
+        part: the part, which has its pins already.
+        inputs: the names of the input pins, the clock included.
+        clock: the name of the clock pin.
+        edge: the active edge: 0 falling, 1 rising.
+        steers: the pins that decide what happens at an edge.
+        acts: those of them that also act without an edge.
+        advance: a function that takes in the edges of the clock up to an instant (ps); after that the clock counts as
+            stopped until `follow` is called.
+        step: a function that handles an edge of the clock at this instant which was not promised.
+        follow: a function that takes a promised clock from this instant on, and promises the outputs.
     """
 
     def __init__(

@@ -35,15 +35,19 @@ def ignored(_ps: int) -> None:
 
 
 class Follower:
-    """Looks ahead along some inputs of a part, for all its outputs.
+    """A rule that computes the promised waveforms of all outputs of a part from those of some inputs.
 
     Args:
-        part: has its pins already.
-        inputs: the pins that it looks at; what they show is in `lookaheads`.
-        schedule: promises the outputs again, from this instant on, under the present inputs.
-        react: drives the outputs to levels: an input of a part in a circle has changed.
-        cut: takes notice of what the inputs have shown up to an instant (ps), at which they cannot be asked again.
-        delay_ps: how much later an output shows what follows from the inputs.
+        part: the part, which has its pins already.
+        inputs: the names of the input pins.
+        schedule: a function that promises the outputs again, from this instant on, for the present inputs.
+        react: a function that drives the outputs to levels, for a part in a loop, when an input has changed.
+        cut: a function that takes in what the inputs have shown up to an instant (ps): they cannot be queried for the
+            time before it later.
+        delay_ps: the delay from the inputs to the outputs, ps.
+
+    Attributes:
+        lookaheads: the `Lookahead` of each input, by its name.
     """
 
     def __init__(
@@ -67,7 +71,7 @@ class Follower:
             driver.source = self
 
     def start(self) -> None:
-        """Look ahead along the inputs from now on: the part is wired."""
+        """Start following the inputs, when the part is wired."""
         if self.edge_driven:
             return
         self.lookaheads = {name: Lookahead(self.part.pins[name], self.changed) for name in self.inputs}
@@ -81,7 +85,7 @@ class Follower:
                     yield driver.source
 
     def shown(self, name: str) -> Promise | Level:
-        """Return what an input shows from now on: a promise, or a level."""
+        """Return what an input shows from now on: a promised waveform, or a constant level."""
         return self.part.pins[name].net.level if self.edge_driven else self.lookaheads[name].shown()
 
     # ------------------------------------------------------------------------------------------------------- changes
@@ -144,10 +148,13 @@ def start_rule(self: HasRule) -> None:
 
 
 class Stateless(Follower):
-    """A rule without delay and memory: what outputs show follows from what the inputs show.
+    """A rule without delay and memory, as of a gate.
 
     Args:
-        views: by output, what it shows while the inputs, in their order, show promises or levels.
+        part: the part, which has its pins already.
+        inputs: the names of the input pins.
+        views: for each output, by its name, a function that returns its promised waveform or level; it is called with
+            those of the inputs, in their order.
     """
 
     def __init__(

@@ -51,21 +51,21 @@ def served(host: str, chips: Mapping[str, T], chip: object) -> T:
 
 
 class Part(Component):
-    """A part on a bench.  Subclasses make their pins in the constructor and react to nets by observers or tasks.
+    """A part on a bench.  Subclasses make their pins in the constructor, and react to nets by observers or tasks.
 
     Attributes:
         kernel: the virtual time.
-        name: on the bench.
-        pins: the pins, by their names.
-        drivers: what drives the outputs, by the names of the pins.
-        on_finding: hook, called with a `Finding` of this part.
-        options: rows of what its constructor takes.
-        wiring: the role that each pin needs of a neighbour.
-        optional: pins that stay open where the neighbour has none.
-        verbs: methods by which a run script tells it something.
-        sits: "may" or "must" sit on the shaft of another part (`bench.part(..., on=...)`).
-        keeps: has it an option `store`, which keeps something without power?
-        queue: what it is asked to do, if it is asked.
+        name: its name on the bench.
+        pins: the pins, by name.
+        drivers: the drivers of the outputs, by the name of the pin.
+        on_finding: hook, called with each `Finding` of this part.
+        options: the options that its constructor takes.
+        wiring: for each pin, the role of the pin of a chip or part to which `bench.part(to=...)` wires it.
+        optional: the pins that stay open if that chip or part has no such pin.
+        verbs: the methods that a run script can call.
+        sits: "may" or "must" be mounted on the shaft of another part (`bench.part(on=...)`); "": neither.
+        keeps: True if the part has an option `store`, which keeps its memory without power.
+        queue: the requests that it has been given, for a part that takes any; else None.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -121,11 +121,17 @@ class Part(Component):
         axis: int = 1,
         active: int | None = None,
     ) -> Terminal:
-        """Make a pin; an output drives `initial` from the beginning.
+        """Make a pin, and return it.
 
         Args:
-            role, axis: what it is for, where other parts attach to it.
-            active: the level that counts; None: the part takes it from the neighbour, or it has none.
+            name: the name of the pin.
+            way: the direction: "in", "out" or "both".
+            says: what the pin does, in words.
+            pull: the level of an open pin; None: it floats.
+            initial: the level that an output drives from the start; None: it floats.
+            role: the purpose of the pin, a word of ROLES, by which other parts are wired to it.
+            axis: the axis that the role belongs to, counted from 1.
+            active: the active level; None: that of the pin to which it is wired, or it has none.
         """
         row = Pin(len(self.pins) + 1, name, way, says, active=active, pull=pull, role=role, axis=axis)
         terminal = Terminal(self.name, row, Net(self.kernel, f"{self.name}.{name}", pull))
@@ -137,7 +143,7 @@ class Part(Component):
         return terminal
 
     def add_bus(self, name: str, says: str, *, role: str = "") -> Terminal:
-        """Make an eight-wire bus pin; its driver takes (mask, value) or None."""
+        """Make a bus pin of eight wires, and return it; its driver drives (mask, value) or None."""
         terminal = Terminal(
             self.name, Pin(len(self.pins) + 1, name, "both", says, role=role), Bus(self.kernel, f"{self.name}.{name}")
         )
@@ -146,7 +152,7 @@ class Part(Component):
         return terminal
 
     def take_pin(self, name: str, inner: Terminal) -> Terminal:
-        """Make a pin of a part that this one contains its own, by another name."""
+        """Make a pin of a part inside this one a pin of this part, with a name of its own; return it."""
         terminal = self.pins[name] = Terminal(self.name, replace(inner.row, name=name), inner.net)
         return terminal
 
@@ -154,7 +160,7 @@ class Part(Component):
         """Return a pin by its name.
 
         Raises:
-            UnknownName: no such pin; the message lists those there are.
+            UnknownName: the part has no such pin; the message lists its pins.
         """
         try:
             return self.pins[name]
@@ -163,11 +169,11 @@ class Part(Component):
             raise UnknownName(says + hint(name, self.pins)) from None
 
     def net(self, name: str) -> Net:
-        """Return the net on a pin."""
+        """Return the net of a pin."""
         return self.pins[name].net
 
     def high(self, name: str) -> bool:
-        """Return whether a pin reads high.  An open input does, as in TTL."""
+        """Return whether a pin reads high; an open input does, as in TTL."""
         return bool(self.pins[name].net.level != 0)
 
     def byte(self, name: str) -> int:
@@ -176,39 +182,43 @@ class Part(Component):
 
     # ------------------------------------------------------------------------------------------------ what it tells
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return what the part has over time, to be drawn, written and asked: an angle, a current, a count; or ()."""
+        """Return the quantities of the part, such as an angle, a current or a count; () if it has none."""
         return ()
 
     def shows(self) -> dict[str, Any]:
-        """Return what the part shows beside its pins, as plain data: where a shaft is, what a display says; or {}."""
+        """Return what the part shows besides its pins, as plain data: a shaft angle, the text of a display; or {}."""
         return {}
 
     def catch_up(self) -> None:
-        """Work off what has happened up to the last committed instant, in a part that does so only when asked.
+        """Compute what has happened up to the last committed instant, in a part that does so only on demand.
 
-        Findings made on the way bear the instants at which things happened; their listeners hear them now.
+        Findings that result have the instants at which things happened; their listeners are called now.
         """
 
     def leave(self) -> None:
-        """Bring to a disk what belongs there: no more time will pass, for now or for good."""
+        """Write to disk what belongs there: no more time will pass, for now or for good."""
 
     def forget(self, before: int) -> None:
-        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
+        """Drop what the part keeps for its quantities from before an instant (ps)."""
 
     def keep_recent(self, what: bytearray | list[Any]) -> Recent:
-        """Return a view of what comes in, here at its end, which is shortened as the bench's `keep` has it."""
+        """Keep only recent elements of a list or bytearray that grows at its end, as `Bench(keep=)` says.
+
+        Returns:
+            A `Recent`, which counts also the elements that were dropped.
+        """
         recent = Recent(what)
         self._recent.append(recent)
         return recent
 
     @property
     def findings(self) -> list[Finding]:
-        """What went wrong around the chip, by time; the part catches up first."""
+        """All findings about the part so far, in order of time; it catches up first."""
         self.be_caught_up()
         return self._findings
 
     def be_caught_up(self) -> None:
-        """Catch up, unless it is doing so: a listener that hears of one finding may ask for all."""
+        """Call `catch_up`, unless it is running: a listener that is called with a finding may ask for all findings."""
         if not self._catching_up:
             self._catching_up = True
             try:
@@ -217,26 +227,36 @@ class Part(Component):
                 self._catching_up = False
 
     def objection(self, own: str, row: Pin) -> str:
-        """Return what makes a neighbour's pin unfit for a pin of this part, though it has the right role, or ""."""
+        """Return why a pin with the right role cannot be wired to a pin of this part, in words; "" if it can.
+
+        Args:
+            own: the name of the pin of this part.
+            row: the row of the other pin.
+        """
         wanted, found = self.pins[own].row.sense, row.sense
         if wanted is None or found is None or wanted == found:
             return ""
         return f"is active {LEVELS[found]}, and {own} means {LEVELS[wanted]}: bench.wire(..., invert=True) may help"
 
     def attached(self, own: str, row: Pin) -> None:
-        """Take notice that `to` has joined a pin with a neighbour's, whose role holds at the level `row.active`."""
+        """Note that `bench.part(to=...)` has wired a pin; by default nothing is done.
+
+        Args:
+            own: the name of the pin of this part.
+            row: the row of the other pin, whose role holds at the level `row.active`.
+        """
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass.  Called once; subclasses fill it."""
+        """Start watching the pins, in a subclass: called once, when the part is wired and time is about to pass."""
 
     @property
     def idle(self) -> bool:
-        """Nothing left to do by itself."""
+        """True while the part has nothing left to do by itself."""
         return self.queue is None or not self.queue.requests  # asked after every instant of a run
 
     @property
     def waiting(self) -> str:
-        """What the part waits for."""
+        """What the part waits for, in words."""
         return f"{self.name}: nothing to do" if self.queue is None else self.queue.waiting
 
 

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 
 class AdaptiveHost(UartHost, Host):
-    """A host computer on the serial line of one chip that finds the rate.
+    """A host computer on the serial line of one chip that detects the baud rate.
 
-    `send` and `ask` begin with two carriage returns as long as the chip does not know the rate; `write` sends
-    characters as they are.
+    `send` and `ask` send two carriage returns first while the chip does not know the rate; `write` sends only the
+    characters given.
 
     Args:
-        baud: the rate at which it speaks.
-        strapped: the rate that the chip has without looking for one; None: it looks.
+        baud: the rate of the host.
+        strapped: the fixed rate of the chip; None: the chip detects the rate.
     """
 
     queue: RequestQueue
@@ -51,7 +51,17 @@ class AdaptiveHost(UartHost, Host):
 
     @from_outside
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Take another rate or format."""
+        """Change rate and format.
+
+        Args:
+            baud: the rate, such as 9600 or "37.5"; sixteen times the rate must be whole hertz.
+            bits: the number of data bits, 5 to 8.
+            parity: "none", "odd" or "even".
+            stop: the number of stop bits: 1, "1.5" or 2.
+
+        Raises:
+            UsageError: another rate or format.
+        """
         self.uart.change_line(baud, bits, parity, stop)
 
     @from_outside
@@ -61,25 +71,29 @@ class AdaptiveHost(UartHost, Host):
 
     @from_outside
     def heed(self, on: bool | None) -> None:
-        """Go by CTS from now on (True), or not (False), or as the host's own mode commands have it (None).
+        """Obey CTS from now on (True), ignore it (False), or decide by the mode commands that the host has sent (None).
 
         Raises:
-            UsageError: none of the three.
+            UsageError: `on` is not True, False or None.
         """
         self.uart.control.heed(on, self)
 
     # -------------------------------------------------------------------------------------------------- out and back
     @from_outside
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters as they are; they go out one after the other.
+        """Queue characters to be sent unchanged.
 
         Args:
-            fault: "parity", "framing" or "late": every one of them goes out with this fault.
+            data: the characters.
+            fault: "parity", "framing" or "late": send every one of them with this fault.
+
+        Raises:
+            UsageError: text that is not ASCII, neither text nor bytes, or another fault.
         """
         self.uart.write(data, fault)
 
     def send(self, data: str | bytes) -> None:
-        """Queue characters; two carriage returns go first if the chip does not know the rate.
+        """Queue characters, after two carriage returns if the chip does not know the rate.
 
         Raises:
             UsageError: text that is not ASCII, or neither text nor bytes.
@@ -87,11 +101,11 @@ class AdaptiveHost(UartHost, Host):
         self.uart.send(data)
 
     def ask(self, command: str, timeout: Time = "5 s") -> str | bytes:
-        """Send a query such as "? P", and return what the chip answers on the line: text, or bytes in binary mode.
+        """Send a query such as "? P", and return the answer of the chip on the line: text, or bytes in binary mode.
 
         Raises:
-            UsageError: a command that is not answered.
-            Timeout: no answer; the mode register may send it elsewhere.
+            UsageError: a command without an answer.
+            Timeout: no answer in time; the mode register may direct answers to the bus.
         """
         uart = self.uart
         query = uart.shadow.query(self.name, command)

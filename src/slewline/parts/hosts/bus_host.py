@@ -26,7 +26,7 @@ NO_READ_OUT = "the part cannot be read, only sent to"
 
 
 class BusHost(Host):
-    """A host computer on the command port of one or several chips that share its bus."""
+    """A host computer on the command port of one chip, or of several that share a bus."""
 
     _for_users: ClassVar[tuple[str, ...]] = (
         "run_program",
@@ -51,11 +51,11 @@ class BusHost(Host):
 
     @property
     def sent(self) -> int:
-        """Bytes sent so far."""
+        """The number of bytes sent so far."""
         return sum(port.sent for port in self.ports.values())
 
     def send(self, data: str | bytes) -> None:
-        """Queue bytes; they go out as fast as the handshake allows.  No time passes.
+        """Queue bytes, which are sent as fast as the handshake allows; no time passes in the call.
 
         Raises:
             UsageError: text that is not ASCII, or neither text nor bytes.
@@ -63,11 +63,11 @@ class BusHost(Host):
         self.write(self.chip.name, as_bytes(self.name, data))
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: read-outs have brought these bytes, one after the other."""
+        """Return a condition for `bench.run_until`: read-outs have brought these bytes, with nothing in between."""
         return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
     def do(self, action: Callable[[CommandPort], Awaitable[object]]) -> None:
-        """Queue something else than a byte: a coroutine function that gets the port."""
+        """Queue an action other than sending a byte: a coroutine function that is called with the command port."""
         port = self.port
         self.queue.post(f"something of its own with {port.chip}", lambda: action(port))
 
@@ -125,10 +125,10 @@ class BusHost(Host):
 
     # -------------------------------------------------------------------------------------- calls that let time pass
     def ask(self, command: str, timeout: Time = "5 s") -> bytes:
-        """Send V and the number of a group, and return the bytes of the group, as `verify` does.
+        """Send a verify command, such as "V 2", and return the bytes of the group, as `verify` does.
 
         Raises:
-            UsageError: another command, which is not answered; or a program runs.
+            UsageError: another command, which has no answer; or a program is running.
             Timeout: the chip does not answer in time.
         """
         group = self.port.group_of(command) if isinstance(command, str) else None
@@ -139,22 +139,23 @@ class BusHost(Host):
         return self.verify(group, timeout=timeout)
 
     def run_program(self, timeout: Time = "5 s") -> None:
-        """Send X, and let time pass until RUN is low; from then on only live commands count, until RUN is high again.
+        """Send X, and let time pass until RUN is low; until it is high again the chip takes live commands only.
 
         Raises:
-            UsageError: a program runs already.
-            Timeout: RUN is not low in time.
+            UsageError: a program is running already.
+            Timeout: RUN does not become low in time.
         """
         self.queue.result(self.start(self.chip.name), timeout)
 
     def live(self, *commands: str, timeout: Time = "5 s") -> bytes:
-        """Give commands to a chip whose program is running, through PROG/LIVE (s.7).
+        """Send commands to a chip whose program is running, through PROG/LIVE (manual, s.7).
 
         Returns:
-            The groups that V commands among them read, one after the other.
+            The bytes of the groups that V commands among them read, one after the other.
 
         Raises:
-            UsageError: no command, or one that is no ASCII text; or the part takes none while its program runs.
+            UsageError: no command, one that is not ASCII text, no program is running, or the part takes no commands
+                while its program runs.
             Timeout: the chip does not take them in time.
         """
         for command in commands or ("",):
@@ -172,16 +173,17 @@ class BusHost(Host):
 
     @answering("host.verify()", "; groups are 0 to 3")
     def verify(self, group: int, number: int | None = None, timeout: Time = "5 s", live: bool | None = False) -> bytes:
-        """Read a verify group: bytes as the chip delivers them (group 0: five digits, or two bytes in binary mode).
+        """Return the bytes of a verify group, as the chip sends them; group 0 is five digits, in binary mode two bytes.
 
         Args:
-            group: 0 position, 1 program, 2 status, 3 parameters (Table VI).  Of a program that is 48 bytes, as the
-                table has it, of up to 60; `x.program` has all of them.
-            number: how many bytes; all of the group by default.
-            live: read between two instructions of a running program, through PROG/LIVE (s.3 V); None: if one runs.
+            group: 0 position, 1 program, 2 status, 3 parameters (manual, Table VI).  Group 1 has 48 bytes, as in that
+                table, though a program has up to 60; `x.program` has all of them.
+            number: how many bytes to read; by default all of the group.
+            live: True: read between two instructions of a running program, through PROG/LIVE (manual, s.3 V); None: do
+                so if a program is running.
 
         Raises:
-            UsageError: no such group, or a program runs and `live` was not asked for.
+            UsageError: no such group, a negative number, or a program is running and `live` is False.
             Timeout: the chip does not answer in time.
         """
         count = None if number is None else whole(number)
@@ -197,10 +199,13 @@ class BusHost(Host):
         return self.queue.result(self.read_group(self.chip.name, which, count, live), timeout)
 
     def change_rate(self, rate: int, timeout: Time = "5 s") -> None:
-        """Request a new rate on the fly (s.7), when the motor slews.
+        """Request a new rate on the fly (manual, s.7), while the motor slews.
+
+        Args:
+            rate: the rate parameter, a byte that is sent as it is; 0 to 127 are rates of the part.
 
         Raises:
-            UsageError: `rate` is not 0 to 255, or the part takes none.
+            UsageError: `rate` is not 0 to 255, or the part takes no rate on the fly.
             Timeout: the chip does not take it in time.
         """
         value = whole(rate)
@@ -211,10 +216,10 @@ class BusHost(Host):
         self._on_the_fly(self.request_rate(self.chip.name, value), timeout, taken)
 
     def read_position(self, timeout: Time = "5 s") -> int:
-        """Return the position, read on the fly (s.6): two bytes, 0 to 65535, while the motor steps.
+        """Return the position, 0 to 65535, read on the fly (manual, s.6) while the motor steps.
 
         Raises:
-            UsageError: the part does not give it.
+            UsageError: the part does not output its position on the fly.
             Timeout: the motor does not step.
         """
         self._needs("out_strobe", "gives no position on the fly")

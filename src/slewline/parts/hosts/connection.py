@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Connection:
-    """A chip that is reached over a channel, as a host that is wired to its board sees it.
+    """A chip as seen by a host that is wired to it over a channel.
 
     Attributes:
-        name: of the chip.
+        name: the name of the chip.
         sheet: its data sheet.
-        channel: over which it is reached.
-        pins: the wires, by the names of the pins.
-        crystal_hz: of the crystal on its board.
-        bus: the wires of the data bus.
-        straps: what a chip on a serial line is strapped for.
-        up_ps: when it was switched on last, ps; the host is informed when it is again.
+        channel: the channel over which it is reached.
+        pins: its pins, by name.
+        crystal_hz: the frequency of its crystal, Hz.
+        bus: its data bus.
+        straps: the straps of a chip on a serial line; None on other channels.
+        up_ps: when its supply was last switched on, ps.
     """
 
     name: str

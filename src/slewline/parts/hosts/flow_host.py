@@ -21,12 +21,13 @@ if TYPE_CHECKING:
 
 
 class FlowHost(Host):
-    """A host computer on the bus of one chip.
-
-    `received` is what messages brought.
+    """A host computer on the parallel bus of one chip.
 
     Args:
-        delay_ps: what the host's program takes before each byte.
+        delay_ps: the time that the program of the host takes before each byte, ps.
+
+    Attributes:
+        received: the bytes of the messages of the chip.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -46,12 +47,12 @@ class FlowHost(Host):
 
     @property
     def sent(self) -> int:
-        """Bytes sent so far, without empty handshakes."""
+        """The number of bytes sent so far, empty handshakes not counted."""
         return self.port.sent
 
     @property
     def idle(self) -> bool:
-        """Is nothing queued, and no message being read?"""
+        """True while nothing is queued and no message is being read."""
         return not self.port.taken and not self.port.offered and self.queue.idle
 
     def _rest(self) -> None:
@@ -82,19 +83,19 @@ class FlowHost(Host):
 
     @from_outside
     def heed(self, on: bool | None) -> None:
-        """Go by FPL from now on (True), or not (False), or as the host's own mode commands have it (None).
+        """Obey FPL from now on (True), ignore it (False), or decide by the mode commands that the host has sent (None).
 
         Raises:
-            UsageError: none of the three.
+            UsageError: `on` is not True, False or None.
         """
         self.port.control.heed(on, self)
 
     @from_outside
     def prefix(self, on: bool) -> None:
-        """Begin every command with the empty handshake (True, from the beginning on), or with its letter (False).
+        """Begin every command with the empty handshake (True, the default), or with its letter (False).
 
         Raises:
-            UsageError: neither of the two.
+            UsageError: `on` is neither True nor False.
         """
         if not isinstance(on, bool):
             raise UsageError(f"{self.name}: prefix({on!r}); allowed True, False")
@@ -103,7 +104,7 @@ class FlowHost(Host):
 
     # -------------------------------------------------------------------------------------------------- out and back
     def send(self, data: str | bytes) -> None:
-        """Queue bytes; they go out as fast as the handshake allows.  No time passes.
+        """Queue bytes, which are sent as fast as the handshake allows; no time passes in the call.
 
         Raises:
             UsageError: text that is not ASCII, or neither text nor bytes.
@@ -111,15 +112,15 @@ class FlowHost(Host):
         self.write(self.chip.name, as_bytes(self.name, data))
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: messages have brought these bytes, one after the other."""
+        """Return a condition for `bench.run_until`: messages have brought these bytes, with nothing in between."""
         return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
     def ask(self, command: str, timeout: Time = "5 s") -> str | bytes:
-        """Send a query such as "? P", and return what the part answers on the bus: text, or bytes in binary mode.
+        """Send a query such as "? P", and return the answer of the chip on the bus: text, or bytes in binary mode.
 
         Raises:
-            UsageError: a command that is not answered.
-            Timeout: no answer; the mode register may send it elsewhere.
+            UsageError: a command without an answer.
+            Timeout: no answer in time; the mode register may direct answers to the serial line.
         """
         try:
             return self.queue.result(self.query(self.chip.name, command), timeout)

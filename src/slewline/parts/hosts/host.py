@@ -40,18 +40,17 @@ if TYPE_CHECKING:
 
 
 class Host(Part):
-    """A host computer of one chip, or of several that share a bus or a line.
+    """A host computer that commands one chip, or several that share a bus or a line.
 
-    It is on a bench by a class of its own for each channel, which has the calls of that channel: so hosts are four
-    deep, as chips are.
+    Each channel has a class of its own, which adds the calls of that channel.
 
     Attributes:
-        name: on the bench.
-        chips: what it is connected to, by the names of the chips.
-        received: what has come in: bytes of read-outs, characters, of a chipset words.
+        name: its name on the bench.
+        chips: its connections, by the names of the chips.
+        received: what it has received: bytes of read-outs, characters, or the words of a chipset.
         pins: its own pins, by their names.
-        on_finding: hook, called with a `Finding` about it.
-        on_event: hook, called with what it does, in words: a line of a script, an answer.
+        on_finding: hook, called with each `Finding` about it.
+        on_event: hook, called with each thing that it does, in words: a line of a script, an answer.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -71,19 +70,19 @@ class Host(Part):
 
     @property
     def chip(self) -> Connection:
-        """The chip that it speaks to."""
+        """The chip that is selected with `to`; at first the first one."""
         return self.chips[self._to]
 
     @property
     def channel(self) -> Channel:
-        """The channel over which it reaches the chip."""
+        """The channel over which the selected chip is reached."""
         return self.chip.channel
 
     def to(self, chip: str | Chip | Connection) -> Self:
-        """Speak to this chip from now on; return the host.
+        """Select the chip to which later calls send; return the host.
 
         Raises:
-            UnknownName: it is not connected to such a chip.
+            UnknownName: the host is not connected to such a chip.
         """
         self._to = served(self.name, self.chips, chip).name
         return self
@@ -93,13 +92,13 @@ class Host(Part):
 
         @property
         def received(self) -> Sequence[int]:
-            """What has come in: bytes of read-outs, characters, of a chipset words."""
+            """What the host has received: bytes of read-outs, characters, or the words of a chipset."""
 
     def send(self, data: str | bytes) -> None:
-        """Queue what goes out as it stands; no time passes.
+        """Queue data to be sent unchanged; no time passes.
 
         Raises:
-            UsageError: text that is not ASCII, or nothing that can be sent.
+            UsageError: text that is not ASCII, or something that cannot be sent.
         """
         raise NotImplementedError
 
@@ -107,20 +106,20 @@ class Host(Part):
         """Send a command, let time pass until it is answered, and return the answer.
 
         Raises:
-            UsageError: no command that is answered.
-            ChecksumError: a checksum does not fit, or a character came with a fault.
-            Timeout: no answer within `timeout`; the message says what was being waited for.
+            UsageError: not a command, or one without an answer.
+            ChecksumError: the checksum is wrong, or a character came with a parity or framing error.
+            Timeout: no answer within `timeout`, in virtual time; the message says what was waited for.
         """
         raise NotImplementedError
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: this has been received, without anything in between."""
+        """Return a condition for `bench.run_until`: these data have been received, with nothing in between."""
         raise NotImplementedError
 
     # ---------------------------------------------------------------------------------------------------------- queue
     @from_outside
     def drop(self) -> None:
-        """Forget what is queued; what has begun to go out is not cut in two: the chip gets the rest of it."""
+        """Drop what is queued; a request that is being sent already is completed."""
         if not self.queue.begun:
             self.clear()
             return
@@ -129,7 +128,7 @@ class Host(Part):
 
     @from_outside
     def clear(self) -> None:
-        """Forget what is queued, and let go of the lines: the host's program has been started again."""
+        """Drop what is queued or being sent, and release the lines, as when the program of a host is restarted."""
         self.input("clear")
         self.queue.cancel_after(0, "clear()")
         self.queue.halt()
@@ -146,7 +145,7 @@ class Host(Part):
 
     @property
     def waiting(self) -> str:
-        """Return what the host waits for, in words."""
+        """What the host waits for, in words."""
         return f"{self.name}: nothing to send" if self.idle else self.queue.waiting
 
 

@@ -47,11 +47,11 @@ class Result(NamedTuple):
 
 
 class PacketHost(Host):
-    """A host computer on the host port of one chipset, or of several that share its data bus.
+    """A host computer on the host port of one chipset, or of several that share a data bus.
 
     Attributes:
-        received: all words that it has read.
-        results: what the commands of a script returned.
+        received: all words read, a list of ints, 0 to 65535.
+        results: what the commands of a script have returned: axis, command, value.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -84,10 +84,13 @@ class PacketHost(Host):
         return self.ports[self.chip.name]
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these words have been read, one after the other.
+        """Return a condition for `bench.run_until`: these words have been read, with nothing in between.
 
         Args:
-            data: words as numbers, 0 to 65535; or as bytes, two a word.
+            data: the words as numbers, 0 to 65535, or as bytes, two for each word, high byte first.
+
+        Raises:
+            UsageError: not words, or an odd number of bytes.
         """
         words = list(data) if not isinstance(data, (str, bytes, bytearray, int)) else None
         if isinstance(data, (bytes, bytearray)) and len(data) % 2 == 0:
@@ -97,7 +100,13 @@ class PacketHost(Host):
         return GotCondition(self.name, self.received, words)
 
     def axis(self, number: int) -> AxisView:
-        """Return a view whose commands are for one axis: it becomes the current one first, unless it is."""
+        """Return a view of this host for one axis, to which all its commands go.
+
+        The axis is made the current one before a command, unless it is already.
+
+        Raises:
+            UsageError: the chipset has no such axis.
+        """
         self._check_axis(number)
         return AxisView(self, number)
 
@@ -113,15 +122,17 @@ class PacketHost(Host):
 
     # ------------------------------------------------------------------------------------------------------ packets
     def command(self, name: str, *values: int | str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int | None:
-        """Send a command and check the checksum; returns what the command returns, if it returns anything.
+        """Send a command and check the checksum; return the value that the command returns, None if it returns none.
 
         Args:
             name: the mnemonic.
-            values: what the command takes, in its own units; rates also as text, "12345 steps/s", "0.5 steps/cycle2".
-            axis: becomes the current axis first, unless it is; 0: whichever is current.
+            values: the arguments, in the units of the command; rates also as text, "12345 steps/s", "0.5 steps/cycle2".
+            axis: the axis that is made the current one first, unless it is already; 0: whichever is current.
+            timeout: the longest wait, in virtual time.
 
         Raises:
-            ChecksumError: the checksum does not fit, or the chipset does not know the command.
+            UsageError: no such command or axis, or arguments that do not fit the command.
+            ChecksumError: the checksum is wrong, or the chipset does not know the command.
             Timeout: HostRdy stays low.
         """
         row = packets.row(self.port.sheet, name)
@@ -130,10 +141,10 @@ class PacketHost(Host):
         return packets.values(row.reads, found)[0] if row.reads and found is not None else None
 
     def query(self, name: str, axis: int = UNKNOWN, timeout: Time = "5 s") -> int:
-        """Send a command and return the number that it reads, in the units of the command.
+        """Send a command and return the value that it returns, in the units of the command.
 
         Raises:
-            UsageError: the command returns nothing, or there is no such command.
+            UsageError: no such command, or one that returns nothing.
             ChecksumError, Timeout: as `command`.
         """
         if not packets.row(self.port.sheet, name).reads:
@@ -141,10 +152,10 @@ class PacketHost(Host):
         return self.command(name, axis=axis, timeout=timeout)  # type: ignore[return-value]
 
     def ask(self, command: str, timeout: Time = "5 s", axis: int = UNKNOWN) -> int:
-        """Send a command as a line of a script has it, and return the number that it reads, as of "GET_STATUS".
+        """Send a command as text, as in a script, such as "GET_STATUS", and return the value that it returns.
 
         Raises:
-            UsageError: no command, or one that returns nothing.
+            UsageError: not a command, or one that returns nothing.
             ChecksumError, Timeout: as `command`.
         """
         line = packets.command(self.port.sheet, command, self.port.crystal_hz)
@@ -156,11 +167,27 @@ class PacketHost(Host):
     def packet(
         self, code: int, *words: int, reads: int = 0, checksum: bool = True, axis: int = UNKNOWN, timeout: Time = "5 s"
     ) -> tuple[int, ...]:
-        """Send any packet: a code, and words after it; returns the words that are read after those."""
+        """Send any packet: a command byte and words; return the words that are read after them.
+
+        Args:
+            code: the command byte, 0 to 255.
+            words: the words that are written, each 0 to 65535.
+            reads: how many words are read, the checksum not counted.
+            checksum: read a checksum at the end, and check it.
+            axis, timeout: as for `command`.
+
+        Raises:
+            UsageError: a number that is out of range.
+            ChecksumError, Timeout: as `command`.
+        """
         return self.queue.result(self._queue(Packet(code, words, reads, checksum), axis), timeout)
 
     def send(self, data: str | bytes, axis: int = UNKNOWN) -> None:
-        """Queue packets: text is commands, one a line; bytes are a code and the bytes of its words, as they are."""
+        """Queue packets: text is commands, one a line; bytes are a command byte and the bytes of its words.
+
+        Raises:
+            UsageError: text that is not a command; nothing is queued then.
+        """
         if isinstance(data, str):
             for command in [
                 packets.command(self.port.sheet, line, self.port.crystal_hz) for _, _, line in host_lines(data)
@@ -171,11 +198,19 @@ class PacketHost(Host):
             self.strobe(self.port.chip, part, is_command, *USUAL)
 
     def wait(self, bit: str, timeout: Time = "60 s", every: Time = POLL, axis: int = UNKNOWN) -> int:
-        """Ask for the status word until a bit of it is 1, or, with "!" before its name, 0; returns the word.
+        """Poll the status word until a bit of it is 1, or, with "!" before its name, 0; return the word.
 
         Args:
-            bit: "motion_complete", "!in_motion" ...; after an update !in_motion waits for the cycle that works it.
-            every: pause between two questions.
+            bit: "motion_complete", "!in_motion" ...; after an update, "!in_motion" first waits for the cycle in which
+                the update takes effect.
+            timeout: the longest wait, in virtual time.
+            every: the pause between two polls.
+            axis: as for `command`.
+
+        Raises:
+            UsageError: the status word has no such bit.
+            ChecksumError: as `command`.
+            Timeout: the bit does not change in time; the message names buffered commands that wait for an update.
         """
         packets.status_bit(self.port.sheet, bit.removeprefix("!"))
         try:
@@ -190,27 +225,32 @@ class PacketHost(Host):
 
     # ---------------------------------------------------------------------------------------------- single operations
     def write_command(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
-        """Write a command byte and nothing else; the call ends with the strobe, not with the busy time after it.
+        """Write a single command byte; the call ends with the strobe, before the busy time that follows.
 
         Args:
-            how: low, gap: times of the strobes; ready=False: strobe without looking at HostRdy.
+            how: `low` and `gap`: how long a strobe is low, and how long the pause after it is; `ready=False`: strobe
+                without waiting for HostRdy.
+
+        Raises:
+            UsageError: not a byte, 0 to 255, or a strobe or pause of 0.
+            Timeout: HostRdy stays low.
         """
         self._write(self._bytes(byte, 1), True, timeout, how)
 
     def write_byte(self, byte: int, timeout: Time = "5 s", **how: Any) -> None:
-        """Write half of a data word."""
+        """Write one byte of a data word, the high byte first; arguments and errors as for `write_command`."""
         self._write(self._bytes(byte, 1), False, timeout, how)
 
     def write_word(self, word: int, timeout: Time = "5 s", **how: Any) -> None:
-        """Write a data word."""
+        """Write a data word, 0 to 65535; other arguments and errors as for `write_command`."""
         self._write(self._bytes(word, 2), False, timeout, how)
 
     def read_byte(self, timeout: Time = "5 s", **how: Any) -> int:
-        """Read half of a data word."""
+        """Read one byte of a data word, the high byte first; arguments and errors as for `write_command`."""
         return self._read(1, timeout, how)
 
     def read_word(self, timeout: Time = "5 s", **how: Any) -> int:
-        """Read a data word."""
+        """Read a data word, 0 to 65535; arguments and errors as for `write_command`."""
         return self._read(2, timeout, how)
 
     def _write(self, data: bytes, command: bool, timeout: Time, how: dict[str, Any]) -> None:
@@ -281,11 +321,11 @@ class PacketHost(Host):
 
 @face
 class AxisView:
-    """A host that speaks for one axis.
+    """A view of a `PacketHost` whose commands go to one axis.
 
     Attributes:
         host: the host.
-        number: of the axis, from 1.
+        number: the number of the axis, counted from 1.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = ("command", "query", "ask", "packet", "send", "wait", "host", "number")
@@ -298,29 +338,29 @@ class AxisView:
         return f"<{self.name}>"
 
     def command(self, name: str, *values: int | str, timeout: Time = "5 s") -> int | None:
-        """PacketHost.command, for this axis."""
+        """Send a command to this axis, as `PacketHost.command`."""
         return self.host.command(name, *values, axis=self.number, timeout=timeout)
 
     def query(self, name: str, timeout: Time = "5 s") -> int:
-        """PacketHost.query, for this axis."""
+        """Send a query to this axis, as `PacketHost.query`."""
         return self.host.query(name, axis=self.number, timeout=timeout)
 
     def ask(self, command: str, timeout: Time = "5 s") -> int:
-        """PacketHost.ask, for this axis."""
+        """Send a command as text to this axis, as `PacketHost.ask`."""
         return self.host.ask(command, timeout, axis=self.number)
 
     def packet(
         self, code: int, *words: int, reads: int = 0, checksum: bool = True, timeout: Time = "5 s"
     ) -> tuple[int, ...]:
-        """PacketHost.packet, for this axis."""
+        """Send any packet to this axis, as `PacketHost.packet`."""
         return self.host.packet(code, *words, reads=reads, checksum=checksum, axis=self.number, timeout=timeout)
 
     def send(self, data: str) -> None:
-        """PacketHost.send of commands, for this axis."""
+        """Queue commands to this axis, one a line, as `PacketHost.send`."""
         self.host.send(data, axis=self.number)
 
     def wait(self, bit: str, timeout: Time = "60 s", every: Time = POLL) -> int:
-        """PacketHost.wait, for this axis."""
+        """Poll the status word of this axis, as `PacketHost.wait`."""
         return self.host.wait(bit, timeout, every, axis=self.number)
 
 

@@ -25,12 +25,12 @@ class SerialHost(UartHost, Host):
     It follows the straps of the module: rate, checksum, address.  `ask` sends a command and returns the answer.
 
     Args:
-        baud: another rate than the module's.
+        baud: a rate other than that of the module.
 
     Attributes:
-        received: characters that have come in.
-        answers: the lines that have come in since the last `ask`.
-        on_character: hook, called with each character that has come in.
+        received: the characters received, a bytearray.
+        answers: the lines received since the last `ask`.
+        on_character: hook, called with each character received.
     """
 
     queue: RequestQueue
@@ -48,12 +48,22 @@ class SerialHost(UartHost, Host):
     # --------------------------------------------------------------------------------------------------- the line
     @property
     def straps(self) -> Straps:
-        """The straps of the module that it speaks to."""
+        """The straps of the selected module."""
         return self.uart.straps
 
     @from_outside
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Take another rate or format, whatever the module is strapped for."""
+        """Change rate and format, whatever the module is strapped for.
+
+        Args:
+            baud: the rate, such as 9600 or "37.5"; sixteen times the rate must be whole hertz.
+            bits: the number of data bits, 5 to 8.
+            parity: "none", "odd" or "even".
+            stop: the number of stop bits: 1, "1.5" or 2.
+
+        Raises:
+            UsageError: another rate or format.
+        """
         self.uart.change_line(baud, bits, parity, stop)
 
     @from_outside
@@ -63,7 +73,7 @@ class SerialHost(UartHost, Host):
 
     # -------------------------------------------------------------------------------------------------- out and back
     def send(self, data: str | bytes) -> None:
-        """Queue characters as they are, without address and checksum; they go out one after the other.
+        """Queue characters to be sent unchanged: no address or checksum is added.
 
         Raises:
             UsageError: text that is not ASCII, or neither text nor bytes.
@@ -72,21 +82,26 @@ class SerialHost(UartHost, Host):
 
     @from_outside
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters, at the rate that the module is strapped for; they go out one after the other.
+        """Queue characters to be sent unchanged, at the rate of the line.
 
         Args:
-            fault: "parity", "framing" or "late": every one of them goes out with this fault.
+            data: the characters.
+            fault: "parity", "framing" or "late": send every one of them with this fault.
+
+        Raises:
+            UsageError: text that is not ASCII, neither text nor bytes, or another fault.
         """
         self.uart.write(data, fault)
 
     def ask(self, command: str, timeout: Time = "5 s") -> str:
-        r"""Send a command, wait for the answer, and return it without checksum and carriage return.
+        r"""Send a command, with address and checksum as strapped; let time pass until the answer, and return it.
 
-        A program that is listed comes as its lines, "\r" between them.
+        The answer is returned without checksum and carriage return; a program listing is returned as its lines, with
+        "\r" between them.
 
         Raises:
-            ChecksumError: the answer has a wrong checksum, or a character of it came with a fault.
-            Timeout: no answer; the message says what was being waited for.
+            ChecksumError: the answer has a wrong checksum, or a character of it a parity or framing error.
+            Timeout: no answer in time; the message says what was waited for.
         """
         uart = self.uart
         uart.begin()

@@ -176,7 +176,7 @@ class HostUart:
 
 
 class OverUart:
-    """What a part with such a UART says of it, and what its user may ask of it."""
+    """The calls of a part that has a UART."""
 
     uart: HostUart
 
@@ -186,24 +186,24 @@ class OverUart:
 
     @property
     def baud(self) -> int | str:
-        """The rate."""
+        """The rate, in baud."""
         return self.uart.baud
 
     @property
     def word(self) -> CharacterFormat:
-        """The format of a character."""
+        """The format of a character: data bits, parity, stop bits."""
         return self.uart.word
 
     @property
     def faulty(self) -> int:
-        """How many characters came in with a parity or framing fault."""
+        """The number of characters received with a parity or framing error."""
         return self.uart.faulty
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: these bytes have been received, one after the other."""
+        """Return a condition for `bench.run_until`: these bytes have been received, with nothing in between."""
         return self.uart.got(data)
 
     @from_outside
     def space(self, on: bool) -> None:
-        """Begin or end a break: space on the line for longer than a character; nothing is to be sent meanwhile."""
+        """Begin (True) or end (False) a break: the line is held at space; send nothing during it."""
         self.uart.space(on)

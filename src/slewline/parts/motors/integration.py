@@ -76,14 +76,15 @@ class Integrable(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class MotorTrace:
-    """What a law makes of some commands, at the grid points.
+    """The motion of a motor at the grid points of an integration; `trace["theta"]` is a state variable by its name.
 
     Attributes:
-        times: (n,) int64 ps, ascending.
-        states: (n, k) float64, the columns as `Integrable.names`.
-        commands: (n,) int64, in force from that instant on.
-        codes: (n,) int64, rows of the table in force from that instant on.
-        rests: nothing changes after the last one.
+        law: the `MotorLaw` that was integrated.
+        times: the grid points, (n,) int64 ps, ascending.
+        states: the state variables, (n, k) float64, a column for each of `law.names`.
+        commands: the command in force from each grid point on, (n,) int64.
+        codes: the row of the table in force from each grid point on, (n,) int64.
+        rests: True if nothing changes after the last grid point.
     """
 
     law: Integrable
@@ -106,20 +107,20 @@ class MotorTrace:
 
     @property
     def lag(self) -> NDArray[np.float64]:
-        """How far the rotor is behind its command, in full steps: (n,) float64."""
+        """The lag of the rotor behind its command, in full steps: (n,) float64."""
         lag: NDArray[np.float64] = self.commands / self.law.micro - self["theta"] / self.law.step
         return lag
 
     @property
     def worst(self) -> float:
-        """The greatest distance from the command, in full steps."""
+        """The greatest distance of the rotor from its command, in full steps."""
         import numpy as np
 
         return float(np.abs(self.lag).max())
 
     @property
     def lost(self) -> int:
-        """Full steps that are lost at the end, more than 0: the rotor is behind."""
+        """The number of full steps lost at the end; positive if the rotor is behind, negative if it is ahead."""
         return round(float(self.lag[-1]) / self.law.period) * self.law.period
 
 

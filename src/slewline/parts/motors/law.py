@@ -55,16 +55,20 @@ def usual_step(driver: DriverData) -> int:
 
 @dataclass(frozen=True)
 class MotorLaw:
-    """A motor with driver and load.
+    """The equations of motion of a stepper motor with driver and load.
 
     Args:
         motor, driver, load: their data.
-        steps: "full" (two phases on), "wave" (one), "half", or "micro 8": so many commands to a full step.
-        step_ps: of the grid, from each edge on; 0: 20 µs, and 1 µs for a chopper.
+        steps: what a command is: "full" (two phases on), "wave" (one phase on), "half", or "micro 8": so many commands
+            for a full step.
+        step_ps: the step of the grid, which starts again at each edge, ps; 0: 20 µs, or 1 µs for a switching chopper.
         blocked: the rotor is held.
-        phased: the inputs are phases, not steps: a row of the table for each set of phases that are on, the first phase
-            counting 1, the second 2, then 4 ...; steps are "half".
+        phased: the inputs are phases, not steps: the table has a row for each combination of phases, numbered by the
+            phases that are on: 1 for the first phase, 2 for the second, then 4 ...; `steps` is "half".
         origin: the command, in half steps of `fields`, that is command 0 of a phased motor.
+
+    Raises:
+        UsageError: motor, driver, load and steps that do not go together.
     """
 
     motor: MotorData
@@ -111,7 +115,7 @@ class MotorLaw:
 
     @property
     def lost_at(self) -> float:
-        """How far from its command a rotor has lost steps, in full steps: it has come to the next place, or nearly."""
+        """The distance from the command beyond which steps are lost: 3.9 full steps, with three phases 2.9."""
         return self.period - NEAR
 
     @property
@@ -138,7 +142,7 @@ class MotorLaw:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the state."""
+        """The names of the state variables."""
         return self.model.whole
 
     @property
@@ -327,17 +331,19 @@ class MotorLaw:
         limit: float = float("inf"),
         engine: str | None = None,
     ) -> MotorTrace:
-        """Return what the motor does from `start` to `stop` (ps).
+        """Integrate the equations of motion from `start` to `stop`; return the motion at the grid points.
 
         Args:
-            times: edges of the inputs, (n,) int64 ps, ascending, after `start`.
-            commands, codes: in force from each edge on; codes: rows of the table, by default those of the commands.
-            state, command, code: at `start`; by default at rest in the place of `command`.
-            limit: distance from the command, in full steps, at which it ends.
-            engine: "python", "numba"; None: Numba after some time, if it is installed.
+            times: the instants of the commands, (n,) int64 ps, ascending, after `start`.
+            commands: the command in force from each instant on, (n,) int64, counted from command 0.
+            start, stop: the window, ps.
+            codes: the row of the table for each command, (n,) int64; by default that of the command.
+            state, command, code: state, command and row at `start`; by default at rest at the position of `command`.
+            limit: the distance from the command, in full steps, at which the integration stops early.
+            engine: "python" or "numba"; None: Numba for long runs, if it is installed.
 
         Raises:
-            UsageError: edges that do not ascend, or not as many as commands; another engine, or Numba where it is not
+            UsageError: instants that do not ascend, or not one for each command; another engine, or Numba is not
                 installed.
         """
         import numpy as np

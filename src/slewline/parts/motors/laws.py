@@ -35,11 +35,12 @@ def motor_law(
     steps: str = "full",
     step_ps: int = 0,
 ) -> MotorLaw:
-    """Return the law of a motor with driver and load, given as the part `stepper` takes them.
+    """Return the equations of motion of a motor with driver and load, given as for the part `stepper`.
 
     Args:
-        steps: "full", "wave", "half", "micro 8": what a command is.
-        step_ps: of the integrator; 0: 20 µs, with a chopper 1 µs.
+        motor, driver, load: names of built-in ones, descriptions as text, or tables.
+        steps: what a command is: "full" (two phases on), "wave" (one phase on), "half", or "micro 8".
+        step_ps: the step of the integrator, ps; 0: 20 µs, or 1 µs for a switching chopper.
 
     Raises:
         UnknownName, UsageError: as the part `stepper`.

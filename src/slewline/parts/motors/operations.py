@@ -52,6 +52,23 @@ def numpy_names() -> dict[str, Any]:
 
 
 # -------------------------------------------------------------------------------------------------------- machine code
+def module_text(functions: Sequence[str]) -> str:
+    """Return a module of functions, for Numba; all that decides about their machine code is in it: its hash is the key.
+
+    Raises:
+        ImportError: Numba is not installed.
+    """
+    import numba
+
+    return "\n\n".join(
+        (
+            f'"""The motion of a motor, for Numba {numba.__version__}."""\n\n{NUMBA}',
+            *(f"@njit\n{function}" for function in OPERATIONS),
+            *(f"@njit(nogil=True, cache=KEPT)\n{function}\n" for function in functions),
+        )
+    )
+
+
 def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
     """Return functions that Numba compiles, at the first call with each type, or has compiled in an earlier process.
 
@@ -61,16 +78,7 @@ def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
     Raises:
         ImportError: Numba is not installed.
     """
-    import numba
-
-    # All that decides about the machine code is in the text: its hash is the key.
-    text = "\n\n".join(
-        (
-            f'"""The motion of a motor, for Numba {numba.__version__}."""\n\n{NUMBA}',
-            *(f"@njit\n{function}" for function in OPERATIONS),
-            *(f"@njit(nogil=True, cache=KEPT)\n{function}\n" for function in functions),
-        )
-    )
+    text = module_text(functions)
     names = [function.partition("(")[0].split()[-1] for function in functions]
 
     @cache

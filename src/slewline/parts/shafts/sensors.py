@@ -37,13 +37,18 @@ ROLES = (
 
 
 class Sensor(Follower):
-    """The rule of a part that sits on a shaft: its outputs follow the counts of the shaft, on a scale, `lag_ps` later.
+    """The rule of a part that is mounted on a shaft: its outputs follow the counts of the shaft.
 
     Args:
-        part: has its pins already.
-        shaft: what it sits on; it is followed from the instant on at which time is about to pass.
-        show: promises the outputs by `counter`; called with each new motion.
-        cut: takes notice of what `counter` has shown up to an instant (ps), before it begins there again.
+        part: the part, which has its pins already.
+        shaft: the shaft, which is followed from when time is about to pass.
+        scale: how many counts there are in a step, or the positions at which the count changes.
+        lag_ps: the delay from the shaft to the outputs, ps.
+        show: a function that promises the outputs from `counter`; it is called at each new motion.
+        cut: a function that takes in what `counter` has shown up to an instant (ps), before it starts there again.
+
+    Attributes:
+        counter: the counts of the present motion of the shaft.
     """
 
     def __init__(

@@ -38,11 +38,11 @@ class Difference(NamedTuple):
     """An edge in which model and measurement differ.
 
     Attributes:
-        kind: "missing" or "extra" in the measured signal, "late" or "early" there.
-        edge: counted from 0 among the model's edges, of an extra one among the measured.
-        time_ps: on the model's time axis.
-        level: after it.
-        late_ps: how much later the measured one comes; 0 where there is none.
+        kind: how the measured signal differs: "missing", "extra", "late" or "early".
+        edge: the index of the edge, from 0, in the model; for an extra edge, in the measured signal.
+        time_ps: the instant of the edge on the time axis of the model, ps.
+        level: the level after the edge.
+        late_ps: how much later the measured edge comes, ps, negative if earlier; 0 for a missing or extra edge.
     """
 
     kind: str
@@ -58,15 +58,15 @@ class Difference(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """What a measured signal has in common with the model's; `print` shows it.
+    """The comparison of a measured signal with that of the model; `print` shows it.
 
     Attributes:
-        name: of the signal.
-        model: its edges: times (n,) int64 ps and levels (n,).
-        measured: the same of the measured signal.
-        shift_ps: what was added to the measured times.
-        tolerance_ps: up to this distance a pair agrees.
-        pairs: the indices of edges that belong together, (n, 2) int64: the model's, the measured one's.
+        name: the name of the signal.
+        model: the edges in the model: times (n,) int64 ps, and levels (n,).
+        measured: the measured edges, likewise.
+        shift_ps: the time that was added to the measured times, ps.
+        tolerance_ps: the distance up to which a pair agrees, ps.
+        pairs: the indices of the edges that belong together, (n, 2) int64: in the model, in the measured signal.
     """
 
     name: str
@@ -78,42 +78,42 @@ class Comparison:
 
     @cached_property
     def late_ps(self) -> NDArray[np.int64]:
-        """How much later the measured edge of each pair comes, (n,) int64 ps."""
+        """How much later the measured edge of each pair comes, negative if earlier: (n,) int64 ps."""
         return self.measured[0][self.pairs[:, 1]] + self.shift_ps - self.model[0][self.pairs[:, 0]]
 
     @cached_property
     def missing(self) -> NDArray[np.int64]:
-        """The indices of the model's edges that were not measured, (m,) int64."""
+        """The indices of the edges in the model that were not measured: (m,) int64."""
         return _others(len(self.model[0]), self.pairs[:, 0])
 
     @cached_property
     def extra(self) -> NDArray[np.int64]:
-        """The indices of the measured edges that the model does not have, (k,) int64."""
+        """The indices of the measured edges that the model does not have: (k,) int64."""
         return _others(len(self.measured[0]), self.pairs[:, 1])
 
     @property
     def greatest_ps(self) -> int:
-        """The greatest distance of a pair, ps."""
+        """The greatest distance between the edges of a pair, ps; 0 without pairs."""
         return int(abs(self.late_ps).max()) if len(self.pairs) else 0
 
     @property
     def mean_ps(self) -> float:
-        """The mean distance of the pairs, ps."""
+        """The mean distance between the edges of a pair, ps; 0 without pairs."""
         return float(abs(self.late_ps).mean()) if len(self.pairs) else 0.0
 
     @property
     def drift_ppm(self) -> float:
-        """How much slower the measured clock is than the model's, in parts per million: the slope of `late_ps`."""
+        """How much slower the measured clock is than that of the model, in ppm: the slope of `late_ps`."""
         return 1e6 * _slope(self.model[0][self.pairs[:, 0]], self.late_ps)
 
     @property
     def agrees(self) -> bool:
-        """Is no edge missing, none extra, and no pair further apart than the tolerance?"""
+        """True if no edge is missing, none is extra, and no pair is further apart than the tolerance."""
         return not (len(self.missing) or len(self.extra) or self.greatest_ps > self.tolerance_ps)
 
     @cached_property
     def rows(self) -> list[Difference]:
-        """Every edge in which the two differ by more than the tolerance, in order of time."""
+        """A `Difference` for every missing or extra edge and every pair beyond the tolerance, in order of time."""
         import numpy as np
 
         times, levels = self.model[0], self.model[1]
@@ -147,18 +147,18 @@ class Comparison:
 def compare_edges(
     model: Edges, measured: Edges, *, shift: Time = "first", tolerance: Time = 0, name: str = ""
 ) -> Comparison:
-    """Compare the edges of a signal with measured ones.
+    """Compare the edges of a signal in the model with measured ones.
 
     Args:
-        model, measured: times (n,) int64 ps, ascending, and levels (n,), as `bench.edges` and `Waveforms.edges` give.
-        shift: what is added to the measured times: a time, which may be negative; "first": what makes the first edges
-            meet that go to the same level; "best": what makes the most edges meet.
+        model, measured: times (n,) int64 ps, ascending, and levels (n,), as from `bench.edges` and `Waveforms.edges`.
+        shift: the time that is added to the measured times: a time, which may be negative; "first": so that the first
+            edges to the same level coincide; "best": so that as many edges as possible coincide.
         tolerance: the distance up to which a pair agrees.
-        name: of the signal, for the text.
+        name: the name of the signal, for the text.
 
     Raises:
-        UsageError: arrays that do not fit each other, or times that do not ascend.
-        TimeError: a shift or a tolerance that is no time.
+        UsageError: arrays of different lengths, or times that do not ascend.
+        TimeError: `shift` or `tolerance` is not a time.
     """
     import numpy as np
 

@@ -171,14 +171,14 @@ class Bound:
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """A measured time from one edge to another.
+    """A measured time between two edges.
 
     Attributes:
-        start: the first edge, "x.io_request falls".
+        start: the first edge, such as "x.io_request falls".
         end: the second edge.
-        start_ps: when the first one was, ps.
-        end_ps: when the second one was, ps.
-        bounds: the limits that the sheet of the part prints for it.
+        start_ps: the instant of the first edge, ps.
+        end_ps: the instant of the second edge, ps.
+        bounds: the limits for it in the data sheet of the part.
     """
 
     start: str
@@ -189,18 +189,18 @@ class Interval:
 
     @property
     def ps(self) -> int:
-        """How long it is, in ps."""
+        """The length of the interval, ps."""
         return self.end_ps - self.start_ps
 
     @property
     def kept(self) -> bool | None:
-        """Does it keep the printed limits?  None: there are none."""
+        """Whether the interval is within the limits of the data sheet; None if there are none."""
         found = [bound.kept(self.ps, self.ps) for bound in self.bounds]
         return None if all(kept is None for kept in found) else False not in found
 
     @property
     def symbol(self) -> str:
-        """What the data sheet calls it; "t" where it has no name."""
+        """The symbol in the data sheet, such as "t14"; "t" if it has none."""
         return next((bound.limit.symbol for bound in self.bounds if bound.limit.symbol), "t")
 
     def __str__(self) -> str:
@@ -211,16 +211,16 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """A limit of a chip, and what was measured of it.
+    """A time limit of a chip, and the times measured for it.
 
     Attributes:
-        chip: its name.
-        bound: the limit, as the sheet prints it.
-        count: how often it was measured.
-        shortest_ps: the shortest time, ps; None: there is none.
-        longest_ps: the longest time, ps.
-        violations: the instants (ps) at which those begin that violate it.
-        missing: the pin that was not recorded; "": none.
+        chip: the name of the chip.
+        bound: the limit, as in the data sheet.
+        count: the number of times measured.
+        shortest_ps: the shortest of them, ps; None if there is none.
+        longest_ps: the longest of them, ps; None if there is none.
+        violations: the instants at which the intervals that violate the limit begin, ps.
+        missing: the pin that was not recorded; "" if none is missing.
     """
 
     chip: str
@@ -274,14 +274,14 @@ HEADS = ("", "time", "printed", "seen", "shortest", "longest", "")  # of a table
 
 
 class TimingTable(Sequence[Checked]):
-    """The printed limits of some chips, each with what was measured of it; `str` of it is a table."""
+    """The time limits in the data sheets of some chips, each with the times measured; `print` shows them as a table."""
 
     def __init__(self, rows: Iterable[Checked]) -> None:
         self.rows = tuple(rows)
 
     @property
     def violated(self) -> tuple[Checked, ...]:
-        """The rows of limits that were not kept."""
+        """The rows of the limits that were violated."""
         return tuple(row for row in self.rows if row.kept is False)
 
     def __getitem__(self, key):  # type: ignore[no-untyped-def]

@@ -17,12 +17,12 @@ Value = float | int | None
 
 @dataclass(frozen=True, slots=True)
 class TraceReading:
-    """A trace at some instants.
+    """The values of a trace at some instants.
 
     Attributes:
-        name: of the pin, or of the quantity.
-        unit: of a quantity.
-        values: one for each instant; None where a pin floats or there is no value.
+        name: the name of the pin or the quantity.
+        unit: the unit of the quantity; "" for a pin.
+        values: one for each instant; None where the pin floats or there is no value.
         bits: 1 for a pin, 8 for a bus, 0 for a quantity.
     """
 
@@ -33,18 +33,18 @@ class TraceReading:
 
     @property
     def differences(self) -> tuple[Value, ...]:
-        """From each instant to the next one, of quantities; None of pins and where there is no value."""
+        """The change of the quantity from each instant to the next; None for a pin, and where there is no value."""
         pairs = zip(self.values, self.values[1:], strict=False)
         return tuple(None if self.bits or a is None or b is None else b - a for a, b in pairs)
 
 
 @dataclass(frozen=True, slots=True)
 class Readings:
-    """The value of every trace at some instants; prints as a table.
+    """The values of traces at some instants; `print` shows them as a table.
 
     Attributes:
         instants_ps: the instants, ps.
-        rows: the traces.
+        rows: a `TraceReading` for each trace.
     """
 
     instants_ps: tuple[int, ...]

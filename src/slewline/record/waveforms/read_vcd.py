@@ -37,17 +37,19 @@ _DEFINED = re.compile(rb"\$enddefinitions\s+\$end\s")
 
 
 def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = False) -> Waveforms:
-    """Return the waveforms of a VCD file.
+    """Return the waveforms in a VCD file.
 
-    Times that are no whole picoseconds (a file in femtoseconds) are rounded down.
+    Times are rounded down to whole picoseconds, if the file has finer ones.
 
     Args:
-        timescale: the unit of the times in a file that does not state one.
-        torn: read a file that was cut off as far as it goes: what follows its last end of line is left out.
+        path: the file.
+        timescale: the unit of time, for a file that does not declare one.
+        torn: accept a file that was cut off: what follows its last end of line is ignored.
 
     Raises:
         UsageError: the file cannot be opened, or `timescale` is missing or contradicts the file.
-        WaveformError: what is in it cannot be read; the message has line, reason and remedy.
+        TimeError: `timescale` is not a time.
+        WaveformError: the content cannot be read; the message has line, reason and remedy.
     """
     unit = None if timescale is None else picoseconds(timescale)
     try:

@@ -40,18 +40,18 @@ class Signal(NamedTuple):
 class Waveforms:
     """The signals of a waveform file; made by `slewline.read_vcd`.
 
-    Names are those of the file, scopes before them: "x.slew".  The last part is enough where only one name ends so.
-    "x.db" also means x.db0, x.db1 ..., or x.db[0], x.db[1] ..., taken together, bit 0 the lowest.
+    Names are those in the file, with their scopes: "x.slew".  The last part is enough if only one name ends with it.
+    "x.db" also means x.db0, x.db1 ..., or x.db[0], x.db[1] ..., taken together, bit 0 being the lowest.
 
-    Levels are 0 and 1, of a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A wire of a bus that floats among
-    others that do not reads 1.
+    Levels are 0 and 1, those of a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A wire that floats in a bus
+    whose other wires do not reads 1.
 
     Attributes:
-        path: of the file.
-        names: of the signals.
+        path: the path of the file.
+        names: the names of the signals.
         start_ps: the first time in the file, ps.
-        stop_ps: the last one.
-        timescale_ps: the unit of its times, ps.
+        stop_ps: the last time in the file, ps.
+        timescale_ps: the unit of time in the file, ps.
     """
 
     def __init__(self, path: str | Path, header: Header, changes: Changes) -> None:
@@ -87,11 +87,19 @@ class Waveforms:
 
     # ---------------------------------------------------------------------------------------------------- questions
     def kind(self, name: str) -> str:
-        """Return what a signal is: "bits", "real" or "string"."""
+        """Return the kind of a signal: "bits", "real" or "string".
+
+        Raises:
+            UnknownName: there is no such signal.
+        """
         return self._find(name).variable.kind
 
     def width(self, name: str) -> int:
-        """Return how many bits a signal has; 64 for a real one, 0 for a string."""
+        """Return the number of bits of a signal; 64 for a real, 0 for a string.
+
+        Raises:
+            UnknownName: there is no such signal.
+        """
         variable = self._find(name).variable
         return {"real": 64, "string": 0}.get(variable.kind, variable.width)
 
@@ -100,16 +108,17 @@ class Waveforms:
     ) -> tuple[NDArray[np.int64], NDArray[Any]]:
         """Return the changes of a signal at start <= t <= stop, as `bench.edges` does.
 
-        The level with which the recording begins is no change; a signal whose level is not known at first changes when
-        it is.
+        The level at the start of the recording is not a change; a signal that is unknown at first changes when it
+        becomes known.
 
         Returns:
-            times: (n,) int64, picoseconds, ascending; values from that instant on: (n,) int8, of a bus int16, of one
-            with more than 15 bits int64; float64 of a real variable, str objects of a string one.
+            times: (n,) int64, picoseconds, ascending; values: (n,), the value from that instant on: int8 for a wire,
+            int16 for a bus, int64 for a bus of more than 15 bits, float64 for a real, str objects for a string.
 
         Raises:
             UnknownName: there is no such signal.
-            UsageError: it has more than 63 bits.
+            UsageError: the signal has more than 63 bits.
+            TimeError: `start` or `stop` is not a time.
         """
         import numpy as np
 
@@ -120,10 +129,13 @@ class Waveforms:
         return times[first:last], signal.levels[first:last]
 
     def level_at(self, name: str, time: Time) -> Any:
-        """Return the value of a signal at an instant, changes at that instant included; after the end the last one.
+        """Return the value of a signal at an instant, after a change at that instant; after the end, the last value.
 
         Raises:
-            NotRecorded: the instant is before the recording.
+            UnknownName: there is no such signal.
+            NotRecorded: the instant is before the start of the recording.
+            UsageError: the signal has more than 63 bits.
+            TimeError: `time` is not a time.
         """
         import numpy as np
 
@@ -136,13 +148,19 @@ class Waveforms:
         return value.item() if isinstance(value, np.generic) else value
 
     def trace(self, signal: str, name: str | None = None, shift: Time = 0, *, tolerance: Time | None = None) -> Trace:
-        """Return a signal as a trace of a picture, next to the pins of a bench or over one of them.
+        """Return a signal as a trace for a picture, drawn next to the pins of a bench or over one of them.
 
         Args:
-            name: what it is called there; the signal's own name without scopes by default.
-            shift: added to its times, to lay it over another recording; may be negative.
-            tolerance: drawn over a pin, up to this length a difference is not marked; by default the unit of the file's
-                times, to which they are rounded.
+            signal: the name of the signal.
+            name: the label in the picture; by default the name of the signal without scopes.
+            shift: a time that is added to all times, to align it with another recording; may be negative.
+            tolerance: the longest difference from a pin under it that is not marked; by default the unit of time in the
+                file, to which its times are rounded.
+
+        Raises:
+            UnknownName: there is no such signal.
+            UsageError: the signal is a real or a string, or has more than 63 bits.
+            TimeError: `shift` or `tolerance` is not a time.
         """
         import numpy as np
 
@@ -159,17 +177,18 @@ class Waveforms:
     def steps(
         self, pulse: str, direction: str | None = None, edge: str = "falling", *, forward: int = 1, position: int = 0
     ) -> Steps:
-        """Return the steps that a signal shows, as `chip.steps` does, for `slewline.record.measuring.measure`.
+        """Return the steps in a recorded step signal, as `x.steps` does, for `slewline.record.measuring.measure`.
 
         Args:
-            pulse: a step begins with each of its edges of that kind.
-            direction: its level at that instant is the direction; without it, all steps go forward.
-            edge: "falling" or "rising".
-            forward: the level of `direction` at which positions go up.
-            position: before the first step.
+            pulse: the step signal.
+            direction: the direction signal, which is sampled at each step; without it, all steps go forward.
+            edge: the edge of `pulse` at which a step begins: "falling" or "rising".
+            forward: the level of `direction` at which positions count up, 0 or 1.
+            position: the position before the first step.
 
         Raises:
-            UsageError: an unknown edge, a signal of several bits, or a direction that is not known at a step.
+            UnknownName: there is no such signal.
+            UsageError: an unknown edge, a signal of several bits, or a direction that is unknown at a step.
         """
         import numpy as np
 
