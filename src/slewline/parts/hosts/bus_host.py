@@ -210,7 +210,9 @@ class BusHost(Host):
         """
         value = whole(rate)
         if value is None or not 0 <= value <= 255:
-            raise UsageError(f"{self.name}: rate {rate!r}; allowed 0 to 127 (a byte goes out as it is)")
+            raise UsageError(
+                f"{self.name}: rate {rate!r}; allowed a byte: 0 to 127, and up to 255 to see what the part makes of it"
+            )
         self._needs("slewing", "takes no rate on the fly")
         taken = "a rate is taken while the motor slews, in a motion after H and G"
         self._on_the_fly(self.request_rate(self.chip.name, value), timeout, taken)
