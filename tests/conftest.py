@@ -10,11 +10,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from tests import compiling
 
 HERE = Path(__file__).parent
 CHECKED = ("docs", "house", "physics")  # and, wherever it is, what works a browser
+
+# The same examples in every run, and none that fails because the machine was busy while it was drawn or tried.
+settings.register_profile("same", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("same")
 
 gc.disable()  # while tests are collected: whatever is made then stays, and to look through it took half of that time
 

@@ -15,7 +15,7 @@ rates, slopes, divisors = st.integers(0, 127), st.integers(0, 255), st.integers(
 numbers = st.one_of(st.integers(1, 700), st.integers(1, 65_535))
 LAW = profile.Law(452, jumps=False)
 LAWS = (LAW, profile.Law(479, jumps=False), profile.Law(452, jumps=True), profile.Law(1, True), profile.Law(65535))
-reproducible = settings(derandomize=True, deadline=None, max_examples=150)
+reproducible = settings(max_examples=150)
 
 
 def spread(runs: profile.Runs) -> list[int]:

@@ -15,7 +15,7 @@ from slewline.errors import UsageError
 
 speeds, lengths = st.integers(1, 1000), st.integers(1, 999)
 numbers = st.one_of(st.integers(1, 2500), st.integers(1, 9_999_999))
-reproducible = settings(derandomize=True, deadline=None, max_examples=100)
+reproducible = settings(max_examples=100)
 
 
 def spread(runs: Runs) -> list[int]:
