@@ -250,7 +250,7 @@ PASSED = {
 }
 
 
-@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(st.data())
 def test_whatever_run_refuses_lint_calls_an_error_of_the_same_line(data):
     from slewline.cli.programs import texts_of

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import nbformat
 from nbclient import NotebookClient
+from traitlets.config import Config
 
 from .blocks import ROOT
 
@@ -27,7 +30,12 @@ def play(lesson: Path, folder: Path) -> Played:
     """Execute all cells of a lesson in a folder; a cell that fails is an error."""
     book = nbformat.read(lesson, as_version=4)
     book.cells.append(nbformat.v4.new_code_cell(CLOCK))
-    NotebookClient(book, timeout=100, kernel_name="python3", resources={"metadata": {"path": str(folder)}}).execute()
+    with TemporaryDirectory() as sockets:
+        # By a port a kernel may not be reached: one that was free when it was looked for may be taken meanwhile.
+        named = {"transport": "ipc", "ip": f"{sockets}/kernel"} if os.name == "posix" else {}
+        where = {"metadata": {"path": str(folder)}}
+        config = Config({"KernelManager": named})
+        NotebookClient(book, timeout=100, kernel_name="python3", resources=where, config=config).execute()
     cells = [cell for cell in book.cells if cell.cell_type == "code"]
     printed = [
         f"--- {cell.id}\n{text}" for cell in cells[:-1] if (text := "".join(said(output) for output in cell.outputs))

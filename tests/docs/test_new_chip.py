@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from .test_newcomer import BLOCK, KEPT, Shell, free_port, serving, typed
+from ..ports import free_port
+from .test_newcomer import BLOCK, KEPT, Shell, serving, typed
 from .test_pages import ROOT, TYPED
 
 EDIT = re.compile(r"# ([\w/.]+)(?:, (?:below `(.*)`|(at the end)))?\n")

@@ -7,7 +7,6 @@ import re
 import select
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -17,6 +16,7 @@ from time import monotonic
 
 import pytest
 
+from ..ports import free_port
 from .blocks import NAMED, ROOT, differs
 from .test_door import PAGES, lines, requirements
 
@@ -162,12 +162,6 @@ def test_a_page_is_typed_word_for_word(page, blocks, servers, clone, environ):
     shell.close()
     assert (done >= blocks, servers) == (True, 0)
     assert "miniterm" not in text or len(answers) == 8
-
-
-def free_port() -> int:
-    """A port that nobody has; the pages say 4001."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return server.getsockname()[1]
 
 
 def talk(shell: Shell, line: str, answers: list[tuple[str, str]]) -> None:

@@ -22,6 +22,7 @@ INSIDE = ("decisions/", "explanation/code_flow", "explanation/promises", "explan
 ORDINARY = ("velocity", "position", "baud", "timeout", "step", "reset", "pulse", "register", "interrupt", "crystal")
 
 ASK = "words => { document.getElementById('search-results').replaceChildren(); Search.performSearch(words); }"
+OVER = "/finished|did not match/.test(document.getElementById('search-results').innerText)"
 
 
 @pytest.fixture(scope="module")
@@ -29,12 +30,12 @@ def search(built, browser):
     """Return the pages that a search finds, the best first."""
     page = browser.new_page()
     page.goto((built / "search.html").as_uri() + "?q=slewline")
-    page.wait_for_selector("ul.search a")
     page.evaluate("DOCUMENTATION_OPTIONS.SHOW_SEARCH_SUMMARY = false")  # it fetches every page that it lists
+    page.wait_for_function(OVER)  # else what is left of it would come among what the next one finds
 
     def found(words):
         page.evaluate(ASK, words)
-        page.wait_for_function("/finished|did not match/.test(document.getElementById('search-results').innerText)")
+        page.wait_for_function(OVER)
         links = page.locator("ul.search a").evaluate_all("all => all.map(one => one.getAttribute('href'))")
         return [link.partition(".html")[0] for link in links]
 

@@ -16,6 +16,8 @@ serial = pytest.importorskip("serial")
 from slewline.drive.board.port import BoardSerial  # noqa: E402
 from slewline.errors import UsageError  # noqa: E402
 
+from ..links.conftest import PATIENCE  # noqa: E402
+
 pytestmark = pytest.mark.posix
 
 
@@ -31,7 +33,7 @@ def pty():
 
 def come(port):
     """Return what comes next on a port."""
-    assert select.select([port.fileno()], [], [], 10)[0]
+    assert select.select([port.fileno()], [], [], PATIENCE)[0]
     return port.read()
 
 
@@ -77,19 +79,25 @@ def test_a_port_that_is_gone_fails_after_its_last_byte(pty):
     port.close()
 
 
+def held():
+    """The threads and descriptors of this process; what a test before has left may end meanwhile."""
+    return {*threading.enumerate()}, {*os.listdir("/dev/fd")}
+
+
 @pytest.mark.parametrize("full", [False, True])
 def test_nothing_of_a_port_stays_behind(pty, full):
     ours, name = pty
-    before = threading.active_count(), len(os.listdir("/dev/fd"))
+    threads, files = held()
     port = BoardSerial(name, 500_000)
-    assert threading.active_count() == before[0] + 1
+    assert len(held()[0] - threads) == 1
     if full:
         os.set_blocking(ours, False)
         with suppress(BlockingIOError):
             while select.select([], [ours], [], 0.2)[1]:
                 os.write(ours, bytes(1000))
     port.close()
-    assert (threading.active_count(), len(os.listdir("/dev/fd"))) == before
+    now = held()
+    assert (now[0] - threads, now[1] - files) == (set(), set())
 
 
 def test_dtr_stays_up_when_the_port_is_closed(pty):

@@ -55,7 +55,7 @@ class Emulator:
     def close(self) -> None:
         """End the process."""
         self._node.stdin.close()
-        self._node.wait(10)
+        self._node.wait(30)
         self._node.stdout.close()
 
 

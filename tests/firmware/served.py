@@ -242,7 +242,7 @@ class ServedBoard:
         """End the process."""
         self._channel.close()
         self._lines.close()
-        self._process.wait(10)
+        self._process.wait(30)
         self._folder.cleanup()
 
     def status(self) -> dict[str, Any]:

@@ -12,9 +12,11 @@ from slewline.drive.board import wire
 from slewline.drive.board.records import Record
 from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, FrameKind, Happening, Ident, encode
 
-from .served import ServedBoard
+from ..links.conftest import PATIENCE
+from .served import HZ, ServedBoard
 
-pytestmark = [pytest.mark.posix, pytest.mark.timeout(60)]
+pytestmark = pytest.mark.posix
+MANY = Record(0, 60_000, 2_000).pack()  # steps for 7.5 s
 
 
 @pytest.fixture
@@ -46,12 +48,30 @@ class Host:
         """Send a frame, and return its answer."""
         before = sum(isinstance(said, Answer) for said in self.said)
         self.line.write(encode(number, kind, payload))
-        end = time.monotonic() + 5
+        end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             answers = [said for said in self.hear() if isinstance(said, Answer)]
             if len(answers) > before:
                 return answers[before]
         raise AssertionError(f"no answer; {self.said}")
+
+    def until(self, met):
+        """Hear until something is met of what was said; return that."""
+        end = time.monotonic() + PATIENCE
+        while not (found := [said for said in self.hear() if met(said)]):
+            assert time.monotonic() < end, self.said
+        return found[0]
+
+    def start(self):
+        """Start many steps 100 ms from now; a board that is asked too late refuses, and is asked again."""
+        for number in range(2, 6):
+            assert self.ask(number, FrameKind.PUSH, MANY).result == wire.FrameResult.TAKEN
+        while True:
+            soon = wire.start_payload(self.ask(9, FrameKind.ASK).tick + HZ // 10)
+            answer = self.ask(6, FrameKind.START, soon)
+            if answer.result == wire.FrameResult.TAKEN:
+                return answer.tick
+            assert answer.result == wire.FrameResult.LATE
 
     def begin(self, **config):
         self.ask(0, FrameKind.HELLO)
@@ -61,26 +81,33 @@ class Host:
 
 def until_it_has_made(board, steps):
     """Wait; a busy machine may be behind."""
-    end = time.monotonic() + 20
+    end = time.monotonic() + PATIENCE
     while len(board.steps()) < steps:
         assert time.monotonic() < end
         time.sleep(0.02)
 
 
-def events(host):
-    return [Happening(said.kind) for said in host.hear(0.3) if isinstance(said, BoardEvent)]
+def until_nobody_has_it_open(board):
+    """Wait until the board has seen that its port was closed."""
+    end = time.monotonic() + PATIENCE
+    while board.status()["open"]:
+        assert time.monotonic() < end
+        time.sleep(0.005)
+
+
+def happened(kind):
+    """Return whether what was said tells of something that has happened."""
+    return lambda said: isinstance(said, BoardEvent) and said.kind == kind
 
 
 def test_it_runs_in_real_time_and_stops_by_an_input(board):
     host = Host(board)
     host.begin(reflex=(1, 0, 0, 0, 0, 0))
     assert any(isinstance(said, Ident) for said in host.said)
-    host.ask(2, FrameKind.PUSH, Record(0, 60_000, 2_000).pack())
-    tick = host.ask(3, FrameKind.START, wire.start_payload(host.ask(9, FrameKind.ASK).tick + 1_600_000)).tick
+    tick = host.start()
     until_it_has_made(board, 400)
     board.set_input(0, 0)
-    assert Happening.STOPPED in events(host)
-    stopped = [said for said in host.said if isinstance(said, BoardEvent)][-1]
+    stopped = host.until(happened(Happening.STOPPED))
     assert stopped.position == len(board.steps()) > 300
     assert board.status()["overruns"] == 0
     assert board.steps()[0][0] > tick
@@ -89,16 +116,15 @@ def test_it_runs_in_real_time_and_stops_by_an_input(board):
 
 def test_opening_the_port_resets_it_unless_hupcl_was_cleared(board):
     host = Host(board)
-    host.hear(0.1)
-    resets = board.status()["resets"]
-    assert resets == 1
+    host.ask(0, FrameKind.HELLO)
+    assert board.status()["resets"] == 1
     host.line.close()
-    time.sleep(0.2)
+    until_nobody_has_it_open(board)
     host = Host(board, stays=True)
     host.ask(0, FrameKind.HELLO)
     assert board.status()["resets"] == 2
     host.line.close()
-    time.sleep(0.2)
+    until_nobody_has_it_open(board)
     host = Host(board)
     assert host.ask(0, FrameKind.ASK).events == 1
     assert board.status()["resets"] == 2
@@ -108,15 +134,15 @@ def test_opening_the_port_resets_it_unless_hupcl_was_cleared(board):
 def test_without_supply_nothing_moves_and_the_count_is_gone(board):
     host = Host(board)
     host.begin()
-    host.ask(2, FrameKind.PUSH, Record(0, 60_000, 2_000).pack())
-    host.ask(3, FrameKind.START, wire.start_payload(host.ask(9, FrameKind.ASK).tick + 1_600_000))
+    host.start()
     until_it_has_made(board, 400)
+    host.said.clear()
     board.supply(False)
     made = len(board.steps())
     time.sleep(0.1)
     assert len(board.steps()) == made > 100
     board.supply(True)
-    assert events(host)[-1] == Happening.BOOT
+    host.until(happened(Happening.BOOT))
     assert [bool(life) for life in board.lives()] == [False, True, False]
     assert host.ask(0, FrameKind.ASK).state == wire.BoardState.BOOT
     host.line.close()
@@ -129,8 +155,7 @@ def test_a_damaged_line_damages_frames(board):
     for number in range(40):
         host.line.write(encode(number, FrameKind.ASK))
         host.hear(0.01)
-    said = host.hear(0.1)
-    assert any(isinstance(each, Answer) and each.result == wire.FrameResult.DAMAGED for each in said) or None in said
+    host.until(lambda said: said is None or (isinstance(said, Answer) and said.result == wire.FrameResult.DAMAGED))
     host.line.close()
 
 

@@ -25,7 +25,7 @@ from slewline.modules.port import ModulePort
 from slewline.modules.proxy import DialogueRecorder, Proxy
 from slewline.modules.speech import speech_of
 from tests.ensembles import few, in_long_runs
-from tests.links.conftest import Asks, Client, Process
+from tests.links.conftest import PATIENCE, Asks, Client, Process
 
 from .random_programs import program
 
@@ -51,7 +51,7 @@ def folder(tmp_path, monkeypatch):
 
 def tell(url, lines, ready=True):
     """Send lines as a host does; wait until the part has taken them."""
-    with serial.serial_for_url(url, timeout=10) as port:
+    with serial.serial_for_url(url, timeout=PATIENCE) as port:
         port.write("".join(f"{line}\r" for line in lines).encode())
         said = b"? busy\r\n"
         while ready and said != b"? ready\r\n":
@@ -339,7 +339,7 @@ def test_what_passes_a_proxy_is_recorded_and_not_played_where_it_may_step(cy525,
     with closing(proxy):
         thread = threading.Thread(target=proxy.run)
         thread.start()
-        with serial.serial_for_url(proxy.port.where, timeout=10) as port:
+        with serial.serial_for_url(proxy.port.where, timeout=PATIENCE) as port:
             port.write("\r".join((*HELD, "?0", "")).encode())
             assert port.read_until(b"\n") == b"?0 30 30 37 35 30\r\n"
         proxy.stop()

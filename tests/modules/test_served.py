@@ -17,10 +17,16 @@ import pytest
 from slewline.chips import sheet_of
 from slewline.cli.main import invoke
 from slewline.language.assemble import assemble
+from slewline.modules import finding, spoken
 
-from ..links.conftest import Asks, Client, Process
+from ..links.conftest import PATIENCE, Asks, Client, Process
 
-COMMAND = [sys.executable, "-c", "from slewline.cli.main import main; main()"]
+LOOK_S = 5.0  # for a module that answers every line: its server may be kept from running for a while
+PATIENT = f"""
+from slewline.modules import finding, spoken
+finding.LOOK_S, spoken.ANSWER_S = {LOOK_S}, {PATIENCE}
+"""
+MAIN = "from slewline.cli.main import main; main()"
 OLD = {"gs": ["S11", "T99", "R9", "-5"], "cy": ["R 11", "F 9", "G"]}
 NEW = {
     "gs": ["S10", "T100", "R40", "W1", "+250", "L0", "A2", "D1", "C2", "W2", "+120", "L4"],
@@ -83,6 +89,15 @@ class Served:
     def call(self, what, *more):
         return invoke(self.words(what, *more))
 
+    def pushing(self):
+        """Push in a process of its own; return it when it has found the module."""
+        code = (PATIENT if self.family == "gs" else "") + MAIN
+        process = subprocess.Popen(
+            [sys.executable, "-c", code, *self.words("push", "new")], stderr=subprocess.PIPE, text=True
+        )
+        process.stderr.readline()
+        return process
+
     def stored(self, path):
         return assemble(Path(path).read_text("utf-8"), sheet_of(self.part), path).stored
 
@@ -92,6 +107,7 @@ class Served:
         self.server.process.communicate()
 
 
+pytestmark = pytest.mark.timeout(600)  # what comes damaged to a server that stands now and then is written again
 KINDS = ("gs-c200s", "three", "cy545", "cy545b")
 
 
@@ -109,6 +125,9 @@ def served(request, tmp_path, monkeypatch):
     """A module that holds a program, OLD, which it keeps without power if it can; NEW is to be sent."""
     monkeypatch.chdir(tmp_path)
     module = Served(request.param, tmp_path)
+    if module.family == "gs":  # a CY545 says nothing to most of its lines, so nobody waits long for an answer of it
+        monkeypatch.setattr(finding, "LOOK_S", LOOK_S)
+        monkeypatch.setattr(spoken, "ANSWER_S", PATIENCE)
     module.write("old", OLD[module.family])
     module.write("new", NEW[module.family])
     assert module.call("push", "old") == 0
@@ -149,8 +168,7 @@ def test_a_program_goes_in_and_comes_out_without_a_step(served, _seed, capfd):
 @pytest.mark.parametrize(("served", "seed"), often(50, "cy545b"), indirect=["served"])
 def test_a_push_that_is_killed_loses_nothing_and_the_next_one_goes_on(served, seed, capfd):
     random = Random(f"{served.kind} {seed}")
-    pushing = subprocess.Popen([*COMMAND, *served.words("push", "new")], stderr=subprocess.PIPE, text=True)
-    pushing.stderr.readline()  # the module has been found
+    pushing = served.pushing()
     time.sleep(random.uniform(0, 1.5 if served.family == "gs" else 4))
     pushing.kill()
     pushing.communicate()
@@ -165,8 +183,7 @@ def test_a_push_that_is_killed_loses_nothing_and_the_next_one_goes_on(served, se
 
 @pytest.mark.parametrize(("served", "seed"), often(10, "three"), indirect=["served"])
 def test_a_cut_cable_is_told_with_what_stands_in_the_module(served, seed, capfd):
-    pushing = subprocess.Popen([*COMMAND, *served.words("push", "new")], stderr=subprocess.PIPE, text=True)
-    pushing.stderr.readline()
+    pushing = served.pushing()
     time.sleep(Random(f"{served.kind} {seed}").uniform(0, 1 if served.family == "gs" else 2))
     assert served.steps == 0
     served.end()

@@ -8,7 +8,7 @@ from .rows import AT_WORK, ROWS
 from .table import Check, Reading, as_parameters
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize("row", as_parameters(ROWS, AT_WORK))
 def test_value_is_within_its_tolerance(row: Check) -> None:
     readings: list[Reading] = list(row.read())

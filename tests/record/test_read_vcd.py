@@ -438,13 +438,14 @@ def test_edges_of_our_writer(lively, tmp_path, seed, timescale, monkeypatch):
         assert found.level_at(name, 0) == rig.recorder.level_at(rig.nets[name], min(unit - 1, 80_000_000))
 
 
+UNCHECKED = HealthCheck.function_scoped_fixture, HealthCheck.too_slow
 changes_of = st.lists(
     st.tuples(st.integers(0, 10**7), st.integers(0, 2), st.sampled_from([0, 1, -1])), min_size=1, max_size=40
 )
 
 
 @given(changes=changes_of, timescale=st.sampled_from(list(TIMESCALES)[:9]), block=st.integers(1, 60))
-@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, suppress_health_check=UNCHECKED)
 def test_any_edges_of_our_writer(lively, changes, timescale, block, tmp_path):
     rig = lively(0, count=0, events=0)
     for number in range(3):
@@ -613,7 +614,7 @@ def test_a_time_beyond_an_array_of_picoseconds(parse):
 
 
 @given(data=st.data(), count=st.integers(1, 4), block=st.sampled_from([13, 1 << 20]))
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=UNCHECKED)
 def test_damage_of_any_kind_is_an_error_of_ours_or_nothing(parse, data, count, block):
     text = bytearray(data.draw(st.sampled_from([SMALL, SIGROK, VERILATOR, GTKWAVE])).encode())
     for _ in range(count):

@@ -85,7 +85,7 @@ def test_a_port_that_is_open_already_stays_what_it_is(slewline_module, tmp_path)
 
     served = slewline_module("gs-c200s", on="pty", straps={"chs": 0})
     other = slewline_module("gs-c200s", straps={"chs": 0})
-    with serial.Serial(served.url, 9600, timeout=10) as real, named_ports({served.url: other}):
+    with serial.Serial(served.url, 9600, timeout=60) as real, named_ports({served.url: other}):
         assert ask(real) == b"V+0\r" and real.fileno() > 0
         assert other.now == 10**9  # nobody has spoken to it
 

@@ -23,7 +23,7 @@ class Feeder(Serial):
 
     def __init__(self, device):
         super().__init__()
-        self.port, self.baudrate, self.timeout = device, 9600, 2
+        self.port, self.baudrate, self.timeout = device, 9600, 30
         self.bytesize, self.parity, self.stopbits = FORMAT
         self.open()
         self.reset_input_buffer()

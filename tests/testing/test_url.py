@@ -382,10 +382,10 @@ def read_beside(port, size):
 
 @pytest.mark.parametrize("timeout", [3600, None])
 def test_a_read_hears_at_once_what_another_thread_asks(opened, timeout):
-    port = opened("slewline://gs-c200s?rate=0.1", timeout=timeout)  # nothing would happen for 10 s of the wall clock
+    port = opened("slewline://gs-c200s?rate=0.02", timeout=timeout)  # nothing would happen for 50 s of the wall clock
     reader, got = read_beside(port, 3)
     port.write(framed("F"))
-    reader.join(8)
+    reader.join(40)
     assert got == [b"RR\r"]
 
 
@@ -399,14 +399,14 @@ def test_a_reader_thread_of_pyserial_gets_lines_and_ends(opened):
             assert line == "RR"
             answered.set()
 
-    port = opened("slewline://gs-c200s?rate=0.1", timeout=None)
+    port = opened("slewline://gs-c200s?rate=0.02", timeout=None)
     thread = serial.threaded.ReaderThread(port, Lines)
     thread.start()
     _, lines = thread.connect()
     while not port.rig.pace.waits:
         assert thread.is_alive()
     lines.transport.write(framed("F"))
-    assert answered.wait(8)
+    assert answered.wait(40)
     thread.close()
     assert not thread.is_alive()
     assert port.timeout is None  # it would have been changed, could a read not be cancelled
@@ -414,11 +414,11 @@ def test_a_reader_thread_of_pyserial_gets_lines_and_ends(opened):
 
 @pytest.mark.parametrize("end", ["cancel_read", "close"])
 def test_a_read_that_waits_can_be_ended_by_another_thread(opened, end):
-    port = opened("slewline://gs-c200s?rate=0.1", timeout=None)
+    port = opened("slewline://gs-c200s?rate=0.02", timeout=None)
     port.rig.line.give(b"R")
     reader, got = read_beside(port, 2)
     getattr(port, end)()
-    reader.join(8)
+    reader.join(40)
     assert got == [b"R"]
 
 

@@ -136,7 +136,7 @@ def test_a_program_that_opens_its_port_by_name_finds_the_module(manager):
 def test_a_served_module_is_opened_as_a_socket(manager):
     module = running("gs-c200s", on="tcp", straps={"chs": 0})
     host, port = module.url.removeprefix("socket://").split(":")
-    with manager.open_resource(f"TCPIP::{host}::{port}::SOCKET", **ADAPTIVE) as session:
+    with manager.open_resource(f"TCPIP::{host}::{port}::SOCKET", timeout=60_000, **ADAPTIVE) as session:
         assert session.query("V1") == "V+0"
     module.close()
 
