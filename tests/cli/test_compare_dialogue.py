@@ -137,7 +137,7 @@ def test_what_is_refused(call, dialogue, write, arguments, says):
 def test_a_dialogue_is_played_to_a_module_now(call, dialogue, serve):  # noqa: F811
     served = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs=0")
     name = dialogue(["F", "V1", "Q", "V2"], planted={3: b"V+7\r"})
-    found = call("compare", name, "--port", served.where, "--report", "now", "--tolerance", "1 s")
+    found = call("compare", name, "--port", served.where, "--report", "now", "--tolerance", "60 s")
     assert (found.status, found.err) == (0, ""), found.out
     assert found.out.startswith("gs-c200s: 4 exchanges, 0 differences")
     said = RecordedDialogue.read("now").said
@@ -154,7 +154,7 @@ def test_what_moves_is_not_played(call, dialogue, serve):  # noqa: F811
     found = call("compare", name, "--port", served.where, "--report", "now", "--move")
     assert "Po would replace the program that it holds; nothing was sent; save it with slewline pull" in found.err
     found = call(
-        "compare", name, "--port", served.where, "--report", "now", "--move", "--replace", "--tolerance", "1 s"
+        "compare", name, "--port", served.where, "--report", "now", "--move", "--replace", "--tolerance", "60 s"
     )
     assert found.status == 0, found.out
 
