@@ -41,6 +41,11 @@ def patient(url):
     return f"{url}?timeout={PATIENCE:g}" if url.startswith("rfc2217:") else url
 
 
+def without_lateness(text):
+    """What a server has said on its standard error, without what a busy machine makes it say."""
+    return "".join(line for line in text.splitlines(True) if not line.startswith(LATE))
+
+
 class Client:
     """A host program on a socket; its system keeps `room` bytes for it while it does not read."""
 
@@ -152,7 +157,7 @@ class Process:
         """Send a signal; returns exit status and standard error, without what a busy machine makes it say."""
         self.process.send_signal(number)
         err = self.process.communicate(timeout=PATIENCE)[1]
-        return self.process.returncode, "".join(line for line in err.splitlines(True) if not line.startswith(LATE))
+        return self.process.returncode, without_lateness(err)
 
     def kill(self):
         """End it without a word to it; true when it was still there."""
