@@ -22,8 +22,10 @@ from slewline.modules.dialogue import RecordedDialogue
 from tests.links.conftest import PATIENCE, serve  # noqa: F401
 
 GSC = "slewline://gs-c200s?chs=0"
-OWNED = """
+OWNED = f"""
 import fcntl, struct, termios
+from slewline.modules import finding, spoken
+finding.LOOK_S, spoken.ANSWER_S = 5, {PATIENCE}  # a server may be kept from running for a while
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)  # the terminal sends a signal when Ctrl-C is pressed
 fcntl.ioctl(0, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 100, 0, 0))
 from slewline.cli.main import main
