@@ -296,6 +296,7 @@ command(0x1A)                       # UPDATE
 until(0x0400)                       # in motion
 command(0x46)                       # STOP, with the next update
 command(0x5E)                       # SET_EXT_BRK: which a low HOME is
+print("waits", flush=True)
 until(0x0004)                       # breakpoint
 until(0x0001)                       # motion complete
 command(0x4D, 0, 0)                 # SET_ACTL_POS: zero is here
@@ -340,7 +341,7 @@ def test_a_host_program_homes_and_moves_in_real_time(serve, client, program):
     server = serve(*SERVED, ports=2)
     ask = Asks(client(server.ports["control"]))
     host = program(place(server.where))
-    assert host.stdout.readline() == "version 5c11\n"
+    assert [host.stdout.readline() for _ in range(2)] == ["version 5c11\n", "waits\n"]
     until(lambda: position(ask) < -500)
     ask("drive", pin="mc1451a.home1", level=0)
     out, err = host.communicate(timeout=PATIENCE)
@@ -358,7 +359,7 @@ def test_a_host_program_that_is_killed_leaves_the_motion_and_makes_room(serve, c
     server = serve(*SERVED, ports=2)
     ask = Asks(client(server.ports["control"]))
     first = program(place(server.where))
-    assert first.stdout.readline() == "version 5c11\n"
+    assert [first.stdout.readline() for _ in range(2)] == ["version 5c11\n", "waits\n"]
     until(lambda: position(ask) < -500)
     first.kill()
     first.wait(PATIENCE)
