@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from slewline.modules import finding, spoken
 from slewline.modules.dialogue import DialogueFile, RecordedDialogue
-from tests.links.conftest import serve  # noqa: F401
+from tests.links.conftest import PATIENCE, serve  # noqa: F401
 from tests.modules.recorded import GSC, recorded
 
 
@@ -134,16 +135,25 @@ def test_what_is_refused(call, dialogue, write, arguments, says):
 
 
 # ----------------------------------------------------------------------------------------------- played to a module now
+@pytest.fixture
+def patient(monkeypatch):
+    """A server that is kept from running for a while is no module that does not answer."""
+    monkeypatch.setattr(finding, "LOOK_S", 5.0)
+    monkeypatch.setattr(spoken, "ANSWER_S", PATIENCE)
+
+
+@pytest.mark.usefixtures("patient")
 def test_a_dialogue_is_played_to_a_module_now(call, dialogue, serve):  # noqa: F811
     served = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs=0")
     name = dialogue(["F", "V1", "Q", "V2"], planted={3: b"V+7\r"})
-    found = call("compare", name, "--port", served.where, "--report", "now", "--tolerance", "1 s")
+    found = call("compare", name, "--port", served.where, "--report", "now", "--tolerance", "60 s")
     assert (found.status, found.err) == (0, ""), found.out
     assert found.out.startswith("gs-c200s: 4 exchanges, 0 differences")
     said = RecordedDialogue.read("now").said
     assert [each.text for each in said] == ["F\r", "R\r", "V1\r", "V+0\r", "Q\r", "END\r", "V2\r", "V70\r"]
 
 
+@pytest.mark.usefixtures("patient")
 def test_what_moves_is_not_played(call, dialogue, serve):  # noqa: F811
     served = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs=0")
     name = dialogue(["F", *GSC[2:12]])
@@ -154,11 +164,12 @@ def test_what_moves_is_not_played(call, dialogue, serve):  # noqa: F811
     found = call("compare", name, "--port", served.where, "--report", "now", "--move")
     assert "Po would replace the program that it holds; nothing was sent; save it with slewline pull" in found.err
     found = call(
-        "compare", name, "--port", served.where, "--report", "now", "--move", "--replace", "--tolerance", "1 s"
+        "compare", name, "--port", served.where, "--report", "now", "--move", "--replace", "--tolerance", "60 s"
     )
     assert found.status == 0, found.out
 
 
+@pytest.mark.usefixtures("patient")
 def test_a_module_of_another_kind_is_found_out(call, dialogue, serve):  # noqa: F811
     served = serve("gs-c200", "--tcp", "127.0.0.1:0", "--strap", "chs=0")
     name = dialogue(["F", "V1", "V2"])

@@ -11,6 +11,8 @@ import time
 
 import pytest
 
+from tests.links.conftest import PATIENCE
+
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
@@ -45,7 +47,7 @@ def test_a_front_end_of_ones_own(write):
     call = [sys.executable, "-m", "slewline", "debug", program, "--control", "127.0.0.1:0", "--while-input"]
     with subprocess.Popen(call, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=os.environ) as process:
         host, port = process.stdout.readline().decode().removeprefix("control: ").strip().split(":")
-        with socket.create_connection((host, int(port)), 10) as connection, connection.makefile("rwb") as lines:
+        with socket.create_connection((host, int(port)), PATIENCE) as connection, connection.makefile("rwb") as lines:
 
             def ask(**request):
                 lines.write(json.dumps(request).encode() + b"\n")
@@ -58,4 +60,4 @@ def test_a_front_end_of_ones_own(write):
             assert ask(do="view")["time_ps"] == first["time_ps"]
             assert ask(do="until", chip="cy525", position=5)["met"]
         process.stdin.close()  # what has started it has gone
-        assert process.wait(10) == 0
+        assert process.wait(PATIENCE) == 0

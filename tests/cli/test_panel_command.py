@@ -9,17 +9,15 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from contextlib import contextmanager
 from urllib.parse import urlsplit
 
 import pytest
 from websockets.sync.client import connect
 
-from tests.links.conftest import PATIENCE
+from tests.links.conftest import PATIENCE, without_lateness
 
 COMMAND = [sys.executable, "-m", "slewline"]
-LATEST_S = 10  # a busy machine; on a quiet one a panel opens in less than a second
 
 
 @contextmanager
@@ -40,7 +38,7 @@ def started(*arguments):
             yield found
             process.send_signal(signal.SIGTERM)
             assert process.wait(PATIENCE) == 0
-            assert process.stderr.read() == ""
+            assert without_lateness(process.stderr.read()) == ""
         finally:
             process.kill()
 
@@ -64,9 +62,7 @@ def page(url):
 
 
 def test_a_chip_is_served_with_its_host_and_a_past():
-    begin = time.monotonic()
     with started("panel", "cy525", "--no-browser") as found, page(found["panel"]) as ask:
-        assert time.monotonic() - begin < LATEST_S
         ask(do="send", chip="cy525", text="A 0\nF 10\nR 100\nS 240\nZ 1\nN 400\nG")
         assert ask(do="until", chip="cy525", position=400)["met"]
         if hasattr(os, "fork"):
@@ -126,8 +122,8 @@ def test_a_panel_is_attached_to_a_server():
     ],
 )
 def test_a_mistake_is_told_and_nothing_is_left(call, arguments, says):
-    before = threading.enumerate(), multiprocessing.active_children()
+    before = {*threading.enumerate()}  # those of other tests may end meanwhile
     ran = call("panel", "--no-browser", *arguments)
     assert ran.status == 2
     assert says in ran.err
-    assert (threading.enumerate(), multiprocessing.active_children()) == before
+    assert not {*threading.enumerate()} - before and not multiprocessing.active_children()

@@ -22,8 +22,10 @@ from slewline.modules.dialogue import RecordedDialogue
 from tests.links.conftest import PATIENCE, serve  # noqa: F401
 
 GSC = "slewline://gs-c200s?chs=0"
-OWNED = """
+OWNED = f"""
 import fcntl, struct, termios
+from slewline.modules import finding, spoken
+finding.LOOK_S, spoken.ANSWER_S = 5, {PATIENCE}  # a server may be kept from running for a while
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)  # the terminal sends a signal when Ctrl-C is pressed
 fcntl.ioctl(0, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 100, 0, 0))
 from slewline.cli.main import main
@@ -227,18 +229,17 @@ def test_a_person_with_menus(person, tmp_path):
     assert [each.text for each in said if each.speaker == "host"] == ["V1\r"]
 
 
-def answering(listener, said):
-    """A module that answers V2, and says something by itself when it is asked for F."""
+def answering(listener, writes):
+    """A module that answers V2 and V1, and says something by itself when the person writes."""
     with listener.accept()[0] as line:
         coming = b""
         while data := line.recv(100):
             coming += data
             while b"\r" in coming:
                 command, _, coming = coming.partition(b"\r")
-                said.append(command)
                 line.sendall({b"V2": b"V70\r", b"V1": b"V+0\r"}.get(command, b"E4\r"))
                 if command == b"V1":
-                    time.sleep(0.5)
+                    writes.wait(PATIENCE)
                     line.sendall(b"HELLO\r")
 
 
@@ -246,12 +247,15 @@ def answering(listener, said):
 @pytest.mark.skipif(find_spec("prompt_toolkit") is None, reason="needs prompt_toolkit")
 def test_what_comes_unasked_is_shown_while_a_line_is_written(person):
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        thread = threading.Thread(target=answering, args=(listener, []), daemon=True)
+        writes = threading.Event()
+        thread = threading.Thread(target=answering, args=(listener, writes), daemon=True)
         thread.start()
         person = person(*("--no-checksum", "--baud", "9600"), where=f"socket://127.0.0.1:{listener.getsockname()[1]}")
         person.types("V1\r")
         person.gets("V+0  (")
         person.types("S1")
+        person.sees("S1")
+        writes.set()
         person.sees("unasked: HELLO")
         person.process.kill()
         thread.join(PATIENCE)

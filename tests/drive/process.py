@@ -17,6 +17,7 @@ import serial
 
 ROOT = Path(__file__).resolve().parents[2]
 NUMBER = r"(-?\d+)"
+PATIENCE = 60.0  # seconds of the wall clock after which a test gives up; nothing depends on it
 
 
 class Slewline:
@@ -75,7 +76,7 @@ class Slewline:
         """All that it has said."""
         return "\n".join(self.said)
 
-    def hears(self, pattern: str, seconds: float = 30.0, since: int = 0) -> re.Match[str]:
+    def hears(self, pattern: str, seconds: float = PATIENCE, since: int = 0) -> re.Match[str]:
         """Return the first match in what it has said since a line; wait for it."""
         limit = time.monotonic() + seconds
         with self._more:
@@ -108,7 +109,7 @@ class Slewline:
         assert found, self.text
         return int(found[1])
 
-    def stands(self, seconds: float = 30.0) -> int:
+    def stands(self, seconds: float = PATIENCE) -> int:
         """Wait until the board counts no more steps; return its count."""
         limit = time.monotonic() + seconds
         before = self.count()
@@ -119,7 +120,7 @@ class Slewline:
             assert time.monotonic() < limit, self.text
             before = count
 
-    def clear(self, seconds: float = 30.0) -> None:
+    def clear(self, seconds: float = PATIENCE) -> None:
         """Let a drive that is halted go on; the chip must be at rest for that."""
         limit = time.monotonic() + seconds
         while True:
@@ -138,24 +139,24 @@ class Slewline:
         """Send it a signal."""
         self.process.send_signal(number)
 
-    def end(self, seconds: float = 30.0) -> int:
+    def end(self, seconds: float = PATIENCE) -> int:
         """Let it end in good order; return its exit status."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
         return self.ended(seconds)
 
-    def ended(self, seconds: float = 30.0) -> int:
+    def ended(self, seconds: float = PATIENCE) -> int:
         """Wait until it has ended by itself; return its exit status."""
         status = self.process.wait(seconds)
-        self._reader.join(30)
+        self._reader.join(PATIENCE)
         self._close()
         return status
 
     def kill(self) -> None:
         """Kill it, as it stands."""
         self.process.kill()
-        self.process.wait(30)
-        self._reader.join(30)
+        self.process.wait(PATIENCE)
+        self._reader.join(PATIENCE)
         self._close()
 
     def _close(self) -> None:
@@ -170,7 +171,7 @@ class Slewline:
 class ModuleHost:
     """What a host program of a GS-C200S does: lines that end with a carriage return, and an answer to each."""
 
-    def __init__(self, where: str, timeout: float = 30.0) -> None:
+    def __init__(self, where: str, timeout: float = PATIENCE) -> None:
         self.line = serial.serial_for_url(where, timeout=timeout)
         self.transcript: list[tuple[str, str]] = []
 
@@ -192,7 +193,7 @@ class ModuleHost:
         for text in lines:
             assert (answer := self.ask(text)) == "Y", f"{text}: {answer!r}, of {self.transcript}"
 
-    def until_ready(self, seconds: float = 30.0) -> None:
+    def until_ready(self, seconds: float = PATIENCE) -> None:
         """Ask until the module is ready; only the last answer is kept in the transcript."""
         limit = time.monotonic() + seconds
         while (answer := self.ask("F")) != "R":

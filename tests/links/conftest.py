@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import select
 import signal
 import socket
@@ -17,13 +18,32 @@ import slewline
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
-PATIENCE = 30.0  # seconds of the wall clock after which a test gives up; nothing depends on it
+PATIENCE = 60.0  # seconds of the wall clock after which a test gives up; nothing depends on it
 STRAPS = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}  # 9600 baud, no checksum
 # Under nohup it is ignored, by children too; Windows has none.
 HANGUP = "import signal as s; hasattr(s, 'SIGHUP') and s.signal(s.SIGHUP, s.SIG_DFL)"
 STOP = getattr(signal, "CTRL_BREAK_EVENT", signal.SIGTERM)  # what Windows has for a process of another group
+LATE = "slewline: virtual time "  # begins what is said when the machine has been too busy for the wall clock
 GROUP = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 COMMAND = [sys.executable, "-W", "error", "-c", f"{HANGUP}; from slewline.cli.main import main; main()", "serve"]
+
+
+def until(met):
+    """Wait for something to become true."""
+    end = time.monotonic() + PATIENCE
+    while not met():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def patient(url):
+    """The URL of a port, with the patience of these tests for pySerial: its client of RFC 2217 has three seconds."""
+    return f"{url}?timeout={PATIENCE:g}" if url.startswith("rfc2217:") else url
+
+
+def without_lateness(text):
+    """What a server has said on its standard error, without what a busy machine makes it say."""
+    return "".join(line for line in text.splitlines(True) if not line.startswith(LATE))
 
 
 class Client:
@@ -134,10 +154,10 @@ class Process:
         return next(iter(self.ports.values()))
 
     def end(self, number=STOP):
-        """Send a signal; returns exit status and standard error."""
+        """Send a signal; returns exit status and standard error, without what a busy machine makes it say."""
         self.process.send_signal(number)
         err = self.process.communicate(timeout=PATIENCE)[1]
-        return self.process.returncode, err
+        return self.process.returncode, without_lateness(err)
 
     def kill(self):
         """End it without a word to it; true when it was still there."""
@@ -146,9 +166,14 @@ class Process:
         return self.process.returncode != 0
 
     def errors(self):
-        """A line of the standard error."""
-        assert select.select([self.process.stderr], [], [], PATIENCE)[0]
-        return self.process.stderr.readline()
+        """A line of the standard error; those that are there behind it are left for `end`."""
+        line, descriptor = b"", self.process.stderr.fileno()
+        while not line.endswith(b"\n"):
+            assert select.select([descriptor], [], [], PATIENCE)[0], line
+            byte = os.read(descriptor, 1)
+            assert byte, line
+            line += byte
+        return self.errors() if line.startswith(LATE.encode()) else line.decode()
 
     def memory_kb(self):
         """What the process has of the machine's memory."""

@@ -116,9 +116,10 @@ def test_clients_do_not_disturb_each_other(stand, client):
 
 
 def test_a_module_without_power_says_nothing(stand):
-    _, host, ask = stand
+    running, host, ask = stand
     ask("power", chip="x", on=False)
     host.send(b"F\r")
+    running.until(lambda: running.server.lines["x"].taken == 2)
     ask("advance", time="100 ms")
     ask("power", chip="x", on=True)
     ask("advance", time="1 ms")

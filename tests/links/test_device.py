@@ -12,7 +12,7 @@ import serial
 
 from slewline.errors import UsageError
 
-from .conftest import PATIENCE, Threaded
+from .conftest import PATIENCE, Threaded, until
 
 
 class Cable:
@@ -57,7 +57,7 @@ def cable(tmp_path, request, monkeypatch):
 
         monkeypatch.setattr(serial.Serial, "fileno", none)
     yield Cable(tmp_path / "ttyUSB0")
-    assert not [thread for thread in threading.enumerate() if thread.name.startswith("cable")]
+    until(lambda: not [thread for thread in threading.enumerate() if thread.name.startswith("cable")])
 
 
 def test_a_module_at_the_end_of_a_cable(lockstep, cable):

@@ -6,9 +6,12 @@ past is compared with the one in which it came at its time: what the host has go
 
 from __future__ import annotations
 
+import json
 import os
+import select
 import sys
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -98,6 +101,11 @@ class Rig:
                 self.heard += data
         except BlockingIOError:
             pass
+
+    def hear_all(self) -> None:
+        """Take what the system has not yet brought to the host."""
+        while len(self.heard) < self.line.given + len(getattr(self.line, "greeting", b"")):
+            self.turn(0)
 
     def run(self, script: list[tuple[int, bytes]], until_ms: int) -> None:
         """Let a host say what it says, by milliseconds."""
@@ -197,6 +205,7 @@ def test_a_host_gets_what_it_would_have_got(name: str, tmp_path: Path) -> None:
         for each in (rig, straight):
             for _ in range(200):
                 each.turn()
+            each.hear_all()
         assert rig.state() == straight.state()
         assert rig.heard == straight.heard
         assert len(rig.heard) > 40
@@ -239,21 +248,22 @@ def test_clients_and_breakpoints_go_on(tmp_path: Path) -> None:
         return reply()
 
     def request(do: str, **more: Any) -> None:
-        import json
-
         control.send(json.dumps({"do": do} | more).encode() + b"\n")
-        for _ in range(20):
-            rig.server.loop.serve(rig.server.loop.sleep(0.01))
 
     def reply() -> Any:
-        for _ in range(20):
-            rig.server.loop.serve(rig.server.loop.sleep(0.01))
+        served(lambda: select.select([control.socket], [], [], 0)[0])
         return ask.answer()
+
+    def served(met: Callable[[], object]) -> None:
+        while not met():
+            rig.server.loop.serve(rig.server.loop.sleep(0.01))
 
     rig.run(GSC[:6], 100)
     answer("record", pins=["x.mov"])
     assert "error" not in answer("breakpoints", breakpoints=[{"chip": "x", "position": 300}])
+    waits = len(rig.server.pace.waits)
     request("until", chip="x", position=200)
+    served(lambda: len(rig.server.pace.waits) > waits)
     rig.past.follow(rig.now - 1)
     rig.server.exchanges.forget(rig.now - 1)
     rig.run([], 150)
@@ -285,5 +295,6 @@ def test_a_bench_that_does_not_fit_is_refused_and_nothing_changes(tmp_path: Path
         rig.server.exchange(other)
     assert rig.server.bench is bench
     rig.run(GSC[6:], 1100)
+    rig.hear_all()
     assert rig.heard.count(b"\r") == 26
     rig.close()

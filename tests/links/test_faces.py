@@ -11,6 +11,8 @@ import serial
 from slewline.language.lines import framed
 from slewline.testing.endpoints import running
 
+from .conftest import patient
+
 # A pseudo-terminal is opened as 8N1: it passes 8 bits, and the line takes 7 of them.
 SETTINGS = {"tcp": {}, "pty": {}, "rfc2217": {"bytesize": 7, "parity": "O", "stopbits": 2}}
 DEADLINE_S = 60
@@ -31,7 +33,7 @@ def module(request):
 
 
 def opened(module):
-    return serial.serial_for_url(module.url, timeout=DEADLINE_S, **module.settings)
+    return serial.serial_for_url(patient(module.url), timeout=DEADLINE_S, **module.settings)
 
 
 def test_a_program_and_the_test_share_a_module(module):
@@ -78,9 +80,9 @@ def test_faults_and_what_goes_wrong_in_them_reach_the_test(module):
 
 
 def test_modules_leave_no_threads():
-    before = threading.active_count()
+    before = {*threading.enumerate()}  # those of other tests may end meanwhile
     modules = [running("gs-c200s", on="tcp") for _ in range(5)]
-    assert threading.active_count() == before + 5
+    assert len({*threading.enumerate()} - before) == 5
     for module in modules:
         module.close()
-    assert threading.active_count() == before
+    assert not {*threading.enumerate()} - before

@@ -19,7 +19,7 @@ from slewline.links.clients.chipset_port import COMMAND, DATA, STATUS, ChipsetPo
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 
-from .conftest import PATIENCE, Asks, Threaded
+from .conftest import PATIENCE, Asks, Threaded, until
 
 SERVED = ("mc1451a", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0")
 LOCKSTEP = (*SERVED, "--lockstep")
@@ -129,10 +129,10 @@ def test_the_next_host_is_told_who_has_it(stand):
 
 
 def test_nobody_is_there():
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        where = free.getsockname()
-    with pytest.raises(ConnectionRefusedError):
-        ChipsetPort(*where)
+    with socket.socket() as nobody:
+        nobody.bind(("127.0.0.1", 0))  # so that nobody else is
+        with pytest.raises(ConnectionRefusedError):
+            ChipsetPort(*nobody.getsockname())
 
 
 @contextmanager
@@ -296,6 +296,7 @@ command(0x1A)                       # UPDATE
 until(0x0400)                       # in motion
 command(0x46)                       # STOP, with the next update
 command(0x5E)                       # SET_EXT_BRK: which a low HOME is
+print("waits", flush=True)
 until(0x0004)                       # breakpoint
 until(0x0001)                       # motion complete
 command(0x4D, 0, 0)                 # SET_ACTL_POS: zero is here
@@ -331,12 +332,17 @@ def program(tmp_path):
         one.communicate()
 
 
+def position(ask):
+    """Where the first axis is."""
+    return ask("status")["chips"]["mc1451a"]["position"]
+
+
 def test_a_host_program_homes_and_moves_in_real_time(serve, client, program):
     server = serve(*SERVED, ports=2)
     ask = Asks(client(server.ports["control"]))
     host = program(place(server.where))
-    assert host.stdout.readline() == "version 5c11\n"
-    assert ask("until", chip="mc1451a", position=-500)["met"] is True
+    assert [host.stdout.readline() for _ in range(2)] == ["version 5c11\n", "waits\n"]
+    until(lambda: position(ask) < -500)
     ask("drive", pin="mc1451a.home1", level=0)
     out, err = host.communicate(timeout=PATIENCE)
     assert err == ""
@@ -353,16 +359,15 @@ def test_a_host_program_that_is_killed_leaves_the_motion_and_makes_room(serve, c
     server = serve(*SERVED, ports=2)
     ask = Asks(client(server.ports["control"]))
     first = program(place(server.where))
-    assert first.stdout.readline() == "version 5c11\n"
-    assert ask("until", chip="mc1451a", position=-500)["met"] is True
+    assert [first.stdout.readline() for _ in range(2)] == ["version 5c11\n", "waits\n"]
+    until(lambda: position(ask) < -500)
     first.kill()
     first.wait(PATIENCE)
-    while ask("status")["lines"]["mc1451a"]["host"] is not None:
-        pass
+    until(lambda: ask("status")["lines"]["mc1451a"]["host"] is None)
     assert ask("status")["chips"]["mc1451a"]["moving"] is True
     with ChipsetHost(*place(server.where)) as second:
         second.command("STOP")
         second.command("UPDATE")
         assert second.wait("motion_complete") & 0x0400 == 0
-        assert second.query("GET_TRGT_POS") == ask("status")["chips"]["mc1451a"]["position"] < -500
+        assert second.query("GET_TRGT_POS") == position(ask) < -500
     assert server.end() == (0, "")

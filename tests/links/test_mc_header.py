@@ -9,7 +9,7 @@ import pytest
 
 from tests.ensembles import few
 
-from .conftest import PATIENCE, Asks
+from .conftest import PATIENCE, Asks, until
 
 EXAMPLES = __file__.partition("tests")[0] + "examples/mc1451a"
 SERVED = ("mc1451a", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0")
@@ -53,7 +53,7 @@ def test_a_program_homes_an_axis_in_real_time(serve, client, run, standard):
     ask = Asks(client(server.ports["control"]))
     program = run(f"{EXAMPLES}/homing.c", server.where, standard)
     assert program.stdout.readline() == "version 5c11\n"
-    assert ask("until", chip="mc1451a", position=-500)["met"] is True
+    until(lambda: ask("status")["chips"]["mc1451a"]["position"] < -500)
     ask("drive", pin="mc1451a.home1", level=0)
     assert ended(program) == (0, "home\nat 500\n", "")
     chip = ask("status")["chips"]["mc1451a"]
@@ -65,8 +65,7 @@ def test_the_same_in_lockstep_where_time_passes_by_its_accesses(serve, client, r
     ask = Asks(client(server.ports["control"]))
     program = run(f"{EXAMPLES}/homing.c", server.where)
     assert program.stdout.readline() == "version 5c11\n"
-    while ask("status")["chips"]["mc1451a"]["position"] > -500:
-        pass
+    until(lambda: ask("status")["chips"]["mc1451a"]["position"] < -500)
     ask("drive", pin="mc1451a.home1", level=0)
     assert ended(program) == (0, "home\nat 500\n", "")
 

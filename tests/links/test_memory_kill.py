@@ -133,9 +133,8 @@ def stored(path: Path, each: int) -> tuple[float, int, bytes]:
 
 
 def test_single_bytes_cost_what_a_flush_costs(tmp_path: Path) -> None:
-    taken, syncs, _ = stored(tmp_path / "memory.eeprom", SIZE // 8)
+    _, syncs, _ = stored(tmp_path / "memory.eeprom", SIZE // 8)  # the long form says how fast it is
     assert syncs == 2 + 2 + 7  # the file, twice whole with its directory, and a record a flush
-    assert taken < 10  # on a machine of any load; the long form says how fast it is
 
 
 @pytest.mark.long

@@ -37,7 +37,9 @@ class Host(Client):
     def bytes(self, number):
         found = b""
         while len(found) < number:
-            found += self.socket.recv(number - len(found))
+            data = self.socket.recv(number - len(found))
+            assert data, found
+            found += data
         return found
 
     def settled(self):
@@ -102,8 +104,8 @@ def test_a_chip_is_commanded_read_and_polled():
 def test_the_end_of_a_motion_requests_service():
     with Rig(rate=5) as rig:
         host = rig.host
-        host.send(MOVE.replace(b"20", b"400") + b"G\n")
-        assert (host.query("++srq"), int(host.query("++spoll")) & 0x21) == ("0", 0x01)
+        host.send(MOVE.replace(b"20", b"400") + b"G\n++srq\n++spoll\n")  # in one go, while it moves
+        assert (host.line(), int(host.line()) & 0x21) == ("0", 0x01)
         end = monotonic() + PATIENCE
         while host.query("++srq") == "0":
             assert monotonic() < end
@@ -380,10 +382,12 @@ def test_a_host_that_dies_leaves_the_next_one_its_own_answers():
 
 def test_a_host_gets_no_answer_to_what_the_one_before_has_left():
     with Rig(rate=1) as rig:
+        rig.thread.do(rig.server.pace.pause_time)
         rig.host.send(b"++addr 9\n++read_tmo_ms 300\n++read\n" + b"++srq\n" * 1000)  # more than may wait for the bus
         rig.thread.until(lambda: rig.line.queue.requests and rig.line.taken > 100)
         rig.host.close()
         rig.host = Host(rig.where)
+        rig.thread.do(rig.server.pace.go)
         assert rig.host.settled()
 
 
@@ -423,7 +427,9 @@ def session_of(manager, name):
     """The controller at a place, and the device at address 5 behind it."""
     controller = manager.open_resource(name)
     controller.write("++eos 1")  # the return that a CY525 waits for
-    return controller, manager.open_resource("GPIB0::5::INSTR", write_termination="\r\n")
+    device = manager.open_resource("GPIB0::5::INSTR", write_termination="\r\n")
+    controller.timeout = device.timeout = PATIENCE * 1000
+    return controller, device
 
 
 def converse(manager, name):

@@ -12,7 +12,7 @@ import serialx
 import slewline
 from slewline.links.serving import DEAF
 
-from .conftest import PATIENCE, Threaded
+from .conftest import PATIENCE, Threaded, patient
 
 IAC, SB, SE, COM = 255, 250, 240, 44
 
@@ -30,7 +30,7 @@ def port(lockstep):
 
 def opened(port, **settings):
     settings = {"baudrate": 9600, "bytesize": 7, "parity": "O", "stopbits": 2, "timeout": PATIENCE} | settings
-    return serial.serial_for_url(port[2].where, **settings)
+    return serial.serial_for_url(patient(port[2].where), **settings)
 
 
 def test_a_module_answers(port):

@@ -13,7 +13,7 @@ from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 from slewline.links.sockets.preamble import HOLD_S, LONGEST, METHODS, REGISTERS, TEXT, Preamble
 
-from .conftest import STRAPS, Asks, Client, Threaded
+from .conftest import PATIENCE, STRAPS, Asks, Client, Threaded
 
 POST = b"POST / HTTP/1.1\r\nOrigin: http://evil.example\r\nContent-Type: text/plain\r\n\r\n"
 BODY = b"\rf+5\r"  # the position is 5
@@ -123,8 +123,8 @@ class Stage:
     KINDS = ("gsc", "rfc2217", "uart", "framing", "cy545", "card", "chipset", "control")
 
     def __init__(self, monkeypatch):
-        self.ahead = 0.0
-        monkeypatch.setattr("slewline.links.sockets.loop.perf_counter", lambda: perf_counter() + self.ahead)
+        self.ahead = 0.0  # its clock, which goes on by nothing else
+        monkeypatch.setattr("slewline.links.sockets.loop.perf_counter", lambda: self.ahead)
         bench = self.bench = slewline.Bench()
         self.server = Server(bench, Lockstep(bench))
         self.reached = bytearray()  # what has come to a line, and accesses to a register
@@ -159,7 +159,7 @@ class Stage:
         return next(iter(port.clients), None) if hasattr(port, "clients") else port.session
 
     def until(self, met):
-        end = perf_counter() + 10
+        end = perf_counter() + PATIENCE
         while not met():
             self.turn()
             assert perf_counter() < end

@@ -15,7 +15,7 @@ from slewline.links.lines.pace import Lockstep, Paced
 from slewline.links.server import Server
 from slewline.links.sockets.address import parse_address
 
-from .conftest import STRAPS, Threaded
+from .conftest import PATIENCE, STRAPS, Threaded
 
 
 @pytest.fixture
@@ -300,12 +300,12 @@ def test_a_host_that_writes_in_small_pieces_does_not_wait_for_acknowledgements(l
     port = server.tcp(line, "127.0.0.1:0")
     with Threaded(server):
         host = client(port.where)
-        took = []
-        for _ in range(20):
+        took, end = [], time.perf_counter() + PATIENCE
+        while not any(seconds < 0.03 for seconds in took[10:]):  # a busy machine takes longer now and then
             began = time.perf_counter()
             host.send(b"V")
             host.send(b"1")
             host.send(b"\r")
             assert host.read() == b"V+0\r"
             took.append(time.perf_counter() - began)
-    assert min(took[10:]) < 0.03
+            assert began < end

@@ -10,7 +10,8 @@ import pytest
 
 from slewline.bench import replay
 
-from .conftest import STRAPS, Asks
+from .conftest import STRAPS, Asks, until
+from .test_branches import alive, children
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
 
@@ -129,8 +130,9 @@ def test_a_branch_goes_on_by_itself_and_the_first_run_stays_as_it_was(begin):
         session.say(line)
     for _ in PROGRAM:
         assert session.host.read() == b"Y\r"
-    there = ask("until", chip=CHIP, position=400)["time_ps"]
+    ask("until", chip=CHIP, position=400)
     ask("pause")
+    there = ask("steps", chip=CHIP)["times_ps"][-1]
     end = everything(ask)
     assert ask("back", time=there - 10**11)["branch"] == 1
     before = ask("view")["view"]["chips"][CHIP]["axes"][0]["position"]
@@ -192,24 +194,10 @@ def test_all_processes_end_with_the_server(begin):
     session = begin(seed=6)
     session.play(acts=40, looks=2)
     session.ask("back", time="30 ms")
-    group = {
-        int(name) for name in os.listdir("/proc") if name.isdigit() and parent(int(name)) == session.server.process.pid
-    }
+    group = children(session.server.process.pid)
     assert group
     session.server.kill()
-    end = time.monotonic() + 10
-    while any(os.path.exists(f"/proc/{process}") for process in group):
-        assert time.monotonic() < end
-        time.sleep(0.01)
-
-
-def parent(process):
-    """The parent of a process; None: it has gone."""
-    try:
-        with open(f"/proc/{process}/stat") as file:
-            return int(file.read().rsplit(")", 1)[1].split()[1])
-    except (OSError, ProcessLookupError):
-        return None
+    until(lambda: not any(map(alive, group)))
 
 
 def test_a_client_that_looks_away_in_a_branch_holds_nothing_up(begin, client):

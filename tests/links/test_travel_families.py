@@ -11,7 +11,7 @@ import pytest
 
 from slewline.links.clients.chipset_host import ChipsetHost
 
-from .conftest import PATIENCE, Asks
+from .conftest import Asks, until
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
 
@@ -69,14 +69,6 @@ FAMILIES = {
         ("x.home1", "x.poslimit1", "x.neglimit2", "x.home3"),
     ),
 }  # fmt: skip
-
-
-def until(met):
-    """Wait for something."""
-    end = time.monotonic() + PATIENCE
-    while not met():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def everything(ask):

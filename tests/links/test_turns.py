@@ -15,7 +15,7 @@ from slewline.links.lines.pace import Lockstep, Paced
 from slewline.links.ports.tcp import AHEAD
 from slewline.links.server import Server
 
-from .conftest import PATIENCE, STRAPS, Client, Threaded
+from .conftest import PATIENCE, STRAPS, Client, Threaded, patient
 
 KINDS = pytest.mark.parametrize("kind", ["tcp", "rfc2217"])
 LITTLE = 400  # bytes
@@ -51,7 +51,7 @@ class Stand:
 
 def opened(port, **settings):
     settings = {"baudrate": 9600, "bytesize": 7, "parity": "O", "stopbits": 2, "timeout": PATIENCE} | settings
-    return serial.serial_for_url(port.where, **settings)
+    return serial.serial_for_url(patient(port.where), **settings)
 
 
 class Wall:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+from time import monotonic
 
 import pytest
 
@@ -14,7 +15,7 @@ from slewline.links.server import Server
 from slewline.links.views.dialogue import Dialogue
 from tests.ensembles import few
 
-from .conftest import Asks, Threaded
+from .conftest import PATIENCE, Asks, Threaded
 
 
 def without_nothing(view):
@@ -99,7 +100,8 @@ def test_the_changes_make_the_view_at_every_stop(stand, seed):
 
 def settled(watching, plain):
     """Wait until a client has been told everything."""
-    for _ in range(400):
+    end = monotonic() + PATIENCE
+    while monotonic() < end:
         watching("read", pins=[])
         view, entries = plain("view")["view"], plain("said")["entries"]
         said = [watching.said[number] for number in sorted(watching.said)]

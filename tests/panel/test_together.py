@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from tests.links.conftest import STRAPS, Client, Process
+from tests.links.conftest import PATIENCE, STRAPS, Client, Process
 
 from .conftest import PanelProcess, ask
 
@@ -33,13 +33,14 @@ def test_nobody_loses_a_finding(module):
     seen, found = {}, []
 
     def watch(page):
-        """Keep what a page is told, entry by entry, until the last finding is there."""
+        """Keep what a page is told, entry by entry, until all findings are there, and what the bench has of them."""
         for text in page:
             event = json.loads(text)
             for entry in event.get("entries", ()):
                 seen[entry["number"]] = entry
             if event.get("id") == "end":
                 found.extend(event["findings"])
+            if found and sum("code" in entry for entry in seen.values()) >= len(found):
                 return
 
     with panel.connect(token=panel.token) as page:
@@ -48,9 +49,8 @@ def test_nobody_loses_a_finding(module):
         watcher.start()
         for number in range(COUNT):
             assert host.ask(WRONG[number % len(WRONG)] + b"\r") != b"Y\r"
-        threading.Event().wait(0.2)  # the last event is on its way
         page.send(json.dumps({"do": "findings", "id": "end"}))
-        watcher.join(timeout=20)
+        watcher.join(PATIENCE)
     host.close()
     panel.close()
     entries = [(each["time_ps"], each["code"], each["text"]) for _, each in sorted(seen.items()) if "code" in each]

@@ -118,6 +118,26 @@ def test_a_server_tells_it_when_a_host_has_left(pace):
     assert len(told(bench)) == 1
 
 
+def test_a_command_whose_end_does_not_come_is_told_unless_time_stands():
+    bench = slewline.Bench()
+    server = Server(bench, Lockstep(bench))
+    line = server.line(bench.add("gs-c200s", name="x", straps=STRAPS))
+    server.pace.start()
+    line.take(b"V1")
+    while not server.pace.pass_time():
+        pass
+    server.pace.pause_time()
+    for _ in range(3):
+        line.look_for_ends()
+    assert bench.findings == []
+    server.pace.go()
+    line.look_for_ends()
+    assert bench.findings == []
+    line.look_for_ends()
+    assert [found.code for found in bench.findings] == ["unfinished"]
+    server.close()
+
+
 def test_a_server_that_ends_tells_it():
     bench = slewline.Bench()
     server = Server(bench, Lockstep(bench))

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import serial
 
+from tests.links.conftest import patient
 from tests.sources import tree
 
 ROOT = Path(__file__).parents[2]
@@ -75,7 +76,7 @@ def test_a_module_is_served(run, tmp_path, kind):
     server = run(*arguments, "--option", "eeprom_time=1 ms")
     where = server.process.stdout.readline().split(": ")[1].strip()
     for position in (0, 40):
-        with serial.serial_for_url(where, timeout=60, **SETTINGS[kind]) as host:
+        with serial.serial_for_url(patient(where), timeout=60, **SETTINGS[kind]) as host:
 
             def ask(line, host=host):
                 host.write(line + b"\r")

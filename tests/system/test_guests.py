@@ -23,6 +23,7 @@ from slewline.links.clients.chipset_host import ChipsetHost
 from slewline.parts import part_class
 from slewline.testing.endpoints import running
 from slewline.testing.rig import NAMED
+from tests.links.conftest import PATIENCE
 
 PAGE = Path(__file__).parents[2] / "docs/tutorial/a_chip_of_your_own.md"
 MX10 = "\n\n".join(block.split("```")[0] for block in PAGE.read_text("utf-8").split("```python\n")[1:3])
@@ -391,9 +392,10 @@ def test_a_guest_is_served(lab):
         with server:
             name, where = server.stdout.readline().split(": ")
             host, port = where.strip().rpartition("//")[2].rsplit(":", 1)
-            with socket.create_connection((host, int(port)), timeout=30) as client:
+            with socket.create_connection((host, int(port)), timeout=PATIENCE) as client:
                 client.sendall(b"V500\r")
-                assert (name, client.recv(3, socket.MSG_WAITALL)) == ("mx10", b"OK\r")
+                with client.makefile("rb") as answers:
+                    assert (name, answers.read(3)) == ("mx10", b"OK\r")
             server.terminate()
         assert server.returncode == 0
 

@@ -7,7 +7,6 @@ that a stranger needs to go on.
 from __future__ import annotations
 
 import socket
-import time
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -21,8 +20,8 @@ from slewline.cli.commands import cli
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 from slewline.testing.endpoints import running
+from tests.links.conftest import PATIENCE, patient, until
 
-PATIENCE = 30.0  # seconds of the wall clock after which a test gives up; nothing depends on it
 PLAIN = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
 SEVEN = {"baudrate": 9600, "bytesize": 7, "parity": "O", "stopbits": 2}
 
@@ -81,22 +80,13 @@ def served(kind: str, data: bytes, part: str = "gs-c200s", options: Any = None, 
     straps = {"straps": PLAIN} if part.startswith("gs-c") else {}
     module = running(part, on=kind, **straps, **(options or {}))
     try:
-        with serial.serial_for_url(module.url, timeout=PATIENCE, **settings) as port:
+        with serial.serial_for_url(patient(module.url), timeout=PATIENCE, **settings) as port:
             port.write(data)
             until(lambda: module.rig.do(lambda: module.rig.line.taken) >= len(data))
         module.advance("200 ms")
     finally:
         module.close()
     return told(module.bench)
-
-
-def until(met: Callable[[], bool]) -> None:
-    """Wait for what another thread does."""
-    for _ in range(int(PATIENCE * 1000)):
-        if met():
-            return
-        time.sleep(0.001)
-    raise AssertionError("the server has not taken what was sent")
 
 
 def tcp(data: bytes, part: str = "gs-c200s") -> str:

@@ -72,6 +72,7 @@ class HostLine:
         self.detour: Detour | None = None  # where the bytes of the host go instead
         self.beside: list[HostLine] = []  # lines to the same chip
         self.coming_ends: list[str] = []  # what chips had of a line at the last check
+        self.concludes = True  # a host that goes has left over what it has begun; not one that looks at another branch
         self.outlet = Outlet(self._deliver)
         self.acts: Acts | None = None  # what it does to its part besides inputs, if another bench is to repeat that
 
@@ -97,7 +98,7 @@ class HostLine:
 
     def look_for_ends(self) -> None:
         """Report what has come without its end and was there already at the last check: the host waits in vain."""
-        coming = [chip.unfinished for chip in self.chips]
+        coming = [] if self.pace.paused else [chip.unfinished for chip in self.chips]
         if any(coming) and coming == self.coming_ends:
             self.pace.bench.conclude()
         self.coming_ends = coming
@@ -105,7 +106,8 @@ class HostLine:
     def leave(self, why: str) -> None:
         """Disconnect a host that has gone; what it has left over is reported when all that it has sent is played."""
         self.detach(why)
-        self.when_answered(self.pace.bench.conclude)
+        if self.concludes:
+            self.when_answered(self.pace.bench.conclude)
 
     def take(self, data: bytes) -> None:
         """Bytes have come from the host."""

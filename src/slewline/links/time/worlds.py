@@ -170,6 +170,7 @@ class World:
         server.travel = type(server.travel)(server)  # the way back is the first server's
         for line in server.lines.values():
             line.host, line.host_name, line.resume, line.wait, line.detour = None, "", None, None, None
+            line.concludes = False
             line.forget_half()
         for wait in list(server.pace.waits):
             server.pace.forget(wait)
