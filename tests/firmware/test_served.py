@@ -155,7 +155,7 @@ def test_a_damaged_line_damages_frames(board):
     for number in range(40):
         host.line.write(encode(number, FrameKind.ASK))
         host.hear(0.01)
-    host.until(lambda said: said is None or isinstance(said, Answer) and said.result == wire.FrameResult.DAMAGED)
+    host.until(lambda said: said is None or (isinstance(said, Answer) and said.result == wire.FrameResult.DAMAGED))
     host.line.close()
 
 
