@@ -332,9 +332,7 @@ def test_what_was_recorded_is_compared(proxied):
     process.terminate()
     process.communicate(timeout=PATIENCE)
     dialogue = RecordedDialogue.read(path)
-    tolerance = Tolerance(
-        round(PATIENCE * 1e6), 0
-    )  # how prompt a module is that shares a busy machine is not asked here
+    tolerance = Tolerance(round(PATIENCE * 1e6), 0)  # a busy machine makes answers late
     found = DialogueComparison(dialogue, speech_of(sheet_of("gs-c200s"), 9600), tolerance).compare()
     assert (found.exchanges, found.rows) == (10, [])
     assert min(found.delays_us) > -1_000  # no answer came before it could

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from itertools import cycle
 from threading import Event, Thread
 from time import perf_counter
 
@@ -470,6 +471,18 @@ def test_with_a_rate_characters_begin_when_they_are_written(late):
     port, present = late
     port.write(framed("F"))
     assert port.bench.now_ps > present
+
+
+def test_with_a_rate_the_present_is_reached_though_a_slice_is_not_enough(opened, monkeypatch):
+    rig = opened("slewline://gs-c200s?rate=50").rig
+    rig.line.take(framed("F"))
+    pace = rig.pace
+    late_ns = pace.origin_ns + pace.nanoseconds(rig.bench.now_ps - pace.origin_ps) + 100_000
+    with monkeypatch.context() as patch:
+        patch.setattr(pace, "clock", lambda: late_ns)
+        patch.setattr("slewline.links.lines.pace.SLICE_NS", 0)  # as on a machine that is busy: an event each
+        patch.setattr(pace, "_enough", cycle((False, True)).__next__)
+        assert rig.present() >= pace.goal()
 
 
 @pytest.mark.parametrize("wait", [lambda port: port.read(10), lambda port: port.sleep(100)], ids=["read", "sleep"])

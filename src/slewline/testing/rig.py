@@ -36,6 +36,7 @@ from ..parts.hosts.serial_host import SerialHost
 
 Result = TypeVar("Result")
 SCHEME = "slewline"
+SLICES = 50  # at most, to come up to the wall clock
 YIELD_S = 1e-4  # of the wall clock: pause between two slices, for other threads
 STRAP = Option("strap", "int", None, "level of an input")
 OWN = (  # keys of a URL besides the straps and options of the module
@@ -61,6 +62,14 @@ class WallClockTime(Paced):
     def pass_time(self) -> bool:
         """Let time pass up to the wall clock; what has passed meanwhile is made up for."""
         return Pace.pass_time(self)
+
+    def present(self) -> None:
+        """Let time pass up to the present instant of the wall clock, unless the rate is too high for this machine."""
+        goal = self.goal()
+        for _ in range(SLICES):
+            if self.kernel.now >= goal:
+                break
+            self.pass_time()
 
 
 def serial_line(sheet: Sheet) -> channel.Channel | None:
