@@ -78,4 +78,9 @@ def test_the_board_stops_within_a_step_of_the_chip_in_all_phases(name, phases, t
             assert drive.state == "ok", drive.troubles
             assert all("taken-over" in each for each in drive.troubles), drive.troubles
             count = len(line.twin.steps)
-            assert line.twin.position == rig.x.travel == rig.x.position == count or case.part == "cy500"
+            if case.part == "cy500":
+                continue  # it powers up with any position
+            assert line.twin.position == rig.x.position == count
+            # On a way up a step more is two more in all: there are counts at which the chip ends at no instant, and
+            # there its register has taken over that of the board.
+            assert abs(rig.x.travel - count) <= len(drive.troubles)

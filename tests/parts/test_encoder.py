@@ -464,6 +464,7 @@ def test_promised_steps_and_single_edges_turn_the_shaft_as_one_step_after_the_ot
 
 
 @pytest.mark.long
+@pytest.mark.timeout(600)
 def test_they_do_so_in_two_thousand_more_stories():
     for seed in range(40, 2080):
         compare_with_one_step_after_the_other(seed)
