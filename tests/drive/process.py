@@ -15,9 +15,10 @@ from pathlib import Path
 
 import serial
 
+from ..links.conftest import PATIENCE
+
 ROOT = Path(__file__).resolve().parents[2]
 NUMBER = r"(-?\d+)"
-PATIENCE = 60.0  # seconds of the wall clock after which a test gives up; nothing depends on it
 
 
 class Slewline:

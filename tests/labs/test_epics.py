@@ -29,10 +29,10 @@ pytest.importorskip("serial")
 from slewline.labs import record as labs
 from slewline.labs.epics import interfaces, serve
 from slewline.labs.record import MotorRecord
+from tests.links.conftest import PATIENCE, until
 from tests.ports import free_port
 
 GSC = {"S": 10, "T": "1000 steps/s", "R": 50}
-PATIENCE = 30.0
 
 
 def motor_at(url, part="gs-c200s", values=GSC):
@@ -383,13 +383,6 @@ class Client:
     def end(self):
         self.process.kill()
         self.process.communicate()
-
-
-def until(met):
-    end = time.monotonic() + PATIENCE
-    while not met():
-        assert time.monotonic() < end
-        time.sleep(0.005)
 
 
 async def rest_gone(tasks):

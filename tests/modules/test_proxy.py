@@ -29,7 +29,7 @@ from slewline.modules.comparing.differences import DialogueComparison, Tolerance
 from slewline.modules.dialogue import DialogueFile, DialogueHeader, RecordedDialogue
 from slewline.modules.proxy import DialogueRecorder, LatenessHistogram, Proxy
 from slewline.modules.speech import speech_of
-from tests.links.conftest import PATIENCE
+from tests.links.conftest import PATIENCE, until
 from tests.modules import lateness
 
 pytestmark = pytest.mark.posix
@@ -89,13 +89,6 @@ def spoken(path):
     """What was said by host and module, in a file; a line between whose characters a second has passed is in pieces."""
     said = [(each.speaker, each.text) for each in RecordedDialogue.read(path).said if each.speaker != "tool"]
     return ["".join(text for _, text in turn) for _, turn in groupby(said, itemgetter(0))]
-
-
-def until(met):
-    end = time.monotonic() + PATIENCE
-    while not met():
-        assert time.monotonic() < end
-        time.sleep(0.002)
 
 
 @pytest.fixture
