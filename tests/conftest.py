@@ -12,10 +12,12 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests import compiling
+from tests import compiling, surroundings
 
 HERE = Path(__file__).parent
-CHECKED = ("docs", "house", "physics", "tuning")  # and, wherever it is, what works a browser
+MARKS = {"docs": "check", "house": "check", "physics": "system", "tuning": "system"}  # of all tests in a folder
+
+surroundings.clear()
 
 # examples are the same in every run, and how long one takes says only how busy the machine is
 settings.register_profile("slewline", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
@@ -24,9 +26,51 @@ settings.load_profile("slewline")
 gc.disable()  # while tests are collected: whatever is made then stays, and to look through it took half of that time
 
 
+PLACE = pytest.StashKey[surroundings.Place]()
+LEFT: list[str] = []  # what tests have left behind, a line each
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Give the run its folder for temporary files; workers have it from the process that starts them."""
+    if not hasattr(config, "workerinput"):
+        config.stash[PLACE] = surroundings.Place()
+
+
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile a new checkout once, not in each worker."""
     compiling.share(session)
+
+
+@pytest.hookimpl(wrapper=True, trylast=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """Keep processes and terminals out of tests that are not marked for them."""
+    with surroundings.alone(item):
+        return (yield)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fail a run that leaves processes or temporary files."""
+    if not hasattr(session.config, "workeroutput"):
+        LEFT.extend(session.config.stash[PLACE].leave(failed=session.testsfailed > 0))
+        if LEFT and not session.testsfailed:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+    elif left := surroundings.end_processes(
+        child_of=os.getpid()
+    ):  # now, because pytest waits for those who hold its pipes
+        session.config.workeroutput["left"] = left
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Take over what a worker has found."""
+    LEFT.extend(getattr(node, "workeroutput", {}).get("left", ()))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say what the tests have left."""
+    for line in LEFT:
+        terminalreporter.write_line(f"left by the tests: {line}")
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
@@ -38,9 +82,11 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before marks are asked for
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what `make check` runs; skip what needs POSIX where there is none: its terminals, signals, permissions."""
+    """Mark what is marked by its folder; skip what needs POSIX where there is none: its terminals, signals, permissions."""
     for item in items:
-        if item.path.relative_to(HERE).parts[0] in CHECKED or "browser" in getattr(item, "fixturenames", ()):
+        if mark := MARKS.get(item.path.relative_to(HERE).parts[0]):
+            item.add_marker(mark)
+        if "browser" in getattr(item, "fixturenames", ()):
             item.add_marker("check")
     if not hasattr(os, "openpty"):
         for item in items:
@@ -69,7 +115,8 @@ def only_news(send: Callable[..., None]) -> Callable[..., None]:
     def sendevent(name: str, **said: Any) -> None:
         if name == "testreport":
             report = said["data"]
-            if report["when"] != "call" and report["outcome"] == "passed":
+            row = report.get("_report_type") == "SubTestReport"
+            if report["outcome"] == "passed" and (row or report["when"] != "call"):
                 return
         if name not in ("logstart", "logfinish"):
             send(name, **said)

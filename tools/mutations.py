@@ -5,7 +5,7 @@
     python tools/mutations.py --list       the list
 
 A mutation says what is wrong with it (`name`), which text becomes which (`old`, `new`), and which tests should notice
-(`tests`: files below tests/, and options such as -k).  `old` must stand exactly once in src/slewline, or in the folder
+(`tests`: files below tests/, and options such as -k); whether `make test` does or only `make test-system` is printed.  `old` must stand exactly once in src/slewline, or in the folder
 or file of it that `within` names, since sister parts read alike.  Every file of tests is first run on the unbroken
 source.  The work is done in copies; the checkout is never touched.
 """
@@ -22,6 +22,7 @@ import sys
 import tempfile
 import time
 import tomllib
+from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -35,7 +36,12 @@ LIST = Path(__file__).with_suffix(".toml")
 COPIED = ("src", "tests", "examples", "conformance", "docs/reference", "docs/tutorial", "pyproject.toml")
 WORKERS = 2
 TEST_TIMEOUT, RUN_TIMEOUT = 30, 120  # seconds for one test, and for a whole selection
-FAILED = 1  # exit status of pytest when tests ran and one failed; any other says that nothing was tested
+PASSED, FAILED, NONE = (
+    0,
+    1,
+    5,
+)  # exit status of pytest: all passed, one failed, there is no such test; any other: no test ran
+SUITES = {"make test": "not long and not check and not system", "make test-system": "system and not long and not check"}
 VERDICT = re.compile(r"^FAILED (.*?)(?: - (.*))?$", re.MULTILINE)
 
 
@@ -66,6 +72,7 @@ class Result:
 
     verdict: str  # "caught", "SURVIVED" or "LIST ERROR"
     text: str
+    suite: str = ""  # of those that notice it the first in SUITES
 
     @property
     def good(self) -> bool:
@@ -158,13 +165,16 @@ class Copy:
             return Result("LIST ERROR", path)
         if mutation.new == mutation.old:
             return Result("LIST ERROR", "the new text is the old one")
+        ran = False
         with self.broken(path, mutation):
-            status, text = self.tested(mutation.selection)
-        if status == 0:
-            return Result("SURVIVED", f"{path.name}; tests: {mutation.tests}")
-        if status in (FAILED, None):
-            return Result("caught", f"by {text}")
-        return Result("LIST ERROR", text)
+            for suite, marks in SUITES.items():
+                status, text = self.tested((*mutation.selection, "-m", marks))
+                if status in (FAILED, None):
+                    return Result("caught", f"{suite}: {text}", suite)
+                if status not in (PASSED, NONE):
+                    return Result("LIST ERROR", text)
+                ran = ran or status == PASSED
+        return Result("SURVIVED" if ran else "LIST ERROR", f"{path.name}; tests: {mutation.tests}")
 
 
 def chosen(words: list[str]) -> list[Mutation]:
@@ -187,8 +197,8 @@ def judge_all(mutations: list[Mutation], folder: Path) -> Iterator[tuple[Mutatio
     def unbroken(file: str) -> str:
         copy = idle.get()
         try:
-            status, text = copy.tested((file,))
-            return "" if status == 0 else f"the tests fail without any mutation: {text}"
+            status, text = copy.tested((file, "-m", " or ".join(f"({marks})" for marks in SUITES.values())))
+            return "" if status == PASSED else f"the tests fail without any mutation: {text}"
         finally:
             idle.put(copy)
 
@@ -218,12 +228,14 @@ def main() -> int:
         for mutation in mutations:
             print(f"{mutation.name}\n    {mutation.tests}")
         return 0
-    began, caught = time.monotonic(), 0
+    began, caught, by = time.monotonic(), 0, Counter[str]()
     with tempfile.TemporaryDirectory() as folder:
         for mutation, result in judge_all(mutations, Path(folder)):
             caught += result.good
+            by[result.suite] += result.good
             print(f"{result.verdict:10}  {mutation.name}\n            {result.text}", flush=True)
-    print(f"{caught} of {len(mutations)} caught, in {time.monotonic() - began:.0f} s")
+    how = ", ".join(f"{by[suite]} by {suite}" for suite in SUITES)
+    print(f"{caught} of {len(mutations)} caught ({how}), in {time.monotonic() - began:.0f} s")
     return 0 if mutations and caught == len(mutations) else 1
 
 

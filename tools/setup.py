@@ -267,9 +267,13 @@ def bytecode(work):
     return kept
 
 
-def tests(work, *more):  # with two processors: while two tests wait, two others compute
+def tests(work, *more):
     kept = [] if work == ROOT else ["-p", "no:cacheprovider"]
-    return [["-m", "pytest", "-n", "4", "--dist", "worksteal"] + kept + list(more)]
+    return [["-m", "pytest", "-n", "2", "--dist", "worksteal"] + kept + list(more)]
+
+
+def waiting_tests(work, *more):  # while some wait, others compute
+    return tests(work, "-n", "6", *more)
 
 
 def compiled_tests(work, *more):
@@ -287,7 +291,7 @@ def check(work):
         ["tools/stubs.py", "--check"],
         ["tools/share.py", "--check"],
         [os.path.join("tools", "page", "check.py"), os.path.join(work, "build", "page")],
-    ] + tests(work, "-m", "check and not long")
+    ] + waiting_tests(work, "-m", "check and not long")
 
 
 # name, environment, what it does, the calls of Python
@@ -302,7 +306,13 @@ TASKS = (
             ["-m", "slewline", "demo"] + ([] if work == ROOT else ["-o", os.path.join(work, "build", "demo")])
         ],
     ),
-    ("test", "dev", "Run the tests, except the long ones", tests),
+    ("test", "dev", "Run the tests that need no other process, terminal or real time", tests),
+    (
+        "test-system",
+        "dev",
+        "Run the tests with processes, terminals, sockets and real time",
+        lambda work: waiting_tests(work, "-m", "system and not check and not long"),
+    ),
     (
         "test-compiled",
         "compiled",
@@ -313,7 +323,7 @@ TASKS = (
         "test-long",
         "compiled",
         "Run the long tests, and all tests over the compiled build",
-        lambda work: tests(work, "-m", "long") + compiled_tests(work, "-m", "not check"),
+        lambda work: waiting_tests(work, "-m", "long") + compiled_tests(work, "-m", "not check", "-n", "6"),
     ),
     (
         "boards",
