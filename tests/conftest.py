@@ -55,9 +55,8 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         LEFT.extend(session.config.stash[PLACE].leave(failed=session.testsfailed > 0))
         if LEFT and not session.testsfailed:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
-    elif left := surroundings.end_processes(
-        child_of=os.getpid()
-    ):  # now, because pytest waits for those who hold its pipes
+    # A worker ends its children now, because pytest waits for whoever holds a worker's pipes.
+    elif left := surroundings.end_processes(child_of=os.getpid()):
         session.config.workeroutput["left"] = left
 
 
@@ -82,7 +81,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before marks are asked for
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what is marked by its folder; skip what needs POSIX where there is none: its terminals, signals, permissions."""
+    """Mark what is marked by its folder; skip what needs POSIX where there is none."""
     for item in items:
         if mark := MARKS.get(item.path.relative_to(HERE).parts[0]):
             item.add_marker(mark)

@@ -1,11 +1,11 @@
-"""What a run of the tests takes from its surroundings, and what it leaves there: as little as can be, and nothing.
+"""What a run of the tests inherits from its surroundings: as little as can be; and what it leaves there: nothing.
 
-A run must come out the same in a terminal, in the background, under nohup, in a cron job, with whatever variables its user
-has set.  So `clear` removes what is inherited, in this one place, and a test that needs a variable sets it.  All temporary files
-of a run, and of the processes that it starts, are in one folder, `Place`, which is deleted in the end; a process or a folder
-that a test has left is reported, and the run fails.
+A run must come out the same in a terminal, in the background, under nohup, in a cron job, whatever variables its user
+has set.  So `clear` removes what is inherited, in this one place; a test that needs a variable sets it.  All temporary
+files of a run, and of the processes that it starts, are in one folder, `Place`, which is deleted at the end.  A process
+or a folder that a test has left is reported, and the run fails.
 
-`make test` starts no processes and no terminals, but for one test of each kind: `alone` refuses them.
+`make test` starts no processes and no terminals, except in one test of each kind: `alone` refuses them.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from typing import Any
 
 import pytest
 
-# What is kept: what finds programs, people, packages and processors; what says how tests are run, and where they keep things.
+# What is kept: where programs, users, packages and processors are found; how tests are run, and where they keep files.
 KEPT = re.compile(
     r"PATH|HOME|USER|LOGNAME|SHELL|TMPDIR|CI|VIRTUAL_ENV|SSL_\w+|\w+_proxy|LD_LIBRARY_PATH"
     r"|(PIP|NPM|UV|OPENBLAS|OMP|NUMBA|PYTEST|COVERAGE|COV|HYPOTHESIS|XDG)_\w+|SLEWLINE_(CACHE|BOARDS|FIGURES|TESTS)"
@@ -123,8 +123,6 @@ def refused(name: str) -> Callable[..., Any]:
     """Return what takes the place of a call that starts a process or a terminal."""
 
     def call(*_: Any, **__: Any) -> Any:
-        pytest.fail(
-            f"`make test` starts no process and no terminal ({name}): do it in this process, or mark the test `system`"
-        )
+        pytest.fail(f"{name}: `make test` starts no process and no terminal; do without, or mark the test `system`")
 
     return call

@@ -5,9 +5,10 @@
     python tools/mutations.py --list       the list
 
 A mutation says what is wrong with it (`name`), which text becomes which (`old`, `new`), and which tests should notice
-(`tests`: files below tests/, and options such as -k); whether `make test` does or only `make test-system` is printed.  `old` must stand exactly once in src/slewline, or in the folder
+(`tests`: files below tests/, and options such as -k).  `old` must stand exactly once in src/slewline, or in the folder
 or file of it that `within` names, since sister parts read alike.  Every file of tests is first run on the unbroken
-source.  The work is done in copies; the checkout is never touched.
+source.  The tests of `make test` run first, then those of `make test-system`; what is printed says which noticed.
+The work is done in copies; the checkout is never touched.
 """
 
 from __future__ import annotations
@@ -36,11 +37,7 @@ LIST = Path(__file__).with_suffix(".toml")
 COPIED = ("src", "tests", "examples", "conformance", "docs/reference", "docs/tutorial", "pyproject.toml")
 WORKERS = 2
 TEST_TIMEOUT, RUN_TIMEOUT = 30, 120  # seconds for one test, and for a whole selection
-PASSED, FAILED, NONE = (
-    0,
-    1,
-    5,
-)  # exit status of pytest: all passed, one failed, there is no such test; any other: no test ran
+PASSED, FAILED, NONE = 0, 1, 5  # exit status of pytest: all passed, one failed, there are none; any other: an error
 SUITES = {"make test": "not long and not check and not system", "make test-system": "system and not long and not check"}
 VERDICT = re.compile(r"^FAILED (.*?)(?: - (.*))?$", re.MULTILINE)
 
