@@ -1,7 +1,7 @@
 # The Python that .venv is made with:  PYTHON=python3.12 make demo
 # Without make, on Windows for example, all of this is:  python tools/setup.py demo
 PYTHON ?= python3
-TASKS := demo test test-system test-compiled test-long boards firmware physics check conformance mutations bench docs dist compiled clean
+TASKS := demo test test-system test-anywhere test-compiled test-long boards firmware physics check conformance mutations bench docs dist compiled clean
 
 .PHONY: help run-env dev-env $(TASKS)
 
@@ -11,6 +11,7 @@ help:
 demo: ## Set up what the demo needs, and run it
 test: ## Run the tests that need no other process, terminal or real time
 test-system: ## Run the tests with processes, terminals, sockets and real time
+test-anywhere: ## Run both in bad surroundings: another user, odd variables, no network, busy processors
 test-compiled: ## Run the tests of the core and the laws over the compiled build
 test-long: ## Run the long tests, and all tests over the compiled build
 boards: ## Install what the firmware of boards is built and tested with, and build it

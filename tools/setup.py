@@ -314,6 +314,12 @@ TASKS = (
         lambda work: waiting_tests(work, "-m", "system and not check and not long"),
     ),
     (
+        "test-anywhere",
+        "dev",
+        "Run both in bad surroundings: another user, odd variables, no network, busy processors",
+        lambda work: [["tools/anywhere.py"]],
+    ),
+    (
         "test-compiled",
         "compiled",
         "Run the tests of the core and the laws over the compiled build",
