@@ -25,6 +25,37 @@ def test_decisions_are_numbered_one_by_one():
     assert titles == [f"# {n}" for n in range(1, len(titles) + 1)]
 
 
+ROW = re.compile(r"^\| \[(\d+)\]\(([\w-]+\.md)\) \| [^|]+ \| (.+) \|$", re.MULTILINE)
+MARK = re.compile(r"\*\*(superseded|amended)\*\* by \[(\d+)\]\(([\w-]+\.md)\)", re.IGNORECASE)
+
+
+def records():
+    """The decisions, by their numbers."""
+    return {int(page.name[:4]): page for page in sorted((ROOT / "docs/decisions").glob("0*.md"))}
+
+
+def marks(text):
+    """What has become of a decision since, in its record or in its row of the list: how it was changed, and by which."""
+    return {(how.lower(), int(number), file) for how, number, file in MARK.findall(text)}
+
+
+def test_each_decision_is_in_the_list_once_and_marked_there_as_in_its_record():
+    rows = ROW.findall((ROOT / "docs/decisions/index.md").read_text("utf-8"))
+    assert sorted((int(number), file) for number, file, _ in rows) == [(n, page.name) for n, page in records().items()]
+    assert {file: marks(row) for _, file, row in rows if marks(row)} == {
+        page.name: marks(page.read_text("utf-8")) for page in records().values() if marks(page.read_text("utf-8"))
+    }
+
+
+def test_a_decision_that_changes_another_one_names_it():
+    """So a reader of either finds the other, and nothing is changed by what is older."""
+    changed = [(n, page, mark) for n, page in records().items() for mark in marks(page.read_text("utf-8"))]
+    assert len(changed) >= 3
+    for n, page, (_, number, file) in changed:
+        assert number > n and records()[number].name == file
+        assert f"]({page.name})" in records()[number].read_text("utf-8")
+
+
 # ------------------------------------------------------------------------------------------------------------ code flow
 def told(heading):
     """The calls that a chapter of the page tells, in its order: (file, qualified name)."""
