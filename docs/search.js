@@ -1,5 +1,5 @@
 // How the search weighs what it has found: as Sphinx does, with the pages for contributors behind those for users.
-const INSIDE = /^(decisions|explanation.(where|code_flow|promises)|reference.(conformance|performance|compiled))/;
+const INSIDE = /^(decisions|explanation.(tour|where|code_flow|promises)|reference.(conformance|performance|compiled))/;
 var Scorer = {
   score: ([page, , , , score]) => (INSIDE.test(page) ? score / 10 : score),
   objNameMatch: 11,

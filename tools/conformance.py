@@ -7,6 +7,8 @@ The table of a sheet lies in conformance/<chip folder>/*.toml: `[[fact]]` with i
 for some of them only, and `[[choice]]` for what the model had to decide.  A fact that no test proves has `open` with
 the reason, or `later` where it needs a part that is not in the house; such a fact does not count.  Tests carry the ids
 in `@pytest.mark.fact("CMD-A-1")`.
+
+conformance/readme is the table of the first page: what README.md denies or restricts, word for word.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from pathlib import Path
 from slewline.chips import PARTS
 
 ROOT = Path(__file__).resolve().parent.parent
-PROVEN = ("language", "protocol", "pin", "motion", "timing")  # every fact of these kinds
+PROVEN = ("language", "protocol", "pin", "motion", "timing", "limit")  # every fact of these kinds
 SYSTEM_SHARE = 0.90  # of kind system
 
 
@@ -31,7 +33,8 @@ SYSTEM_SHARE = 0.90  # of kind system
 class Table:
     """Facts and choices of a data sheet, by id."""
 
-    title: str  # the parts that it describes
+    title: str  # the parts that it describes; or README
+    about: str = "What the manual states, and which test proves it."
     facts: dict[str, dict[str, str]] = field(default_factory=dict)
     choices: dict[str, dict[str, str]] = field(default_factory=dict)
 
@@ -48,8 +51,11 @@ class Table:
 
 def read(folder: Path) -> Table:
     """The table of a data sheet."""
-    parts = [part.upper() for part, row in PARTS.items() if row.folder == folder.name]
-    table = Table(" and ".join([", ".join(parts[:-1]), parts[-1]]) if parts[1:] else parts[0])
+    if folder.name == "readme":
+        table = Table("README", "What the first page denies or restricts, and which test shows it.")
+    else:
+        parts = [part.upper() for part, row in PARTS.items() if row.folder == folder.name]
+        table = Table(" and ".join([", ".join(parts[:-1]), parts[-1]]) if parts[1:] else parts[0])
     for path in sorted(folder.glob("*.toml")):
         data = tomllib.loads(path.read_text("utf-8"))
         for key, into in (("fact", table.facts), ("choice", table.choices)):
@@ -136,7 +142,7 @@ def page(table: Table, tests: Mapping[str, list[str]]) -> str:
     lines = [
         f"# {table.title}: conformance",
         "",
-        "What the manual states, and which test proves it.",
+        table.about,
         "",
         "| fact | kind | says | proven by |",
         "|---|---|---|---|",
@@ -145,7 +151,9 @@ def page(table: Table, tests: Mapping[str, list[str]]) -> str:
         reason = f"*open: {row.get('open') or row.get('later', '')}*"
         says = cell(row["says"]) + (f" *{row['parts']}*" if "parts" in row else "")
         lines.append(f"| {anchor(fact)} | {row['kind']} | {says} | {linked(tests.get(fact, [])) or reason} |")
-    lines += ["", "## What the manual leaves open", "", "| choice | what the model does | pinned by |", "|---|---|---|"]
+    if table.choices:
+        heads = ["| choice | what the model does | pinned by |", "|---|---|---|"]
+        lines += ["", "## What the manual leaves open", "", *heads]
     for choice, row in table.choices.items():
         lines.append(f"| {anchor(choice)} | {cell(row['says'])} | {linked(tests.get(choice, []))} |")
     return "\n".join(lines) + "\n"

@@ -104,9 +104,12 @@ def cy545_page() -> str:
     quirks = quirk_lines("cy545")
     quirks[:2] = [
         "\n## What we do not know\n",
-        "Of the manual one chapter is at hand, and single facts of the others. What no readable page states is\n"
-        "inferred (UND); where two disagree (CON), one is chosen. The rates above all: their table, chapter 17, is\n"
-        "not readable. Type it in, and every tool uses it (`--options`); replace times in the same way:\n\n"
+        "The model follows one chapter of the manual, and single facts of the others. A complete manual, the edition\n"
+        "of 2002, is public, a PDF of the maker (Cybernetic Micro Systems); the model was made without it. What the\n"
+        "pages at hand leave open is inferred (UND); where two disagree (CON), one is chosen.\n\n"
+        "Above all the rates: chapter 17 of the manual is the table of all 256. If you have it, type it in as\n"
+        "`inferred.rates`, steps/s at 12 MHz from index 0 to 255, and every tool uses it (`--options`). Replace times\n"
+        "in the same way:\n\n"
         '```toml\n[[chip]]\npart = "cy545b"\n[chip.options.inferred]\npulse_low = 72\nfirst_step = 2400\n```\n',
     ]
     return "\n".join(

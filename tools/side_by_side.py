@@ -37,7 +37,7 @@ CHOICES = (  # what a reader wants, what to take, and why
     ),
     (
         "long programs, texts on a display, thumbwheels", "[CY545B](cy545.md)",
-        "64K of memory outside, and two hosts at once; its rates are inferred",
+        "64K of memory outside, and two hosts at once; its rates are inferred until you type in the manual's table",
     ),
     (
         "several axes, S-curves, encoders, most steps a second", "[MC1451A-E](mc1451a.md)",
@@ -57,7 +57,8 @@ KNOWN = """
 ## How much is known
 
 The rows of each data sheet, by what they rest on: *stated* by the manual, *derived* from what it states, *chosen* where
-it is silent, or *inferred* from sister parts, because there is no manual. Then the facts of the manual that a test
+it is silent, or *inferred* from sister parts, where the model was made without the manual (the CY545's is public, and
+its table of rates [can be typed in](cy545.md#what-we-do-not-know)). Then the facts of the manual that a test
 proves, and the quirks, where the manual is silent or contradicts itself. No silicon was measured for any of them.
 """
 LETTERS = """

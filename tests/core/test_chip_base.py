@@ -181,6 +181,7 @@ def test_pins_without_signal_are_refused_at_once_also_for_later(name):
     assert kernel.next_time() is None
 
 
+@pytest.mark.fact("README-LEVELS")
 def test_mistakes_at_a_pin_are_explained():
     kernel = Kernel()
     toy = Toy(kernel)

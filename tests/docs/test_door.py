@@ -64,6 +64,7 @@ def test_no_line_on_a_page_asks_an_index_for_what_only_the_clone_has(line):
     assert [complaint(requirement) for requirement in requirements(line)] == [None] * len(requirements(line))
 
 
+@pytest.mark.fact("README-INDEX")
 def test_pages_say_that_there_is_nothing_on_an_index_until_there_is():
     pages = (ROOT / "README.md", ROOT / "docs/reference/systems.md")
     said = ["no package on an index yet" in " ".join(page.read_text("utf-8").split()) for page in pages]

@@ -25,6 +25,37 @@ def test_decisions_are_numbered_one_by_one():
     assert titles == [f"# {n}" for n in range(1, len(titles) + 1)]
 
 
+ROW = re.compile(r"^\| \[(\d+)\]\(([\w-]+\.md)\) \| [^|]+ \| (.+) \|$", re.MULTILINE)
+MARK = re.compile(r"\*\*(superseded|amended)\*\* by \[(\d+)\]\(([\w-]+\.md)\)", re.IGNORECASE)
+
+
+def records():
+    """The decisions, by their numbers."""
+    return {int(page.name[:4]): page for page in sorted((ROOT / "docs/decisions").glob("0*.md"))}
+
+
+def marks(text):
+    """What has become of a decision since, in its record or in its row of the list: how, and by which one."""
+    return {(how.lower(), int(number), file) for how, number, file in MARK.findall(text)}
+
+
+def test_each_decision_is_in_the_list_once_and_marked_there_as_in_its_record():
+    rows = ROW.findall((ROOT / "docs/decisions/index.md").read_text("utf-8"))
+    assert sorted((int(number), file) for number, file, _ in rows) == [(n, page.name) for n, page in records().items()]
+    assert {file: marks(row) for _, file, row in rows if marks(row)} == {
+        page.name: marks(page.read_text("utf-8")) for page in records().values() if marks(page.read_text("utf-8"))
+    }
+
+
+def test_a_decision_that_changes_another_one_names_it():
+    """So a reader of either finds the other, and nothing is changed by what is older."""
+    changed = [(n, page, mark) for n, page in records().items() for mark in marks(page.read_text("utf-8"))]
+    assert len(changed) >= 3
+    for n, page, (_, number, file) in changed:
+        assert number > n and records()[number].name == file
+        assert f"]({page.name})" in records()[number].read_text("utf-8")
+
+
 # ------------------------------------------------------------------------------------------------------------ code flow
 def told(heading):
     """The calls that a chapter of the page tells, in its order: (file, qualified name)."""
@@ -236,3 +267,39 @@ def test_the_layers_on_the_page_are_those_of_the_import_contracts():
     picture, *_ = re.findall(r"```text\n(.*?)```", (ROOT / "docs/explanation/where.md").read_text("utf-8"), re.DOTALL)
     rows = [re.split(r" {4,}", row.strip())[0] for row in picture.splitlines() if row.strip() not in ("|", "")]
     assert [set(re.findall(r"\w+", row)) for row in rows] == layers
+
+
+# ---------------------------------------------------------------------------------------------------------------- rooms
+ROOMS = {init.parent.relative_to(SRC).as_posix() for init in SRC.rglob("__init__.py")} - {"."}
+
+
+def named_rooms():
+    """The rooms in the table of the page: those of its first column, and their own rooms that the second one names."""
+    table = (ROOT / "docs/explanation/where.md").read_text("utf-8").split("## Rooms")[1].split("\n## ")[0]
+    for first, second in re.findall(r"^\| (`.*?) \| (.*?) \|", table, re.MULTILINE):
+        place = ""
+        for name in re.findall(r"`([\w/]+)`", first):
+            room = name if "/" in name or not place else place + name
+            place = f"{room.partition('/')[0]}/" if "/" in room else ""
+            yield room
+            yield from (f"{room}/{inner}" for inner in re.findall(r"`(\w+)`", second) if f"{room}/{inner}" in ROOMS)
+
+
+def test_each_room_is_in_the_table_once():
+    found = sorted(named_rooms())
+    assert found == sorted({*found}) and {*found} <= ROOMS
+    parents = {room.partition("/")[0] for room in found if "/" in room}
+    beneath = {room for room in ROOMS if room.startswith("chips/")}  # a part or a family each
+    assert {*ROOMS} - {*found} - beneath <= parents
+    assert len(found) > 40
+
+
+def test_files_and_names_in_the_docstrings_of_rooms_exist():
+    wrong = []
+    for room in sorted(ROOMS):
+        doc = ast.get_docstring(tree(SRC / room / "__init__.py"))
+        files = set(re.findall(r"[\w/]+\.py\b", doc))
+        wrong += [f"{room}: {name}" for name in files if not any(f"/{path}".endswith(f"/{name}") for path in modules())]
+        named = set(re.findall(r"`@?([A-Z][a-z]\w+(?:\.\w+)?)`", doc))
+        wrong += [f"{room}: {name}" for name in named if name not in definitions()]
+    assert wrong == []

@@ -163,7 +163,7 @@ FACTS = sorted((ROOT / "docs/reference").glob("conformance_*.md"))
 def test_a_fact_has_an_anchor_and_leads_to_its_tests(page):
     rows = [row.split(" | ") for row in re.findall(r"^\| (<a .*) \|$", page.read_text("utf-8"), re.MULTILINE)]
     anchors = [re.fullmatch(r'<a id="([\w.-]+)" href="#\1">\1</a>', cells[0])[1] for cells in rows]
-    assert len(anchors) == len({*anchors}) > 20
+    assert len(anchors) == len({*anchors}) > (4 if "readme" in page.stem else 20)
     for *_, tests in rows:
         for name, path in re.findall(r"\[`(\w+)`\]\(([^)]*)\)", tests):
             assert re.search(rf"(def|class) {name}\b", text((page.parent / path).resolve())), name

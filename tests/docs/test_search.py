@@ -18,7 +18,10 @@ PLAIN = {  # as readers type: in other letters, cut short, in other order, in wo
     "recording of a logic analyser": "howto/measured_recordings",
     "bench files": "howto/bench_files",
 }
-INSIDE = ("decisions/", "explanation/code_flow", "explanation/promises", "explanation/where", "reference/conformance")
+INSIDE = (
+    *("decisions/", "explanation/code_flow", "explanation/promises", "explanation/tour", "explanation/where"),
+    "reference/conformance",
+)
 ORDINARY = ("velocity", "position", "baud", "timeout", "step", "reset", "pulse", "register", "interrupt", "crystal")
 
 ASK = "words => { document.getElementById('search-results').replaceChildren(); Search.performSearch(words); }"

@@ -7,6 +7,30 @@ A guest is a class whose `sheet` is all that it must have.  What the tools take 
         checks = (go_without_speed,)     # rules for its linter (language/lint.py, Check)
         ramps = Mx10Ramps(MX10)          # its ramp calculator (language/ramps.py, Calculator)
         quirks = (Quirk(...),)           # what its manual leaves open (core/datasheet/quirk.py)
+
+A chip of ours is a folder, with the files that it needs:
+
+    sheet.py         pins, commands, registers, times, LIMITS between edges, OPTIONS, dialect, channels, each with its
+                     section of the manual; describe, asm, dis and lint read nothing else
+    firmware.py      the class: its objects, and what a user sees of them; other behaviour is an object in a file of
+                     its own, and the picture at the head shows which object knows which
+    instructions.py  a method for each command, found by the name of its row (`do_divisor`); a command that only sets,
+                     loads or shows a register is a column of its row instead
+    motion.py        what moves the motor
+    profile.py       the law of motion: pure functions, parameters in, a plan out; a run is checked before it is
+                     promised (core/motion/plan.py, mc1451a/axis/verified.py)
+    twin.py          the same motion step by step, the reference with which tests/laws compares the fast path
+    checks.py        rules for its linter alone
+    ramps.py         its ramp calculator; for `slewline tune`, `tried` and `measure` of a `RampParameter` are where a
+                     search looks, and `script` is what a host sends for a move
+    quirks.py        what it does where the manual is silent, with the test that pins it
+
+Whatever several parts of a family share is in the folder of the family (cy5xx); a letter with another meaning in a
+sister part is a column of cy5xx/letters.py.  A mistake of a host is `self.finding(code, text)` where the chip detects
+it, with a line on the page of findings.  An axis in a homing says so (`axis.homing`), and names the pin that it seeks
+where the command decides which one that is (`axis.sought`).
+
+A new chip is a folder, a line in PARTS below, and the facts of its manual in conformance/.  No other file of the package names a chip.
 """
 
 from __future__ import annotations

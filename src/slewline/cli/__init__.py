@@ -1,3 +1,8 @@
-"""The command line.  Its modules load click and nothing heavy; what a command needs, it loads when it runs."""
+"""The command line.  Its modules load click and nothing heavy; what a command needs, it loads when it runs.
+
+A command has its name and its options in a `commands.py`, here or in a room, and a module for its work beside it.
+`tools/describe_docs.py` and `tools/share.py` write its page and the man page.  Templates of `new-chip` and `new-part`
+are in templates/: `both`, and what only a chip or a part has; `new.py` knows the words that are replaced.
+"""
 
 FOUND, WRONG_USE = 1, 2  # exit status; 0: all is well

@@ -1,1 +1,5 @@
-"""Real motors: a board that makes the steps of a model, from the bytes on its wire to the axis that it drives."""
+"""Real motors: a board that makes the steps of a model, from the bytes on its wire to the axis that it drives.
+
+A driver with STEP and DIR is a row of `STEP_DRIVERS` in `drivers.py`, with the data sheet.  What goes out, a horizon
+later, passes `feeder.py` (steps) and `cable.py` (pins, characters); `drive.py` is the whole.
+"""

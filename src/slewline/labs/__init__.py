@@ -1,1 +1,5 @@
-"""What laboratories reach a module by: a motor behind it, as a record of EPICS."""
+"""What laboratories reach a module by: a motor behind it, as a record of EPICS.
+
+The motor is `motor.py`, which finds its commands by their roles; an interface of another laboratory system is a file
+here.
+"""

@@ -1,1 +1,4 @@
-"""Sockets and descriptors: the loop that waits for them, streams, strangers, and what systems lack."""
+"""Sockets and descriptors: the loop that waits for them, streams, strangers, and what systems lack.
+
+What differs between systems is in `system.py`, and nowhere else.
+"""

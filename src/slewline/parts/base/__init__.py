@@ -1,1 +1,6 @@
-"""What parts are made of: pins, queues of work, and promises that follow from those of their inputs."""
+"""What parts are made of: pins, queues of work, and promises that follow from those of their inputs.
+
+A part whose outputs follow from its inputs has a rule: a `Follower`, or a `Stateless` where it has no memory
+(`follower.py`), or a `Clocked` where it counts the edges of a clock (`clocked.py`; levels by their number are in
+`counted.py`).  Findings that a part makes only on demand are made by its `catch_up()`.
+"""
