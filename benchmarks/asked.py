@@ -1,8 +1,8 @@
 """Goals of what is said over pins, which count from the reference.
 
-They were set in virtual seconds a second of the processor, on one machine: an AMD EPYC (Zen 5).  On another machine such
-a figure says more about the machine than about the work.  So a goal is divided by what one commit, the reference, made of
-the same work on that machine; the quotient is the goal of a ratio, for which both trees run by turns.
+They were set in virtual seconds a second of the processor, on one machine: an AMD EPYC (Zen 5).  On another machine
+such a figure says more about the machine than about the work.  So a goal is divided by what one commit, the reference,
+made of the same work on that machine; the quotient is the goal of a ratio, for which both trees run by turns.
 """
 
 from __future__ import annotations

@@ -4,12 +4,12 @@
     python benchmarks/beside.py reference [--turns 9] [NAME ...]
 
 OTHER is the folder of another checkout; names are those of `run.py`, without any all that need no `--long`.
-`reference` is the tree of one commit, `REFERENCE` in trees.py, which stays the same: eight steps of 1 % each, all unseen
-beside the tree before, are 8 % beside this one.  Without names it shows what matters most.  On a machine that others use
-as well, a figure swings by a third within minutes though nothing has changed, so two whole tables tell little.  Here both
-trees stay loaded, in processes of their own on one core, and every turn gives a ratio of neighbours: the table has the
-median of the ratios, and the quartiles between which half of them lie.  Exit status 1 if a median is more than a tenth
-worse.
+`reference` is the tree of one commit, `REFERENCE` in trees.py, which stays the same: eight steps of 1 % each, all
+unseen beside the tree before, are 8 % beside this one.  Without names it shows what matters most.  On a machine that
+others use as well, a figure swings by a third within minutes though nothing has changed, so two whole tables tell
+little.  Here both trees stay loaded, in processes of their own on one core, and every turn gives a ratio of neighbours:
+the table has the median of the ratios, and the quartiles between which half of them lie.  Exit status 1 if a median is
+more than a tenth worse.
 """
 
 from __future__ import annotations

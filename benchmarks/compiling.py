@@ -23,7 +23,7 @@ def compiled(source: str, target: Path, *flags: str) -> Path:
 
 
 def step_generator(folder: Path) -> Callable[[np.ndarray, np.ndarray], int]:
-    """Return stepgen.c as a function: segments of interval, count, add, from tick 0 on into an array; how many steps."""
+    """Return stepgen.c as a function of segments (interval, count, add) and an array for the ticks of their steps."""
     generate = ctypes.CDLL(str(compiled("stepgen.c", folder / "stepgen.so", "-shared", "-fPIC"))).generate
     array = np.ctypeslib.ndpointer(np.int64, flags="C_CONTIGUOUS")
     generate.argtypes, generate.restype = (array, ctypes.c_int64, ctypes.c_int64, array), ctypes.c_int64

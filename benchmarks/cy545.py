@@ -1,4 +1,4 @@
-"""The CY545: sixteen million steps at the top rate, planned and made while nobody looks; what is said over its buses."""
+"""The CY545: sixteen million steps at the top rate, planned and made while nobody looks; and its buses."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """What moves of 50 steps take in memory, day and night, with `keep="10 s"` and without: each case in its own process.
 
-With `keep`, rows say by how much a move makes the process larger once ten seconds are full: the short ones of some virtual
-minutes, those of `--long` of an hour.  Without, they say by how much an hour does, reckoned from ten virtual minutes.
+With `keep`, rows say by how much a move makes the process larger once ten seconds are full: the short ones of some
+virtual minutes, those of `--long` of an hour.  Without, they say by how much an hour does, reckoned from ten minutes.
 """
 
 from __future__ import annotations
@@ -64,7 +64,8 @@ made = x.motor.made
 assert made > 50 * 5 * seconds and not x.findings
 assert not keep or x.motor.since >= bench.now_ps - 10 * 10**12
 grown = of("VmRSS") - begun[1]
-print(of("VmHWM"), grown * 2**20 / ((made - begun[0]) / 50), made / 50, bare, grown * 3600e12 / (bench.now_ps - begun[2]))
+added = grown * 2**20 / ((made - begun[0]) / 50)
+print(of("VmHWM"), added, made / 50, bare, grown * 3600e12 / (bench.now_ps - begun[2]))
 """
 CASES = {
     "CY525": "a host that sends move after move",
@@ -76,7 +77,7 @@ AN_HOUR = {"CY525": 50, "GS-C200S": 90, "MC1151A": 280}  # MB without keep
 
 
 def ran(case: str, seconds: int, keep: str) -> list[float]:
-    """Run a case: megabytes at most, bytes that a move adds, moves, megabytes before them, megabytes that an hour adds."""
+    """Run a case: MB at most, bytes that a move adds, moves, MB before the first, MB that an hour adds."""
     code = [sys.executable, "-c", CODE, case, str(seconds), keep]
     return [*map(float, subprocess.run(code, capture_output=True, text=True, check=True).stdout.split())]
 

@@ -11,21 +11,23 @@ from pathlib import Path
 
 import numpy as np
 from asked import ASKED
-from rows import REAL, Row, shown, spelled_out, table
+from rows import Row, shown, spelled_out, table
 from trees import SHORT
 
 HAND = Path(__file__).with_name("klipper.toml")
 EXAMPLE = "dialogue of 10,000 commands through the pins"
 PAGE = """# Performance
 
-One run of `make bench` on {day}: {processor}, CPython {python}, NumPy {numpy}. What is computed is timed in seconds of the
-processor, and nothing is remembered from one run to the next; what is served, by the clock. A ratio has both of its sides
-measured in this run, by turns: the figure is the median, and half of the turns are in the range beside it. What bounds
-work in Python is a profile of this run. A goal that is met by less than 5 % is *at the limit*.
+One run of `make bench` on {day}: {processor}, CPython {python}, NumPy {numpy}.
+
+What is computed is timed in seconds of the processor, and nothing is remembered from one run to the next; what is
+served, by the clock. A ratio has both of its sides measured in this run, by turns: the figure is the median, and half of the
+turns are in the range beside it. What bounds work in Python is a profile of this run. A goal that is met by less than
+5 % is *at the limit*.
 
 Some goals were set in virtual seconds a second of the processor on one machine, an AMD EPYC (Zen 5). On another machine
-the ratio to commit `{short}` counts, so their goal is divided by what that commit made there: {example}. `python
-benchmarks/beside.py reference` shows all other ratios to that commit.
+the ratio to commit {short} counts, so each of them is divided by what that commit made there: {example}. `python
+benchmarks/beside.py reference` shows the other ratios to that commit.
 
 ## Goals missed
 
@@ -45,7 +47,9 @@ def processor() -> str:
     found = dict(re.findall(r"^(model name|cpu family|model)\s*: (.*)$", text, re.MULTILINE))
     if "model name" not in found:
         return platform.machine()
-    numbers = ", ".join(f"{name} {found[key]}" for name, key in (("family", "cpu family"), ("model", "model")) if key in found)
+    numbers = ", ".join(
+        f"{name} {found[key]}" for name, key in (("family", "cpu family"), ("model", "model")) if key in found
+    )
     return f"{found['model name'].strip()} ({numbers})" if numbers else found["model name"].strip()
 
 
@@ -62,10 +66,10 @@ def by_hand(path: Path = HAND) -> tuple[str, list[Row]]:
 
 
 def missed(rows: Iterable[Row]) -> str:
-    """Return the goals that are missed, each with what bounds it; then what is at the limit, and what has no verdict."""
+    """Return the goals missed, each with what bounds it; then what is at the limit, and what has no verdict."""
     spelled = list(spelled_out(rows))
     lines = [
-        f"- {name}: {row.shown}, goal {row.wanted}{f', as measured on {row.when}' if row.when else ''}. Bound: {bound}.\n"
+        f"- {name}: {row.shown}{dated(row)}; goal {row.wanted}. Bound: {bound}.\n"
         for name, bound, row in spelled
         if not row.met
     ]
@@ -74,6 +78,11 @@ def missed(rows: Iterable[Row]) -> str:
         if some:
             lines.append(f"\n{say}: {'; '.join(some)}.\n")
     return "".join(lines) or "None.\n"
+
+
+def dated(row: Row) -> str:
+    """Say when and where a figure was measured, if it was not in this run."""
+    return f", as measured on {row.when}" if row.when else ""
 
 
 def written(found: dict[str, list[Row]], day: date) -> str:
@@ -87,7 +96,7 @@ def written(found: dict[str, list[Row]], day: date) -> str:
         python=platform.python_version(),
         numpy=np.__version__,
         short=SHORT,
-        example=f"{asked.goal:g} / {shown(asked.made)} = {asked.ratio:g} for a {EXAMPLE.split()[0]} with a CY525, {REAL[2:]}",
+        example=f"{asked.goal:g} / {shown(asked.made)} = {asked.ratio:g} for the dialogue with a CY525",
         missed=missed(everything),
         hand=f"{how}\n\n{table(hand)}",
         tables="\n".join(f"## {family}\n\n{table(rows)}" for family, rows in found.items()),

@@ -32,8 +32,8 @@ Sides = Sequence[tuple[Measured, Measured]]
 class Row:
     """One line of a table; a figure that could not be measured is None, and `absent` says why.
 
-    A ratio has its two sides, the yardstick and ours, turn by turn, and its figure is computed from them.  `when` is the
-    date and the processor of a figure that was measured once, by hand.
+    A ratio has its two sides, the yardstick and ours, turn by turn, and its figure is computed from them.  `when` is
+    the date and the processor of a figure that was measured once, by hand.
     """
 
     name: str

@@ -99,7 +99,8 @@ def turns_of(other: Path, workload: Workload, turns: int, core: int) -> list[tup
 def reference() -> Iterator[Path | None]:
     """Yield the folder of the reference, unpacked; None if its commit is not in this repository, or there is none."""
     try:
-        known = run_command(["git", "-C", str(HERE), "cat-file", "-e", f"{REFERENCE}^{{commit}}"], stderr=DEVNULL)
+        ask = ["git", "-C", str(HERE), "cat-file", "-e", f"{REFERENCE}^{{commit}}"]
+        known = run_command(ask, check=False, stderr=DEVNULL)
     except FileNotFoundError:  # no git
         yield None
         return
