@@ -21,9 +21,9 @@ PAGE = """# Performance
 One run of `make bench` on {day}: {processor}, CPython {python}, NumPy {numpy}.
 
 What is computed is timed in seconds of the processor, and nothing is remembered from one run to the next; what is
-served, by the clock. A ratio has both of its sides measured in this run, by turns: the figure is the median, and half of the
-turns are in the range beside it. What bounds work in Python is a profile of this run. A goal that is met by less than
-5 % is *at the limit*.
+served, by the clock. A ratio has both of its sides measured in this run, by turns: the figure is the median, and half
+of the turns are in the range beside it. What bounds work in Python is from a profile of this run. A goal that is met by
+less than 5 % is *at the limit*.
 
 Some goals were set in virtual seconds a second of the processor on one machine, an AMD EPYC (Zen 5). On another machine
 the ratio to commit {short} counts, so each of them is divided by what that commit made there: {example}. `python
@@ -86,10 +86,16 @@ def dated(row: Row) -> str:
 
 
 def written(found: dict[str, list[Row]], day: date) -> str:
-    """Return the page: rows by family."""
+    """Return the page: rows by family.
+
+    Raises:
+        ValueError: a row that has a goal beside the reference is not there; it may have another name now.
+    """
     how, hand = by_hand()
     asked = ASKED[EXAMPLE]
     everything = [*hand, *(row for rows in found.values() for row in rows)]
+    if lost := ASKED.keys() - {row.name for row in everything}:
+        raise ValueError(f"no row for the goals of {', '.join(sorted(lost))}")
     return PAGE.format(
         day=day.isoformat(),
         processor=processor(),
