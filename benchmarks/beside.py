@@ -4,93 +4,45 @@
     python benchmarks/beside.py reference [--turns 9] [NAME ...]
 
 OTHER is the folder of another checkout; names are those of `run.py`, without any all that need no `--long`.
-`reference` is the tree of one commit, `REFERENCE`, which stays the same: eight steps of 1 % each, all unseen beside
-the tree before, are 8 % beside this one.  Without names it shows what matters most.  On a machine that others use as
-well, a figure swings by a third within minutes though nothing has changed, so two whole tables tell little.  Here both
-trees stay loaded, in processes of their own on one core, and every turn gives a ratio of neighbours: the table has the
-median of the ratios, and the quartiles between which half of them lie.  Exit status 1 if a median is more than a tenth
-worse.
+`reference` is the tree of one commit, `REFERENCE` in trees.py, which stays the same: eight steps of 1 % each, all
+unseen beside the tree before, are 8 % beside this one.  Without names it shows what matters most.  On a machine that
+others use as well, a figure swings by a third within minutes though nothing has changed, so two whole tables tell
+little.  Here both trees stay loaded, in processes of their own on one core, and every turn gives a ratio of neighbours:
+the table has the median of the ratios, and the quartiles between which half of them lie.  Exit status 1 if a median is
+more than a tenth worse.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import chain, count
+from itertools import chain
 from pathlib import Path
 from statistics import median
-from subprocess import PIPE, Popen
-from subprocess import run as run_command
-from tempfile import TemporaryDirectory
 
 import run
-from rows import Row, shown
+from rows import shown
+from trees import ABSENT, Found, reference, turns_of
 
-HERE = Path(__file__).resolve().parent.parent
 WORSE = 1.10
-# before the CY545; what it lacks, or names otherwise, is not compared
-REFERENCE = "f9fcc801fa28c52c76862fce3c0a9b6c0fb9824a"
-MATTER = ("exchanging", "serving", "packets", "moves", "registers", "dialogue")
-CHILD = """
-import json, os, sys
-from dataclasses import asdict
-tree, name, core = sys.argv[1:]
-os.sched_setaffinity(0, {int(core)})
-sys.path[:0] = [f"{tree}/benchmarks", f"{tree}/src"]
-import run, slewline
-assert slewline.__file__.startswith(tree), slewline.__file__
-rows = next(family[name] for family in run.WORKLOADS.values() if name in family)
-for _ in sys.stdin:
-    print(json.dumps([asdict(row) for row in rows()]), flush=True)
-"""
-
-
-class Tree:
-    """A workload of a checkout, loaded and ready."""
-
-    def __init__(self, folder: Path, name: str, core: int) -> None:
-        environment = {**os.environ, "PYTHONPATH": f"{folder}/src"}  # of the servers that a workload starts
-        command = [sys.executable, "-c", CHILD, str(folder), name, str(core)]
-        self.what = f"{name} of {folder}"
-        self.process = Popen(command, stdin=PIPE, stdout=PIPE, text=True, env=environment)
-
-    def __enter__(self) -> Tree:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.process.communicate()
-
-    def turn(self) -> dict[tuple[str, int], Row]:
-        """Run the workload once; its rows by name, and where rows share one ("the same: ...") by their number."""
-        assert self.process.stdin is not None and self.process.stdout is not None
-        self.process.stdin.write("\n")
-        self.process.stdin.flush()
-        line = self.process.stdout.readline()
-        if not line:
-            raise SystemExit(f"{self.what} has failed")
-        found: dict[tuple[str, int], Row] = {}
-        for row in json.loads(line):
-            number = next(n for n in count() if (row["name"], n) not in found)
-            found[row["name"], number] = Row(**row)
-        return found
+MATTER = ("exchanging", "serving", "packets", "moves", "scripts", "registers", "dialogue")
 
 
 def compared(other: Path, name: str, turns: int, core: int) -> bool:
     """Print the rows of one workload; return whether none is worse."""
-    pairs: dict[tuple[str, int], list[tuple[Row, Row]]] = defaultdict(list)
-    with Tree(other, name, core) as theirs, Tree(HERE, name, core) as ours:
-        for turn in range(turns):
-            found = {tree: tree.turn() for tree in ((theirs, ours) if turn % 2 else (ours, theirs))}
-            for row in found[ours]:
-                if row in found[theirs]:
-                    pairs[row].append((found[theirs][row], found[ours][row]))
+    pairs: dict[tuple[str, int], list[tuple[Found, Found]]] = defaultdict(list)
+    for theirs, ours in turns_of(other, run.workload(name), turns, core):
+        for row in ours:
+            if row in theirs:
+                pairs[row].append((theirs[row], ours[row]))
     fine = True
     for (row, _), both in pairs.items():
+        if any(tree.figure is None for pair in both for tree in pair):
+            continue
         old, new = (shown(median(tree.figure for tree in column)) for column in zip(*both, strict=True))
         ratio = half = ""
         if all(tree.figure > 0 for pair in both for tree in pair):  # what is 0, or beyond something, has none
@@ -102,7 +54,7 @@ def compared(other: Path, name: str, turns: int, core: int) -> bool:
     return fine
 
 
-def slower(old: Row, new: Row) -> float:
+def slower(old: Found, new: Found) -> float:
     """How many times as long the new one takes."""
     return old.figure / new.figure if new.more_is_better else new.figure / old.figure
 
@@ -113,12 +65,10 @@ def checkout(other: str) -> Iterator[Path]:
     if other != "reference":
         yield Path(other).resolve()
         return
-    with TemporaryDirectory() as folder:
-        archive = Popen(["git", "-C", str(HERE), "archive", REFERENCE], stdout=PIPE)
-        run_command(["tar", "-x", "-C", folder], stdin=archive.stdout, check=True)
-        if archive.wait():
-            raise SystemExit(f"no commit {REFERENCE} in this repository; fetch the whole history")
-        yield Path(folder)
+    with reference() as folder:
+        if folder is None:
+            raise SystemExit(f"{ABSENT}; fetch the whole history")
+        yield folder
 
 
 def main() -> int:

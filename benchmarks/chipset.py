@@ -15,7 +15,8 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from rows import Row, best, best_of, timed
+import profiled
+from rows import REAL, Row, best, best_of, timed
 
 import slewline
 from slewline.bench.scripts.script import run_script
@@ -25,10 +26,9 @@ TOP = 512 * ONE  # 1.5625 Mpulses/s
 SECOND = 10**12  # ps
 STRETCH_PS = 640 * SECOND // 1000  # a million steps at top speed
 TEN_MS = SECOND // 100
+CYCLES_A_SECOND = 3052
 AXES = range(1, 5)
 ALL = 0b1111
-
-REAL = "x real time"
 
 Setting = tuple[Any, ...]  # a mnemonic, and what it takes
 
@@ -186,9 +186,9 @@ def encoders() -> list[Row]:
     """Stall detection on four axes, each with an encoder that follows it count by count; gears that follow a master."""
     rows = []
     for counts, velocity, goal, polls in (
-        ("953,125", TOP * 61 // 100, 5, 0),
+        ("953,125", TOP * 61 // 100, None, 0),
         ("781,250", TOP // 2, 2, 100),
-        ("48,828", 16 * ONE, 20, 0),
+        ("48,828", 16 * ONE, None, 0),
     ):
         wall, (chip, host) = best_of(partial(armed, velocity, polls), 3)
         told(host, ("STOP",), ("UPDATE",))
@@ -197,18 +197,18 @@ def encoders() -> list[Row]:
             actual, error = (host.axis(n).query(name) for name in ("GET_ACTL_POS", "GET_ACTL_POS_ERR"))
             assert actual == chip.axis(n).position > velocity * 3000 // ONE and abs(error) <= 1
         name = f"stall detection, four encoders at {counts} counts/s"
-        bound = f"counts processed for up to 256 cycles at once, {wall / 4 / 3052 * 1e6:.1f} µs a cycle and axis"
+        bound = profiled.bound(name, partial(armed, velocity, polls), 4 * CYCLES_A_SECOND, "a cycle and axis")
         if polls:
             name, bound = f"{name}, each read every 10 ms", f"{bound}; {4 * polls} packets"
         rows.append(Row(name, 1 / wall, REAL, goal, True, bound))
-    for number, least in ((1, 9.0), (4, 2.5)):
+    for number in (1, 4):
         wall, (chip, host) = best_of(partial(geared, number), 3)
         for n in range(1, number + 1):
             behind = host.axis(n).query("GET_ACTL_POS") - host.axis(n).query("GET_TRGT_POS")
             assert chip.axis(n).position > 39_900 and 0 <= behind < 400  # the host reads one after the other
-        bound = f"a run and its promise in every cycle, {wall / number / 3052 * 1e6:.0f} µs each"
-        axes = "one axis follows" if number == 1 else "four axes follow"
-        rows.append(Row(f"gear, {axes} 40,000 counts/s", 1 / wall, REAL, least, True, bound))
+        name = f"gear, {'one axis follows' if number == 1 else 'four axes follow'} 40,000 counts/s"
+        bound = profiled.bound(name, partial(geared, number), number * CYCLES_A_SECOND, "a cycle and axis")
+        rows.append(Row(name, 1 / wall, REAL, None, True, bound))
     return rows
 
 
@@ -282,14 +282,14 @@ def packets() -> list[Row]:
         return prepare
 
     rows = []
-    for name, talk, goal, instants in (
-        ("1,000 packets through the pins", mixed, None, 8),
-        ("1,000 times GET_STATUS, one by one", one_by_one, 4, 8),
-        ("the same, queued", queued, 5, 6),
+    for name, talk in (
+        ("1,000 packets through the pins", mixed),
+        ("1,000 times GET_STATUS, one by one", one_by_one),
+        ("1,000 times GET_STATUS, queued", queued),
     ):
         wall, virtual = best_of(prepared(talk))
-        bound = f"{1000 / wall:,.0f} packets/s; {instants} instants each, in Python"
-        rows.append(Row(name, virtual / SECOND / wall, REAL, goal, True, bound))
+        bound = profiled.bound(name, prepared(talk), 1000, "a packet")
+        rows.append(Row(name, virtual / SECOND / wall, REAL, None, True, bound))
     return rows
 
 
@@ -299,14 +299,13 @@ MOVES = 200
 
 
 def moves() -> list[Row]:
-    """What a whole move costs, and 1,000 of them in a script."""
+    """What a whole move costs."""
     rows = []
     for name, settings, runs in (("trapezoid", TRAPEZOID, "four runs"), ("S-curve", S_CURVE, "one run")):
         pairs = [(moved("CLR_STATUS", settings), moved("UPDATE", settings)) for _ in range(9)]  # by turns
         packets, move = (median(column) for column in zip(*((one, both - one) for one, both in pairs), strict=True))
         bound = f"{runs}, and the instants at which they begin; beside {packets * 1e6:.0f} µs for two packets"
         rows.append(Row(f"a move, {name}: plan and play", move * 1e6, "µs", None, False, bound))
-    rows += scripts()
     return rows
 
 
@@ -335,12 +334,14 @@ def moved(begins: str, settings: tuple[Setting, ...]) -> float:
 def scripts() -> list[Row]:
     """Random moves from a script that waits for the interrupt, and from one that asks for the status."""
     rows = []
-    for number, waits, name, bound in (
-        (1000, ("@until hostintrpt=0", "RST_INTRPT 0"), "waiting for the interrupt", "6 packets a move"),
-        (100, ("wait motion_complete", "CLR_STATUS"), "asking for the status", "a packet every 1.2 ms of a move"),
+    for number, waits, how in (
+        (1000, ("@until hostintrpt=0", "RST_INTRPT 0"), "waiting for the interrupt"),
+        (100, ("wait motion_complete", "CLR_STATUS"), "asking for the status"),
     ):
-        wall, virtual = best_of(partial(scripted, number, waits), 3)
-        rows.append(Row(f"{number:,} random moves of a script, {name}", virtual / wall, REAL, None, True, bound))
+        prepare, name = partial(scripted, number, waits), f"{number:,} random moves of a script, {how}"
+        wall, virtual = best_of(prepare, 3)
+        bound = profiled.bound(name, prepare, number, "a move")
+        rows.append(Row(name, virtual / wall, REAL, None, True, bound))
     return rows
 
 

@@ -1,11 +1,12 @@
-"""The CY545: sixteen million steps at the top rate, planned, and made while nobody looks."""
+"""The CY545: sixteen million steps at the top rate, planned and made while nobody looks; and its buses."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
-from rows import Row, best, best_of
+import profiled
+from rows import REAL, Row, best, best_of, prepared_by_turns
 
 import slewline
 from slewline.chips import sheet_of
@@ -14,6 +15,7 @@ from slewline.core.motion.train import StepTrain
 from slewline.core.time.timebase import Clock
 
 NUMBER, FIRST, RATE, SLOPE = 16_000_000, 14, 255, 220
+POLLING = "ram", "Y 0\rE\rT 3,0\r0\rQ", "Y 0\rX\r"
 
 
 def prepared() -> Callable[[], Any]:
@@ -32,7 +34,9 @@ def prepared() -> Callable[[], Any]:
     return run
 
 
-def spoken(memory: str, entered: str, sent: str, time: str = "") -> Callable[[], Callable[[], float]]:
+def spoken(
+    memory: str, entered: str, sent: str, time: str = "", pins: tuple[str, ...] = ()
+) -> Callable[[], Callable[[], float]]:
     """A chip with a memory, or none: what is entered, then what is sent and timed, until all is idle or for a time."""
 
     def prepare() -> Callable[[], float]:
@@ -41,6 +45,8 @@ def spoken(memory: str, entered: str, sent: str, time: str = "") -> Callable[[],
         if memory:
             bench.part(memory, "memory", to=chip)
         chip.pin("usrb3").drive(0)
+        if pins:
+            bench.record(*pins)
         host = bench.host(chip)
         host.send(f"O 81H\r{entered}")
         bench.run_until_idle("100 s")
@@ -65,24 +71,30 @@ def talking() -> list[Row]:
     commands = "".join(f"N {n}\rR {n % 200 + 10}\r" for n in range(1000))
     program = "".join(f"N {n}\r" for n in range(60))
     cases = (
-        ("a program that polls", spoken("ram", "Y 0\rE\rT 3,0\r0\rQ", "Y 0\rX\r", "400 ms"), 5),
-        ("2,000 commands over the bus", spoken("", "", commands), 6),
-        ("a program into an EEPROM", spoken("eeprom", "", f"Y 0\rE\r{program}Q"), 6),
-    )
-    bounds = (
-        "an instant a byte: the cycle goes as a value",
-        "5 commits and 5 resumptions a byte, in Python: each edge of the handshake is what the other end waits for",
-        "the bytes that the host sends, as above; polls of the EEPROM go as values",
+        ("a program that polls", spoken(*POLLING, "400 ms"), 400, "a virtual millisecond"),
+        ("2,000 commands over the bus", spoken("", "", commands), 2000, "a command"),
+        ("a program into an EEPROM", spoken("eeprom", "", f"Y 0\rE\r{program}Q"), 60, "an instruction"),
     )
     found = []
-    for (name, prepare, goal), bound in zip(cases, bounds, strict=True):
+    for what, prepare, items, item in cases:
         wall, virtual = best_of(prepare)
-        found.append(Row(f"CY545: {name}", virtual / wall, "x real time", goal, True, bound))
+        name = f"CY545: {what}"
+        bound = profiled.bound(name, prepare, items, item)
+        found.append(Row(name, virtual / wall, REAL, None, True, bound))
     return found
 
 
-def rows() -> list[Row]:
-    """The rows of this table."""
+def recorded() -> list[Row]:
+    """The program that polls, its local bus recorded, beside the same unrecorded."""
+    name = "CY545: a program that polls, its local bus recorded"
+    watched = spoken(*POLLING, "100 ms", tuple(f"x.{pin}" for pin in ("xmem_sel", "ale", "rd", "wr", "db")))
+    bound = profiled.bound(name, watched, 100, "a virtual millisecond")
+    sides = prepared_by_turns(spoken(*POLLING, "100 ms"), watched)
+    return [Row(name, None, "x the unrecorded", 0.8, True, bound, sides)]
+
+
+def planning() -> list[Row]:
+    """The plan, and the motion."""
     law, clock = profile.law_of(sheet_of("cy545")), Clock(12_000_000)
 
     def planned() -> StepTrain:
@@ -93,6 +105,5 @@ def rows() -> list[Row]:
     assert chip.position == NUMBER and len(chip.motor.past) == 2
     return [
         Row("move of 16,000,000 steps: plan", best(planned, 20) * 1e3, "ms", 1, False, "500 runs of equal intervals"),
-        Row("the same, unobserved", chip.kernel.now / 1e12 / wall, "x real time", 20_000, True, "a handful of events"),
-        *talking(),
+        Row("the same, unobserved", chip.kernel.now / 1e12 / wall, REAL, 20_000, True, "a handful of events"),
     ]

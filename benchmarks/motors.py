@@ -14,12 +14,11 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from rows import Row, timed
+from rows import REAL, Row, timed
 
 import slewline
 from slewline.parts.motors.data import LoadData
 from slewline.parts.motors.drivers import read_driver
-from slewline.parts.motors.integration import integrate_many
 from slewline.parts.motors.law import MotorLaw
 from slewline.parts.motors.motors import motor_named
 
@@ -28,7 +27,6 @@ MOTOR, DRIVER = "QSH4218-47-28-040", "24 V, 2.8 A"
 LOAD = {"inertia": 6.8e-6, "friction": 5e-3}
 DATA = motor_named(MOTOR)
 STEPS = {"motor": MOTOR, "driver": DRIVER, "load": LOAD}
-MANY = 1000
 
 
 def law(step_us: int = 20) -> MotorLaw:
@@ -52,20 +50,6 @@ def alone(engine: str, step_us: int, count: int) -> Callable[[], float]:
         return stop * 1e-12
 
     return act
-
-
-def side_by_side() -> float:
-    """A thousand motors of different inertia, in NumPy."""
-    times, commands, stop = ramp(100)
-    first = law()
-    laws = [
-        MotorLaw(
-            DATA, first.driver, LoadData(inertia=6.8e-6 * (0.8 + 0.4 * n / MANY), friction=5e-3), step_ps=first.step_ps
-        )
-        for n in range(MANY)
-    ]
-    integrate_many(laws, times, commands, stop)
-    return MANY * stop * 1e-12
 
 
 def until_rest(bench: slewline.Bench, motor: Any) -> float:
@@ -140,12 +124,11 @@ def closed_loop() -> float:
 
 
 def rows() -> Iterator[Row]:
-    """One motor, a thousand, and motors behind chips."""
+    """One motor, and motors behind chips."""
     law().integrate(*ramp(10), engine="numba")
     for name, act, goal, bound in (
         ("one motor, 20 µs, Numba", alone("numba", 20, 6000), 100.0, "latency of four dependent evaluations"),
         ("one motor, 100 µs, plain Python", alone("python", 100, 600), 8.0, "some 240 operations a step"),
-        ("1,000 motors side by side, NumPy, motor-seconds", side_by_side, 80.0, "some 260 calls of NumPy a step"),
         ("CY525, asked once, at rest", cy525(), None, "the integrator"),
         ("two switches watched", cy525("one.out", "two.out"), 25.0, "the integrator"),
         ("GS-C200S homes on its switches", homing, 30.0, "blocks that are cut: each switch stops or turns the module"),
@@ -157,7 +140,7 @@ def rows() -> Iterator[Row]:
         for _ in range(ROUNDS):
             seconds, virtual = timed(act)
             speeds.append(virtual / seconds)
-        yield Row(name, median(speeds), "x real time", goal, True, bound)
+        yield Row(name, median(speeds), REAL, goal, True, bound)
     yield Row("events of a motor at rest in 24 h", float(at_rest()), "", 20.0, False, "none")
 
 

@@ -106,7 +106,7 @@ def back() -> Iterator[Row]:
             host.close()
     why = "a fork, the journal from the checkpoint on, and two connections"
     yield Row("back to an instant of ten minutes with 1,000 commands, median", median(took), "ms", None, False, why)
-    yield Row("the same, the slowest of 100", max(took), "ms", 200, False, "the work between two checkpoints, 20 ms")
+    yield Row("the same, the slowest of 100", max(took), "ms", 200, False, "the work between two checkpoints")
     yield Row("the same by replaying all of the journal, median", median(plainly), "ms", None, False, "the session")
 
 
@@ -153,7 +153,7 @@ def views() -> Iterator[Row]:
         page.terminate()
         page.wait()
     late = after[len(after) * 99 // 100] - before[len(before) * 99 // 100]
-    yield Row("answers with a page on 8 chips, later at p99", late, "ms", 1, False, "0.3 ms of comparing in a turn")
+    yield Row("answers with a page on 8 chips, later at p99", late, "ms", 1, False, "what a turn compares for the page")
 
 
 def windows() -> Iterator[Row]:
@@ -175,9 +175,9 @@ def windows() -> Iterator[Row]:
     again = min(timed(ask)[0] for _ in range(5)) * 1e3
     moves = len(chip.motions())
     yield Row(
-        "scope: an hour of 8 signals, 1,200 columns", again, "ms", 50, False, "2,100 cells a signal, from a table"
+        "scope: an hour of 8 signals, 1,200 columns", again, "ms", 50, False, "the cells of each signal, from a table"
     )
-    bound = f"{moves:,} moves, once; beside everything else, half a millisecond at a time"
+    bound = f"{moves:,} moves, once; a slice at a time, beside everything else"
     yield Row("the same for the first time", first, "ms", None, False, bound)
 
 

@@ -2,9 +2,9 @@
 
     python benchmarks/run.py [--long] [--page docs/reference/performance.md] [NAME ...]
 
-Figures are ratios: to real time (virtual seconds per second), to a bare `import numpy`, or to pyvcd in the same run.
-Each workload checks its own result before it is believed.  What is computed is timed in seconds of the processor, the
-least of some runs; what is served, by the clock.  `--long` adds the runs of a virtual hour.
+Figures are ratios to something that is measured in the same run, or virtual seconds per second (real time).  Each
+workload checks its own result before it is believed.  What is computed is timed in seconds of the processor; what is
+served, by the clock.  `--long` adds the runs of a virtual hour.
 """
 
 from __future__ import annotations
@@ -15,26 +15,34 @@ import resource
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from datetime import date
 from itertools import chain
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import chipset
+import compiling
 import cy545
 import cycles
+import growth
 import keeping
 import motors
 import numpy as np
+import page
 import panel
 import parts
 import pictures
+import profiled
 import reading
 import serve
 import store
+import waits
 import writing
-from rows import Row, best, best_of, table
+from asked import judged
+from rows import REAL, Measured, Row, best, best_of, by_turns, table
+from trees import Workload, reference
 from writing import MIX
 
 import slewline
@@ -47,12 +55,17 @@ ONE_THREAD = os.environ | dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREAD
 ONE_THREAD.pop("PYTHONDONTWRITEBYTECODE", None)  # the first run writes the byte code that the others find
 
 
-KLIPPER = 56
-KLIPPER_SAYS = "x 56 np.cumsum"
+def whole() -> None:
+    """A bench, a chip and its host, the move, and all of its steps."""
+    bench = slewline.Bench()
+    chip = bench.add("cy525", "x")
+    bench.host(chip).send("A 0\rF 3\rR 127\rS 200\rZ 1\rN 65535\rG\r")
+    bench.run_until_idle("100 s")
+    assert len(chip.steps()) == 65535
 
 
 def plans() -> list[Row]:
-    """A 65,535-step ramped move: planned, and expanded."""
+    """A 65,535-step ramped move: planned, and expanded; beside C that generates the same steps from the same runs."""
 
     def planned() -> StepTrain:
         return StepTrain(CLOCK, 0, profile.move(65535, 3, 127, 200, 1).runs)
@@ -68,29 +81,10 @@ def plans() -> list[Row]:
     def expanded(what: Callable[[], object]) -> float:
         return 65535 * many / best(lambda: [what() for _ in range(many)]) / 1e6
 
-    # Klipper is not here.  On a Zen 5 its C makes steps at a 56th of the rate at which np.cumsum adds up a given array.
-    # Other processors add up in memory several times slower, and then these two rows say too much
-    given, out = np.full(65535, 1137, np.int64), np.empty(65535, np.int64)
-    klipper = KLIPPER * best(lambda: [np.cumsum(given, out=out) for _ in range(many)], 20) / many
-    first = best(planned, 20)
+    runs, first = len(train.counts), best(planned, 20)
+    python = f"Python: {first / runs * 1e6:.2f} µs a run of equal intervals, {runs} runs"
     return [
-        Row(
-            "move of 65,535 steps: plan",
-            first * 1e3,
-            "ms",
-            0.5,
-            False,
-            "Python: about 0.5 µs a run of equal intervals, 250 runs",
-        ),
-        Row("the same beside Klipper's rate, a first plan", klipper / first, KLIPPER_SAYS, 10, True, "the same"),
-        Row(
-            "the same: plan and ticks of all steps",
-            klipper / best(lambda: planned().begin_ticks(), 20),
-            KLIPPER_SAYS,
-            8,
-            True,
-            "the plan; a long run is filled in place, short ones by np.repeat and np.cumsum",
-        ),
+        Row("move of 65,535 steps: plan", first * 1e3, "ms", 0.5, False, python),
         Row(
             "the same with S = 1: plan",
             best(lambda: StepTrain(CLOCK, 0, profile.move(65535, 3, 127, 1, 1).runs), 20) * 1e3,
@@ -100,7 +94,7 @@ def plans() -> list[Row]:
             "the same",
         ),
         Row(
-            "the same: expand to ticks",
+            "move of 65,535 steps: expand to ticks",
             expanded(train.begin_ticks),
             "M steps/s",
             100,
@@ -115,6 +109,7 @@ def plans() -> list[Row]:
             True,
             "one int64 multiplication and division a step",
         ),
+        *beside_c(train, planned),
         Row(
             "position of 1,000,000 instants",
             1 / best(lambda: long.begun_many(np.arange(0, 7 * 10**12, 7 * 10**6))),
@@ -124,6 +119,29 @@ def plans() -> list[Row]:
             "np.searchsorted over the runs",
         ),
     ]
+
+
+def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row]:
+    """What a plan, its ticks and a whole bench cost, beside the same ticks from a step generator in C."""
+    cases: tuple[tuple[str, Callable[[], object], str], ...] = (
+        ("expand to ticks", train.begin_ticks, "a long run is filled in place, short ones by np.repeat and np.cumsum"),
+        ("a first plan", planned, "the runs, in Python, of which C is given its own"),
+        ("plan and ticks", lambda: planned().begin_ticks(), "the same"),
+        ("a whole bench, to its steps", whole, "the chip, its host and their dialogue"),
+    )
+    name, unit = "move of 65,535 steps: {}, beside a step generator in C", "x C"
+    if compiling.COMPILER is None:
+        for what, _, bound in cases:
+            yield Row(name.format(what), None, unit, None, True, bound, absent=compiling.ABSENT)
+        return
+    segments = np.array([(i, n, 0) for i, n in zip(train.intervals, train.counts, strict=True)], np.int64)
+    made = np.empty(train.steps, np.int64)
+    with tempfile.TemporaryDirectory() as folder:
+        generate = compiling.step_generator(Path(folder))
+        assert generate(segments, made) == train.steps and (made == train.begin_ticks()).all()
+        for what, ours, bound in cases:
+            sides = by_turns(lambda: generate(segments, made), ours, 21)
+            yield Row(name.format(what), None, unit, None, True, bound, sides)
 
 
 def slewing(bench: slewline.Bench) -> tuple[Any, Any]:
@@ -146,7 +164,7 @@ def endless() -> list[Row]:
         Row(
             "10,000,000 steps, undisturbed",
             10_000_000 * chip.clock.ps(1137) / 1e12 / alone,
-            "x real time",
+            REAL,
             20_000,
             True,
             "a handful of events, whatever the number of steps",
@@ -154,10 +172,10 @@ def endless() -> list[Row]:
         Row(
             "the same with 1,000 read-outs, 1,000 rate changes, 100,000 position_at",
             chip.kernel.now / 1e12 / wall,
-            "x real time",
+            REAL,
             500,
             True,
-            "about 10 events a read-out, a ramp plan a rate change, 4 µs a question",
+            "the events of a read-out, a ramp plan a rate change, a search a question",
         ),
     ]
 
@@ -202,32 +220,23 @@ def dialogue() -> list[Row]:
 
     wall, chip = best_of(prepare)
     assert chip.registers["number"] == 300 and not chip.findings
-    return [
-        Row(
-            "dialogue of 10,000 commands through the pins",
-            chip.kernel.now / 1e12 / wall,
-            "x real time",
-            10,
-            True,
-            "4 instants, 5 resumptions and 6 pin changes a byte, in Python",
-        )
-    ]
+    name = "dialogue of 10,000 commands through the pins"
+    bound = profiled.bound(name, prepare, 10_000, "a command")
+    return [Row(name, chip.kernel.now / 1e12 / wall, REAL, None, True, bound)]
 
 
-def seconds_of(code: str) -> float:
-    """User and system seconds of a fresh interpreter, the least of some runs; threads of NumPy would count as well."""
-    times = []
-    for _ in range(9):
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL, env=ONE_THREAD)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
-    return min(times)
+def seconds_of(code: str) -> Measured:
+    """User and system seconds of a fresh interpreter; threads of NumPy would count as well."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL, env=ONE_THREAD)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return Measured(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
 
 
 def starting() -> list[Row]:
     """What it costs to import slewline and to make a bench, and what --help loads."""
-    numpy, ours = seconds_of("import numpy"), seconds_of("import slewline; slewline.Bench()")
+    both = "import numpy", "import slewline; slewline.Bench()"
+    sides = [(seconds_of(both[0]), seconds_of(both[1])) for _ in range(10)][1:]  # the first run writes the byte code
     code = (
         "import sys; from slewline.cli.main import main; sys.argv = ['slewline', '--help']\n"
         "try: main()\nexcept SystemExit: pass\nprint('numpy' in sys.modules, file=sys.stderr)"
@@ -236,11 +245,12 @@ def starting() -> list[Row]:
     return [
         Row(
             "import slewline, make a Bench, both from byte code, NumPy with one thread",
-            ours / numpy,
+            None,
             "x import numpy",
             1.3,
             False,
             "no NumPy is loaded before an array is asked for",
+            sides,
         ),
         Row(
             "slewline --help: NumPy loaded",
@@ -303,7 +313,7 @@ def hour() -> list[Row]:
             False,
             f"the last second is kept; a window of 5 s was streamed ({size / 1e6:.1f} MB of VCD)",
         ),
-        Row("the same: speed", ratio, "x real time", 20, True, "360,000 read-outs of 10 events"),
+        Row("the same: speed", ratio, REAL, 20, True, "360,000 read-outs"),
     ]
 
 
@@ -313,14 +323,21 @@ def exchanging() -> list[Row]:
     host = bench.host(bench.add("gs-c200s", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0}))
     host.ask("F")
     begin = bench.now_ps
-    wall = best(lambda: [host.ask("F") for _ in range(1000)], 5)
+
+    def exchanges() -> None:
+        for _ in range(1000):
+            host.ask("F")
+
+    wall = best(exchanges, 5)
     virtual = (bench.now_ps - begin) / 6 / 1e12
-    bound = "10 instants and 16 resumptions an exchange of 4 characters, in Python"
-    return [Row("1,000 exchanges with a GS-C200S", virtual / wall, "x real time", 20, True, bound)]
+    name = "1,000 exchanges with a GS-C200S"
+    bound = profiled.bound(name, lambda: exchanges, 1000, "an exchange of 4 characters")
+    return [Row(name, virtual / wall, REAL, None, True, bound)]
 
 
 LONG = ("hour", "hours")
-WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
+JUDGED = ("dialogue", "exchanging", "encoders", "packets", "scripts", "talking")  # beside the reference, by turns
+WORKLOADS: dict[str, dict[str, Workload]] = {
     "CY525": {
         "plans": plans,
         "endless": endless,
@@ -336,27 +353,28 @@ WORKLOADS: dict[str, dict[str, Callable[[], list[Row]]]] = {
         "encoders": chipset.encoders,
         "packets": chipset.packets,
         "moves": chipset.moves,
+        "scripts": chipset.scripts,
         "registers": serve.register_rows,
     },
-    "CY545": {"cy545": cy545.rows},
+    "CY545": {"plan": cy545.planning, "talking": cy545.talking, "recorded": cy545.recorded},
     "Parts": {"parts": parts.rows},
     "Motors": {"motors": motors.rows},
     "Panel": {"panel": panel.rows},
+    "Tasks that wait": {"waits": waits.rows},
     "To start, and to go on": {
         "starting": starting,
+        "growth": growth.rows,
         "keeping": keeping.rows,
         "hour": hour,
         "hours": keeping.hours,
         "storing": store.rows,
     },
 }
-PAGE = """# Performance
 
-One run of `make bench`, on two cores of an x86-64 server. What is computed is timed in seconds of the processor, the
-least of some runs, and nothing is remembered from one run to the next; what is served, by the clock. `python
-benchmarks/beside.py reference` shows the ratios to a commit that stays the same.
 
-{}"""
+def workload(name: str) -> Workload:
+    """Return the workload of a name."""
+    return next(family[name] for family in WORKLOADS.values() if name in family)
 
 
 def main() -> int:
@@ -371,16 +389,17 @@ def main() -> int:
         parser.error(f"names are {', '.join(names)}")
     chosen = options.names or [name for name in names if name not in LONG or options.long]
     found: dict[str, list[Row]] = {}
-    for family, workloads in WORKLOADS.items():
-        for name in workloads:
-            if name in chosen:
-                print(f"{name} ...", file=sys.stderr, flush=True)
-                found.setdefault(family, []).extend(workloads[name]())
-    text = "\n".join(f"## {family}\n\n{table(rows)}" for family, rows in found.items())
-    print(text)
+    with reference() as tree:
+        for family, workloads in WORKLOADS.items():
+            for name, rows in workloads.items():
+                if name in chosen:
+                    print(f"{name} ...", file=sys.stderr, flush=True)
+                    found.setdefault(family, []).extend(judged(rows, tree) if name in JUDGED else rows())
     if options.page:
-        options.page.write_text(PAGE.format(text), "utf-8")
-    return 0 if all(row.met for rows in found.values() for row in rows) else 1
+        options.page.write_text(page.written(found, date.today()), "utf-8")
+    for family, lines in found.items():
+        print(f"## {family}\n\n{table(lines)}")
+    return 0 if all(row.met for lines in found.values() for row in lines) else 1
 
 
 if __name__ == "__main__":

@@ -4,9 +4,9 @@
 
 Every server runs in a process of its own.  The paced figures are what an exchange takes beyond what it takes on a wire:
 its characters and one more (1.146 ms each at 9600 baud), and the turn-round of the module (1 ms).  The registers of a
-chipset are set beside a plain echo of two bytes, in a process of its own as well: the last column is how many echoes an
-access or a packet takes.  A host in C (registers.c, with the header of the examples) has an echo of its own, for its
-echoes are quicker.  `--long` makes ten times as many exchanges.
+chipset are set beside a plain echo of two bytes, in a process of its own as well, by turns.  A host in C (registers.c,
+with the header of the examples) has an echo of its own, for its echoes are quicker.  `--long` makes ten times as many
+exchanges.
 """
 
 from __future__ import annotations
@@ -14,19 +14,22 @@ from __future__ import annotations
 import argparse
 import os
 import select
-import shutil
 import socket
 import subprocess
 import sys
 import tempfile
 import termios
 import tty
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
+from functools import partial
 from pathlib import Path
-from time import perf_counter, process_time, sleep
+from statistics import median
+from time import clock_gettime, perf_counter, process_time, sleep
+from typing import TypeVar
 
-from rows import Row
+import compiling
+from rows import Measured, Row, Sides
 
 from slewline.links.clients.chipset_port import COMMAND, DATA, HOSTRDY, STATUS, ChipsetPort
 
@@ -36,35 +39,51 @@ SERVE = [sys.executable, "-c", "from slewline.cli.main import main; main()", "se
 MODULES, MOVING, POLLS_PER_S = 100, 20, 10
 PROGRAM = (b"Po", b"S50", b"T400", b"R100", b"+9000", b"-9000", b"j12")
 
-ECHOED = "a plain echo"
-COMPILER = shutil.which("gcc") or shutil.which("cc")
+SERVER = "an exchange, processor of the server"
+WARM = 20  # exchanges before those that are timed
+BATCHES = 5
 HERE = Path(__file__).parent
 SERIES = bytes.fromhex("c00b 2464 1210 2464 1000 1000 2464 1030 1039 2464 0000 0000")  # SET_POS 12345 as one message
 ECHO = """
 import socket
 server = socket.create_server(("127.0.0.1", 0))
 print("echo: echo://{}:{}".format(*server.getsockname()), flush=True)
-connection, _ = server.accept()
-connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-while data := connection.recv(4096):
-    connection.sendall(data)
+while True:
+    connection, _ = server.accept()
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    while data := connection.recv(4096):
+        connection.sendall(data)
 """
 
 Ask = Callable[[bytes], bytes]
+Number = TypeVar("Number", bound=float)
 
 
-def served(*arguments: str, ports: int = 1) -> AbstractContextManager[list[str]]:
+class Ports(list[str]):
+    """What a server says of its ports; with its process."""
+
+    def __init__(self, said: Iterable[str], pid: int) -> None:
+        super().__init__(said)
+        self.pid = pid
+
+    @property
+    def processor_s(self) -> float:
+        """Seconds of the processor that all threads of the server have taken; Linux numbers such clocks by process."""
+        return clock_gettime(~self.pid << 3 | 2)
+
+
+def served(*arguments: str, ports: int = 1) -> AbstractContextManager[Ports]:
     """`slewline serve` with these arguments; gives what it says of its ports."""
     return started([*SERVE, *arguments], ports)
 
 
 @contextmanager
-def started(command: list[str], ports: int = 1) -> Iterator[list[str]]:
+def started(command: list[str], ports: int = 1) -> Iterator[Ports]:
     """A server; gives what it says of its ports."""
     server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert server.stdout is not None
     try:
-        yield [server.stdout.readline().strip().partition(": ")[2] for _ in range(ports)]
+        yield Ports([server.stdout.readline().strip().partition(": ")[2] for _ in range(ports)], server.pid)
     finally:
         server.terminate()
         server.wait()
@@ -98,7 +117,7 @@ def opened(link: str) -> int:
     return fd
 
 
-def exchanges(ask: Ask, count: int) -> list[float]:
+def exchanges(ask: Ask, count: int) -> list[Measured]:
     """Milliseconds of so many questions whether the module is ready, one after the other."""
 
     def exchange() -> None:
@@ -108,51 +127,91 @@ def exchanges(ask: Ask, count: int) -> list[float]:
 
 
 def single(count: int) -> Iterator[tuple[str, list[float]]]:
-    """One module, one host."""
+    """One module, one host; in lockstep also what the server takes of the processor, as one time."""
     module = ("gs-c200s", "--strap", "chs=0")
     wire = 5 * CHARACTER_MS + TURNROUND_MS  # F, CR, R, CR and one more
     with tempfile.TemporaryDirectory() as folder:
         for pace, arguments in (("lockstep", ["--lockstep"]), ("paced", [])):
             beyond = 0.0 if pace == "lockstep" else wire
             what = "an exchange" if pace == "lockstep" else "beyond the wire"
-            with served(*module, "--tcp", "127.0.0.1:0", *arguments) as (where,), connected(where) as connection:
+            with served(*module, "--tcp", "127.0.0.1:0", *arguments) as server, connected(server[0]) as connection:
+                begun = server.processor_s
                 yield f"{pace}, TCP: {what}", [ms - beyond for ms in exchanges(asking(connection.fileno()), count)]
-            with served(*module, "--pty", str(Path(folder, "x")), *arguments) as (where,):
-                fd = opened(where)
+                yield f"{pace}, TCP: {SERVER}", [(server.processor_s - begun) / (count + WARM) * 1000]
+            with served(*module, "--pty", str(Path(folder, "x")), *arguments) as server:
+                fd = opened(server[0])
+                begun = server.processor_s
                 yield f"{pace}, pty: {what}", [ms - beyond for ms in exchanges(asking(fd), count)]
+                yield f"{pace}, pty: {SERVER}", [(server.processor_s - begun) / (count + WARM) * 1000]
                 os.close(fd)
 
 
-def registers(count: int) -> Iterator[tuple[str, list[float]]]:
-    """A plain echo; then accesses to the registers of a chipset, and packets, each in one go and byte by byte."""
-    with started([sys.executable, "-c", ECHO]) as (where,), connected(where) as connection:
-        yield ECHOED, timed(lambda: (connection.sendall(b"\x04\0"), connection.recv(2)), count)
+def registers(count: int) -> Iterator[tuple[str, Sides]]:
+    """Accesses to the registers of a chipset, and packets, in one go and byte by byte: medians beside an echo's."""
     for pace, arguments in (("lockstep", ["--lockstep"]), ("paced", [])):
-        with served("mc1451a", "--tcp", "127.0.0.1:0", *arguments) as (where,):
-            host, number = where.rpartition("//")[2].rsplit(":", 1)
-            with ChipsetPort(host, int(number)) as port:
-                yield f"{pace}, registers: an access", timed(lambda: port.inp(STATUS), count)
-                yield f"{pace}, registers: a packet", timed(lambda: check(port.packet(0x10, (0, 12345))), count)
-                yield f"{pace}, the same byte by byte", timed(lambda: check(by_bytes(port)), count // 5)
+        with (
+            started([sys.executable, "-c", ECHO]) as (echo,),
+            connected(echo) as connection,
+            served("mc1451a", "--tcp", "127.0.0.1:0", *arguments) as server,
+            port_of(server) as port,
+        ):
+            for what, exchange, number in (
+                (f"{pace}, registers: an access", partial(port.inp, STATUS), count),
+                (f"{pace}, registers: a packet", partial(packed, port), count),
+                (f"{pace}, the same byte by byte", partial(by_bytes, port), count // 5),
+            ):
+                part = number // BATCHES
+                yield (
+                    what,
+                    [
+                        (middle(timed(partial(echoed, connection), part)), middle(timed(exchange, part)))
+                        for _ in range(BATCHES)
+                    ],
+                )
 
 
-def in_c(count: int) -> Iterator[tuple[str, float]]:
-    """The median of a host in C, in milliseconds: of an echo, and of a packet byte by byte; none without a compiler."""
-    if COMPILER is None:
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        program = str(Path(folder, "registers"))
+def port_of(server: Ports) -> ChipsetPort:
+    """The registers of a served chipset."""
+    host, number = server[0].rpartition("//")[2].rsplit(":", 1)
+    return ChipsetPort(host, int(number))
+
+
+def echoed(connection: socket.socket) -> None:
+    """Two bytes there and back."""
+    connection.sendall(b"\x04\0")
+    connection.recv(2)
+
+
+def packed(port: ChipsetPort) -> None:
+    """SET_POS 12345 as one message."""
+    check(port.packet(0x10, (0, 12345)))
+
+
+def packet_of_server(count: int) -> float:
+    """Milliseconds of the processor that a server takes for a packet as one message."""
+    with served("mc1451a", "--tcp", "127.0.0.1:0", "--lockstep") as server, port_of(server) as port:
+        packed(port)
+        begun = server.processor_s
+        timed(partial(packed, port), count)
+        return (server.processor_s - begun) / (count + WARM) * 1000
+
+
+def in_c(count: int) -> Sides:
+    """The medians of a host in C, in milliseconds, by turns: of an echo, and of a packet byte by byte."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        started([sys.executable, "-c", ECHO]) as (echo,),
+        served("mc1451a", "--tcp", "127.0.0.1:0", "--lockstep") as (server,),
+    ):
         header = f"-I{HERE.parent / 'examples' / 'mc1451a'}"
-        subprocess.run([COMPILER, "-O2", header, "-o", program, str(HERE / "registers.c")], check=True)
+        program = str(compiling.compiled("registers.c", Path(folder, "registers"), header))
 
-        def median(*words: str, where: str = "") -> float:
-            ran = subprocess.run([program, *words], check=True, capture_output=True, env={"SLEWLINE": where})
-            return float(ran.stdout)
+        def one(*words: str, where: str = "") -> Measured:
+            command = [program, str(count // BATCHES), *words]
+            ran = subprocess.run(command, check=True, capture_output=True, env={"SLEWLINE": where})
+            return Measured(float(ran.stdout))
 
-        with started([sys.executable, "-c", ECHO]) as (where,):
-            yield ECHOED, median(str(count), where.rpartition(":")[2])
-        with served("mc1451a", "--tcp", "127.0.0.1:0", "--lockstep") as (where,):
-            yield "byte by byte", median(str(count), where=where.rpartition("//")[2])
+        return [(one(echo.rpartition(":")[2]), one(where=server.rpartition("//")[2])) for _ in range(BATCHES)]
 
 
 def processor(count: int) -> tuple[float, float]:
@@ -203,7 +262,7 @@ def processor(count: int) -> tuple[float, float]:
     return min(both[::2]), min(both[1::2])
 
 
-def by_bytes(port: ChipsetPort) -> tuple[int, ...]:
+def by_bytes(port: ChipsetPort) -> None:
     """SET_POS 12345 as an old host program sends it: the status is polled before every byte."""
 
     def ready() -> None:
@@ -216,7 +275,7 @@ def by_bytes(port: ChipsetPort) -> tuple[int, ...]:
     ready()
     high = port.inp(DATA)
     ready()
-    return (high << 8 | port.inp(DATA),)
+    check((high << 8 | port.inp(DATA),))
 
 
 def check(found: tuple[int, ...]) -> None:
@@ -224,16 +283,21 @@ def check(found: tuple[int, ...]) -> None:
     assert found == (0x3049,)
 
 
-def timed(exchange: Callable[[], object], count: int) -> list[float]:
+def timed(exchange: Callable[[], object], count: int) -> list[Measured]:
     """Milliseconds of so many exchanges, one after the other."""
-    for _ in range(20):
+    for _ in range(WARM):
         exchange()
     times = []
     for _ in range(count):
         start = perf_counter()
         exchange()
-        times.append((perf_counter() - start) * 1000)
+        times.append(Measured((perf_counter() - start) * 1000))
     return times
+
+
+def middle(times: Iterable[Measured]) -> Measured:
+    """The median, one of the times themselves."""
+    return at(sorted(times), 0.5)
 
 
 def bench_file(folder: str) -> str:
@@ -303,19 +367,22 @@ def module_rows() -> list[Row]:
     times = {name: sorted(found) for name, found in (*single(1000), *many(10.0))}
     switch = "two switches of process, beside the exchange itself"
     timer = "the timer of the system; the wire has one character more"
+    loop = "the exchange in virtual time, see above, and a turn of the loop with the system's calls"
     found = [
-        Row(f"{name}, {'median' if part == 0.5 else 'p99'}", at(times[name], part), "ms", goal, False, bound)
-        for name, part, goal, bound in (
-            ("lockstep, TCP: an exchange", 0.5, 0.3, switch),
-            ("lockstep, pty: an exchange", 0.5, 0.3, switch),
-            ("paced, TCP: beyond the wire", 0.5, 1, timer),
-            ("paced, TCP: beyond the wire", 0.99, 5, "whatever else the machine does"),
-            ("paced, pty: beyond the wire", 0.5, 1, "as with TCP"),
-            ("paced, pty: beyond the wire", 0.99, 5, "as with TCP"),
+        Row(f"{name}{what}", at(times[name], part), "ms", goal, False, bound)
+        for name, what, part, goal, bound in (
+            ("lockstep, TCP: an exchange", ", median", 0.5, 0.3, switch),
+            (f"lockstep, TCP: {SERVER}", "", 0, 0.15, loop),
+            ("lockstep, pty: an exchange", ", median", 0.5, 0.3, switch),
+            (f"lockstep, pty: {SERVER}", "", 0, 0.15, loop),
+            ("paced, TCP: beyond the wire", ", median", 0.5, 1, timer),
+            ("paced, TCP: beyond the wire", ", p99", 0.99, 5, "whatever else the machine does"),
+            ("paced, pty: beyond the wire", ", median", 0.5, 1, "as with TCP"),
+            ("paced, pty: beyond the wire", ", p99", 0.99, 5, "as with TCP"),
         )
     ]
     alone, busy = (at(times[name], 0.99) for name in ("1 module of 100 polled", "100 modules polled, 20 moving"))
-    bound = "1,000 exchanges a second in one thread, about a quarter of its time"
+    bound = f"{MODULES * POLLS_PER_S:,} exchanges a second in one thread"
     found.append(
         Row("100 served modules, 20 moving: answers later than of one, p99", busy - alone, "ms", 10, False, bound)
     )
@@ -324,59 +391,59 @@ def module_rows() -> list[Row]:
 
 def register_rows() -> list[Row]:
     """The rows of the benchmark table: the registers of a chipset."""
-    times = {name: sorted(found) for name, found in registers(1000)}
-    echo = at(times[ECHOED], 0.5)
+    found = dict(registers(1000))
     rows = [
-        Row(f"{name}, median", at(times[name], 0.5) / echo, "x a plain echo", None, False, bound)
+        Row(f"{name}, median", None, "x a plain echo", None, False, bound, found[name])
         for name, bound in (
             ("lockstep, registers: an access", "a bus cycle in virtual time"),
             ("lockstep, registers: a packet", "the packet itself, through the pins, as one message"),
             ("lockstep, the same byte by byte", "the packet, polls, and two messages that are waited for"),
         )
     ]
-    name = "lockstep, byte by byte through the C header, median"
-    if found := dict(in_c(1000)):
-        bound = f"the same; an echo in C takes {found[ECHOED]:.3f} ms"
-        rows.append(Row(name, found["byte by byte"] / found[ECHOED], "x an echo in C", None, False, bound))
+    name, unit = "lockstep, byte by byte through the C header, median", "x an echo in C"
+    if compiling.COMPILER is None:
+        rows.append(Row(name, None, unit, None, False, "the same", absent=compiling.ABSENT))
     else:
-        rows.append(Row(f"{name}: not measured, no C compiler", 0.0, "x an echo in C", None, False, "none"))
+        sides = in_c(1000)
+        bound = f"the same; an echo in C takes {min(echo for echo, _ in sides):.3f} ms"
+        rows.append(Row(name, None, unit, None, False, bound, sides))
     total, simulation = processor(100)
-    rows.append(Row("lockstep, a packet: processor", total, "ms", None, False, f"simulation {simulation:.3f} ms"))
+    bound = f"the simulation, {simulation:.3f} ms where both ends are one process; the loop and the system's calls"
+    rows.append(Row("lockstep, a packet: processor of the server", packet_of_server(1000), "ms", 0.2, False, bound))
+    rows.append(Row("lockstep, a packet: processor of both ends", total, "ms", None, False, "the same"))
     bound = "a turn of the loop, with the system's calls of both ends"
     rows.append(Row("the same without the simulation", total - simulation, "ms", None, False, bound))
     return rows
 
 
-def at(ordered: list[float], part: float) -> float:
+def at(ordered: list[Number], part: float) -> Number:
     """The time below which a part of them lies."""
     return ordered[min(int(len(ordered) * part), len(ordered) - 1)]
 
 
-def line(name: str, times: list[float], echo_ms: float | None = None) -> str:
+def line(name: str, times: list[float]) -> str:
     """One line of what this script prints."""
     ordered = sorted(times)
-    shown = f"{name:<34}" + "".join(f"{at(ordered, part):>10.3f}" for part in (0.5, 0.99, 1)) + f"{len(ordered):>10}"
-    return shown + (f"{at(ordered, 0.5) / echo_ms:>11.1f}" if echo_ms else "")
+    return f"{name:<50}" + "".join(f"{at(ordered, part):>10.3f}" for part in (0.5, 0.99, 1)) + f"{len(ordered):>10}"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--long", action="store_true", help="ten times as many exchanges")
     times = 10 if parser.parse_args().long else 1
-    print(f"{'milliseconds':<34}{'median':>10}{'p99':>10}{'worst':>10}{'exchanges':>11}{'echoes':>10}")
+    print(f"{'milliseconds':<50}{'median':>10}{'p99':>10}{'worst':>10}{'exchanges':>11}")
     for name, found in single(500 * times):
         print(line(name, found), flush=True)
         sleep(0.2)
-    echo_ms = None
-    for name, found in registers(500 * times):
-        echo_ms = echo_ms or sorted(found)[len(found) // 2]
-        print(line(name, found, echo_ms), flush=True)
-    in_c_echo = 0.0
-    for name, median in in_c(500 * times):
-        in_c_echo = in_c_echo or median
-        print(f"{'in C, ' + name:<34}{median:>10.4f}{median / in_c_echo:>41.1f}", flush=True)
-    if not in_c_echo:
-        print("in C: not measured, there is no compiler (gcc, cc)")
+    sides = [*registers(500 * times)]
+    if compiling.COMPILER is not None:
+        sides.append(("lockstep, in C, byte by byte", in_c(500 * times)))
+    for name, found in sides:
+        echoes = median(theirs for theirs, _ in found), median(ours / theirs for theirs, ours in found)
+        print(
+            f"{name:<50}{median(ours for _, ours in found):>10.4f}  an echo {echoes[0]:.4f}: {echoes[1]:.1f}",
+            flush=True,
+        )
     total, simulation = processor(100)
     print(f"a packet, processor: {total:.3f} ms, of which simulation {simulation:.3f} ms", flush=True)
     for name, found in many(3.0 * times):

@@ -1,0 +1,86 @@
+"""Goals of what is said over pins, which count from the reference.
+
+They were set in virtual seconds a second of the processor, on one machine: an AMD EPYC (Zen 5).  On another machine
+such a figure says more about the machine than about the work.  So a goal is divided by what one commit, the reference,
+made of the same work on that machine; the quotient is the goal of a ratio, for which both trees run by turns.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+from rows import REAL, Measured, Row
+from trees import ABSENT, SHORT, Found, Workload, turns_of
+
+TURNS = 5
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A goal in virtual seconds a second, what the reference made there, and the goal after that, beside it."""
+
+    goal: float
+    made: float
+    then: float | None = None
+    was: str = ""  # the name of the row in the reference, if it had another one
+
+    @property
+    def ratio(self) -> float:
+        """The goal beside the reference."""
+        return round(self.goal / self.made, 2)
+
+
+ASKED = {
+    "dialogue of 10,000 commands through the pins": Asked(40, 21.0, then=3),
+    "1,000 exchanges with a GS-C200S": Asked(100, 49.2, then=3.5),
+    "stall detection, four encoders at 953,125 counts/s": Asked(5, 5.16),
+    "stall detection, four encoders at 48,828 counts/s": Asked(20, 43.7),
+    "gear, one axis follows 40,000 counts/s": Asked(9, 12.5),
+    "gear, four axes follow 40,000 counts/s": Asked(2.5, 4.11),
+    "1,000 times GET_STATUS, one by one": Asked(4, 4.40),
+    "1,000 times GET_STATUS, queued": Asked(5, 6.74, was="the same, queued"),
+    "100 random moves of a script, asking for the status": Asked(25, 31.0),
+    "CY545: a program that polls": Asked(5, 7.18),
+    "CY545: 2,000 commands over the bus": Asked(6, 3.00),
+    "CY545: a program into an EEPROM": Asked(6, 22.1),
+}
+
+
+def judged(workload: Workload, other: Path | None) -> list[Row]:
+    """The rows of a workload, each that has a goal beside the reference followed by its ratio to it."""
+    if other is None:
+        return [line for row in workload() for line in beside(row, [])]
+    turns = turns_of(other, workload, TURNS, max(os.sched_getaffinity(0)))
+    rows = []
+    for key in turns[0][1]:
+        ours = [mine[key] for _, mine in turns]
+        name = ours[0].name
+        was = ASKED[name].was or name if name in ASKED else name
+        pairs = [(theirs[was, key[1]], mine[key]) for theirs, mine in turns] if name in ASKED else []
+        figure = median(found.figure for found in ours if found.figure is not None)
+        row = Row(name, figure, ours[0].unit, ours[0].goal, ours[0].more_is_better, ours[0].bound)
+        rows += beside(row, pairs)
+    return rows
+
+
+def beside(row: Row, pairs: list[tuple[Found, Found]]) -> Iterator[Row]:
+    """A row, and if it is asked for its ratio to the reference, of both figures turn by turn."""
+    asked = ASKED.get(row.name)
+    if asked is None:
+        yield row
+        return
+    bound = row.bound
+    row.bound = ""
+    yield row
+    # seconds of the processor a virtual second, of both
+    sides = [(Measured(1 / theirs.figure), Measured(1 / ours.figure)) for theirs, ours in pairs]
+    absent = "" if sides else ABSENT
+    name, unit = f"{row.name}: beside {SHORT}", f"x {SHORT}"
+    why = f"{bound}; the goal is {asked.goal:g} {REAL} where {SHORT} makes {asked.made:.3g}"
+    yield Row(name, None, unit, asked.ratio, True, why, sides, absent)
+    if asked.then:
+        yield Row("the same, the goal after that", None, unit, asked.then, True, bound, sides, absent)

@@ -1,0 +1,109 @@
+"""The page about performance: which goals are missed, what was measured by hand, and the tables of a run."""
+
+from __future__ import annotations
+
+import platform
+import re
+import tomllib
+from collections.abc import Iterable
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+from asked import ASKED
+from rows import Row, shown, spelled_out, table
+from trees import SHORT
+
+HAND = Path(__file__).with_name("klipper.toml")
+EXAMPLE = "dialogue of 10,000 commands through the pins"
+PAGE = """# Performance
+
+One run of `make bench` on {day}: {processor}, CPython {python}, NumPy {numpy}.
+
+What is computed is timed in seconds of the processor, and nothing is remembered from one run to the next; what is
+served, by the clock. A ratio has both of its sides measured in this run, by turns: the figure is the median, and half
+of the turns are in the range beside it. What bounds work in Python is from a profile of this run. A goal that is met by
+less than 5 % is *at the limit*.
+
+Some goals were set in virtual seconds a second of the processor on one machine, an AMD EPYC (Zen 5). On another machine
+the ratio to commit {short} counts, so each of them is divided by what that commit made there: {example}. `python
+benchmarks/beside.py reference` shows the other ratios to that commit.
+
+## Goals missed
+
+{missed}
+## Beside Klipper, measured once, by hand
+
+{hand}
+{tables}"""
+
+
+def processor() -> str:
+    """Return the processor as the system names it, with family and model where the name alone says little."""
+    try:
+        text = Path("/proc/cpuinfo").read_text("utf-8")
+    except OSError:
+        return platform.processor() or platform.machine()
+    found = dict(re.findall(r"^(model name|cpu family|model)\s*: (.*)$", text, re.MULTILINE))
+    if "model name" not in found:
+        return platform.machine()
+    numbers = ", ".join(
+        f"{name} {found[key]}" for name, key in (("family", "cpu family"), ("model", "model")) if key in found
+    )
+    return f"{found['model name'].strip()} ({numbers})" if numbers else found["model name"].strip()
+
+
+def by_hand(path: Path = HAND) -> tuple[str, list[Row]]:
+    """Return what a file says of a measurement by hand: how it was made, and its rows."""
+    given = tomllib.loads(path.read_text("utf-8"))
+    when = f"{given['date']}, {given['processor']}"
+    rows = [
+        Row(each["what"], each["figure"], f"x Klipper ({each['low']:g} to {each['high']:g})", each["goal"], True,
+            each["bound"], when=when)
+        for each in given["row"]
+    ]  # fmt: skip
+    return given["how"].strip(), rows
+
+
+def missed(rows: Iterable[Row]) -> str:
+    """Return the goals missed, each with what bounds it; then what is at the limit, and what has no verdict."""
+    spelled = list(spelled_out(rows))
+    lines = [
+        f"- {name}: {row.shown}{dated(row)}; goal {row.wanted}. Bound: {bound}.\n"
+        for name, bound, row in spelled
+        if not row.met
+    ]
+    for word, say in (("at the limit", "At the limit"), ("no verdict", "No verdict")):
+        some = [f"{name} ({row.shown})" for name, _, row in spelled if row.verdict.startswith(word)]
+        if some:
+            lines.append(f"\n{say}: {'; '.join(some)}.\n")
+    return "".join(lines) or "None.\n"
+
+
+def dated(row: Row) -> str:
+    """Say when and where a figure was measured, if it was not in this run."""
+    return f", as measured on {row.when}" if row.when else ""
+
+
+def written(found: dict[str, list[Row]], day: date) -> str:
+    """Return the page: rows by family.
+
+    Raises:
+        ValueError: a row that has a goal beside the reference is not there; it may have another name now.
+    """
+    how, hand = by_hand()
+    asked = ASKED[EXAMPLE]
+    everything = [*hand, *(row for rows in found.values() for row in rows)]
+    if lost := ASKED.keys() - {row.name for row in everything}:
+        raise ValueError(f"no row for the goals of {', '.join(sorted(lost))}")
+    return PAGE.format(
+        day=day.isoformat(),
+        processor=processor(),
+        python=platform.python_version(),
+        numpy=np.__version__,
+        short=SHORT,
+        example=f"{asked.goal:g} / {shown(asked.made)} = {asked.ratio:g} for the dialogue with a CY525",
+        missed=missed(everything),
+        hand=f"{how}\n\n{table(hand)}",
+        tables="\n".join(f"## {family}\n\n{table(rows)}" for family, rows in found.items()),
+    )

@@ -1,0 +1,114 @@
+"""Workloads of other trees of this project and of this one, by turns, each loaded in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, fields
+from itertools import count
+from pathlib import Path
+from subprocess import DEVNULL, PIPE, Popen
+from subprocess import run as run_command
+from tempfile import TemporaryDirectory
+
+from rows import Row
+
+HERE = Path(__file__).resolve().parent.parent
+REFERENCE = "df29ad1ce7894d387f1fb76bd113b1aeb730468f"
+SHORT = REFERENCE[:8]
+ABSENT = f"no commit {SHORT} here"
+CHILD = """
+import json, os, sys
+from dataclasses import asdict
+from importlib import import_module
+tree, module, name, core = sys.argv[1:]
+os.sched_setaffinity(0, {int(core)})
+sys.path[:0] = [f"{tree}/benchmarks", f"{tree}/src"]
+import slewline
+assert slewline.__file__.startswith(tree), slewline.__file__
+rows = getattr(import_module(module), name)
+for _ in sys.stdin:
+    print(json.dumps([asdict(row) for row in rows()]), flush=True)
+"""
+
+Workload = Callable[[], Iterable[Row]]
+Seen = dict[tuple[str, int], "Found"]
+
+
+@dataclass(frozen=True)
+class Found:
+    """A row as a tree has printed it; the rows of another tree may have more columns, or fewer."""
+
+    name: str
+    figure: float | None
+    unit: str
+    goal: float | None
+    more_is_better: bool
+    bound: str
+
+
+COLUMNS = {field.name for field in fields(Found)}
+
+
+class Tree:
+    """A workload of a checkout, loaded and ready."""
+
+    def __init__(self, folder: Path, workload: Workload, core: int) -> None:
+        environment = {**os.environ, "PYTHONPATH": f"{folder}/src"}  # of the servers that a workload starts
+        module = workload.__module__.replace("__main__", "run")
+        command = [sys.executable, "-c", CHILD, str(folder), module, workload.__name__, str(core)]
+        self.what = f"{module}.{workload.__name__} of {folder}"
+        self.process = Popen(command, stdin=PIPE, stdout=PIPE, text=True, env=environment)
+
+    def __enter__(self) -> Tree:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.communicate()
+
+    def turn(self) -> Seen:
+        """Run the workload once; its rows by name, and where rows share one ("the same: ...") by their number."""
+        assert self.process.stdin is not None and self.process.stdout is not None
+        with suppress(BrokenPipeError):
+            self.process.stdin.write("\n")
+            self.process.stdin.flush()
+        line = self.process.stdout.readline()
+        if not line:
+            raise SystemExit(f"{self.what} has failed")
+        found: Seen = {}
+        for row in json.loads(line):
+            number = next(n for n in count() if (row["name"], n) not in found)
+            found[row["name"], number] = Found(**{name: row[name] for name in COLUMNS})
+        return found
+
+
+def turns_of(other: Path, workload: Workload, turns: int, core: int) -> list[tuple[Seen, Seen]]:
+    """Run a workload of another tree and of this one by turns; their rows, turn by turn."""
+    found = []
+    with Tree(other, workload, core) as theirs, Tree(HERE, workload, core) as ours:
+        for turn in range(turns):
+            rows = {tree: tree.turn() for tree in ((theirs, ours) if turn % 2 else (ours, theirs))}
+            found.append((rows[theirs], rows[ours]))
+    return found
+
+
+@contextmanager
+def reference() -> Iterator[Path | None]:
+    """Yield the folder of the reference, unpacked; None if its commit is not in this repository, or there is none."""
+    try:
+        ask = ["git", "-C", str(HERE), "cat-file", "-e", f"{REFERENCE}^{{commit}}"]
+        known = run_command(ask, check=False, stderr=DEVNULL)
+    except FileNotFoundError:  # no git
+        yield None
+        return
+    if known.returncode:
+        yield None
+        return
+    with TemporaryDirectory() as folder:
+        archive = Popen(["git", "-C", str(HERE), "archive", REFERENCE], stdout=PIPE)
+        run_command(["tar", "-x", "-C", folder], stdin=archive.stdout, check=True)
+        archive.wait()
+        yield Path(folder).resolve()
