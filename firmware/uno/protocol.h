@@ -1,4 +1,4 @@
-/* The words of the line. The host's half is src/slewline/drive/wire.py. */
+/* The words of the line. The host's half is src/slewline/drive/board/wire.py. */
 #ifndef PROTOCOL_H
 #define PROTOCOL_H
 

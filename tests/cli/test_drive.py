@@ -50,7 +50,7 @@ MOVE = (*SPEEDS, "+400")
             (*DRIVE, "--board", "twin", "--input", "A1=hom"),
             ["input A1: 'hom' is no input of gs_c200s; allowed estop, ", "did you mean home?"],
         ),
-        ((*DRIVE, "--board", "twin", "--input", "A9=home"), ["input 'A9' of the board; allowed A0 to A5"]),
+        ((*DRIVE, "--board", "twin", "--input", "A9=home"), ["input 'A9' of the board; allowed A0, A1, A2, A3, "]),
         (
             (*DRIVE, "--board", "twin", "--output", "D2=uo9"),
             ["output D2: 'uo9' is no output of gs_c200s; allowed ", "did you mean uo3?"],

@@ -179,6 +179,11 @@ class PulledLine(TwinLine):
             raise OSError(5, "Input/output error")
         return super().read()
 
+    def wait(self, seconds):
+        if self.gone:
+            self.back.clear()  # nobody can read it any more, so it ends no wait
+        super().wait(seconds)
+
     def reopen(self):
         if self.gone:
             raise UsageError("ttyX: no such port")

@@ -39,7 +39,7 @@ def come(port):
 
 def test_bytes_go_both_ways_and_nothing_waits(pty):
     ours, name = pty
-    port = BoardSerial(name, 500_000)
+    port = BoardSerial(name)
     assert port.read() == b"" and port.fileno() is not None and port.name == name
     assert port.write(b"\x01\x02\x00\x11\x13") == 5
     assert os.read(ours, 100) == b"\x01\x02\x00\x11\x13"
@@ -52,7 +52,7 @@ def test_bytes_go_both_ways_and_nothing_waits(pty):
 
 def test_many_bytes_come_in_order_however_late_they_are_read(pty):
     ours, name = pty
-    port = BoardSerial(name, 500_000)
+    port = BoardSerial(name)
     sent = bytes(range(256)) * 2000  # more than a pipe holds
     with ThreadPoolExecutor() as pool:
         sending = pool.submit(lambda: [os.write(ours, sent[at : at + 64]) for at in range(0, len(sent), 64)])
@@ -67,7 +67,7 @@ def test_many_bytes_come_in_order_however_late_they_are_read(pty):
 
 def test_a_port_that_is_gone_fails_after_its_last_byte(pty):
     ours, name = pty
-    port = BoardSerial(name, 500_000)
+    port = BoardSerial(name)
     os.write(ours, b"\x01")
     assert come(port) == b"\x01"
     os.close(ours)
@@ -88,7 +88,7 @@ def held():
 def test_nothing_of_a_port_stays_behind(pty, full):
     ours, name = pty
     threads, files = held()
-    port = BoardSerial(name, 500_000)
+    port = BoardSerial(name)
     assert len(held()[0] - threads) == 1
     if full:
         os.set_blocking(ours, False)
@@ -108,22 +108,22 @@ def test_dtr_stays_up_when_the_port_is_closed(pty):
     settings = termios.tcgetattr(other)
     settings[2] |= termios.HUPCL  # as a serial port has it; a pseudo-terminal begins without
     termios.tcsetattr(other, termios.TCSANOW, settings)
-    BoardSerial(name, 500_000).close()
+    BoardSerial(name).close()
     assert not termios.tcgetattr(other)[2] & termios.HUPCL
     os.close(other)
 
 
 def test_a_port_is_for_one_program_alone(pty):
     _, name = pty
-    port = BoardSerial(name, 500_000)
+    port = BoardSerial(name)
     with pytest.raises(UsageError, match=f"{name}: another program uses this port; close that one"):
-        BoardSerial(name, 500_000)
+        BoardSerial(name)
     port.close()
 
 
 def test_what_is_no_port():
     with pytest.raises(UsageError, match="/dev/ttyNONE: no such port; name the port of the board"):
-        BoardSerial("/dev/ttyNONE", 500_000)
+        BoardSerial("/dev/ttyNONE")
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may open everything")
@@ -131,7 +131,7 @@ def test_a_port_that_one_may_not_open(tmp_path):
     path = tmp_path / "port"
     path.touch(0o000)
     with pytest.raises(UsageError, match="you may not open this port"):
-        BoardSerial(str(path), 500_000)
+        BoardSerial(str(path))
 
 
 def test_the_refusals_of_a_system_say_what_to_do():

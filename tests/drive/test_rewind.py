@@ -8,6 +8,7 @@ import pytest
 
 import slewline
 from slewline.bench.rewinding import take_over
+from slewline.drive.board.boards import UNO
 from slewline.drive.board.wire import BoardConfig, Reflex
 from slewline.drive.drive import Drive
 from slewline.drive.stopping.reflexes import Homing, configured, inputs_of
@@ -54,7 +55,7 @@ class Driven:
             self.bench.at("200 ms", lambda: self.host.send(later))
         self.line = TwinLine(rnd)
         wired = wiring or {"A0": self.pin}
-        self.wired = inputs_of(x, wired)
+        self.wired = inputs_of(UNO, x, wired)
         self.drive: Drive = drive_of(
             self.bench, x, self.line, inputs=wired, start_stop=30000 if "stop" in self.wired[0].reflex else None
         )
@@ -286,17 +287,17 @@ def test_a_mark_is_seen_where_the_motor_was_and_the_motor_goes_on(tmp_path, monk
 def test_inputs_that_are_wired_wrongly_are_refused():
     x = slewline.Bench().add("cy525", "x")
     for wiring, says in (
-        ({"A6": "abort"}, "allowed A0 to A5"),
+        ({"A6": "abort"}, "allowed A0, A1, "),
         ({"A0": "abrot"}, "did you mean abort"),
         ({"A0": "pulse"}, "no input of x"),
         ({"A0": "abort", "A1": "!abort"}, "another input already"),
     ):
         with pytest.raises(UsageError, match=says):
-            inputs_of(x, wiring)
-    inputs = inputs_of(x, {"A1": "!abort", "A0": "step_inhibit", "A5": "estop", "A2": "wait"})
+            inputs_of(UNO, x, wiring)
+    inputs = inputs_of(UNO, x, {"A1": "!abort", "A0": "step_inhibit", "A5": "estop", "A2": "wait"})
     config = configured(BoardConfig(1000), inputs)
     assert config.reflex == (Reflex.HOLD, Reflex.BRAKE, 0, 0, 0, Reflex.ESTOP)
     assert config.active & 0b100011 == 0b100011 and config.report == 0b100111
-    g = inputs_of(slewline.Bench().add("gs-c200s", "x"), {"A0": "eot", "A1": "home"})
+    g = inputs_of(UNO, slewline.Bench().add("gs-c200s", "x"), {"A0": "eot", "A1": "home"})
     assert configured(BoardConfig(1000), g).reflex[:2] == (0, 0)
     assert configured(BoardConfig(1000), g, Homing(-1)).reflex[:2] == (Reflex.STOP | 32, Reflex.STOP | 16)

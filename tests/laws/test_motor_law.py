@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.parts.motors import integration
 from slewline.parts.motors.drivers import read_driver
 from slewline.parts.motors.integration import numba_is_there
 from slewline.parts.motors.law import MotorLaw
@@ -110,27 +109,6 @@ def law_of(driver: Any, motor: Any, load: Any, halves: int) -> MotorLaw:
     its = read_motor(motor)
     steps = ("full", "micro 8")[halves]
     return MotorLaw(its, read_driver(driver, "driver", its), read_load(load, "load", its), steps, 20_000_000)
-
-
-@pytest.mark.parametrize("case", ONE_OF_EACH, ids=lambda case: str(case[0]))
-def test_plain_python_and_arrays_give_the_same_bits(case: Any, steps: int = 500) -> None:
-    driver, options, load, halves = case
-    law = law_of(driver, options.get("motor", "QSH4218-51-10-049"), load, halves)
-    times, commands = asked(law.micro)
-    stop = times[0] + steps * law.step_ps
-    plain = law.integrate(times, commands, stop, engine="python")
-    assert len(plain.times) > steps or plain.rests
-    if not hasattr(integration, "integrate_many"):
-        pytest.skip("integrate_many is not there yet")
-    for row in integration.integrate_many([law, law], times, commands, stop).states:
-        assert row.tolist() == plain.states[-1].tolist()
-
-
-@pytest.mark.long
-@pytest.mark.timeout(3000)
-@pytest.mark.parametrize("case", ONE_OF_EACH, ids=lambda case: str(case[0]))
-def test_plain_python_and_arrays_give_the_same_bits_after_ten_thousand_steps(case: Any) -> None:
-    test_plain_python_and_arrays_give_the_same_bits(case, 10_000)
 
 
 @pytest.mark.long

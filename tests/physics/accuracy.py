@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
-from slewline.parts.motors.integration import MotorTrace, integrate_many, numba_is_there
+from slewline.parts.motors.integration import MotorTrace, numba_is_there
 from slewline.parts.motors.law import MotorLaw
 
 from .currents import RELUCTANCE
@@ -237,22 +237,6 @@ def different(law: MotorLaw, edges: Ints) -> tuple[int, int]:
         return len(one.times), abs(len(one.times) - len(two.times))
     same_bits = (one.states.view(np.int64) == two.states.view(np.int64)).all(axis=1) & (one.times == two.times)
     return len(one.times), int((~same_bits).sum())
-
-
-@check(43, "arrays of NumPy give the bits of plain Python", long=True)
-def side_by_side() -> Iterator[Reading]:
-    for name, motor, driver, load, steps in KINDS:
-        loads = [replace(load, torque=torque, inertia=load.inertia + more) for torque, more in ((0.0, 0), (0.05, 1e-6))]
-        laws = [MotorLaw(motor, DriverData(**driver), one, steps=steps) for one in loads]
-        seconds = 3_000 * laws[0].step_ps * 1e-12
-        edges = ramp(100.0 * laws[0].micro, 2000.0 * laws[0].micro, 1900 * laws[0].micro / seconds)
-        commands, stop = np.arange(1, len(edges) + 1), int(edges[-1]) + 500_000_000
-        ends = integrate_many(laws, edges, commands, stop)
-        off = 0
-        for n, law in enumerate(laws):
-            alone = law.integrate(edges, commands, stop, engine="python")
-            off += ends.states[n].tolist() != alone.states[-1].tolist() or abs(ends.worst[n] - alone.worst) > 1e-12
-        yield same(f"{name}, motors that differ", off, 0)
 
 
 @check(43, "plain Python and Numba give the same bits", long=True)

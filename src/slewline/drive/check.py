@@ -9,16 +9,17 @@ from .board.wire import BoardEvent, Happening
 from .promptness import WakingDelays, measured, recommended_ms
 
 if TYPE_CHECKING:
+    from .board.boards import BoardModel
     from .drive import Drive
 
-PULSES, INTERVAL = 1000, 1600  # of the self-test: 10,000 steps/s
+PULSES, PULSE_RATE = 1000, 10_000  # of the self-test; steps/s
 SELF_TEST_S = 1.0
 
 
 class Checkup(NamedTuple):
     """What was found: round trips and lateness in ms, ppm of the crystal, pulses that came back; None: no answer."""
 
-    name: str
+    board: BoardModel
     priority: str
     late: WakingDelays
     round_trip_ms: tuple[float, float]  # median, worst
@@ -36,16 +37,21 @@ class Checkup(NamedTuple):
     def lines(self) -> list[str]:
         """What a user reads, a line for each thing."""
         late, (median, worst) = self.late, self.round_trip_ms
+        board, step, loop = self.board, self.board.step.printed, self.board.loop.printed
         if self.counted == PULSES:
             pulses = f"{PULSES} pulses sent, {PULSES} counted"
         elif not self.counted:
-            pulses = f"{PULSES} pulses sent, none counted: connect D9 to D4, and nothing else to either, then try again"
+            pulses = (
+                f"{PULSES} pulses sent, none counted: connect {step} to {loop}, and nothing else to either, then "
+                "try again"
+            )
         else:
             pulses = (
-                f"{PULSES} pulses sent, {self.counted} counted: a loose wire from D9 to D4, or a board that is faulty"
+                f"{PULSES} pulses sent, {self.counted} counted: a loose wire from {step} to {loop}, or a board that is "
+                "faulty"
             )
         return [
-            f"board     {self.name}; its crystal differs from this machine's clock by {self.offset_ppm:+.0f} ppm",
+            f"board     {board.title}; its crystal differs from this machine's clock by {self.offset_ppm:+.0f} ppm",
             f"link      {median:.1f} ms there and back, {worst:.1f} ms at worst; {self.damaged} frames damaged",
             f"machine   wakes {late.median:.2f} ms late, {late.p99:.2f} ms in the worst of 100, {late.worst:.1f} ms at "
             f"worst; {self.priority}",
@@ -72,7 +78,7 @@ def checked(drive: Drive, seconds: float, priority: str, tell: Callable[[str], o
             counted.append(event.position)
 
     drive.on_event.add(hear)
-    drive.link.check(PULSES, INTERVAL)
+    drive.link.check(PULSES, drive.board.hz // PULSE_RATE)
     end = drive.wall() + round(SELF_TEST_S * 1e9)
     while not counted and drive.wall() < end:
         drive.turn()
@@ -80,7 +86,7 @@ def checked(drive: Drive, seconds: float, priority: str, tell: Callable[[str], o
     drive.on_event.remove(hear)
     trip = median_ns / 1e6, worst_ns / 1e6
     return Checkup(
-        drive.board.title,
+        drive.board,
         priority,
         late,
         trip,

@@ -12,10 +12,10 @@ is `unknown`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from os import PathLike
 from pathlib import Path
-from time import perf_counter_ns
+from time import perf_counter_ns, sleep
 from typing import TYPE_CHECKING, Literal, Self
 
 from ..bench.rewinding import ReachablePast
@@ -25,10 +25,10 @@ from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
 from ..core.wires.pin import Condition
 from ..errors import UsageError
 from .blackbox import BlackBox, new_folder
-from .board.boards import UNO, BoardModel
 from .board.clock import BoardClock
 from .board.link import Link
 from .board.port import BoardPort, opened
+from .board.rehearsal import TwinPort
 from .board.wire import BoardConfig, BoardEvent
 from .cable import Cable
 from .driven import DriveState, Exchanger, Stopping, Telling
@@ -40,7 +40,7 @@ from .stopping.reflexes import configured, inputs_of
 from .stopping.rewind import Rewind
 from .stopping.troubles import Troubles, signed
 from .stopping.ways import WaysDown
-from .talk import ENABLE, Talk
+from .talk import ENABLE, Talk, identified
 from .terminals import outputs_of, steps_a_second, usual_config
 from .ticks import TickMap
 
@@ -98,19 +98,20 @@ class Drive:
         keep_count: take over the count of a board that has kept running since an earlier session, as the position
             register.
         config: the configuration of the board, instead of the one that follows from chip and driver.
-        board: the model of the board.
         black_box: the folder for the record of the session; True: a new folder in the state directory of this system;
             False: no record.
         clock: a function that returns the time of the wall clock, in nanoseconds.
         wait: a function that waits for a number of seconds, or until bytes have come.
 
     Attributes:
+        board: the model of the board, which is looked up by what the board reports.
         state: "ok", "halted", "unknown" (the board has lost its count) or "closed".
         troubles: what has gone wrong since the start, in words.
         on_event: hook, called with each event that the board reports.
 
     Raises:
-        UsageError: an argument is out of range or does not fit the chip; the port does not exist or is busy.
+        UsageError: an argument is out of range or does not fit chip or board; the port does not exist or is busy; no
+            board answers, or one that this version does not know.
         UnknownName: there is no such chip, axis or driver.
         TimeError: `horizon` is not a time.
     """
@@ -132,56 +133,62 @@ class Drive:
         self_start: bool = False,
         keep_count: bool = False,
         config: BoardConfig | None = None,
-        board: BoardModel = UNO,
         black_box: str | PathLike[str] | bool = True,
         clock: Callable[[], int] = perf_counter_ns,
         wait: Callable[[float], object] | None = None,
     ) -> None:
-        self.bench, self.axis_number, self.board = bench, axis, board
+        self.bench, self.axis_number = bench, axis
         self.chip: Chip = bench[chip] if isinstance(chip, str) else chip  # type: ignore[assignment]
         self.axis: Axis = self.chip.axis(axis).motor
         self.kernel = bench.kernel
         self.horizon_ps = checked_horizon(horizon)
-        self.horizon = self.horizon_ps * board.hz // PS_PER_S
         self.start_stop = None if start_stop is None else steps_a_second(start_stop)
         self.enable = enable
         self.counted_from = self.count_origin = 0
         self.keep_count = keep_count
-        usual = usual_config(board, self.chip, self.horizon_ps, self.start_stop, driver) if config is None else config
-        self.board_inputs = inputs_of(self.chip, inputs or {})
-        self.config = configured(usual, self.board_inputs) if inputs else usual
-        self.outputs = outputs_of(board, self.chip, outputs)
         # Has anything been said to the chip, so that it may move?
         self.spoken = self_start or bench.now_ps > 0 or any(not part.idle for part in bench.parts.values())
         self.state: DriveState = "closed"
         self.on_event: Hook[[BoardEvent]] = Hook()
         self.wall = clock
-        self.clock = BoardClock(board.hz)
-        self.link = Link(self.clock)
-        self.ticks = TickMap(board.hz)
-        self.ways = WaysDown(self)
-        self.feeder = Feeder(
-            self.axis,
-            self.kernel,
-            self.link,
-            self.ticks,
-            self.horizon,
-            board.shortest,
-            self._put,
-            self._half,
-            self.ways.pieces,
-        )
-        self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, self._under_way)
         self.stopping: Stopping = StopChip(self, stop)
         self.rewind: Rewind | None = None
-        self.watch: Telling = (troubles := Troubles(self))
-        self.troubles = troubles.told
-        self.talk = Talk(self, troubles, wait)
-        self._live = Live(self, self.talk)
-        if isinstance(port, str):
-            port = opened(port, board, [each.number for each in self.board_inputs if not each.pin])
-        self.box = None if black_box is False else self._recorded(port, black_box)
-        self.port: BoardPort = port if self.box is None else self.box
+        self.ways = WaysDown(self)
+        with ExitStack() as undo:
+            by_name = isinstance(port, str)
+            if isinstance(port, str):
+                port = opened(port)
+                undo.callback(port.close)
+            board = self.board = identified(port, clock, wait or sleep)
+            self.horizon = self.horizon_ps * board.hz // PS_PER_S
+            self.board_inputs = inputs_of(board, self.chip, inputs or {})
+            self.outputs = outputs_of(board, self.chip, outputs)
+            usual = config or usual_config(board, self.chip, self.horizon_ps, self.start_stop, driver)
+            self.config = configured(usual, self.board_inputs) if inputs else usual
+            if by_name and isinstance(port, TwinPort):
+                port.close_contacts(each.number for each in self.board_inputs if not each.pin)
+            self.clock = BoardClock(board.hz)
+            self.link = Link(self.clock)
+            self.ticks = TickMap(board.hz)
+            self.feeder = Feeder(
+                self.axis,
+                self.kernel,
+                self.link,
+                self.ticks,
+                self.horizon,
+                board.shortest,
+                self._put,
+                self._half,
+                self.ways.pieces,
+            )
+            self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, self._under_way)
+            self.watch: Telling = (troubles := Troubles(self))
+            self.troubles = troubles.told
+            self.talk = Talk(self, troubles, wait)
+            self._live = Live(self, self.talk)
+            self.box = None if black_box is False else self._recorded(port, black_box)
+            self.port: BoardPort = port if self.box is None else self.box
+            undo.pop_all()
 
     def _recorded(self, port: BoardPort, black_box: str | PathLike[str] | Literal[True]) -> BlackBox:
         """Return a port that also records what goes over another one, in a folder; True: a new folder."""

@@ -1,4 +1,4 @@
-"""How a drive talks with its board: making friends, hearing, speaking, and noticing that it is silent."""
+"""The bytes between a drive and its board: which board it is, the handshake, receiving, sending, and silence."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING
 from ..core.time.timebase import readable
 from ..errors import UsageError
 from .blackbox import reopen
-from .board.wire import BoardState, Ident
+from .board.boards import BAUD, BOARDS, BoardModel, board_of
+from .board.wire import BoardState, Damaged, Decoder, FrameKind, Ident, encode, read
 from .driven import FoundBoard
 from .stopping.troubles import MOVING, signed
 
 if TYPE_CHECKING:
+    from .board.port import BoardPort
     from .driven import Driven
     from .stopping.troubles import Troubles
 
@@ -23,7 +25,7 @@ SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 0.1
 WAY_DOWN_S = 20.0  # of a motion whose host is gone
 SAMPLES = 8  # round trips before the clock of the board is believed
 SILENT_NS = 500_000_000
-VERSION = 1  # of the firmware
+HELLO_NS = 250_000_000  # between attempts to identify a board: its boot loader takes 1.6 s
 ENABLE = 16  # its bit among the outputs
 
 
@@ -111,7 +113,7 @@ class Talk:
         limit = self.drive.wall() + int(seconds * 10**9)
         while not self._comes(met):
             if self.drive.wall() > limit:
-                raise UsageError(f"{what} within {seconds:g} s; {self._heard()}")
+                raise UsageError(f"{what} within {seconds:g} s; {_heard(self.drive.port)}")
             self.wait(POLL_S)
 
     def _comes(self, met: Callable[[], bool]) -> bool:
@@ -172,18 +174,43 @@ class Talk:
         return BoardState.BOOT if answer is None else answer.state
 
     def _check(self, ident: Ident) -> None:
-        """Check that the board is one that this version knows."""
-        drive, board = self.drive, self.drive.board
-        if ident.version != VERSION:
-            raise UsageError(
-                f"the board has version {ident.version} of the firmware, and this slewline needs {VERSION}; write the "
-                "firmware that came with it to the board"
-            )
-        if ident.hz != board.hz:
-            raise UsageError(f"the board has {ident.hz} ticks a second; expected {board.hz}, of a {board.name}")
+        """Check that the board is still the one that was there when the drive was made."""
+        drive, board = self.drive, board_of(ident)
+        if board is not drive.board:
+            raise UsageError(f"the board is an {board.title} now, and was an {drive.board.title}; make a new drive")
         drive.feeder.shortest = ident.shortest
 
-    def _heard(self) -> str:
-        heard, board = getattr(self.drive.port, "heard", b""), self.drive.board
-        said = f"heard {len(heard)} bytes, {bytes(heard[:16]).hex(' ')}" if heard else "heard nothing"
-        return f"{said}; expected the firmware of slewline on an {board.title}, at {board.baud} baud"
+
+def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float], object] = sleep) -> BoardModel:
+    """Return which board is on a port; it is not configured yet, and a motion goes on.
+
+    Args:
+        wall: returns the nanoseconds of the wall clock.
+        wait: waits for a number of seconds.
+
+    Raises:
+        UsageError: no board answers, or it is not one that this version knows.
+    """
+    decoder, begun, hellos = Decoder(), wall(), 0
+    while (passed := wall() - begun) <= SET_UP_S * 10**9:
+        try:
+            if passed >= hellos * HELLO_NS:
+                port.write(encode(0, FrameKind.HELLO))  # 0: no number of a link
+                hellos += 1
+            data = port.read()
+        except OSError as error:
+            raise UsageError(f"the port of the board is gone: {error.strerror or error}") from None
+        for frame in decoder.feed(data):
+            found = None if isinstance(frame, Damaged) else read(frame)
+            if isinstance(found, Ident):
+                return board_of(found)
+        wait(POLL_S)
+    raise UsageError(f"no board answers within {SET_UP_S:g} s; {_heard(port)}")
+
+
+def _heard(port: BoardPort) -> str:
+    """Return what has been received, and what was expected."""
+    data = bytes(getattr(port, "heard", b""))
+    received = f"heard {len(data)} bytes, {data[:16].hex(' ')}" if data else "heard nothing"
+    titles = " or ".join(f"an {board.title}" for board in BOARDS.values())
+    return f"{received}; expected the firmware of slewline on {titles}, at {BAUD} baud"

@@ -10,7 +10,6 @@ import pytest
 
 from slewline.errors import UnknownName, UsageError
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
-from slewline.parts.motors.integration import integrate_many
 from slewline.parts.motors.law import CHOPPED_PS, STEP_PS, MotorLaw
 
 A = MotorData(name="A", current=1.0, resistance=5.0, inductance=8e-3, torque=0.49, inertia=6.8e-6, iron=2e-3)
@@ -310,31 +309,6 @@ def test_blocked_rotor_stays_and_its_currents_do_not() -> None:
     trace = MotorLaw(A, VOLTS, blocked=True).integrate([1], [2], 5_000_000_000, engine="python")
     assert set(trace["theta"].tolist()) == {0.0}
     assert trace["i1"][-1] == pytest.approx(-1.0, abs=1e-4)
-
-
-# --------------------------------------------------------------------------------------------------------- side by side
-def test_many_give_the_same_bits_as_one_by_one() -> None:
-    laws = [MotorLaw(A, VOLTS, LoadData(friction=5e-3, torque=torque)) for torque in (0.0, 0.1, 0.3)]
-    edges = np.arange(1, 21, dtype=np.int64) * 1_700_000_001
-    ends = integrate_many(laws, edges, np.arange(1, 21), 60_000_000_000)
-    for n, law in enumerate(laws):
-        trace = law.integrate(edges, np.arange(1, 21), 60_000_000_000, engine="python")
-        assert ends.states[n].tolist() == trace.states[-1].tolist()
-        assert ends.worst[n] == pytest.approx(trace.worst, rel=1e-12)
-        assert ends.lag[n] == trace.lag[-1]
-
-
-def test_many_must_have_the_same_equations() -> None:
-    with pytest.raises(UsageError, match="different equations, steps or grids"):
-        integrate_many([MotorLaw(A, VOLTS), MotorLaw(A, VOLTS, LoadData(friction=1e-3))], [], [], 1)
-
-
-def test_many_choppers_rest_one_by_one() -> None:
-    laws = [MotorLaw(A, replace(CHOPPER, decay="fast"), LoadData(torque=torque)) for torque in (0.0, 0.05)]
-    ends = integrate_many(laws, [300_000_000], [1], 400_000_000)  # the first rests until the edge, across ticks
-    for n, law in enumerate(laws):
-        trace = law.integrate([300_000_000], [1], 400_000_000, engine="python")
-        assert ends.states[n].tolist() == trace.states[-1].tolist()
 
 
 # -------------------------------------------------------------------------------------------------------------- motion

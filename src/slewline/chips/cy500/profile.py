@@ -1,4 +1,4 @@
-"""The law of motion of the CY500: parameters in, a plan out.  Rates and slopes are those of cy5xx/slope.py.
+"""The law of motion of the CY500: parameters in, a plan out.  Rates, slopes: chips/cy5xx/stepping/slope.py.
 
     rate   R .......___           R ....../|          R ..
                    /   \\                 / |               /|

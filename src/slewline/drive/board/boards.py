@@ -1,8 +1,17 @@
-"""Boards that can be bought: what they can do, and what each of their pins is for."""
+"""Boards that can be bought: what they can do, and what each of their pins is for.
+
+A board reports in its IDENT which row of `BOARDS` it is.  A row is all that the host needs to know about a board whose
+firmware has the messages of wire.py.
+"""
 
 from __future__ import annotations
 
 from typing import NamedTuple
+
+from ...errors import UsageError
+from .wire import VERSION, Ident
+
+BAUD = 500_000  # of every board: the port is opened before the board is known
 
 FAST_TICKS = 640  # between steps: faster ones leave a board no time to brake at the next one
 AT_ONCE_TICKS = 1200  # from an edge, or a pause, to a step: what a board needs for all that may have to be done first
@@ -18,15 +27,16 @@ class BoardPin(NamedTuple):
 class BoardModel(NamedTuple):
     """A kind of board with the firmware of slewline: its limits, and its pins by purpose.
 
-    `hz`: ticks a second.  `slots`: records that its queue has.  `shortest`: least ticks between two steps.  What a
-    board says itself (IDENT) has precedence.  `high`, `low`: ticks for which STEP is high and low at least, up to
-    45,000 steps/s; `setup`, `hold`: for which DIR stands at least before STEP rises, and after.
+    `number`: the board field of its IDENT.  `hz`: ticks a second.  `slots`: records that its queue has.  `shortest`:
+    least ticks between two steps.  What a board says itself (IDENT) has precedence.  `high`, `low`: ticks for which
+    STEP is high and low at least, up to 45,000 steps/s; `setup`, `hold`: for which DIR stands at least before STEP
+    rises, and after.
     """
 
+    number: int
     name: str
     title: str
     hz: int
-    baud: int
     slots: int
     tail: int
     room: int
@@ -61,11 +71,11 @@ def _pins(*names: str) -> tuple[BoardPin, ...]:
     return tuple(BoardPin(*name.split("/")) for name in names)
 
 
-UNO = BoardModel(
+UNO = BoardModel(  # a Nano has the same processor, pins and firmware
+    number=1,
     name="uno",
     title="Arduino Uno (ATmega328P, 16 MHz)",
     hz=16_000_000,
-    baud=500_000,
     slots=64,
     tail=40,
     room=127,
@@ -83,6 +93,28 @@ UNO = BoardModel(
     led=BoardPin("D13", "PB5"),
     loop=BoardPin("D4", "PD4"),
 )
-NANO = UNO._replace(name="nano", title="Arduino Nano (ATmega328P, 16 MHz)")
 
-BOARDS = {board.name: board for board in (UNO, NANO)}
+BOARDS = {board.number: board for board in (UNO,)}
+
+
+def board_of(ident: Ident) -> BoardModel:
+    """Return the row of a board by its IDENT.
+
+    Raises:
+        UsageError: the firmware has another version, the board is not listed, or its clock is not that of its row.
+    """
+    if ident.version != VERSION:
+        raise UsageError(
+            f"the board has version {ident.version} of the firmware, and this slewline needs {VERSION}; write the "
+            "firmware that came with it to the board"
+        )
+    board = BOARDS.get(ident.board)
+    if board is None:
+        known = ", ".join(f"{number} ({each.title})" for number, each in BOARDS.items())
+        raise UsageError(
+            f"the board reports that it is board {ident.board}; known: {known}; write the firmware that came with this "
+            "slewline to a board that is listed, or use the slewline that came with this firmware"
+        )
+    if ident.hz != board.hz:
+        raise UsageError(f"the board has {ident.hz} ticks a second; expected {board.hz}, of a {board.name}")
+    return board

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Iterable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from ...errors import UsageError
 from ...extras import needs
+from .boards import BAUD
 from .reader import PortReader
 from .rehearsal import TWIN, TwinPort
-
-if TYPE_CHECKING:
-    from .boards import BoardModel
 
 KEPT = 64  # bytes that were heard last, for a message that they are not those of a board
 LISTED = "python -m serial.tools.list_ports lists those there are"
@@ -36,21 +33,13 @@ class BoardPort(Protocol):
         """Close it."""
 
 
-def opened(name: str, board: BoardModel, closed: Iterable[int] = ()) -> BoardPort:
+def opened(name: str) -> BoardPort:
     """Return a port with a board, by its name; "twin" is a board of software.
-
-    Args:
-        closed: inputs of a board of software that are closed, to ground; the others are open.
 
     Raises:
         UsageError: it cannot be opened.
     """
-    if name != TWIN:
-        return BoardSerial(name, board.baud)
-    port = TwinPort(board)
-    for number in closed:
-        port.set_input(board.inputs[number].printed, 0)
-    return port
+    return TwinPort() if name == TWIN else BoardSerial(name)
 
 
 class BoardSerial:
@@ -61,14 +50,13 @@ class BoardSerial:
 
     Args:
         name: such as "/dev/ttyUSB0" or "COM3".
-        baud: its rate.
 
     Raises:
         UsageError: the port is not there, is used by another program, or may not be opened; or pySerial is missing.
     """
 
-    def __init__(self, name: str, baud: int) -> None:
-        self.name, self.baud = name, baud
+    def __init__(self, name: str) -> None:
+        self.name = name
         self.heard = bytearray()  # what has come last
         self._open()
 
@@ -79,7 +67,7 @@ class BoardSerial:
             raise UsageError(needs("a board on a serial port needs", "serial")) from None
         self._unsent = b""
         try:
-            self._port: Any = serial.Serial(self.name, self.baud, timeout=0, write_timeout=0, exclusive=True)
+            self._port: Any = serial.Serial(self.name, BAUD, timeout=0, write_timeout=0, exclusive=True)
         except (OSError, ValueError) as error:
             raise UsageError(f"{self.name}: {_refused(error)}") from None
         with suppress(ImportError, OSError, AttributeError):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from time import perf_counter_ns
 
 from ...errors import UsageError
@@ -51,6 +51,11 @@ class TwinPort:
         if name.upper() not in printed or level not in (0, 1):
             raise UsageError(f"input {name!r}, level {level!r}; allowed {', '.join(printed)}, and 0 (closed), 1 (open)")
         self.twin.set_input(printed.index(name.upper()), level, self._present())
+
+    def close_contacts(self, numbers: Iterable[int]) -> None:
+        """Close inputs, by their numbers, to ground; the others are open."""
+        for number in numbers:
+            self.set_input(self.model.inputs[number].printed, 0)
 
     def fileno(self) -> None:
         """Return None: there is nothing to wait for."""

@@ -11,6 +11,7 @@ from .wire import (
     RECORD_BYTES,
     RECORDS_A_FRAME,
     SIZES,
+    VERSION,
     Answer,
     BoardConfig,
     Damaged,
@@ -99,7 +100,7 @@ class BoardTwin(MovingTwin):
             if result == FrameResult.TAKEN and kind == FrameKind.HELLO:
                 self.wanted = 0
                 model = self.model
-                ident = Ident(0, 1, 1, model.slots, model.tail, model.room, model.shortest, model.hz)
+                ident = Ident(0, VERSION, model.number, model.slots, model.tail, model.room, model.shortest, model.hz)
                 self.sent += wire.ident_frame(ident)
             if result == FrameResult.TAKEN and kind in NUMBERED:
                 self.wanted = (self.wanted + 1) % 256

@@ -15,6 +15,7 @@ __all__ = ["Damaged", "Decoder", "Frame", "crc", "encode", "stuff", "unstuff"]  
 
 RECORD_BYTES, RECORDS_A_FRAME = 13, 5
 ENTRIES_A_FRAME = 10  # of a tail
+VERSION = 1  # of the messages: that of the firmware
 INPUTS, PHASES = 6, 8
 
 

@@ -1,15 +1,14 @@
 """Inputs of a board that are pins of a chip: what the board does at once when they change, by the law of the chip.
 
-    inputs = inputs_of(x, {"A0": "abort", "A1": "!home", "A5": "estop"})
+    inputs = inputs_of(board, x, {"A0": "abort", "A1": "!home", "A5": "estop"})
     config = configured(config, inputs)
 
-A0 to A5 are the inputs of an Uno.  A pin of the chip has the level of the input; with "!" before its name, the other
-one.  An emergency stop has a contact that opens: it is active when its wire breaks.
+A0 to A5 are the inputs of an Uno, as they are printed beside its pins.  A pin of the chip has the level of the input;
+with "!" before its name, the other one.  An emergency stop has a contact that opens: it is active when its wire breaks.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, Self
@@ -21,6 +20,7 @@ from ..board.wire import INPUTS, BoardConfig, Reflex
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.motion.axis import Axis
+    from ..board.boards import BoardModel
 
 ESTOP = "estop"
 REFLEX: Mapping[str, int] = {  # of a board, by the reflex of a pin
@@ -83,17 +83,22 @@ class BoardInput(NamedTuple):
         return REFLEX[self.reflex]
 
 
-def inputs_of(chip: Chip, wiring: Mapping[str, str]) -> tuple[BoardInput, ...]:
+def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple[BoardInput, ...]:
     """Return the inputs of a board by what they are wired to: a pin of the chip, or "estop".
+
+    Args:
+        wiring: by the printed names of inputs, or their numbers: {"A0": "abort"}.
 
     Raises:
         UsageError: no such input or pin, a pin that is no input, or one that is wired twice.
     """
     found: dict[int, BoardInput] = {}
+    printed = [pin.printed for pin in board.inputs]
+    names = {name: number for number, pin in enumerate(printed) for name in (pin, str(number))}
     for name, wired in wiring.items():
-        number = re.fullmatch(r"A?([0-5])", str(name))
+        number = names.get(str(name).upper())
         if number is None:
-            raise UsageError(f"input {name!r} of the board; allowed A0 to A{INPUTS - 1}")
+            raise UsageError(f"input {name!r} of the board; allowed {', '.join(printed)}")
         pin = wired.removeprefix("!")
         rows = {row.name: row for row in chip.sheet.pins if row.way in ("in", "both")}
         if pin != ESTOP and pin not in rows:
@@ -105,7 +110,7 @@ def inputs_of(chip: Chip, wiring: Mapping[str, str]) -> tuple[BoardInput, ...]:
         row = rows.get(pin)
         acts = 1 if row is None or row.acts is None else row.acts
         reflex = "" if row is None or row.acts is None else row.reflex
-        found[int(number[1])] = BoardInput(int(number[1]), pin * (pin != ESTOP), reflex, acts, wired.startswith("!"))
+        found[number] = BoardInput(number, pin * (pin != ESTOP), reflex, acts, wired.startswith("!"))
     return tuple(found[number] for number in sorted(found))
 
 

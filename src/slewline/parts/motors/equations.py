@@ -1,8 +1,8 @@
 """The equations of motors, drivers and loads, as text: what is different between them, and nothing else.
 
-One set of equations has to run in plain Python, over arrays of NumPy and compiled by Numba, and give the same bits in
-all three.  So they are written once, in assignments that mean the same for a number and for an array; `integrator.py`
-makes a function of them.  Names in capitals are parameters, constant during a run; the others are:
+One set of equations has to run in plain Python and compiled by Numba, and give the same bits in both.  So they are
+written once, in assignments of numbers; `integrator.py` makes a function of them.  Names in capitals are parameters,
+constant during a run; the others are:
 
     theta omega         place and speed of the rotor, rad and rad/s; theta is 0 where command 0 holds it
     s c                 sine and cosine of the electrical angle
@@ -134,7 +134,7 @@ DETENT = Equations(torque="torque = torque - DETENT8 * s * c * (0.5 - s * s)")
 # ----------------------------------------------------------------------------------------------------------- drivers
 # A winding that is let go drives its current into the supply, and has none from then on.
 _OPEN = "v# = where(r# == 0.0, where(i# == 0.0, R * i# + e#, -VS * sign(i#)), {on})"
-_ENDS = "i# = where((r# == 0.0) & (i# * i#0 <= 0.0), 0.0 * i#, i#)"
+_ENDS = "i# = where((r# == 0.0) and (i# * i#0 <= 0.0), 0.0 * i#, i#)"
 
 VOLTAGE = Equations(
     decide=each(_OPEN.format(on="r#"), 1, 2),
@@ -153,7 +153,7 @@ BILEVEL = Equations(  # until1, until2: s, the ends of the high volts
 
 
 # At rest behind a chopper: since the last edge the clock has ticked, the current has come to its peak, and falls.
-RIPPLES = "(on# == 0.0) & (absolute(i# - 0.7 * r#) <= 0.32 * absolute(r#))"
+RIPPLES = "(on# == 0.0) and (absolute(i# - 0.7 * r#) <= 0.32 * absolute(r#))"
 
 
 def chopper(decay: str, blanked: bool) -> Equations:
@@ -168,8 +168,8 @@ def chopper(decay: str, blanked: bool) -> Equations:
     high = "i# * sign(r#) >= absolute(r#)"
     if blanked:
         phase.append("blank# = where(ticks, LEAST_ON, blank# - H)")
-        high = f"({high}) & (blank# < HALF_H)"
-    phase.append(f"trips = (on# > 0.0) & ({high})")
+        high = f"({high}) and (blank# < HALF_H)"
+    phase.append(f"trips = (on# > 0.0) and ({high})")
     if decay == "mixed":
         phase.append("fast# = where(trips, FAST_TIME, fast# - H)")
     phase.append("on# = where(trips, 0.0, on#)")
@@ -181,7 +181,7 @@ def chopper(decay: str, blanked: bool) -> Equations:
     return Equations(
         kept=tuple(kept),
         decide="\n".join(lines),
-        settle=each(_ENDS, 1, 2) + "\n" + each("i# = where((on# == 0.0) & (i# * i#0 < 0.0), 0.0 * i#, i#)", 1, 2),
+        settle=each(_ENDS, 1, 2) + "\n" + each("i# = where((on# == 0.0) and (i# * i#0 < 0.0), 0.0 * i#, i#)", 1, 2),
         edge="asked = clock",
         rest=("clock > asked", *each(RIPPLES, 1, 2).splitlines()),
     )
@@ -208,10 +208,10 @@ RUBBING = Equations(
     states=("theta", "omega"),
     decide="pulls = torque - PULL\n"
     "stands = omega == 0.0\n"
-    "free = where(stands & (absolute(pulls) <= STICTION), 0.0, INV_J)\n"
+    "free = where(stands and (absolute(pulls) <= STICTION), 0.0, INV_J)\n"
     "holds = PULL + FRICTION * sign(where(stands, pulls, omega))",
     rates="d_theta = omega\nd_omega = (torque - DRAG * omega - holds) * free",
-    settle="omega = where((omega * omega0 < 0.0) & (absolute(torque - PULL) <= STICTION), 0.0 * omega, omega)",
+    settle="omega = where((omega * omega0 < 0.0) and (absolute(torque - PULL) <= STICTION), 0.0 * omega, omega)",
     rest=("absolute(omega) < SLOW", "absolute(d_omega) < SETTLED"),
 )
 # Two masses: the rotor, and what hangs on the coupling.
@@ -220,14 +220,14 @@ COUPLED = Equations(
     decide="twist = STIFFNESS * (theta - theta2) + COUPLING_DRAG * (omega - omega2)\n"
     "pulls = twist - PULL\n"
     "stands = omega2 == 0.0\n"
-    "free = where(stands & (absolute(pulls) <= STICTION), 0.0, INV_J2)\n"
+    "free = where(stands and (absolute(pulls) <= STICTION), 0.0, INV_J2)\n"
     "holds = PULL + FRICTION * sign(where(stands, pulls, omega2))",
     rates="twist = STIFFNESS * (theta - theta2) + COUPLING_DRAG * (omega - omega2)\n"
     "d_theta = omega\n"
     "d_omega = (torque - DRAG * omega - twist) * INV_J\n"
     "d_theta2 = omega2\n"
     "d_omega2 = (twist - DRAG2 * omega2 - holds) * free",
-    settle="omega2 = where((omega2 * omega20 < 0.0) & (absolute(twist - PULL) <= STICTION), 0.0 * omega2, omega2)",
+    settle="omega2 = where((omega2 * omega20 < 0.0) and (absolute(twist - PULL) <= STICTION), 0.0 * omega2, omega2)",
     rest=(
         "absolute(omega) < SLOW",
         "absolute(d_omega) < SETTLED",
@@ -248,8 +248,8 @@ def stopped(suffix: str = "") -> Equations:
     """Return the equations of hard stops without bounce, for the rotor or, with "2", for the load on the coupling."""
     theta, omega = f"theta{suffix}", f"omega{suffix}"
     return Equations(
-        decide=f"free = where({omega} == 0.0, where(({theta} >= STOP_HIGH) & (pulls > 0.0), 0.0, free), free)\n"
-        f"free = where({omega} == 0.0, where(({theta} <= STOP_LOW) & (pulls < 0.0), 0.0, free), free)",
+        decide=f"free = where({omega} == 0.0, where(({theta} >= STOP_HIGH) and (pulls > 0.0), 0.0, free), free)\n"
+        f"free = where({omega} == 0.0, where(({theta} <= STOP_LOW) and (pulls < 0.0), 0.0, free), free)",
         settle=f"beyond = {theta} > STOP_HIGH\n"
         f"{theta} = where(beyond, STOP_HIGH, {theta})\n"
         f"{omega} = where(beyond, minimum({omega}, 0.0), {omega})\n"

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from ...core.messages.near import hint
 from ...errors import UnknownName, UsageError
@@ -47,10 +46,6 @@ class Integrable(Protocol):
         """The same: (rows, windings) float64."""
 
     @property
-    def steps(self) -> str:
-        """What a step is: "full", "half" ..."""
-
-    @property
     def step_ps(self) -> int:
         """The step of the grid, ps."""
 
@@ -63,15 +58,8 @@ class Integrable(Protocol):
         """Commands a full step."""
 
     @property
-    def cycle(self) -> int:
-        """Commands an electrical turn."""
-
-    @property
     def period(self) -> int:
         """Full steps an electrical turn."""
-
-    def at_rest(self) -> tuple[float, ...]:
-        """Return the state at rest in the place of command 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,55 +110,6 @@ class MotorTrace:
     def lost(self) -> int:
         """The number of full steps lost at the end; positive if the rotor is behind, negative if it is ahead."""
         return round(float(self.lag[-1]) / self.law.period) * self.law.period
-
-
-class Ends(NamedTuple):
-    """Where many motors have come to.
-
-    Attributes:
-        states: (motors, k) float64 at the last grid point, the columns as `Integrable.names`.
-        lag: (motors,) float64, full steps there.
-        worst: (motors,) float64, the greatest distance from the command on the way, full steps.
-    """
-
-    states: NDArray[np.float64]
-    lag: NDArray[np.float64]
-    worst: NDArray[np.float64]
-
-
-def integrate_many(
-    laws: Sequence[Integrable],
-    times: Sequence[int] | NDArray[np.int64],
-    commands: Sequence[int] | NDArray[np.int64],
-    stop: int,
-) -> Ends:
-    """Return where many motors have come to, side by side in arrays of NumPy: the same bits as one by one.
-
-    All of them begin at rest at 0, and get the same commands.
-
-    Args:
-        laws: with the same equations, the same steps and the same grid.
-        times, commands: as for `MotorLaw.integrate`.
-        stop: ps.
-
-    Raises:
-        UsageError: laws that differ in more than their figures.
-    """
-    import numpy as np
-
-    first = laws[0]
-    if any(law.model is not first.model or law.steps != first.steps or law.step_ps != first.step_ps for law in laws):
-        raise UsageError("motors side by side with different equations, steps or grids; put those that agree together")
-    columns = zip(*(law.parameters for law in laws), strict=True)
-    parameters = tuple(same[0] if len(set(same)) == 1 else np.array(same) for same in columns)
-    table = np.array([law.table for law in laws]).transpose(1, 2, 0)
-    state = tuple(np.array(column) for column in zip(*(law.at_rest() for law in laws), strict=True))
-    asked = np.asarray(commands, np.int64)
-    edges = np.asarray(times, np.int64).tolist(), (asked % first.cycle).tolist(), asked.tolist()
-    _, found, command, worst = first.model.numpy(parameters, table, 0, state, 0, 0, *edges, stop)
-    steps = np.array([law.step for law in laws])
-    whole = np.stack(np.broadcast_arrays(*found), 1)
-    return Ends(whole, command / first.micro - found[0] / steps, worst)
 
 
 @dataclass(frozen=True, slots=True)

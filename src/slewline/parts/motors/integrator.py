@@ -6,8 +6,8 @@
                                   the state here is one step of this length from the grid point before
 
 Nothing else counts: not who looks, when, how often, nor how far ahead has been integrated already.  So a state has the
-same bits whatever is asked first, and plain Python, arrays of NumPy and Numba give the same, since they run the same
-lines: sums, products, square roots and comparisons, in one order.  Sine and cosine are made of these too, because
+same bits whatever is asked first, and plain Python and Numba give the same, since they run the same lines: sums,
+products, square roots and comparisons, in one order.  Sine and cosine are made of these too, because
 those of a machine's library differ in the last bit.
 
 What a driver decides, and what friction does, is decided at grid points, for a step of full length, however short the
@@ -21,9 +21,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from .arrays import in_place
 from .equations import Equations
-from .operations import PYTHON, compiled, machine_code, numpy_names
+from .operations import PYTHON, compiled, machine_code
 
 # sqrt(2) sin(pi f / 2) / f as a polynomial of f squared, up to a half: good to 5e-12; two doublings make it the angle.
 # They keep s s + c c = 1 whatever it is, so that no energy comes from a polynomial that is not longer.
@@ -179,47 +178,7 @@ class Model:
             ]
         )
 
-    @property
-    def many(self) -> str:
-        """The function that takes many motors, which get the same edges, to the last grid point not after `stop`.
-
-        Every name stands for an array then, one number a motor.  One that rests is held until the next edge.
-        """
-        whole = ", ".join(self.whole)
-        back = [f"{name} = {name}_" for name in self._held]
-        return "\n".join(
-            [
-                "def many(parameters, table, t, state, code, command, times, codes, commands, stop):",
-                *indented(1, self._given, ["edge = 0", "edges = len(times)"]),
-                *indented(1, ["worst = absolute(0.0 * theta)", "rests = False", "while True:"]),
-                *indented(2, [f"{name}_ = {name}" for name in self._held], self._decided),
-                *indented(2, [f"rests = where({self._rest}, True, rests)"]),
-                *indented(2, ["resting = count_nonzero(rests)", "all_rest = resting == motors"]),
-                *indented(2, ["following = t + STEP_PS", "hit = edge < edges and times[edge] <= following"]),
-                *indented(2, ["if hit or (edge < edges and all_rest):"]),
-                *indented(3, ["hit = True", "following = times[edge]"]),
-                *indented(2, ["if following > stop or (all_rest and not hit):"]),
-                *indented(3, [*back, "break"]),
-                *indented(2, ["if all_rest:"]),
-                *indented(3, back or ["pass"]),
-                *indented(2, ["else:"]),
-                *indented(3, [f"dt = (following - t) * {PS}"], self._before, self._step, ["if resting:"]),
-                *indented(4, [f"{name} = where(rests, {name}0, {name})" for name in self.states]),
-                *indented(4, [f"{name} = where(rests, {name}_, {name})" for name in self._held]),
-                *indented(2, ["t = following", "if hit:"]),
-                *indented(3, self._edge, ["command = commands[edge]", "edge += 1", "rests = False"]),
-                *indented(2, ["worst = maximum(worst, absolute(command * STEPS_COMMAND - theta * STEPS_RAD))"]),
-                *indented(1, [f"return t, ({whole},), command, worst"]),
-            ]
-        )
-
     # ------------------------------------------------------------------------------------------------- what runs them
-    @cached_property
-    def numpy(self) -> Callable[..., Any]:
-        """The function for many motors."""
-        found: Callable[..., Any] = compiled(in_place(self.many), numpy_names())["many"]
-        return found
-
     @cached_property
     def python(self) -> Engine:
         """The functions in plain Python."""

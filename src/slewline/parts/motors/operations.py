@@ -1,4 +1,4 @@
-"""What the equations call, in three ways, and functions made of their text: for plain Python, for arrays, for Numba."""
+"""What the equations call, and functions made of their text: for plain Python, and for Numba."""
 
 from __future__ import annotations
 
@@ -36,19 +36,6 @@ def compiled(text: str, names: dict[str, Any], place: str = "<equations of a mot
 
 
 PYTHON = compiled("\n".join(OPERATIONS), {"floor": floor, "nearest": round, "sqrt": sqrt, "absolute": abs})
-
-
-def numpy_names() -> dict[str, Any]:
-    """Return what the equations call, for arrays of NumPy."""
-    import numpy as np
-
-    def array(size: int, of: type = float) -> Any:
-        """Return an array that begins where a line of the cache does: half the time for what is in the nearest one."""
-        memory = np.empty(8 * size + 64, np.uint8)
-        start = -memory.ctypes.data % 64
-        return memory[start : start + size * np.dtype(of).itemsize].view(of)
-
-    return vars(np) | {"nearest": np.rint, "array": array}
 
 
 # -------------------------------------------------------------------------------------------------------- machine code
