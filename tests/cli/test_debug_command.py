@@ -42,6 +42,7 @@ def test_without_textual(call, monkeypatch):
     assert ran.err.startswith("slewline: the debugger needs textual: pip install textual")
 
 
+@pytest.mark.system
 def test_a_front_end_of_ones_own(write):
     program = write("five.cy525", "F 3", "R 100", "S 254", "Z 1", "A 0", "N 5", "G")
     call = [sys.executable, "-m", "slewline", "debug", program, "--control", "127.0.0.1:0", "--while-input"]

@@ -23,6 +23,7 @@ LESSONS = ROOT / "docs/lessons"
 SLEWLINE = Path(sys.executable).with_name("slewline")
 
 
+@pytest.mark.system
 def test_the_module_is_the_command():
     ran = subprocess.run([sys.executable, "-m", "slewline", "chps"], capture_output=True, text=True, check=False)
     assert ran.returncode == 2 and ran.stderr.startswith("Usage: slewline [OPTIONS]")
@@ -172,6 +173,7 @@ def shell(program, script):
     return ran.stdout
 
 
+@pytest.mark.system
 @pytest.mark.posix
 @pytest.mark.parametrize(
     "source",
@@ -193,6 +195,7 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
     assert found.split() == ["chs=0", "chs=1"]
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_fish_itself_completes():
     script = shlex.quote(str(ROOT / "share/fish/vendor_completions.d/slewline.fish"))
@@ -218,6 +221,7 @@ def on_a_terminal(*arguments, **environment):
     return found
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_no_color_is_heard(five):
     arguments = ("run", five)

@@ -103,6 +103,7 @@ def test_of_several_chips_one_is_chosen(call, write):
     assert ran.status == 2 and "--of: which motor is it?; there are: x.1, y.1" in ran.err
 
 
+@pytest.mark.system
 def test_a_bench_file_with_two_chips_drives_the_motor_of_one(folder, write):
     write("two.toml", TWO)
     with Slewline("drive", "--bench", "two.toml", "--board", "twin", "--of", "y", *AHEAD, folder=folder) as driven:
@@ -130,6 +131,7 @@ def port():
             os.close(each)
 
 
+@pytest.mark.system
 def test_a_port_that_another_program_has(call, port):
     serial = pytest.importorskip("serial")
     _, name = port
@@ -138,6 +140,7 @@ def test_a_port_that_another_program_has(call, port):
     assert ran.status == 2 and f"{name}: another program uses this port; close that one" in ran.err
 
 
+@pytest.mark.system
 def test_a_port_that_has_no_board(call, port, folder):
     ours, name = port
     over = threading.Event()
@@ -176,6 +179,7 @@ def enabled(box):
     ]
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("enable", [False, True])
 def test_a_session_and_its_black_box(folder, enable, call):
     words = ["--black-box", "boxes", *AHEAD, *(["--enable"] if enable else [])]
@@ -203,6 +207,7 @@ def test_a_session_and_its_black_box(folder, enable, call):
     assert [int(row[-1]) for row in rows] == [*range(1, 401), *range(399, 249, -1)]
 
 
+@pytest.mark.system
 def test_without_a_black_box_nothing_is_left(folder):
     with Slewline(*DRIVE, "--board", "twin", "--no-black-box", folder=folder) as driven:
         driven.ready()
@@ -211,6 +216,7 @@ def test_without_a_black_box_nothing_is_left(folder):
     assert not list(folder.iterdir())
 
 
+@pytest.mark.system
 def test_words_that_are_typed_stop_the_motor_and_let_it_go_on(folder):
     with Slewline(*DRIVE, *AHEAD, "--board", "twin", "--no-black-box", folder=folder, typed=True) as driven:
         where = driven.ready()
@@ -239,6 +245,7 @@ def test_words_that_are_typed_stop_the_motor_and_let_it_go_on(folder):
         assert driven.ended() == 0
 
 
+@pytest.mark.system
 def test_sigusr2_is_clear(folder):
     with Slewline(*DRIVE, "--board", "twin", "--no-black-box", folder=folder) as driven:
         driven.ready()
@@ -249,6 +256,7 @@ def test_sigusr2_is_clear(folder):
         assert driven.end() == 0
 
 
+@pytest.mark.system
 def test_a_program_that_starts_by_itself_moves_the_motor_only_where_that_is_allowed(folder):
     words = ("--board", "twin", "--no-black-box", "--state", "kept", *AHEAD)
     with Slewline(*DRIVE, *words, folder=folder) as driven:

@@ -157,6 +157,7 @@ def served(*how: str):
             server.end(signal.SIGKILL)
 
 
+@pytest.mark.system
 def test_a_server_keeps_its_eeprom(folder) -> None:
     with served("--state", "state") as server:
         assert server.ask("O 0A0H\r? O\r", b"\r") == b"O=00160\r"  # CTS from now on: the EEPROM is slower than the line
@@ -167,6 +168,7 @@ def test_a_server_keeps_its_eeprom(folder) -> None:
         assert server.ask("Y 0\r? M,4\r", b"\r0\r") == b"Y=00000\r" + PROGRAM
 
 
+@pytest.mark.system
 def test_an_image_goes_into_the_eeprom_whatever_it_held(folder) -> None:
     write_image("p.hex", PROGRAM)
     write_image("q.bin", b"N 7\r")

@@ -24,6 +24,7 @@ def tool(*words, folder):
     return ran.returncode, ran.stdout + ran.stderr
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_tests_of_a_package_pass_and_its_style_is_clean_whatever_its_name(call, kind):
     for name in ("x", "my-own", "a" * (LONGEST // 2) + "-" + "b" * (LONGEST - LONGEST // 2 - 1)):

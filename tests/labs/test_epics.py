@@ -442,6 +442,7 @@ def clients():
         client.end()
 
 
+@pytest.mark.system
 def test_clients_of_epics_have_a_whole_session(clients, monkeypatch):
     """One moves, tweaks, stops; the other one watches; a third one dies in a put, and the motion goes on."""
     module = running("gs-c200s", straps={"chs": 0}, rate=20)

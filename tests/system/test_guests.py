@@ -380,6 +380,7 @@ def test_a_test_names_a_guest_or_its_class(lab, on):
             module.close()
 
 
+@pytest.mark.system
 def test_a_guest_is_served(lab):
     written("b.toml", f'[[chip]]\npart = "{NAME}"\n[[serve]]\ntcp = "127.0.0.1:0"\n')
     command = [sys.executable, "-W", "error", "-c", "from slewline.cli.main import main; main()", "serve"]

@@ -56,6 +56,11 @@ def mark(tmp_path, monkeypatch):
     for name in ("__init__", "x", "cy525"):
         (tmp_path / f"evils/{name}.py").write_text(code)
     yield mark
+    nothing_ran(mark)
+
+
+def nothing_ran(mark):
+    """Fail where a module of that folder has been imported."""
     assert not mark.exists()
     for name in [name for name in sys.modules if name.split(".")[0] in ("evil", "evils")]:
         del sys.modules[name]
@@ -63,32 +68,33 @@ def mark(tmp_path, monkeypatch):
 
 
 # --------------------------------------------------------------------------------------------- a journal calls inputs
-@pytest.mark.parametrize(
-    ("part", "verb", "args"),
-    [
-        ("pc", "send", ["A 0\r"]),  # the face of a host; what reports is `write`
-        ("pc", "do", [None]),
-        ("pc", "work", ["text", None]),
-        ("pc", "__init__", [None, "pc", []]),
-        ("pc", "__setattr__", ["name", "x"]),
-        ("pc", "__class__", []),
-        ("pc", "errand", ["text", "evil"]),
-        ("m", "take_pin", ["a", "b"]),
-        ("m", "finding", ["code", "text"]),
-        ("x", "reset", []),
-        ("x", "power", [False]),
-        ("x", "start", []),
-        ("x", "fail_eeprom", [True]),  # of another chip
-        ("x", "from_outside", []),
-        ("x", "", []),
-        ("x", None, []),
-        ("x", ["reset"], []),
-    ],
-)
-def test_a_journal_calls_no_method_but_inputs(part, verb, args):
-    with pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: ") as error:
-        replayed(ADD, HOST, MOTOR, told(part, verb, *args))
-    assert "is not an input; allowed " in str(error.value) or "input: verb: found " in str(error.value)
+NO_INPUTS = [
+    ("pc", "send", ["A 0\r"]),  # the face of a host; what reports is `write`
+    ("pc", "do", [None]),
+    ("pc", "work", ["text", None]),
+    ("pc", "__init__", [None, "pc", []]),
+    ("pc", "__setattr__", ["name", "x"]),
+    ("pc", "__class__", []),
+    ("pc", "errand", ["text", "evil"]),
+    ("m", "take_pin", ["a", "b"]),
+    ("m", "finding", ["code", "text"]),
+    ("x", "reset", []),
+    ("x", "power", [False]),
+    ("x", "start", []),
+    ("x", "fail_eeprom", [True]),  # of another chip
+    ("x", "from_outside", []),
+    ("x", "", []),
+    ("x", None, []),
+    ("x", ["reset"], []),
+]
+
+
+def test_a_journal_calls_no_method_but_inputs(subtests):
+    for part, verb, args in NO_INPUTS:
+        with subtests.test(part=part, verb=verb):
+            with pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: ") as error:
+                replayed(ADD, HOST, MOTOR, told(part, verb, *args))
+            assert "is not an input; allowed " in str(error.value) or "input: verb: found " in str(error.value)
 
 
 def test_an_attribute_of_a_bench_is_no_part():
@@ -191,54 +197,58 @@ NAMES = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", NAMES, ids=repr)
-def test_no_name_of_a_file_a_journal_or_a_url_imports(name):
-    text = json.dumps(name)
-    for table in (f"[[chip]]\npart = {text}\n", f"[[part]]\nkind = {text}\n"):
-        Path("b.toml").write_text(table)
-        with pytest.raises(SlewlineError):
-            slewline.load("b.toml")
-    with pytest.raises(BenchFileError):
-        replayed(ADD | {"part": name})
-    with pytest.raises(BenchFileError):
-        replayed(MOTOR | {"kind": name})
-    with pytest.raises((SlewlineError, ValueError)):
-        serial.serial_for_url(f"slewline://{name}")
+def test_no_name_of_a_file_a_journal_or_a_url_imports(subtests, mark):
+    for name in NAMES:
+        with subtests.test(repr(name)):
+            text = json.dumps(name)
+            for table in (f"[[chip]]\npart = {text}\n", f"[[part]]\nkind = {text}\n"):
+                Path("b.toml").write_text(table)
+                with pytest.raises(SlewlineError):
+                    slewline.load("b.toml")
+            with pytest.raises(BenchFileError):
+                replayed(ADD | {"part": name})
+            with pytest.raises(BenchFileError):
+                replayed(MOTOR | {"kind": name})
+            with pytest.raises((SlewlineError, ValueError)):
+                serial.serial_for_url(f"slewline://{name}")
+            nothing_ran(mark)
 
 
-@pytest.mark.parametrize(
-    "table",
-    [
-        '[[chip]]\npart = ["evil:X"]\n',
-        '[[chip]]\npart = {module = "evil"}\n',
-        '[[chip]]\npart = "cy525"\nclass = "evil:X"\n',
-        '[[chip]]\npart = "cy525"\noptions = {store = "evil:X"}\n',
-        '[[chip]]\npart = "gs-c200"\noptions = {store = "/etc/passwd"}\n',
-        '[[chip]]\npart = "gs-c200"\noptions = {store = "evil.py"}\n',
-        '[[chip]]\npart = "gs-c200"\noptions = {law = "evil:X"}\n',
-        '[[chip]]\npart = "gs-c200"\noptions = {kernel = "evil:X"}\n',
-        '[[chip]]\npart = "cy525"\nallow_code = true\n',
-        '[bench]\nallow_code = true\n[[chip]]\npart = "evil:X"\n',
-        '[[part]]\nkind = "inverter"\nto = "evil:X"\n',
-        '[[part]]\nkind = "inverter"\nto = ["evil:X"]\n',
-        '[[part]]\nkind = "switch"\non = "evil:X"\n',
-        '[[part]]\nkind = "inverter"\nallow_code = true\n',
-        '[[part]]\nkind = "prom"\ndata = {file = "evil.py"}\n',
-        '[[chip]]\npart = "cy525"\n[[host]]\nover = "evil:X"\nscript = "A 0"\n',
-        '[[chip]]\npart = "cy525"\n[[host]]\nname = "evil:X"\nscript = "A 0"\n',
-        '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@evil"\n',
-        '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@tell evil:X ring"\n',
-        '[[chip]]\npart = "cy525"\n[[part]]\nkind = "encoder"\nname = "e"\n[[host]]\nscript = "@tell e __init__"\n',
-        '[[chip]]\npart = "cy525"\n[[part]]\nkind = "encoder"\nname = "e"\n[[host]]\nscript = "@tell e power"\n',
-        '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@include evil.py"\n',
-        '[[chip]]\npart = "cy525"\n[[host]]\nfile = "/etc/hostname"\n',
-        '[[chip]]\npart = "cy525"\n[[wire]]\nfrom = "x.__class__"\nto = "x.abort"\n',
-    ],
-)
-def test_no_key_of_a_bench_file_imports_opens_or_calls(table):
-    Path("b.toml").write_text(table)
-    with pytest.raises(SlewlineError):
-        slewline.load("b.toml")
+TABLES = [
+    '[[chip]]\npart = ["evil:X"]\n',
+    '[[chip]]\npart = {module = "evil"}\n',
+    '[[chip]]\npart = "cy525"\nclass = "evil:X"\n',
+    '[[chip]]\npart = "cy525"\noptions = {store = "evil:X"}\n',
+    '[[chip]]\npart = "gs-c200"\noptions = {store = "/etc/passwd"}\n',
+    '[[chip]]\npart = "gs-c200"\noptions = {store = "evil.py"}\n',
+    '[[chip]]\npart = "gs-c200"\noptions = {law = "evil:X"}\n',
+    '[[chip]]\npart = "gs-c200"\noptions = {kernel = "evil:X"}\n',
+    '[[chip]]\npart = "cy525"\nallow_code = true\n',
+    '[bench]\nallow_code = true\n[[chip]]\npart = "evil:X"\n',
+    '[[part]]\nkind = "inverter"\nto = "evil:X"\n',
+    '[[part]]\nkind = "inverter"\nto = ["evil:X"]\n',
+    '[[part]]\nkind = "switch"\non = "evil:X"\n',
+    '[[part]]\nkind = "inverter"\nallow_code = true\n',
+    '[[part]]\nkind = "prom"\ndata = {file = "evil.py"}\n',
+    '[[chip]]\npart = "cy525"\n[[host]]\nover = "evil:X"\nscript = "A 0"\n',
+    '[[chip]]\npart = "cy525"\n[[host]]\nname = "evil:X"\nscript = "A 0"\n',
+    '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@evil"\n',
+    '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@tell evil:X ring"\n',
+    '[[chip]]\npart = "cy525"\n[[part]]\nkind = "encoder"\nname = "e"\n[[host]]\nscript = "@tell e __init__"\n',
+    '[[chip]]\npart = "cy525"\n[[part]]\nkind = "encoder"\nname = "e"\n[[host]]\nscript = "@tell e power"\n',
+    '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@include evil.py"\n',
+    '[[chip]]\npart = "cy525"\n[[host]]\nfile = "/etc/hostname"\n',
+    '[[chip]]\npart = "cy525"\n[[wire]]\nfrom = "x.__class__"\nto = "x.abort"\n',
+]
+
+
+def test_no_key_of_a_bench_file_imports_opens_or_calls(subtests, mark):
+    for table in TABLES:
+        with subtests.test(table):
+            Path("b.toml").write_text(table)
+            with pytest.raises(SlewlineError):
+                slewline.load("b.toml")
+            nothing_ran(mark)
 
 
 @pytest.mark.parametrize(
@@ -297,27 +307,29 @@ KINDS_OF_ENTRY = [HEAD, ADD, HOST, MOTOR, POWER, WIRE, SAID, DRIVE, DRIVE | {"ro
 KEPT = {"do", "to", "behaviour"}  # of a motor it may be left out, and so may the behaviour
 
 
-@pytest.mark.parametrize(
-    "value", [None, "gone", [], {}, 1.5, True, -1, 10**30, "x" * 100_000], ids=lambda v: str(v)[:6]
-)
-@pytest.mark.parametrize("number", range(len(KINDS_OF_ENTRY)))
-def test_an_entry_of_no_sense_is_told_with_its_line(number, value):
-    """Each field of each entry, missing or of another type: a message of ours, or a run."""
-    entry = KINDS_OF_ENTRY[number]
-    for name in entry.keys() - KEPT:
-        changed = entry | {name: value} if value != "gone" else {key: entry[key] for key in entry if key != name}
-        before = [each for each in (HEAD, ADD, HOST) if each["do"] != entry["do"]]
-        lines = [changed, *before[1:]] if entry is HEAD else [*before, changed]
-        lines.append(RUN | {"t": 10**9, "to": 10**9})
-        Path("j.jsonl").write_text("\n".join(map(json.dumps, lines)) + "\n")
-        try:
-            slewline.replay("j.jsonl")
-        except BenchFileError as error:
-            assert str(error).startswith("journal j.jsonl")
-            assert name == "args" or "Error(" not in str(error), "it is told in our words"
-            assert len(str(error)) < LONGEST_LINE + 50
-        else:
-            assert name in ("slewline", "round", "name", "args", "verb") or value in (None, True, {}, []), changed
+def entry_of_no_sense(entry, name, value):
+    """A field of an entry, missing or of another type: a message of ours, or a run."""
+    changed = entry | {name: value} if value != "gone" else {key: entry[key] for key in entry if key != name}
+    before = [each for each in (HEAD, ADD, HOST) if each["do"] != entry["do"]]
+    lines = [changed, *before[1:]] if entry is HEAD else [*before, changed]
+    lines.append(RUN | {"t": 10**9, "to": 10**9})
+    Path("j.jsonl").write_text("\n".join(map(json.dumps, lines)) + "\n")
+    try:
+        slewline.replay("j.jsonl")
+    except BenchFileError as error:
+        assert str(error).startswith("journal j.jsonl")
+        assert name == "args" or "Error(" not in str(error), "it is told in our words"
+        assert len(str(error)) < LONGEST_LINE + 50
+    else:
+        assert name in ("slewline", "round", "name", "args", "verb") or value in (None, True, {}, []), changed
+
+
+def test_an_entry_of_no_sense_is_told_with_its_line(subtests):
+    for number, entry in enumerate(KINDS_OF_ENTRY):
+        for value in (None, "gone", [], {}, 1.5, True, -1, 10**30, "x" * 100_000):
+            with subtests.test(number=number, do=entry["do"], value=str(value)[:6]):
+                for name in entry.keys() - KEPT:
+                    entry_of_no_sense(entry, name, value)
 
 
 @pytest.mark.parametrize(

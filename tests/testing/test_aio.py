@@ -348,6 +348,7 @@ async def test_that_fails(cy525):
 """
 
 
+@pytest.mark.system
 def test_tests_of_anyio_take_the_loop_and_the_fixtures(pytester, monkeypatch):
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     pytester.makepyfile(MARKED)

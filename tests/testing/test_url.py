@@ -538,6 +538,7 @@ def test_a_str_is_no_bytes(opened):
         opened().write("F\r")
 
 
+@pytest.mark.system
 def test_without_the_import_pyserial_does_not_know_the_url():
     code = "import serial; serial.serial_for_url('slewline://gs-c200s')"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
