@@ -23,10 +23,7 @@ COMMAND = [sys.executable, "-m", "slewline"]
 @contextmanager
 def started(*arguments):
     """Yield what the command says of its ports, by name; end it with a signal."""
-    environment = {name: value for name, value in os.environ.items() if name != "SLEWLINE_TOKEN"}
-    process = subprocess.Popen(
-        [*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
-    )
+    process = subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     with process:
         try:
             found = {}
@@ -113,16 +110,21 @@ def test_a_panel_is_attached_to_a_server():
         process.stdout.close()
 
 
+def when_the_panel_runs(*row):
+    """A mistake that is found when the process of the panel has been started."""
+    return pytest.param(*row, marks=pytest.mark.system)
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
         ([], "give one of a chip"),
         (["cy525", "--attach", "127.0.0.1:1"], "give one of a chip"),
         (["--attach", "127.0.0.1:1", "--rate", "2"], "leave out --rate"),
-        (["cy526"], "cy525"),
-        (["nothing.cy525"], "nothing.cy525"),
+        when_the_panel_runs(["cy526"], "cy525"),
+        when_the_panel_runs(["nothing.cy525"], "nothing.cy525"),
         (["cy525", "--listen", "0.0.0.0:0"], "--allow-remote"),
-        (["cy525", "--rate", "fast"], "fast"),
+        when_the_panel_runs(["cy525", "--rate", "fast"], "fast"),
         (["b.toml", "--strap", "chs=0"], "leave out --chip, --strap"),
     ],
 )

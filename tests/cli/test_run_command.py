@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import os
 import re
-import subprocess
 import sys
 from itertools import count, pairwise
 from pathlib import Path
@@ -231,11 +231,9 @@ def test_a_hex_file_goes_to_a_chip_in_binary_mode(call, five, write):
     assert binary["time_ps"] < ascii["time_ps"], "fewer bytes, and no digits to convert"
 
 
-def test_a_program_may_come_from_the_standard_input():
-    code = "import sys; from slewline.cli.main import main; main()"
-    command = [sys.executable, "-c", code, "run", "-", "--chip", "cy525", "--json"]
-    ran = subprocess.run(command, input="A 12\n", capture_output=True, text=True, check=True)
-    assert json.loads(ran.stdout)["position"] == 12
+def test_a_program_may_come_from_the_standard_input(call, monkeypatch):
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"A 12\n")))
+    assert call("run", "-", "--chip", "cy525", "--json").json["position"] == 12
 
 
 # -------------------------------------------------------------------------------------------------------------- journal
