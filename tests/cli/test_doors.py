@@ -23,6 +23,14 @@ LESSONS = ROOT / "docs/lessons"
 SLEWLINE = Path(sys.executable).with_name("slewline")
 
 
+@pytest.mark.real("process")
+def test_the_script_is_the_command(call, write):
+    program = write("p.cy525", "R 200")
+    ran = subprocess.run([SLEWLINE, "lint", program], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout, ran.stderr) == call("lint", program)
+    assert ran.returncode == 1 and "RATE 200: allowed 0..127" in ran.stdout
+
+
 @pytest.mark.system
 def test_the_module_is_the_command():
     ran = subprocess.run([sys.executable, "-m", "slewline", "chps"], capture_output=True, text=True, check=False)

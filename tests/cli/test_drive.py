@@ -13,6 +13,7 @@ from time import sleep
 
 import pytest
 
+from slewline.cli.live import drive
 from slewline.drive.blackbox import read_line
 from slewline.drive.board import wire
 from slewline.drive.board.wire import Answer, Decoder, Frame, FrameKind
@@ -283,7 +284,7 @@ def test_a_program_that_starts_by_itself_moves_the_motor_only_where_that_is_allo
 
 def test_check_needs_no_port_and_leaves_nothing(call, monkeypatch, folder):
     monkeypatch.setenv("XDG_STATE_HOME", str(folder / "state"))
-    monkeypatch.setattr("slewline.cli.live.drive.CHECK_S", 0.1)
+    monkeypatch.setattr(drive, "CHECK_S", 0.1)
     monkeypatch.setattr("slewline.links.sockets.system.be_prompt", lambda: "no priority above others")
     ran = call("drive", "gs-c200s", "--board", "twin", "--check")
     assert ran.status == 0 and ran.out.splitlines()[-1] == "pulses    1000 pulses sent, 1000 counted"

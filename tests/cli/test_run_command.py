@@ -140,7 +140,8 @@ def test_a_time_out_says_who_waits_for_what_and_still_writes_the_result(call, wr
     assert "cy525: waiting for wait=1 (W) since" in ran.err
 
 
-def test_the_time_out_is_sixty_seconds(call, endless):
+def test_the_time_out_is_sixty_seconds(call, write):
+    endless = write("endless.cy525", "E", "D 60000", "J 0", "QX")
     assert call("run", endless, "--json", "-").json["time_ps"] == 60 * 10**12
 
 

@@ -21,6 +21,7 @@ from slewline.core.component import input_of
 from slewline.errors import LONGEST_LINE, BenchFileError, SlewlineError, UsageError
 from slewline.links.lines.store import FileStore, packed
 from slewline.parts import KINDS, part_class
+from tests.cli.conftest import installed  # noqa: F401  (a fixture)
 from tests.sources import text, tree
 
 SOURCES = Path(__file__).parents[2] / "src/slewline"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 import time
 
 import pytest
@@ -124,6 +125,8 @@ def test_a_part_without_a_line_has_no_url(slewline_module):
 
 
 @pytest.mark.slewline(on="pty")
-def test_a_chipset_has_no_device_file(slewline_module):
+def test_a_chipset_has_no_device_file(slewline_module, monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with pytest.raises(UsageError, match="--pty"):
         slewline_module("mc1451a")
+    assert not list(tmp_path.iterdir())
