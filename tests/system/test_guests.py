@@ -363,7 +363,7 @@ def test_a_url_opens_what_is_installed(installed):
         assert asked(port) == b"40\r"
 
 
-@pytest.mark.parametrize("on", ["url", "tcp"])
+@pytest.mark.parametrize("on", ["url", pytest.param("tcp", marks=pytest.mark.system)])
 def test_a_test_names_a_guest_or_its_class(lab, on):
     for part in (NAME, chip_class(NAME)):
         module = running(part, on)

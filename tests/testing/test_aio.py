@@ -212,6 +212,7 @@ def test_a_port_that_was_closed_is_forgotten_by_the_loop():
     aio.run(main())
 
 
+@pytest.mark.system
 def test_the_real_world_is_heard():
     """A thread outside of the loop's own calls in; a socket answers."""
 

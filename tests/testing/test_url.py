@@ -349,6 +349,7 @@ def test_context_manager_and_delayed_opening(opened):
     assert not port.is_open
 
 
+@pytest.mark.system
 def test_a_rate_follows_the_wall_clock(opened):
     port = opened("slewline://gs-c200s?rate=50", timeout=1000)
     began = port.bench.now_ps
@@ -381,6 +382,7 @@ def read_beside(port, size):
     return reader, got
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("timeout", [3600, None])
 def test_a_read_hears_at_once_what_another_thread_asks(opened, timeout):
     port = opened("slewline://gs-c200s?rate=0.02", timeout=timeout)  # nothing would happen for 50 s of the wall clock
@@ -390,6 +392,7 @@ def test_a_read_hears_at_once_what_another_thread_asks(opened, timeout):
     assert got == [b"RR\r"]
 
 
+@pytest.mark.system
 def test_a_reader_thread_of_pyserial_gets_lines_and_ends(opened):
     answered = Event()
 
@@ -485,6 +488,7 @@ def test_with_a_rate_the_present_is_reached_though_a_slice_is_not_enough(opened,
         assert rig.present() >= pace.goal()
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("wait", [lambda port: port.read(10), lambda port: port.sleep(100)], ids=["read", "sleep"])
 def test_with_a_rate_a_time_counts_from_the_present_and_is_virtual(late, wait):
     port, present = late
