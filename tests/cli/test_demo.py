@@ -106,6 +106,7 @@ def script(folder, monkeypatch):
         path = folder / place / "slewline"
         path.parent.mkdir(parents=True)
         monkeypatch.setenv("PATH", "")
+        monkeypatch.delenv("UV_RUN_RECURSION_DEPTH", raising=False)
         monkeypatch.setattr("sysconfig.get_path", lambda _: str(path.parent))
         return path
 

@@ -142,28 +142,29 @@ def completed(line, capsys, monkeypatch):
     return [row.partition(",")[2] for row in capsys.readouterr().out.splitlines() if row]
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("slewline serve gs", ["gs-c200", "gs-c200s"]),
-        ("slewline describe MC11", ["mc1151a", "mc1151a-e"]),
-        ("slewline run x.cy525 --chip cy52", ["cy525"]),
-        ("slewline serve gs-c200s --strap ch", ["chs=0", "chs=1"]),
-        ("slewline serve gs-c200s --option eeprom_t", ["eeprom_time="]),
-        ("slewline run x.cy525 --drive ab", ["abort=0", "abort=1"]),
-        ("slewline run x.cy525 --pins pulse,dire", ["pulse,direction"]),
-        ("slewline run x --chip cy525 --pins sl", ["slew"]),
-        ("slewline describe mc1451a set_vel", ["SET_VEL"]),
-        ("slewline ramp gs-c200 la", ["law="]),
-        ("slewline examples hand", ["handoff.py"]),
-        ("slewline examples dri", ["drill", "drilling_machine.py", "drill/as_printed.toml"]),
-        ("slewline serve none:X --strap a", []),
-        ("slewline run x.txt --pins a", []),
-    ],
-)
-def test_names_are_completed(line, words, capsys, monkeypatch):
-    found = completed(line, capsys, monkeypatch)
-    assert found[: len(words)] == words and (words or not found)
+COMPLETED = [
+    ("slewline serve gs", ["gs-c200", "gs-c200s"]),
+    ("slewline describe MC11", ["mc1151a", "mc1151a-e"]),
+    ("slewline run x.cy525 --chip cy52", ["cy525"]),
+    ("slewline serve gs-c200s --strap ch", ["chs=0", "chs=1"]),
+    ("slewline serve gs-c200s --option eeprom_t", ["eeprom_time="]),
+    ("slewline run x.cy525 --drive ab", ["abort=0", "abort=1"]),
+    ("slewline run x.cy525 --pins pulse,dire", ["pulse,direction"]),
+    ("slewline run x --chip cy525 --pins sl", ["slew"]),
+    ("slewline describe mc1451a set_vel", ["SET_VEL"]),
+    ("slewline ramp gs-c200 la", ["law="]),
+    ("slewline examples hand", ["handoff.py"]),
+    ("slewline examples dri", ["drill", "drilling_machine.py", "drill/as_printed.toml"]),
+    ("slewline serve none:X --strap a", []),
+    ("slewline run x.txt --pins a", []),
+]
+
+
+def test_names_are_completed(capsys, monkeypatch, subtests):
+    for line, words in COMPLETED:
+        with subtests.test(line=line, words=words):
+            found = completed(line, capsys, monkeypatch)
+            assert found[: len(words)] == words and (words or not found)
 
 
 @pytest.mark.parametrize("line", ["run x", "lint a", "serve --bench b", "run x.cy525 --vcd o", "compare a"])
@@ -215,8 +216,7 @@ def test_fish_itself_completes():
 def on_a_terminal(*arguments, **environment):
     """What the command writes to a terminal."""
     ours, theirs = os.openpty()
-    kept = {name: value for name, value in os.environ.items() if name != "NO_COLOR"}
-    process = subprocess.Popen([SLEWLINE, *arguments], stdout=theirs, env={**kept, "TERM": "xterm", **environment})
+    process = subprocess.Popen([SLEWLINE, *arguments], stdout=theirs, env=os.environ | {"TERM": "xterm"} | environment)
     os.close(theirs)
     found = b""
     try:

@@ -28,53 +28,54 @@ MOVE = (*SPEEDS, "+400")
 
 
 # --------------------------------------------------------------------------------------------------------- mistakes
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        (DRIVE, ["Missing option '--board'"]),
-        (("drive", "gs-c200s", "--board", "twin"), ["no port given; give one of --tcp, --pty, --rfc2217, --serial"]),
-        (("drive", "gs-c20s", "--board", "twin", "--tcp", "127.0.0.1:0"), ["did you mean gs-c200s?"]),
-        ((*DRIVE, "--board", "/dev/ttyNONE"), ["/dev/ttyNONE: no such port; name the port of the board", "list_ports"]),
-        ((*DRIVE, "--board", "/dev/null"), ["/dev/null: ", "name the serial port of the board", "list_ports"]),
-        (
-            (*DRIVE, "--board", "twin", "--control", "127.0.0.1:0", "--allow-remote"),
-            ["--control and --allow-remote", "can move a real motor; leave out one"],
-        ),
-        (
-            (*DRIVE, "--board", "twin", "--black-box", "b", "--no-black-box"),
-            ["--black-box and --no-black-box: leave out one"],
-        ),
-        ((*DRIVE, "--board", "twin", "--horizon", "5 ms"), ["horizon '5 ms'; allowed 10 ms to 2 s"]),
-        ((*DRIVE, "--board", "twin", "--horizon", "long"), ["'long'"]),
-        ((*DRIVE, "--board", "twin", "--driver", "DM452"), ["driver 'DM452'; known: A4988, ", "did you mean DM542?"]),
-        (
-            (*DRIVE, "--board", "twin", "--input", "A1=hom"),
-            ["input A1: 'hom' is no input of gs_c200s; allowed estop, ", "did you mean home?"],
-        ),
-        ((*DRIVE, "--board", "twin", "--input", "A9=home"), ["input 'A9' of the board; allowed A0 to A5"]),
-        (
-            (*DRIVE, "--board", "twin", "--output", "D2=uo9"),
-            ["output D2: 'uo9' is no output of gs_c200s; allowed ", "did you mean uo3?"],
-        ),
-        ((*DRIVE, "--board", "twin", "--output", "D9=uo1"), ["output 'D9' of the board; allowed D2, "]),
-        (
-            (*DRIVE, "--board", "twin", "--start-stop", "fast"),
-            ["rate 'fast'; expected steps per second", "500 steps/s"],
-        ),
-        ((*DRIVE, "--board", "twin", "--stop", "abort"), ["stop='abort'; allowed 'power'"]),
-        ((*DRIVE, "--board", "twin", "--of", "y"), ["--of: 'y' has no motor; there are: gs_c200s.1"]),
-        ((*DRIVE, "--board", "twin", "--of", "gs_c200s.2"), ["--of: 'gs_c200s.2' has no motor"]),
-        ((*DRIVE, "--board", "twin", "--of", "gs_c200s.x"), ["--of: 'gs_c200s.x' has no motor"]),
-    ],
-)
-def test_a_mistake_says_what_was_found_and_what_is_allowed(call, words, says, monkeypatch, folder):
+MISTAKES = [
+    (DRIVE, ["Missing option '--board'"]),
+    (("drive", "gs-c200s", "--board", "twin"), ["no port given; give one of --tcp, --pty, --rfc2217, --serial"]),
+    (("drive", "gs-c20s", "--board", "twin", "--tcp", "127.0.0.1:0"), ["did you mean gs-c200s?"]),
+    ((*DRIVE, "--board", "/dev/ttyNONE"), ["/dev/ttyNONE: no such port; name the port of the board", "list_ports"]),
+    ((*DRIVE, "--board", "/dev/null"), ["/dev/null: ", "name the serial port of the board", "list_ports"]),
+    (
+        (*DRIVE, "--board", "twin", "--control", "127.0.0.1:0", "--allow-remote"),
+        ["--control and --allow-remote", "can move a real motor; leave out one"],
+    ),
+    (
+        (*DRIVE, "--board", "twin", "--black-box", "b", "--no-black-box"),
+        ["--black-box and --no-black-box: leave out one"],
+    ),
+    ((*DRIVE, "--board", "twin", "--horizon", "5 ms"), ["horizon '5 ms'; allowed 10 ms to 2 s"]),
+    ((*DRIVE, "--board", "twin", "--horizon", "long"), ["'long'"]),
+    ((*DRIVE, "--board", "twin", "--driver", "DM452"), ["driver 'DM452'; known: A4988, ", "did you mean DM542?"]),
+    (
+        (*DRIVE, "--board", "twin", "--input", "A1=hom"),
+        ["input A1: 'hom' is no input of gs_c200s; allowed estop, ", "did you mean home?"],
+    ),
+    ((*DRIVE, "--board", "twin", "--input", "A9=home"), ["input 'A9' of the board; allowed A0 to A5"]),
+    (
+        (*DRIVE, "--board", "twin", "--output", "D2=uo9"),
+        ["output D2: 'uo9' is no output of gs_c200s; allowed ", "did you mean uo3?"],
+    ),
+    ((*DRIVE, "--board", "twin", "--output", "D9=uo1"), ["output 'D9' of the board; allowed D2, "]),
+    (
+        (*DRIVE, "--board", "twin", "--start-stop", "fast"),
+        ["rate 'fast'; expected steps per second", "500 steps/s"],
+    ),
+    ((*DRIVE, "--board", "twin", "--stop", "abort"), ["stop='abort'; allowed 'power'"]),
+    ((*DRIVE, "--board", "twin", "--of", "y"), ["--of: 'y' has no motor; there are: gs_c200s.1"]),
+    ((*DRIVE, "--board", "twin", "--of", "gs_c200s.2"), ["--of: 'gs_c200s.2' has no motor"]),
+    ((*DRIVE, "--board", "twin", "--of", "gs_c200s.x"), ["--of: 'gs_c200s.x' has no motor"]),
+]
+
+
+def test_a_mistake_says_what_was_found_and_what_is_allowed(call, monkeypatch, folder, subtests):
     monkeypatch.setenv("XDG_STATE_HOME", str(folder / "state"))
-    ran = call(*words)
-    assert ran.status == 2
-    text = " ".join(ran.err.replace("│", " ").split())
-    for each in says:
-        assert each in text
-    assert not list((folder / "state").glob("slewline/drive/*")), "a mistake has taken the place of a black box"
+    for words, says in MISTAKES:
+        with subtests.test(words=words, says=says):
+            ran = call(*words)
+            assert ran.status == 2
+            text = " ".join(ran.err.replace("│", " ").split())
+            for each in says:
+                assert each in text
+            assert not list((folder / "state").glob("slewline/drive/*")), "a mistake has taken the place of a black box"
 
 
 TWO = """

@@ -104,27 +104,26 @@ def test_an_attribute_of_a_bench_is_no_part():
             replayed(ADD, told(name, "write", "x"))
 
 
-@pytest.mark.parametrize(
-    "entry",
-    [
-        called("pc", "call", "do", "x", "evil"),
-        called("pc", "call", "__init__", "x"),
-        called("pc", "call", "to", "x"),
-        called("pc", "call", "send", "x", "A"),
-        called("m", "call", "verify", "x"),
-        called("m", "clear"),
-        called("x", "drop"),
-        called("pc", "rest"),
-        called("pc", "eval", "1"),
-        {"do": "evil:X", "t": 0},
-        {"do": "power", "t": 0, "chip": "m", "on": True},
-        {"do": "connect", "t": 0, "part": "pc", "chips": ["x"]},
-    ],
-    ids=lambda entry: f"{entry['do']} {entry.get('args', '')}",
-)
-def test_what_journals_of_before_call_is_a_list_too(entry):
-    with pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: "):
-        replayed(ADD, HOST, MOTOR, entry)
+OF_BEFORE = [
+    called("pc", "call", "do", "x", "evil"),
+    called("pc", "call", "__init__", "x"),
+    called("pc", "call", "to", "x"),
+    called("pc", "call", "send", "x", "A"),
+    called("m", "call", "verify", "x"),
+    called("m", "clear"),
+    called("x", "drop"),
+    called("pc", "rest"),
+    called("pc", "eval", "1"),
+    {"do": "evil:X", "t": 0},
+    {"do": "power", "t": 0, "chip": "m", "on": True},
+    {"do": "connect", "t": 0, "part": "pc", "chips": ["x"]},
+]
+
+
+def test_what_journals_of_before_call_is_a_list_too(subtests):
+    for entry in OF_BEFORE:
+        with subtests.test(entry=entry), pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: "):
+            replayed(ADD, HOST, MOTOR, entry)
 
 
 def test_what_a_list_of_inputs_allows_is_replayed():
@@ -252,24 +251,24 @@ def test_no_key_of_a_bench_file_imports_opens_or_calls(subtests, mark):
             nothing_ran(mark)
 
 
-@pytest.mark.parametrize(
-    "query",
-    [
-        *(
-            "journal=it-ran",
-            "stores=evil:X",
-            "law=evil:X",
-            "module=evil",
-            "entry=evil:X",
-            "allow_code=1",
-            "kernel=evil:X",
-        ),
-        *("prepare=evil:X", "part=evil:X", "straps=evil:X", "self=evil:X", "bare=1", "store=none/x", "store=evils"),
-    ],
-)
-def test_no_query_of_a_url_imports(query):
-    with pytest.raises(ValueError, match=query.partition("=")[0]):
-        serial.serial_for_url(f"slewline://gs-c200?{query}", 9600, timeout=1)
+QUERIES = [
+    *(
+        "journal=it-ran",
+        "stores=evil:X",
+        "law=evil:X",
+        "module=evil",
+        "entry=evil:X",
+        "allow_code=1",
+        "kernel=evil:X",
+    ),
+    *("prepare=evil:X", "part=evil:X", "straps=evil:X", "self=evil:X", "bare=1", "store=none/x", "store=evils"),
+]
+
+
+def test_no_query_of_a_url_imports(subtests):
+    for query in QUERIES:
+        with subtests.test(query=query), pytest.raises(ValueError, match=query.partition("=")[0]):
+            serial.serial_for_url(f"slewline://gs-c200?{query}", 9600, timeout=1)
 
 
 def test_a_store_of_a_url_overwrites_nothing_but_memories():
@@ -333,23 +332,24 @@ def test_an_entry_of_no_sense_is_told_with_its_line(subtests):
                     entry_of_no_sense(entry, name, value)
 
 
-@pytest.mark.parametrize(
-    ("entry", "says"),
-    [
-        ({"do": "drive", "t": 0, "round": 1, "pin": "x.abort"}, "line 3: drive: needs level, 0, 1 or null"),
-        (DRIVE | {"level": 2}, "line 3: drive: level: found 2; allowed 0, 1 or null"),
-        (DRIVE | {"level": True}, "line 3: drive: level: found true; allowed 0, 1 or null"),
-        (DRIVE | {"t": -1}, "line 3: drive: t: found -1; allowed picoseconds, 0 to 9223372036854775807"),
-        (DRIVE | {"t": 1.5}, "line 3: drive: t: found 1.5; allowed picoseconds"),
-        (DRIVE | {"t": 5, "round": 1, "pin": "x.bell"}, "line 3: x (cy525) has no pin 'bell'; its pins"),
-        (POWER | {"chip": "y"}, "line 3: the bench has no 'y'; there are: x"),
-        (ADD | {"t": 0, "crystal_hz": "fast"}, 'line 3: add: crystal_hz: found "fast"; allowed a whole number or null'),
-        ({"do": "dance", "t": 0}, "line 3: unknown entry 'dance'; allowed journal, add, part, host"),
-    ],
-)
-def test_an_entry_is_told_with_what_it_needs(entry, says):
-    with pytest.raises(BenchFileError, match=re.escape(f"journal j.jsonl, {says}")):
-        replayed(ADD, entry)
+NEEDS = [
+    ({"do": "drive", "t": 0, "round": 1, "pin": "x.abort"}, "line 3: drive: needs level, 0, 1 or null"),
+    (DRIVE | {"level": 2}, "line 3: drive: level: found 2; allowed 0, 1 or null"),
+    (DRIVE | {"level": True}, "line 3: drive: level: found true; allowed 0, 1 or null"),
+    (DRIVE | {"t": -1}, "line 3: drive: t: found -1; allowed picoseconds, 0 to 9223372036854775807"),
+    (DRIVE | {"t": 1.5}, "line 3: drive: t: found 1.5; allowed picoseconds"),
+    (DRIVE | {"t": 5, "round": 1, "pin": "x.bell"}, "line 3: x (cy525) has no pin 'bell'; its pins"),
+    (POWER | {"chip": "y"}, "line 3: the bench has no 'y'; there are: x"),
+    (ADD | {"t": 0, "crystal_hz": "fast"}, 'line 3: add: crystal_hz: found "fast"; allowed a whole number or null'),
+    ({"do": "dance", "t": 0}, "line 3: unknown entry 'dance'; allowed journal, add, part, host"),
+]
+
+
+def test_an_entry_is_told_with_what_it_needs(subtests):
+    for entry, says in NEEDS:
+        place = re.escape(f"journal j.jsonl, {says}")
+        with subtests.test(says), pytest.raises(BenchFileError, match=place):
+            replayed(ADD, entry)
 
 
 def test_a_journal_entry_of_the_past_is_told():
