@@ -119,10 +119,7 @@ class Copy:
         names = ("no:cacheprovider", "pytest_timeout", "slewline.testing.plugin")
         plugins = (*(word for name in names for word in ("-p", name)), "-o", f"timeout={TEST_TIMEOUT}")
         try:
-            # Tests of `make check` count too: some mutations name them.
-            done = self.python(
-                "-m", "pytest", "-x", "-q", "--no-header", "--tb=no", "-m", "not long", *plugins, *selection
-            )
+            done = self.python("-m", "pytest", "-x", "-q", "--no-header", "--tb=no", *plugins, *selection)
         except subprocess.TimeoutExpired:
             return None, f"hanging for {RUN_TIMEOUT} s"
         failed = VERDICT.search(done.stdout)

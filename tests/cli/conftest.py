@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,6 +30,15 @@ def folder(tmp_path, monkeypatch):
     """An empty directory, in which the command runs."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+ENTRY_POINTS = cache(importlib.metadata.entry_points)
+
+
+@pytest.fixture(autouse=True)
+def installed(monkeypatch):
+    """What is installed does not change here, and to look through it takes longer than most of these tests."""
+    monkeypatch.setattr(importlib.metadata, "entry_points", ENTRY_POINTS)
 
 
 @pytest.fixture

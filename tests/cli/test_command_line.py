@@ -35,6 +35,7 @@ def loaded_by(arguments):
     return set(ran.stderr.split())
 
 
+@pytest.mark.system
 def test_help_loads_click_and_nothing_heavy():
     loaded = loaded_by(["--help"])
     assert "click" in loaded
@@ -50,6 +51,7 @@ LIGHT = [
 ]
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("arguments", LIGHT)
 def test_what_needs_no_arrays_loads_none(arguments):
     assert not loaded_by(arguments) & {"numpy", "rich", "matplotlib"}
@@ -82,23 +84,37 @@ def test_the_build_is_told_from_the_file_that_the_kernel_is_loaded_from():
     assert build() == ("plain Python", "compiled core")[is_compiled(kernel)]
 
 
-def test_without_click_the_message_says_what_to_install():
-    ran = python("sys.modules['click'] = None; sys.exit(invoke(['chips']))")
-    assert (ran.returncode, ran.stdout) == (2, "")
-    assert ran.stderr == "slewline: the command line needs click: pip install click\n"
+@pytest.fixture
+def lacks(monkeypatch):
+    """Take packages away, as where they were never installed; what has imported them is loaded anew."""
+
+    def lacks(*names, anew=()):
+        for name in names:
+            monkeypatch.setitem(sys.modules, name, None)
+        for name in {"slewline.cli.commands", *anew} & {*sys.modules}:
+            package, _, module = name.rpartition(".")
+            monkeypatch.delitem(sys.modules, name)
+            monkeypatch.delattr(sys.modules[package], module)
+
+    return lacks
 
 
-def test_without_rich_the_same(tmp_path):
-    code = "import rich; del sys.modules['rich']; sys.modules['rich.console'] = None; sys.stdout.isatty = lambda: True;"
-    ran = python(f"{code} sys.exit(invoke(['describe', 'cy525', 'A']))")
-    assert (ran.returncode, ran.stdout) == (2, "")
-    assert ran.stderr == "slewline: the command line needs click and rich: pip install click rich\n"
+def test_without_click_the_message_says_what_to_install(call, lacks):
+    lacks("click")
+    assert call("chips") == (2, "", "slewline: the command line needs click: pip install click\n")
 
 
-def test_who_lacks_one_extra_is_told_of_all_that_are_missing():
-    hidden = "sys.modules |= dict.fromkeys(('click', 'rich', 'msgspec', 'matplotlib', 'serial'));"
-    ran = python(f"{hidden} sys.exit(invoke(['demo']))")
-    assert (ran.returncode, ran.stderr) == (
+def test_without_rich_the_same(call, lacks, monkeypatch):
+    lacks("rich.console")
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    says = "slewline: the command line needs click and rich: pip install click rich\n"
+    assert call("describe", "cy525", "A") == (2, "", says)
+
+
+def test_who_lacks_one_extra_is_told_of_all_that_are_missing(call, lacks):
+    lacks("click", "rich", "msgspec", "matplotlib", "serial")
+    ran = call("demo")
+    assert (ran.status, ran.err) == (
         2,
         "slewline: the command line needs click and rich: pip install click rich; also missing: msgspec (files), "
         "matplotlib (plot), pyserial (serial); everything at once: "
@@ -114,14 +130,15 @@ def test_the_extras_are_those_of_the_package():
     assert declared["all"] == [f"slewline[{','.join(ours)}]"]
 
 
-def test_without_msgspec_programs_run_and_bench_files_say_what_to_install(five, write):
+def test_without_msgspec_programs_run_and_bench_files_say_what_to_install(call, five, write, lacks):
     write("bench.toml", "[[chip]]", 'part = "cy525"')
-    code = "sys.modules['msgspec'] = None; sys.exit(invoke(['run', sys.argv[1]]))"
-    assert python(code, five).returncode == 0
-    ran = python(code, "bench.toml")
-    assert (ran.returncode, ran.stderr) == (2, "slewline: bench files need msgspec: pip install msgspec\n")
+    lacks("msgspec", anew=("slewline.bench.file", "slewline.bench.files.tables"))
+    assert call("run", five).status == 0
+    ran = call("run", "bench.toml")
+    assert (ran.status, ran.err) == (2, "slewline: bench files need msgspec: pip install msgspec\n")
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(("encoding", "shown"), [("utf-8", "375 µs"), ("cp1252", "375 µs"), ("cp866", "375 us")])
 def test_where_an_encoding_has_no_micro_its_output_has_a_u(encoding, shown):
     code = "import sys; from slewline.cli.main import main; sys.argv[1:] = ['describe', 'cy525', 'A']; main()"
@@ -132,6 +149,7 @@ def test_where_an_encoding_has_no_micro_its_output_has_a_u(encoding, shown):
 
 
 # ------------------------------------------------------------------------------------------------------- closed outputs
+@pytest.mark.system
 def test_a_closed_pipe_ends_the_run_quietly_and_leaves_no_file(endless, folder):
     reader, writer = os.pipe()
     os.close(reader)
@@ -143,6 +161,7 @@ def test_a_closed_pipe_ends_the_run_quietly_and_leaves_no_file(endless, folder):
     assert [path.name for path in folder.iterdir()] == [endless]
 
 
+@pytest.mark.system
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_a_full_disk_behind_the_standard_output(five):
     command = "import sys; from slewline.cli.main import main; main()"
@@ -153,6 +172,7 @@ def test_a_full_disk_behind_the_standard_output(five):
     assert (ran.returncode, ran.stderr) == (1, "slewline: output: No space left on device\n")
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("module", ["click", "slewline.cli.commands", "slewline.errors"])
 def test_interrupts_while_modules_are_loaded_are_told_and_no_traceback(module):
     code = f"""
@@ -172,6 +192,7 @@ main()
     assert (ran.returncode, ran.stdout, ran.stderr) == (1, "", "slewline: interrupted; no file was written\n")
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("at", ["before", "behind"])
 def test_an_interrupt_beside_the_command_is_no_traceback(at):
     code = f"""
@@ -190,6 +211,7 @@ main.main()
     assert (ran.returncode, ran.stderr) == (1, "slewline: interrupted; no file was written\n")
 
 
+@pytest.mark.system
 def test_an_interrupt_when_all_is_done_changes_nothing():
     code = """
 import atexit, signal
@@ -287,16 +309,16 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
 }
 
 
-@pytest.mark.parametrize("line", BAD)
-def test_bad_input_gets_a_message_with_place_and_remedy(line, call, folder):
+def test_bad_input_gets_a_message_with_place_and_remedy(call, folder, subtests):
     for name, data in BAD_FILES.items():
         (folder / name).write_bytes(data)
-    status, message = BAD[line]
-    ran = call(*(word for part in line.split(" --") for word in split(part, line)))
-    assert (ran.status, ran.out) == (status, "")
-    assert message in ran.err
-    assert "Traceback" not in ran.err and len(ran.err) < 1500
-    assert {path.name: path.read_bytes() for path in folder.iterdir()} == BAD_FILES
+    for line, (status, message) in BAD.items():
+        with subtests.test(line):
+            ran = call(*(word for part in line.split(" --") for word in split(part, line)))
+            assert (ran.status, ran.out) == (status, "")
+            assert message in ran.err
+            assert "Traceback" not in ran.err and len(ran.err) < 1500
+            assert {path.name: path.read_bytes() for path in folder.iterdir()} == BAD_FILES
 
 
 def split(part, line):
@@ -307,6 +329,7 @@ def split(part, line):
     return [f"--{name}", *value]
 
 
+@pytest.mark.system
 def test_refused_lines_leave_no_warning_of_the_interpreter(five):
     ran = python("sys.exit(invoke(sys.argv[1:]))", "run", five, "--drive", "bell=0")
     assert (ran.returncode, ran.stderr.count("\n")) == (2, 1)

@@ -142,6 +142,7 @@ def patient(monkeypatch):
     monkeypatch.setattr(spoken, "ANSWER_S", PATIENCE)
 
 
+@pytest.mark.system
 @pytest.mark.usefixtures("patient")
 def test_a_dialogue_is_played_to_a_module_now(call, dialogue, serve):  # noqa: F811
     served = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs=0")
@@ -153,6 +154,7 @@ def test_a_dialogue_is_played_to_a_module_now(call, dialogue, serve):  # noqa: F
     assert [each.text for each in said] == ["F\r", "R\r", "V1\r", "V+0\r", "Q\r", "END\r", "V2\r", "V70\r"]
 
 
+@pytest.mark.system
 @pytest.mark.usefixtures("patient")
 def test_what_moves_is_not_played(call, dialogue, serve):  # noqa: F811
     served = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs=0")
@@ -169,6 +171,7 @@ def test_what_moves_is_not_played(call, dialogue, serve):  # noqa: F811
     assert found.status == 0, found.out
 
 
+@pytest.mark.system
 @pytest.mark.usefixtures("patient")
 def test_a_module_of_another_kind_is_found_out(call, dialogue, serve):  # noqa: F811
     served = serve("gs-c200", "--tcp", "127.0.0.1:0", "--strap", "chs=0")

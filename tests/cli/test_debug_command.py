@@ -22,12 +22,31 @@ from tests.links.conftest import PATIENCE
         (("--attach", "4002", "--chip", "cy525"), "--attach debugs what is there"),
         (("cell.toml", "--chip", "cy525"), "a bench file names its chips"),
         (("cy525", "--rate", "0"), "--rate 0: allowed 0.001 to 1000"),
-        (("nosuch.cy525",), "nosuch.cy525: cannot be read"),
-        (("nosuch.toml",), "nosuch.toml: cannot be read"),
-        (("cy525", "--strap", "slew=1"), "straps put an input to 0 or 1"),
     ],
 )
 def test_what_is_refused(call, arguments, says):
+    ran = call("debug", *arguments)
+    assert ran.status == 2
+    assert says in ran.err
+
+
+BY_THE_SERVER = [
+    (("nosuch.cy525",), "nosuch.cy525: cannot be read"),
+    (("nosuch.toml",), "nosuch.toml: cannot be read"),
+    (("cy525", "--strap", "slew=1"), "straps put an input to 0 or 1"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "says"), BY_THE_SERVER)
+def test_what_the_server_refuses(call, arguments, says):
+    ran = call("debug", *arguments, "--control", "127.0.0.1:0")
+    assert ran.status == 2
+    assert says in ran.err
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(("arguments", "says"), BY_THE_SERVER)
+def test_the_refusal_of_the_server_is_passed_on(call, arguments, says):
     ran = call("debug", *arguments)
     assert ran.status == 2
     assert says in ran.err
@@ -42,6 +61,7 @@ def test_without_textual(call, monkeypatch):
     assert ran.err.startswith("slewline: the debugger needs textual: pip install textual")
 
 
+@pytest.mark.system
 def test_a_front_end_of_ones_own(write):
     program = write("five.cy525", "F 3", "R 100", "S 254", "Z 1", "A 0", "N 5", "G")
     call = [sys.executable, "-m", "slewline", "debug", program, "--control", "127.0.0.1:0", "--while-input"]

@@ -14,6 +14,7 @@ from types import SimpleNamespace
 
 import pytest
 
+import slewline
 from slewline.chips.cy525.sheet import SHEET
 from slewline.cli.demo import HERE, MACHINE, PROGRAM, called_as
 from slewline.cli.main import invoke
@@ -97,30 +98,44 @@ def test_its_last_lines_can_be_typed(shell):
     assert "0 findings" in again.stdout
 
 
-@pytest.mark.posix
-@pytest.mark.parametrize(
-    ("variables", "name"),
-    [({}, "slewline"), ({"UV_RUN_RECURSION_DEPTH": "1"}, ".venv/bin/slewline")],
-    ids=["in an activated environment", "under uv run"],
-)
-def test_the_name_alone_is_told_only_where_the_next_shell_finds_it(shell, folder, variables, name):
-    ask = ".venv/bin/python -c 'from slewline.cli.demo import called_as; print(called_as())'"
-    assert shell(ask, str(folder / ".venv/bin"), **variables).stdout == f"{name}\n"
+@pytest.fixture
+def script(folder, monkeypatch):
+    """The script of an environment in a folder, which is the current one; it is not on the PATH."""
+
+    def script(place):
+        path = folder / place / "slewline"
+        path.parent.mkdir(parents=True)
+        monkeypatch.setenv("PATH", "")
+        monkeypatch.delenv("UV_RUN_RECURSION_DEPTH", raising=False)
+        monkeypatch.setattr("sysconfig.get_path", lambda _: str(path.parent))
+        return path
+
+    return script
 
 
-def test_elsewhere_it_names_the_whole_path_as_one_word(folder, monkeypatch):
-    script = folder / "a b/slewline"
-    script.parent.mkdir()
+def test_the_name_alone_is_told_only_where_the_next_shell_finds_it(script, monkeypatch):
+    path = script(".venv/bin")
+    path.touch(0o755)
+    assert called_as() == str(Path(".venv/bin/slewline"))
+    monkeypatch.setenv("PATH", str(path.parent))  # an activated environment
+    assert called_as() == "slewline"
+    monkeypatch.setenv("UV_RUN_RECURSION_DEPTH", "1")
+    assert called_as() == str(Path(".venv/bin/slewline"))
+
+
+def test_elsewhere_it_names_the_whole_path_as_one_word(script, folder, monkeypatch):
+    path = script("a b")
     (folder / "here").mkdir()
     monkeypatch.chdir(folder / "here")
-    monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr("sysconfig.get_path", lambda _: str(script.parent))
-    assert called_as() == f"{sys.executable} -m slewline"
-    script.touch(0o755)
-    assert called_as() == f'"{script}"'
+    for python, word in (("/usr/bin/python3", "/usr/bin/python3"), ("/a b/python3", '"/a b/python3"')):
+        monkeypatch.setattr(sys, "executable", python)
+        assert called_as() == f"{word} -m slewline"
+    path.touch(0o755)
+    assert called_as() == f'"{path}"'
 
 
-def test_another_folder(call):
+def test_another_folder(call, monkeypatch):
+    monkeypatch.setattr(slewline.Bench, "plot", lambda _, path, *__, **___: Path(path).touch())  # seen above
     assert call("demo", "--output", "here/and there").status == 0
     assert sorted(path.name for path in Path("here/and there").iterdir()) == FILES
 

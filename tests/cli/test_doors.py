@@ -23,6 +23,15 @@ LESSONS = ROOT / "docs/lessons"
 SLEWLINE = Path(sys.executable).with_name("slewline")
 
 
+@pytest.mark.real("process")
+def test_the_script_is_the_command(call, write):
+    program = write("p.cy525", "R 200")
+    ran = subprocess.run([SLEWLINE, "lint", program], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout, ran.stderr) == call("lint", program)
+    assert ran.returncode == 1 and "RATE 200: allowed 0..127" in ran.stdout
+
+
+@pytest.mark.system
 def test_the_module_is_the_command():
     ran = subprocess.run([sys.executable, "-m", "slewline", "chps"], capture_output=True, text=True, check=False)
     assert ran.returncode == 2 and ran.stderr.startswith("Usage: slewline [OPTIONS]")
@@ -133,28 +142,29 @@ def completed(line, capsys, monkeypatch):
     return [row.partition(",")[2] for row in capsys.readouterr().out.splitlines() if row]
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("slewline serve gs", ["gs-c200", "gs-c200s"]),
-        ("slewline describe MC11", ["mc1151a", "mc1151a-e"]),
-        ("slewline run x.cy525 --chip cy52", ["cy525"]),
-        ("slewline serve gs-c200s --strap ch", ["chs=0", "chs=1"]),
-        ("slewline serve gs-c200s --option eeprom_t", ["eeprom_time="]),
-        ("slewline run x.cy525 --drive ab", ["abort=0", "abort=1"]),
-        ("slewline run x.cy525 --pins pulse,dire", ["pulse,direction"]),
-        ("slewline run x --chip cy525 --pins sl", ["slew"]),
-        ("slewline describe mc1451a set_vel", ["SET_VEL"]),
-        ("slewline ramp gs-c200 la", ["law="]),
-        ("slewline examples hand", ["handoff.py"]),
-        ("slewline examples dri", ["drill", "drilling_machine.py", "drill/as_printed.toml"]),
-        ("slewline serve none:X --strap a", []),
-        ("slewline run x.txt --pins a", []),
-    ],
-)
-def test_names_are_completed(line, words, capsys, monkeypatch):
-    found = completed(line, capsys, monkeypatch)
-    assert found[: len(words)] == words and (words or not found)
+COMPLETED = [
+    ("slewline serve gs", ["gs-c200", "gs-c200s"]),
+    ("slewline describe MC11", ["mc1151a", "mc1151a-e"]),
+    ("slewline run x.cy525 --chip cy52", ["cy525"]),
+    ("slewline serve gs-c200s --strap ch", ["chs=0", "chs=1"]),
+    ("slewline serve gs-c200s --option eeprom_t", ["eeprom_time="]),
+    ("slewline run x.cy525 --drive ab", ["abort=0", "abort=1"]),
+    ("slewline run x.cy525 --pins pulse,dire", ["pulse,direction"]),
+    ("slewline run x --chip cy525 --pins sl", ["slew"]),
+    ("slewline describe mc1451a set_vel", ["SET_VEL"]),
+    ("slewline ramp gs-c200 la", ["law="]),
+    ("slewline examples hand", ["handoff.py"]),
+    ("slewline examples dri", ["drill", "drilling_machine.py", "drill/as_printed.toml"]),
+    ("slewline serve none:X --strap a", []),
+    ("slewline run x.txt --pins a", []),
+]
+
+
+def test_names_are_completed(capsys, monkeypatch, subtests):
+    for line, words in COMPLETED:
+        with subtests.test(line=line, words=words):
+            found = completed(line, capsys, monkeypatch)
+            assert found[: len(words)] == words and (words or not found)
 
 
 @pytest.mark.parametrize("line", ["run x", "lint a", "serve --bench b", "run x.cy525 --vcd o", "compare a"])
@@ -172,6 +182,7 @@ def shell(program, script):
     return ran.stdout
 
 
+@pytest.mark.system
 @pytest.mark.posix
 @pytest.mark.parametrize(
     "source",
@@ -193,6 +204,7 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
     assert found.split() == ["chs=0", "chs=1"]
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_fish_itself_completes():
     script = shlex.quote(str(ROOT / "share/fish/vendor_completions.d/slewline.fish"))
@@ -204,8 +216,7 @@ def test_fish_itself_completes():
 def on_a_terminal(*arguments, **environment):
     """What the command writes to a terminal."""
     ours, theirs = os.openpty()
-    kept = {name: value for name, value in os.environ.items() if name != "NO_COLOR"}
-    process = subprocess.Popen([SLEWLINE, *arguments], stdout=theirs, env={**kept, "TERM": "xterm", **environment})
+    process = subprocess.Popen([SLEWLINE, *arguments], stdout=theirs, env=os.environ | {"TERM": "xterm"} | environment)
     os.close(theirs)
     found = b""
     try:
@@ -218,6 +229,7 @@ def on_a_terminal(*arguments, **environment):
     return found
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_no_color_is_heard(five):
     arguments = ("run", five)

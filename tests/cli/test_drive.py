@@ -13,6 +13,7 @@ from time import sleep
 
 import pytest
 
+from slewline.cli.live import drive
 from slewline.drive.blackbox import read_line
 from slewline.drive.board import wire
 from slewline.drive.board.wire import Answer, Decoder, Frame, FrameKind
@@ -27,53 +28,54 @@ MOVE = (*SPEEDS, "+400")
 
 
 # --------------------------------------------------------------------------------------------------------- mistakes
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        (DRIVE, ["Missing option '--board'"]),
-        (("drive", "gs-c200s", "--board", "twin"), ["no port given; give one of --tcp, --pty, --rfc2217, --serial"]),
-        (("drive", "gs-c20s", "--board", "twin", "--tcp", "127.0.0.1:0"), ["did you mean gs-c200s?"]),
-        ((*DRIVE, "--board", "/dev/ttyNONE"), ["/dev/ttyNONE: no such port; name the port of the board", "list_ports"]),
-        ((*DRIVE, "--board", "/dev/null"), ["/dev/null: ", "name the serial port of the board", "list_ports"]),
-        (
-            (*DRIVE, "--board", "twin", "--control", "127.0.0.1:0", "--allow-remote"),
-            ["--control and --allow-remote", "can move a real motor; leave out one"],
-        ),
-        (
-            (*DRIVE, "--board", "twin", "--black-box", "b", "--no-black-box"),
-            ["--black-box and --no-black-box: leave out one"],
-        ),
-        ((*DRIVE, "--board", "twin", "--horizon", "5 ms"), ["horizon '5 ms'; allowed 10 ms to 2 s"]),
-        ((*DRIVE, "--board", "twin", "--horizon", "long"), ["'long'"]),
-        ((*DRIVE, "--board", "twin", "--driver", "DM452"), ["driver 'DM452'; known: A4988, ", "did you mean DM542?"]),
-        (
-            (*DRIVE, "--board", "twin", "--input", "A1=hom"),
-            ["input A1: 'hom' is no input of gs_c200s; allowed estop, ", "did you mean home?"],
-        ),
-        ((*DRIVE, "--board", "twin", "--input", "A9=home"), ["input 'A9' of the board; allowed A0, A1, A2, A3, "]),
-        (
-            (*DRIVE, "--board", "twin", "--output", "D2=uo9"),
-            ["output D2: 'uo9' is no output of gs_c200s; allowed ", "did you mean uo3?"],
-        ),
-        ((*DRIVE, "--board", "twin", "--output", "D9=uo1"), ["output 'D9' of the board; allowed D2, "]),
-        (
-            (*DRIVE, "--board", "twin", "--start-stop", "fast"),
-            ["rate 'fast'; expected steps per second", "500 steps/s"],
-        ),
-        ((*DRIVE, "--board", "twin", "--stop", "abort"), ["stop='abort'; allowed 'power'"]),
-        ((*DRIVE, "--board", "twin", "--of", "y"), ["--of: 'y' has no motor; there are: gs_c200s.1"]),
-        ((*DRIVE, "--board", "twin", "--of", "gs_c200s.2"), ["--of: 'gs_c200s.2' has no motor"]),
-        ((*DRIVE, "--board", "twin", "--of", "gs_c200s.x"), ["--of: 'gs_c200s.x' has no motor"]),
-    ],
-)
-def test_a_mistake_says_what_was_found_and_what_is_allowed(call, words, says, monkeypatch, folder):
+MISTAKES = [
+    (DRIVE, ["Missing option '--board'"]),
+    (("drive", "gs-c200s", "--board", "twin"), ["no port given; give one of --tcp, --pty, --rfc2217, --serial"]),
+    (("drive", "gs-c20s", "--board", "twin", "--tcp", "127.0.0.1:0"), ["did you mean gs-c200s?"]),
+    ((*DRIVE, "--board", "/dev/ttyNONE"), ["/dev/ttyNONE: no such port; name the port of the board", "list_ports"]),
+    ((*DRIVE, "--board", "/dev/null"), ["/dev/null: ", "name the serial port of the board", "list_ports"]),
+    (
+        (*DRIVE, "--board", "twin", "--control", "127.0.0.1:0", "--allow-remote"),
+        ["--control and --allow-remote", "can move a real motor; leave out one"],
+    ),
+    (
+        (*DRIVE, "--board", "twin", "--black-box", "b", "--no-black-box"),
+        ["--black-box and --no-black-box: leave out one"],
+    ),
+    ((*DRIVE, "--board", "twin", "--horizon", "5 ms"), ["horizon '5 ms'; allowed 10 ms to 2 s"]),
+    ((*DRIVE, "--board", "twin", "--horizon", "long"), ["'long'"]),
+    ((*DRIVE, "--board", "twin", "--driver", "DM452"), ["driver 'DM452'; known: A4988, ", "did you mean DM542?"]),
+    (
+        (*DRIVE, "--board", "twin", "--input", "A1=hom"),
+        ["input A1: 'hom' is no input of gs_c200s; allowed estop, ", "did you mean home?"],
+    ),
+    ((*DRIVE, "--board", "twin", "--input", "A9=home"), ["input 'A9' of the board; allowed A0, A1, A2, A3, "]),
+    (
+        (*DRIVE, "--board", "twin", "--output", "D2=uo9"),
+        ["output D2: 'uo9' is no output of gs_c200s; allowed ", "did you mean uo3?"],
+    ),
+    ((*DRIVE, "--board", "twin", "--output", "D9=uo1"), ["output 'D9' of the board; allowed D2, "]),
+    (
+        (*DRIVE, "--board", "twin", "--start-stop", "fast"),
+        ["rate 'fast'; expected steps per second", "500 steps/s"],
+    ),
+    ((*DRIVE, "--board", "twin", "--stop", "abort"), ["stop='abort'; allowed 'power'"]),
+    ((*DRIVE, "--board", "twin", "--of", "y"), ["--of: 'y' has no motor; there are: gs_c200s.1"]),
+    ((*DRIVE, "--board", "twin", "--of", "gs_c200s.2"), ["--of: 'gs_c200s.2' has no motor"]),
+    ((*DRIVE, "--board", "twin", "--of", "gs_c200s.x"), ["--of: 'gs_c200s.x' has no motor"]),
+]
+
+
+def test_a_mistake_says_what_was_found_and_what_is_allowed(call, monkeypatch, folder, subtests):
     monkeypatch.setenv("XDG_STATE_HOME", str(folder / "state"))
-    ran = call(*words)
-    assert ran.status == 2
-    text = " ".join(ran.err.replace("│", " ").split())
-    for each in says:
-        assert each in text
-    assert not list((folder / "state").glob("slewline/drive/*")), "a mistake has taken the place of a black box"
+    for words, says in MISTAKES:
+        with subtests.test(words=words, says=says):
+            ran = call(*words)
+            assert ran.status == 2
+            text = " ".join(ran.err.replace("│", " ").split())
+            for each in says:
+                assert each in text
+            assert not list((folder / "state").glob("slewline/drive/*")), "a mistake has taken the place of a black box"
 
 
 TWO = """
@@ -103,6 +105,7 @@ def test_of_several_chips_one_is_chosen(call, write):
     assert ran.status == 2 and "--of: which motor is it?; there are: x.1, y.1" in ran.err
 
 
+@pytest.mark.system
 def test_a_bench_file_with_two_chips_drives_the_motor_of_one(folder, write):
     write("two.toml", TWO)
     with Slewline("drive", "--bench", "two.toml", "--board", "twin", "--of", "y", *AHEAD, folder=folder) as driven:
@@ -130,6 +133,7 @@ def port():
             os.close(each)
 
 
+@pytest.mark.system
 def test_a_port_that_another_program_has(call, port):
     serial = pytest.importorskip("serial")
     _, name = port
@@ -138,6 +142,7 @@ def test_a_port_that_another_program_has(call, port):
     assert ran.status == 2 and f"{name}: another program uses this port; close that one" in ran.err
 
 
+@pytest.mark.system
 def test_a_port_that_has_no_board(call, port, folder):
     ours, name = port
     over = threading.Event()
@@ -176,6 +181,7 @@ def enabled(box):
     ]
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("enable", [False, True])
 def test_a_session_and_its_black_box(folder, enable, call):
     words = ["--black-box", "boxes", *AHEAD, *(["--enable"] if enable else [])]
@@ -203,6 +209,7 @@ def test_a_session_and_its_black_box(folder, enable, call):
     assert [int(row[-1]) for row in rows] == [*range(1, 401), *range(399, 249, -1)]
 
 
+@pytest.mark.system
 def test_without_a_black_box_nothing_is_left(folder):
     with Slewline(*DRIVE, "--board", "twin", "--no-black-box", folder=folder) as driven:
         driven.ready()
@@ -211,6 +218,7 @@ def test_without_a_black_box_nothing_is_left(folder):
     assert not list(folder.iterdir())
 
 
+@pytest.mark.system
 def test_words_that_are_typed_stop_the_motor_and_let_it_go_on(folder):
     with Slewline(*DRIVE, *AHEAD, "--board", "twin", "--no-black-box", folder=folder, typed=True) as driven:
         where = driven.ready()
@@ -239,6 +247,7 @@ def test_words_that_are_typed_stop_the_motor_and_let_it_go_on(folder):
         assert driven.ended() == 0
 
 
+@pytest.mark.system
 def test_sigusr2_is_clear(folder):
     with Slewline(*DRIVE, "--board", "twin", "--no-black-box", folder=folder) as driven:
         driven.ready()
@@ -249,6 +258,7 @@ def test_sigusr2_is_clear(folder):
         assert driven.end() == 0
 
 
+@pytest.mark.system
 def test_a_program_that_starts_by_itself_moves_the_motor_only_where_that_is_allowed(folder):
     words = ("--board", "twin", "--no-black-box", "--state", "kept", *AHEAD)
     with Slewline(*DRIVE, *words, folder=folder) as driven:
@@ -275,7 +285,7 @@ def test_a_program_that_starts_by_itself_moves_the_motor_only_where_that_is_allo
 
 def test_check_needs_no_port_and_leaves_nothing(call, monkeypatch, folder):
     monkeypatch.setenv("XDG_STATE_HOME", str(folder / "state"))
-    monkeypatch.setattr("slewline.cli.live.drive.CHECK_S", 0.1)
+    monkeypatch.setattr(drive, "CHECK_S", 0.1)
     monkeypatch.setattr("slewline.links.sockets.system.be_prompt", lambda: "no priority above others")
     ran = call("drive", "gs-c200s", "--board", "twin", "--check")
     assert ran.status == 0 and ran.out.splitlines()[-1] == "pulses    1000 pulses sent, 1000 counted"

@@ -182,18 +182,18 @@ def test_a_script_for_a_bench_file_needs_its_bench_for_run_and_for_lint(call):
 LIMITS = ("SET_START_VEL 9", "SET_ACC 9", "SET_MAX_ACC 9", "SET_JERK 99999")
 
 
-@pytest.mark.parametrize("mode", ["", "SET_PRFL_TRAP", "SET_PRFL_S_CRV", "SET_PRFL_VEL"])
-@pytest.mark.parametrize("count", range(1 << len(LIMITS)))
-def test_lint_warns_of_a_move_that_does_not_start_where_run_has_a_finding(mode, count):
-    given = [limit for bit, limit in enumerate(LIMITS) if count >> bit & 1]
-    lines = [mode, *given, "SET_VEL 65536", "SET_POS 5", "UPDATE"]
-    text = "\n".join(line for line in lines if line)
-    bench = slewline.Bench()
-    chip = bench.add("mc1451a")
-    bench.host(chip).send(text)
-    bench.run("10 ms")
-    found = {problem.code for problem in lint(text, sheet_of("mc1451a"), checks_of("mc1451a"))}
-    assert ("no-start" in found) == ("no-start" in {finding.code for finding in bench.findings})
+def test_lint_warns_of_a_move_that_does_not_start_where_run_has_a_finding(subtests):
+    for mode in ("", "SET_PRFL_TRAP", "SET_PRFL_S_CRV", "SET_PRFL_VEL"):
+        for count in range(1 << len(LIMITS)):
+            given = [limit for bit, limit in enumerate(LIMITS) if count >> bit & 1]
+            lines = [mode, *given, "SET_VEL 65536", "SET_POS 5", "UPDATE"]
+            text = "\n".join(line for line in lines if line)
+            with subtests.test(text):
+                bench = slewline.Bench()
+                bench.host(bench.add("mc1451a")).send(text)
+                bench.run("10 ms")
+                found = {problem.code for problem in lint(text, sheet_of("mc1451a"), checks_of("mc1451a"))}
+                assert ("no-start" in found) == ("no-start" in {finding.code for finding in bench.findings})
 
 
 def test_every_example_is_run_here_but_those_in_c():

@@ -84,24 +84,23 @@ def test_a_memory_that_is_not_there_is_missed_before_the_run(call, five) -> None
     assert ran.status == 2 and not ran.out and "which has none; leave it out" in ran.err
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("run", "five.cy525", "--memory", "p.hex"), "memory p.hex: a cy525 has no external memory; leave it out"),
-        (("run", "five.cy525", "--save-memory", "q.hex"), "--save-memory needs one memory on the bench, which has"),
-        (("run", "p.cy545b", "--memory", "none.hex"), "none.hex: cannot be read: No such file"),
-        (("run", "p.cy545b", "--memory", "bad.hex"), "bad.hex, line 1: checksum 00, calculated BE"),
-        (("run", "p.cy545b", "--memory", "bytes.hex"), "bytes without addresses go into a .bin file"),
-        (("dis", "bad.hex", "--chip", "cy545b"), "bad.hex, line 1: checksum 00, calculated BE"),
-        (("dis", "end.hex", "--chip", "cy545b"), "end.hex: is empty, so it has no bytes"),
-        (("run", "p.cy545b", "--memory", "p.hex", "--save-memory", "p.hex"), "p.hex: this command uses that file"),
-        (("run", "b.toml", "--memory", "p.hex"), "a bench file names its chips; leave out"),
-        (("run", "--replay", "j", "--memory", "p.hex"), "--replay repeats a run as it was; leave out --memory"),
-        (("serve", "cy525", "--tcp", "127.0.0.1:0", "--memory", "p.hex"), "a cy525 has no external memory"),
-        (("serve", "--bench", "b.toml", "--memory", "p.hex"), "a bench file sets all of this itself; leave out"),
-    ],
-)  # fmt: skip
-def test_what_cannot_be_is_refused(call, five, write, arguments: tuple[str, ...], says: str) -> None:
+CANNOT_BE = [
+    (("run", "five.cy525", "--memory", "p.hex"), "memory p.hex: a cy525 has no external memory; leave it out"),
+    (("run", "five.cy525", "--save-memory", "q.hex"), "--save-memory needs one memory on the bench, which has"),
+    (("run", "p.cy545b", "--memory", "none.hex"), "none.hex: cannot be read: No such file"),
+    (("run", "p.cy545b", "--memory", "bad.hex"), "bad.hex, line 1: checksum 00, calculated BE"),
+    (("run", "p.cy545b", "--memory", "bytes.hex"), "bytes without addresses go into a .bin file"),
+    (("dis", "bad.hex", "--chip", "cy545b"), "bad.hex, line 1: checksum 00, calculated BE"),
+    (("dis", "end.hex", "--chip", "cy545b"), "end.hex: is empty, so it has no bytes"),
+    (("run", "p.cy545b", "--memory", "p.hex", "--save-memory", "p.hex"), "p.hex: this command uses that file"),
+    (("run", "b.toml", "--memory", "p.hex"), "a bench file names its chips; leave out"),
+    (("run", "--replay", "j", "--memory", "p.hex"), "--replay repeats a run as it was; leave out --memory"),
+    (("serve", "cy525", "--tcp", "127.0.0.1:0", "--memory", "p.hex"), "a cy525 has no external memory"),
+    (("serve", "--bench", "b.toml", "--memory", "p.hex"), "a bench file sets all of this itself; leave out"),
+]
+
+
+def test_what_cannot_be_is_refused(call, five, write, subtests: pytest.Subtests) -> None:
     write("p.cy545b", *ENTER)
     write("bad.hex", ":010000004100")
     write("bytes.hex", "47 0D")
@@ -109,9 +108,11 @@ def test_what_cannot_be_is_refused(call, five, write, arguments: tuple[str, ...]
     write("b.toml", '[[chip]]\npart = "cy545b"\n[[serve]]\ntcp = "127.0.0.1:0"')
     write_image("p.hex", PROGRAM)
     before = Path("p.hex").read_bytes()
-    ran = call(*arguments)
-    assert ran.status == 2 and says in ran.err
-    assert Path("p.hex").read_bytes() == before and not Path("q.hex").exists()
+    for arguments, says in CANNOT_BE:
+        with subtests.test(arguments=arguments, says=says):
+            ran = call(*arguments)
+            assert ran.status == 2 and says in ran.err
+            assert Path("p.hex").read_bytes() == before and not Path("q.hex").exists()
 
 
 # --------------------------------------------------------------------------------------------------------------- serve
@@ -157,6 +158,7 @@ def served(*how: str):
             server.end(signal.SIGKILL)
 
 
+@pytest.mark.system
 def test_a_server_keeps_its_eeprom(folder) -> None:
     with served("--state", "state") as server:
         assert server.ask("O 0A0H\r? O\r", b"\r") == b"O=00160\r"  # CTS from now on: the EEPROM is slower than the line
@@ -167,6 +169,7 @@ def test_a_server_keeps_its_eeprom(folder) -> None:
         assert server.ask("Y 0\r? M,4\r", b"\r0\r") == b"Y=00000\r" + PROGRAM
 
 
+@pytest.mark.system
 def test_an_image_goes_into_the_eeprom_whatever_it_held(folder) -> None:
     write_image("p.hex", PROGRAM)
     write_image("q.bin", b"N 7\r")

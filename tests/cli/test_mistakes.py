@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 FILES = {
     "p.cy525": "A 0\nR 100\nN 40\nG\n",
     "p.txt": "A 0\n",
@@ -179,11 +177,12 @@ MISTAKES = [  # the line, the end of the answer
 ]
 
 
-@pytest.mark.parametrize(("line", "says"), MISTAKES, ids=[line for line, _ in MISTAKES])
-def test_a_mistake_is_answered(call, tmp_path, monkeypatch, line, says):
-    monkeypatch.chdir(tmp_path)
+def test_a_mistake_is_answered(call, folder, subtests):
     for name, text in FILES.items():
-        (tmp_path / name).write_text(text)
-    ran = call(*line.split())
-    assert ran.status == 2 and says in ran.err and "Traceback" not in ran.err
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(FILES)  # nothing half-written
+        (folder / name).write_text(text)
+    for line, says in MISTAKES:
+        with subtests.test(line):
+            ran = call(*line.split())
+            assert ran.status == 2 and says in ran.err and "Traceback" not in ran.err
+            found = {path.name: path.read_text() for path in folder.iterdir()}
+            assert found == FILES  # nothing half-written

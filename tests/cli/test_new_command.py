@@ -24,6 +24,7 @@ def tool(*words, folder):
     return ran.returncode, ran.stdout + ran.stderr
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_tests_of_a_package_pass_and_its_style_is_clean_whatever_its_name(call, kind):
     for name in ("x", "my-own", "a" * (LONGEST // 2) + "-" + "b" * (LONGEST - LONGEST // 2 - 1)):
@@ -77,34 +78,35 @@ def test_a_fact_without_a_test_and_a_test_without_a_fact_are_found(call):
 SHAPE = "expected small letters, digits and single hyphens, a letter first, 30 characters at most, such as mx10"
 
 
-@pytest.mark.parametrize(
-    ("kind", "name", "says"),
-    [
-        ("chip", "MX10", f"{SHAPE}; did you mean mx10?"),
-        ("chip", "mx_10", f"{SHAPE}; did you mean mx-10?"),
-        ("part", "two  lamps", f"{SHAPE}; did you mean two-lamps?"),
-        ("chip", "7400", SHAPE),
-        ("chip", "", SHAPE),
-        ("chip", "../up", f"{SHAPE}; did you mean up?"),
-        ("chip", "mx10\n", f"{SHAPE}; did you mean mx10?"),
-        ("chip", "a" * 31, f"{SHAPE}; did you mean {'a' * 30}?"),
-        ("chip", "cy525", "is a chip that exists already; give another name, such as my-cy525"),
-        ("part", "two-clocks", "is a part that exists already; give another name, such as my-two-clocks"),
-        ("part", "lambda", "is a word of Python; give another name, such as my-lambda"),
-        ("part", "none", "is a word of Python; give another name, such as my-none"),
-        ("chip", "line-chip", "would have the class LineChip, a name that Python or slewline.build has; give another"),
-        ("part", "value-error", "would have the class ValueError, a name that Python or slewline.build has; give"),
-        ("chip", "numpy", "would be the module numpy, and another one has that name; give another name"),
-        ("chip", "src", "would be the module src, and another one has that name; give another name"),
-        ("chip", "tests", "would be the module tests, and another one has that name; give another name"),
-        ("chip", "toml", "would have programs that end in .toml, as other files do; give another name"),
-        ("part", "com1", "is a device of Windows, where no folder can have this name; give another name"),
-    ],
-)
-def test_a_name_that_cannot_be_is_refused_with_the_reason(call, folder, kind, name, says):
-    ran = call(f"new-{kind}", name)
-    assert ran.status == 2 and ran.err.startswith(f"slewline: new-{kind} {name!r}: {says}"), ran.err
-    assert os.listdir(folder) == []
+REFUSED = [
+    ("chip", "MX10", f"{SHAPE}; did you mean mx10?"),
+    ("chip", "mx_10", f"{SHAPE}; did you mean mx-10?"),
+    ("part", "two  lamps", f"{SHAPE}; did you mean two-lamps?"),
+    ("chip", "7400", SHAPE),
+    ("chip", "", SHAPE),
+    ("chip", "../up", f"{SHAPE}; did you mean up?"),
+    ("chip", "mx10\n", f"{SHAPE}; did you mean mx10?"),
+    ("chip", "a" * 31, f"{SHAPE}; did you mean {'a' * 30}?"),
+    ("chip", "cy525", "is a chip that exists already; give another name, such as my-cy525"),
+    ("part", "two-clocks", "is a part that exists already; give another name, such as my-two-clocks"),
+    ("part", "lambda", "is a word of Python; give another name, such as my-lambda"),
+    ("part", "none", "is a word of Python; give another name, such as my-none"),
+    ("chip", "line-chip", "would have the class LineChip, a name that Python or slewline.build has; give another"),
+    ("part", "value-error", "would have the class ValueError, a name that Python or slewline.build has; give"),
+    ("chip", "numpy", "would be the module numpy, and another one has that name; give another name"),
+    ("chip", "src", "would be the module src, and another one has that name; give another name"),
+    ("chip", "tests", "would be the module tests, and another one has that name; give another name"),
+    ("chip", "toml", "would have programs that end in .toml, as other files do; give another name"),
+    ("part", "com1", "is a device of Windows, where no folder can have this name; give another name"),
+]
+
+
+def test_a_name_that_cannot_be_is_refused_with_the_reason(call, folder, subtests):
+    for kind, name, says in REFUSED:
+        with subtests.test(kind=kind, name=name):
+            ran = call(f"new-{kind}", name)
+            assert ran.status == 2 and ran.err.startswith(f"slewline: new-{kind} {name!r}: {says}"), ran.err
+            assert os.listdir(folder) == []
 
 
 @pytest.mark.parametrize("made", [os.mkdir, lambda name: Path(name).touch(), lambda name: os.symlink("nowhere", name)])

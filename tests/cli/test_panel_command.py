@@ -23,10 +23,7 @@ COMMAND = [sys.executable, "-m", "slewline"]
 @contextmanager
 def started(*arguments):
     """Yield what the command says of its ports, by name; end it with a signal."""
-    environment = {name: value for name, value in os.environ.items() if name != "SLEWLINE_TOKEN"}
-    process = subprocess.Popen(
-        [*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
-    )
+    process = subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     with process:
         try:
             found = {}
@@ -61,6 +58,7 @@ def page(url):
         yield ask
 
 
+@pytest.mark.system
 def test_a_chip_is_served_with_its_host_and_a_past():
     with started("panel", "cy525", "--no-browser") as found, page(found["panel"]) as ask:
         ask(do="send", chip="cy525", text="A 0\nF 10\nR 100\nS 240\nZ 1\nN 400\nG")
@@ -70,6 +68,7 @@ def test_a_chip_is_served_with_its_host_and_a_past():
             assert ask(do="view")["view"]["chips"]["cy525"]["axes"][0]["position"] != 400
 
 
+@pytest.mark.system
 def test_a_program_is_given_to_the_chip(tmp_path):
     (tmp_path / "p.txt").write_text("A 0\nF 10\nR 100\nS 240\nZ 1\nN 40\nG\n")
     command = ("panel", str(tmp_path / "p.txt"), "--chip", "cy525", "--no-browser", "--rate", "10")
@@ -77,6 +76,7 @@ def test_a_program_is_given_to_the_chip(tmp_path):
         assert ask(do="until", chip="cy525", position=40)["met"]
 
 
+@pytest.mark.system
 def test_a_bench_file_is_shown_with_its_ports(tmp_path):
     (tmp_path / "b.toml").write_text(
         '[[chip]]\nname = "x"\npart = "gs-c200s"\nstraps = { chs = 0 }\n[[serve]]\nchips = ["x"]\ntcp = "127.0.0.1:0"\n'
@@ -86,12 +86,14 @@ def test_a_bench_file_is_shown_with_its_ports(tmp_path):
         assert list(ask(do="view")["view"]["chips"]) == ["x"]
 
 
+@pytest.mark.system
 def test_a_server_opens_a_panel():
     with started("serve", "gs-c200s", "--tcp", "127.0.0.1:0", "--panel") as found, page(found["panel"]) as ask:
         assert set(found) == {"gs_c200s", "panel"}
         assert list(ask(do="view")["view"]["chips"]) == ["gs_c200s"]
 
 
+@pytest.mark.system
 def test_a_panel_is_attached_to_a_server():
     with started("panel", "cy525", "--no-browser") as one:
         assert one["panel"].startswith("http://127.0.0.1:")
@@ -108,16 +110,21 @@ def test_a_panel_is_attached_to_a_server():
         process.stdout.close()
 
 
+def when_the_panel_runs(*row):
+    """A mistake that is found when the process of the panel has been started."""
+    return pytest.param(*row, marks=pytest.mark.system)
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
         ([], "give one of a chip"),
         (["cy525", "--attach", "127.0.0.1:1"], "give one of a chip"),
         (["--attach", "127.0.0.1:1", "--rate", "2"], "leave out --rate"),
-        (["cy526"], "cy525"),
-        (["nothing.cy525"], "nothing.cy525"),
+        when_the_panel_runs(["cy526"], "cy525"),
+        when_the_panel_runs(["nothing.cy525"], "nothing.cy525"),
         (["cy525", "--listen", "0.0.0.0:0"], "--allow-remote"),
-        (["cy525", "--rate", "fast"], "fast"),
+        when_the_panel_runs(["cy525", "--rate", "fast"], "fast"),
         (["b.toml", "--strap", "chs=0"], "leave out --chip, --strap"),
     ],
 )

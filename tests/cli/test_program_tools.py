@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from slewline.chips.cy525.sheet import SHEET
+from slewline.cli.main import invoke
 
 LINES = ("R 80", "E", "A$N 100", "G ; go", "L 6,A", "0", "QX")
 STORED = bytes.fromhex("4E 64 00 47 4C 06 41 00")
@@ -44,25 +45,28 @@ def test_asm_as_json(call, program):
     assert found["lines"][2] == {"address": 4, "number": 5, "source": "L 6,A", "data": "4c0641"}
 
 
-def output_of(*arguments):
-    """The standard output as bytes, of a process of its own: carriage returns must arrive as they are."""
-    code = "from slewline.cli.main import main; main()"
-    return subprocess.run([sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, check=True).stdout
+FORMS = {
+    "hex": b"4E 64 00 47 4C 06 41 00\n",
+    "bin": STORED,
+    "ascii": b"E\rA$N 100\rG\rL 6,A\r0\rQ",
+    "binary": bytes.fromhex("45 00 4E 02 64 00 47 00 4C 02 06 00 30 00 51"),
+}
 
 
-@pytest.mark.parametrize(
-    ("form", "data"),
-    [
-        ("hex", b"4E 64 00 47 4C 06 41 00\n"),
-        ("bin", STORED),
-        ("ascii", b"E\rA$N 100\rG\rL 6,A\r0\rQ"),
-        ("binary", bytes.fromhex("45 00 4E 02 64 00 47 00 4C 02 06 00 30 00 51")),
-    ],
-)
-def test_asm_formats(call, program, form, data):
-    assert output_of("asm", program, "--format", form) == data
-    assert call("asm", program, "--format", form, "--output", "out").out == ""
+@pytest.mark.parametrize(("form", "data"), FORMS.items(), ids=FORMS)
+def test_asm_formats(program, form, data, capfdbinary):
+    assert invoke(["asm", program, "--format", form]) == 0
+    assert capfdbinary.readouterr().out == data
+    assert invoke(["asm", program, "--format", form, "--output", "out"]) == 0
+    assert capfdbinary.readouterr().out == b""
     assert Path("out").read_bytes() == data
+
+
+@pytest.mark.system
+def test_carriage_returns_reach_a_pipe_as_they_are(program):
+    code = "from slewline.cli.main import main; main()"
+    command = [sys.executable, "-c", code, "asm", program, "--format", "ascii"]
+    assert subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout == FORMS["ascii"]
 
 
 @pytest.mark.parametrize(
@@ -424,8 +428,6 @@ def test_describe_as_json_has_everything(call):
 
 
 def test_describe_on_a_terminal_is_typeset(monkeypatch, capsys):
-    from slewline.cli.main import invoke
-
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     assert invoke(["describe", "cy525", "L"]) == 0
     text = capsys.readouterr().out

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 import slewline.testing  # noqa: F401  # pySerial knows slewline://
 from slewline.modules.dialogue import RecordedDialogue
 
@@ -45,36 +43,37 @@ def test_a_dialogue_is_not_replaced_but_has_a_number(call, write):
     assert call("push", url, "weld.gs-c200s", "--dialogue", "weld.gs-c200s.dialogue").status == 2
 
 
-@pytest.mark.parametrize(
-    ("words", "status", "says"),
-    [
-        (("pull", "/dev/nowhere", "-o", "a.gs-c200s"), 2, "/dev/nowhere: No such file or directory; name"),
-        (("pull", "slewline://gs-c200s", "-o", "a"), 2, "a: the chip is not given"),
-        (("pull", "slewline://gs-c200s", "-o", "no/a.gs-c200s"), 2, "no/a.gs-c200s: there is no directory 'no'"),
-        (("pull", "slewline://gs-c200s", "-o", "here.gs-c200s"), 2, "here.gs-c200s: this file exists; name a new file"),
-        (("pull", "slewline://cy545", "-o", "a.cy545", "--eeprom"), 2, "--eeprom: the CY545 has one program"),
-        (("pull", "slewline://cy500", "-o", "a.cy500"), 2, "cy500: is on a bus, and cannot be read back"),
-        (("push", "slewline://cy525", "p.cy525"), 2, "what cannot be verified is not sent"),
-        (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--baud", "19200"), 2, "--baud 19200: no rate of the"),
-        (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--from", "5"), 2, "--from 5: the program of a"),
-        (("pull", "slewline://gs-c200", "-o", "a.gs-c200s"), 1, "V1 was answered with 'V0'; allowed V([+-][0"),
-        (("pull", "slewline://gs-c200s?br0=1", "-o", "a.gs-c200s", "--baud", "9600"), 1, "nothing answers V2"),
-        (("pull", "loop://", "-o", "a.gs-c200s"), 1, "a line that echoes is a modem's or a console's"),
-        (("push", "slewline://cy545", "p.cy545", "--chip", "cy545"), 2, "--part names the part"),
-        (("backup",), 2, "slewline pull PORT -o FILE"),
-        (("push", "slewline://cy545", "p.cy545", "--store"), 2, "--store: the CY545 has no such command"),
-        (("push", "slewline://gs-c200s", "here.gs-c200s"), 2, "no program in it"),
-        (("push", "slewline://gs-c200s", "runs.gs-c200s"), 1, "runs.gs-c200s, line 4: H+ may make the motor step"),
-    ],
-)
-def test_what_cannot_be_done_is_said_and_nothing_is_written(call, write, words, status, says):
+CANNOT_BE = [
+    (("pull", "/dev/nowhere", "-o", "a.gs-c200s"), 2, "/dev/nowhere: No such file or directory; name"),
+    (("pull", "slewline://gs-c200s", "-o", "a"), 2, "a: the chip is not given"),
+    (("pull", "slewline://gs-c200s", "-o", "no/a.gs-c200s"), 2, "no/a.gs-c200s: there is no directory 'no'"),
+    (("pull", "slewline://gs-c200s", "-o", "here.gs-c200s"), 2, "here.gs-c200s: this file exists; name a new file"),
+    (("pull", "slewline://cy545", "-o", "a.cy545", "--eeprom"), 2, "--eeprom: the CY545 has one program"),
+    (("pull", "slewline://cy500", "-o", "a.cy500"), 2, "cy500: is on a bus, and cannot be read back"),
+    (("push", "slewline://cy525", "p.cy525"), 2, "what cannot be verified is not sent"),
+    (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--baud", "19200"), 2, "--baud 19200: no rate of the"),
+    (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--from", "5"), 2, "--from 5: the program of a"),
+    (("pull", "slewline://gs-c200", "-o", "a.gs-c200s"), 1, "V1 was answered with 'V0'; allowed V([+-][0"),
+    (("pull", "slewline://gs-c200s?br0=1", "-o", "a.gs-c200s", "--baud", "9600"), 1, "nothing answers V2"),
+    (("pull", "loop://", "-o", "a.gs-c200s"), 1, "a line that echoes is a modem's or a console's"),
+    (("push", "slewline://cy545", "p.cy545", "--chip", "cy545"), 2, "--part names the part"),
+    (("backup",), 2, "slewline pull PORT -o FILE"),
+    (("push", "slewline://cy545", "p.cy545", "--store"), 2, "--store: the CY545 has no such command"),
+    (("push", "slewline://gs-c200s", "here.gs-c200s"), 2, "no program in it"),
+    (("push", "slewline://gs-c200s", "runs.gs-c200s"), 1, "runs.gs-c200s, line 4: H+ may make the motor step"),
+]
+
+
+def test_what_cannot_be_done_is_said_and_nothing_is_written(call, write, subtests):
     write("here.gs-c200s", "f+5")
     write("p.cy545", "E", "R 5", "0", "Q")
     write("p.cy525", "E", "R 5", "0", "Q")
     write("runs.gs-c200s", "Po", "S10", "Px", "H+")
     before = {path: path.read_bytes() for path in Path().iterdir()}
-    called = call(*words)
-    assert (called.status, called.out) == (status, "")
-    assert says in called.err
-    after = {path: path.read_bytes() for path in Path().iterdir() if path.suffix != ".dialogue"}
-    assert after == before
+    for words, status, says in CANNOT_BE:
+        with subtests.test(words=words, status=status):
+            called = call(*words)
+            assert (called.status, called.out) == (status, "")
+            assert says in called.err
+            after = {path: path.read_bytes() for path in Path().iterdir() if path.suffix != ".dialogue"}
+            assert after == before

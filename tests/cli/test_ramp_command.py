@@ -139,7 +139,7 @@ def test_a_plot_shows_the_move_that_is_asked_for_or_the_shortest_that_reaches_it
     assert ">Velocity, steps/s<" in text and ">Position, steps<" in text and ">top, " in text
 
 
-@pytest.mark.parametrize(("arguments", "says"), [
+WRONG = [
     (("cy999",), "no chip 'cy999'; there are: cy525"),
     (("cy525", "R"), "'R': give a parameter and its value, such as R=100"),
     (("cy525", "R=1", "r=2"), "cy525: r twice; give one value"),
@@ -158,12 +158,16 @@ def test_a_plot_shows_the_move_that_is_asked_for_or_the_shortest_that_reaches_it
     (("cy525", "F=3", "R=127", "S=1", "Z=200", "--plot", "x.svg"), "no move reaches 9675 steps/s; give --distance"),
     ((*MC, "--distance", "5000001", "--plot", "x.svg"), "x.svg: 5000001 steps; allowed up to 5000000"),
     (("mc1451a", "profile=s-curve", "SET_VEL=9", "--time", "1 s"), "SET_MAX_ACC and SET_JERK cannot both be free"),
-])  # fmt: skip
-def test_wrong_use_is_refused_with_the_remedy(call: Any, folder: Any, arguments: tuple[str, ...], says: str) -> None:
-    ran = call("ramp", *arguments)
-    assert (ran.status, ran.out) == (2, "")
-    assert says in ran.err
-    assert not list(folder.iterdir())
+]
+
+
+def test_wrong_use_is_refused_with_the_remedy(call: Any, folder: Any, subtests: pytest.Subtests) -> None:
+    for arguments, says in WRONG:
+        with subtests.test(arguments=arguments, says=says):
+            ran = call("ramp", *arguments)
+            assert (ran.status, ran.out) == (2, "")
+            assert says in ran.err
+            assert not list(folder.iterdir())
 
 
 def test_one_step_is_a_step(call: Any):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import os
 import re
-import subprocess
 import sys
 from itertools import count, pairwise
 from pathlib import Path
@@ -140,7 +140,8 @@ def test_a_time_out_says_who_waits_for_what_and_still_writes_the_result(call, wr
     assert "cy525: waiting for wait=1 (W) since" in ran.err
 
 
-def test_the_time_out_is_sixty_seconds(call, endless):
+def test_the_time_out_is_sixty_seconds(call, write):
+    endless = write("endless.cy525", "E", "D 60000", "J 0", "QX")
     assert call("run", endless, "--json", "-").json["time_ps"] == 60 * 10**12
 
 
@@ -231,11 +232,9 @@ def test_a_hex_file_goes_to_a_chip_in_binary_mode(call, five, write):
     assert binary["time_ps"] < ascii["time_ps"], "fewer bytes, and no digits to convert"
 
 
-def test_a_program_may_come_from_the_standard_input():
-    code = "import sys; from slewline.cli.main import main; main()"
-    command = [sys.executable, "-c", code, "run", "-", "--chip", "cy525", "--json"]
-    ran = subprocess.run(command, input="A 12\n", capture_output=True, text=True, check=True)
-    assert json.loads(ran.stdout)["position"] == 12
+def test_a_program_may_come_from_the_standard_input(call, monkeypatch):
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"A 12\n")))
+    assert call("run", "-", "--chip", "cy525", "--json").json["position"] == 12
 
 
 # -------------------------------------------------------------------------------------------------------------- journal

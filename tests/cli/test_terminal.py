@@ -184,6 +184,7 @@ def person(serve):  # noqa: F811
         os.close(one.fd)
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_a_person_with_plain_lines(person):
     person = person("--plain")
@@ -203,6 +204,7 @@ def test_a_person_with_plain_lines(person):
     assert person.process.wait(PATIENCE) == 1
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_the_tab_key_completes_a_plain_line(person):
     pytest.importorskip("readline")
@@ -212,6 +214,7 @@ def test_the_tab_key_completes_a_plain_line(person):
     assert person.leaves() == 0
 
 
+@pytest.mark.system
 @pytest.mark.posix
 @pytest.mark.skipif(find_spec("prompt_toolkit") is None, reason="needs prompt_toolkit")
 def test_a_person_with_menus(person, tmp_path):
@@ -243,6 +246,7 @@ def answering(listener, writes):
                     line.sendall(b"HELLO\r")
 
 
+@pytest.mark.system
 @pytest.mark.posix
 @pytest.mark.skipif(find_spec("prompt_toolkit") is None, reason="needs prompt_toolkit")
 def test_what_comes_unasked_is_shown_while_a_line_is_written(person):

@@ -331,6 +331,7 @@ def test_a_port_that_is_gone_is_an_alarm_until_it_is_back(run, monkeypatch):
     assert record.said[-1] == "m1: back"
 
 
+@pytest.mark.system
 def test_a_motor_at_rest_is_asked_where_it_is(run, monkeypatch):
     monkeypatch.setattr(labs, "RETRY_S", 10)
 
@@ -442,6 +443,7 @@ def clients():
         client.end()
 
 
+@pytest.mark.system
 def test_clients_of_epics_have_a_whole_session(clients, monkeypatch):
     """One moves, tweaks, stops; the other one watches; a third one dies in a put, and the motion goes on."""
     module = running("gs-c200s", straps={"chs": 0}, rate=20)
@@ -503,6 +505,7 @@ def wishes():
     return b"".join(bytes(message) for message in messages)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     "begins", [b"", b"POST / HTTP/1.1\r\nContent-Length: 30000\r\n\r\n"], ids=["client", "browser"]
 )

@@ -20,12 +20,10 @@ from slewline.links.server import Server
 
 PATIENCE = 60.0  # seconds of the wall clock after which a test gives up; nothing depends on it
 STRAPS = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}  # 9600 baud, no checksum
-# Under nohup it is ignored, by children too; Windows has none.
-HANGUP = "import signal as s; hasattr(s, 'SIGHUP') and s.signal(s.SIGHUP, s.SIG_DFL)"
 STOP = getattr(signal, "CTRL_BREAK_EVENT", signal.SIGTERM)  # what Windows has for a process of another group
 LATE = "slewline: virtual time "  # begins what is said when the machine has been too busy for the wall clock
 GROUP = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
-COMMAND = [sys.executable, "-W", "error", "-c", f"{HANGUP}; from slewline.cli.main import main; main()", "serve"]
+COMMAND = [sys.executable, "-W", "error", "-c", "from slewline.cli.main import main; main()", "serve"]
 
 
 def until(met):

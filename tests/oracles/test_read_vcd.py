@@ -12,6 +12,7 @@ from .programs import called
 UNIT_PS = 1_000_000
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("family", ["cy525", "gsc"])
 def test_edges_of_a_run_come_back_from_a_session_of_sigrok(family, tmp_path, request):
     """Our file becomes samples, the samples a file of sigrok's.  A wire that floats is low there, and the

@@ -15,6 +15,7 @@ from slewline.cli.demo import TIMESCALE
 from .conftest import SENT, TOLD
 from .programs import find, sigrok
 
+pytestmark = pytest.mark.system
 UNIT_PS = 1_000_000
 FORMAT = "baudrate=9600:data_bits=7:parity=odd:stop_bits=1.0:invert_rx=yes:invert_tx=yes:format=ascii"
 LINE = f"uart:rx=rxd:tx=txd:{FORMAT}"

@@ -25,9 +25,7 @@ class PanelProcess:
     """`python -m slewline.panel`, and the way to it."""
 
     def __init__(self, control, *options, token=CONTROL_TOKEN):
-        environment = {name: value for name, value in os.environ.items() if name != "SLEWLINE_TOKEN"}
-        if token is not None:
-            environment["SLEWLINE_TOKEN"] = token
+        environment = os.environ | ({} if token is None else {"SLEWLINE_TOKEN": token})
         command = [sys.executable, "-m", "slewline.panel", "--attach", control, "--with-parent", *options]
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment

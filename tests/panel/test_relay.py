@@ -19,6 +19,8 @@ from tests.links.conftest import PATIENCE
 
 from .conftest import CONTROL_TOKEN, PanelProcess, ask, lab
 
+pytestmark = pytest.mark.system
+
 
 @pytest.fixture
 def page(panel):

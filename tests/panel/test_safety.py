@@ -17,6 +17,8 @@ from tests.links.conftest import PATIENCE, until
 
 from .conftest import ask
 
+pytestmark = pytest.mark.system
+
 
 def get(panel, path="/", **headers):
     """Return the status, headers and body of a request."""

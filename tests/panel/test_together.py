@@ -11,6 +11,7 @@ from tests.links.conftest import PATIENCE, STRAPS, Client, Process
 
 from .conftest import PanelProcess, ask
 
+pytestmark = pytest.mark.system
 WRONG = (b"HELLO", b"+100", b"po", b"R50", b"W", b"S 10")
 COUNT = 120
 

@@ -27,13 +27,12 @@ class Running:
 
     def __init__(self, *arguments, may_say=()):
         self.may_say = may_say
-        own = {name: value for name, value in os.environ.items() if name != "SLEWLINE_TOKEN"}
         self.process = subprocess.Popen(
             [*COMMAND, *map(str, arguments)],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env=own | {"PYTHONFAULTHANDLER": "1"},
+            env=os.environ | {"PYTHONFAULTHANDLER": "1"},
         )
         self.ports = {}
 

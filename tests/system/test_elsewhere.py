@@ -69,6 +69,7 @@ def run():
 SETTINGS = {"tcp": {}, "rfc2217": {"bytesize": 7, "parity": "O", "stopbits": 2}}
 
 
+@pytest.mark.system
 @pytest.mark.filterwarnings("ignore:set.* is deprecated:DeprecationWarning")  # of pySerial's own RFC 2217 client
 @pytest.mark.parametrize("kind", SETTINGS)
 def test_a_module_is_served(run, tmp_path, kind):
@@ -98,6 +99,7 @@ def test_a_module_is_served(run, tmp_path, kind):
     assert (tmp_path / "gs_c200s.eeprom").read_bytes().startswith(b"slewline memory")
 
 
+@pytest.mark.system
 def test_a_pty_is_refused_in_a_line(run, tmp_path):
     status, out, err = run("serve", "gs-c200s", "--pty", tmp_path / "x").ended()
     assert (status, out) == (2, "")
@@ -107,6 +109,7 @@ def test_a_pty_is_refused_in_a_line(run, tmp_path):
     )
 
 
+@pytest.mark.system
 def test_the_demo_runs(run, tmp_path):
     status, out, err = run("demo", "--output", tmp_path).ended()
     assert (status, err) == (0, "") and "12 spots, " in out

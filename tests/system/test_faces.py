@@ -33,6 +33,7 @@ def ours(modules: set[str]) -> set[str]:
     return {name for name in modules if name.startswith("slewline")}
 
 
+@pytest.mark.system
 def test_what_is_asked_for_is_loaded_and_nothing_else() -> None:
     light = {"slewline", "slewline.lazy", "slewline.version"}
     assert ours(loaded("import slewline")) == light
@@ -46,6 +47,7 @@ def within(modules: set[str], *layers: str) -> set[str]:
     return {name for name in modules if name.startswith(tuple(f"slewline.{layer}." for layer in layers))}
 
 
+@pytest.mark.system
 def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws() -> None:
     empty = loaded("import slewline; slewline.Bench()")
     assert within(empty, "chips", "language", "parts", "record", "links") == {
@@ -63,6 +65,7 @@ def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws
     assert not empty & {"difflib", "json", "numpy", "pathlib", "textwrap"}
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("part", "host", "speech"),
     [("cy525", "bus_host", "letters"), ("gs-c200", "serial_host", "lines"), ("mc1451a", "packet_host", "packets")],

@@ -181,37 +181,38 @@ def test_an_entry_point_that_leads_nowhere_is_told_with_its_package(lab, call):
 
 
 # -------------------------------------------------------------------------------------------------- what is wrong use
-@pytest.mark.parametrize(
-    ("name", "says"),
-    [
-        ("your_lab.mx10:Mx10", "no module 'your_lab'; install its package, or name its directory in PYTHONPATH"),
-        ("my_lab.mx11:Mx10", "no module 'my_lab.mx11'; install"),
-        ("my_lab.mx10:Mx11", "my_lab.mx10 has no 'Mx11'; its chips: Mx10"),
-        ("my_lab.mx10:Mx10.Inner", "my_lab.mx10 has no 'Mx10.Inner'"),
-        ("my_lab.mx10:MX10", "MX10 is of type Sheet; expected a subclass of slewline.core.chip.Chip; its chips: Mx10"),
-        ("my_lab.lamp:Lamp", "Lamp is a class; expected a subclass of slewline.core.chip.Chip"),
-        ("my_lab.broken:X", "importing my_lab.broken failed: ModuleNotFoundError: No module named 'numpy_of_another_"),
-        ("my_lab.broken:X", "broken.py, line 2)"),
-        ("my_lab.raising:X", "importing my_lab.raising failed: RuntimeError: the lab is closed ("),
-        ("my_lab.raising:X", "raising.py, line 2)"),
-        ("my_lab.leaving:X", "importing my_lab.leaving failed: SystemExit: 3 ("),
-        ("my_lab.syntax:X", "importing my_lab.syntax failed: SyntaxError: '(' was never closed ("),
-        ("my_lab.syntax:X", "syntax.py, line 1)"),
-        ("my_lab.bare:Bare", "my_lab.bare:Bare: has no sheet; a class of a chip names its data sheet"),
-        ("my_lab.bare:Odd", "my_lab.bare:Odd: sheet: found 'mx10'; a class of a chip names its data sheet"),
-        ("my_lab.mx10:", "chip 'my_lab.mx10:': expected module:Class, such as my_lab.mx10:Mx10"),
-        (":Mx10", "expected module:Class"),
-        ("my lab:Mx10", "expected module:Class"),
-        ("my_lab:mx10:Mx10", "expected module:Class"),
-        (".mx10:Mx10", "expected module:Class"),
-    ],
-)
-def test_what_names_no_chip_is_told_with_the_remedy(lab, call, name, says):
-    with pytest.raises(UsageError) as error:
-        slewline.Bench().add(name)
-    assert says in str(error.value)
-    status, out, err = call("describe", name)
-    assert (status, out) == (2, "") and err.startswith("slewline: ") and says in err
+NO_CHIPS = [
+    ("your_lab.mx10:Mx10", "no module 'your_lab'; install its package, or name its directory in PYTHONPATH"),
+    ("my_lab.mx11:Mx10", "no module 'my_lab.mx11'; install"),
+    ("my_lab.mx10:Mx11", "my_lab.mx10 has no 'Mx11'; its chips: Mx10"),
+    ("my_lab.mx10:Mx10.Inner", "my_lab.mx10 has no 'Mx10.Inner'"),
+    ("my_lab.mx10:MX10", "MX10 is of type Sheet; expected a subclass of slewline.core.chip.Chip; its chips: Mx10"),
+    ("my_lab.lamp:Lamp", "Lamp is a class; expected a subclass of slewline.core.chip.Chip"),
+    ("my_lab.broken:X", "importing my_lab.broken failed: ModuleNotFoundError: No module named 'numpy_of_another_"),
+    ("my_lab.broken:X", "broken.py, line 2)"),
+    ("my_lab.raising:X", "importing my_lab.raising failed: RuntimeError: the lab is closed ("),
+    ("my_lab.raising:X", "raising.py, line 2)"),
+    ("my_lab.leaving:X", "importing my_lab.leaving failed: SystemExit: 3 ("),
+    ("my_lab.syntax:X", "importing my_lab.syntax failed: SyntaxError: '(' was never closed ("),
+    ("my_lab.syntax:X", "syntax.py, line 1)"),
+    ("my_lab.bare:Bare", "my_lab.bare:Bare: has no sheet; a class of a chip names its data sheet"),
+    ("my_lab.bare:Odd", "my_lab.bare:Odd: sheet: found 'mx10'; a class of a chip names its data sheet"),
+    ("my_lab.mx10:", "chip 'my_lab.mx10:': expected module:Class, such as my_lab.mx10:Mx10"),
+    (":Mx10", "expected module:Class"),
+    ("my lab:Mx10", "expected module:Class"),
+    ("my_lab:mx10:Mx10", "expected module:Class"),
+    (".mx10:Mx10", "expected module:Class"),
+]
+
+
+def test_what_names_no_chip_is_told_with_the_remedy(lab, call, subtests):
+    for name, says in NO_CHIPS:
+        with subtests.test(name=name, says=says):
+            with pytest.raises(UsageError) as error:
+                slewline.Bench().add(name)
+            assert says in str(error.value)
+            status, out, err = call("describe", name)
+            assert (status, out) == (2, "") and err.startswith("slewline: ") and says in err
 
 
 def test_a_class_without_a_sheet_is_told_as_a_class_too(lab):
@@ -363,7 +364,7 @@ def test_a_url_opens_what_is_installed(installed):
         assert asked(port) == b"40\r"
 
 
-@pytest.mark.parametrize("on", ["url", "tcp"])
+@pytest.mark.parametrize("on", ["url", pytest.param("tcp", marks=pytest.mark.system)])
 def test_a_test_names_a_guest_or_its_class(lab, on):
     for part in (NAME, chip_class(NAME)):
         module = running(part, on)
@@ -380,6 +381,7 @@ def test_a_test_names_a_guest_or_its_class(lab, on):
             module.close()
 
 
+@pytest.mark.system
 def test_a_guest_is_served(lab):
     written("b.toml", f'[[chip]]\npart = "{NAME}"\n[[serve]]\ntcp = "127.0.0.1:0"\n')
     command = [sys.executable, "-W", "error", "-c", "from slewline.cli.main import main; main()", "serve"]

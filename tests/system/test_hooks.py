@@ -6,6 +6,7 @@ A class that tells something has an attribute `on_...`, which is a `Hook`; each 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -232,7 +233,7 @@ def test_every_hook_of_the_house_is_told_here_and_no_attribute_is_a_place_for_on
     """An instance attribute `on_...` is a Hook, or the truth of something (on_bus)."""
     hooks = set()
     for path in SOURCES.rglob("*.py"):
-        for node in ast.walk(tree(path)) if "on_" in text(path) else ():
+        for node in ast.walk(tree(path)) if re.search(r"\bon_\w+\s*:", text(path)) else ():
             if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Attribute | ast.Name):
                 name = node.target.attr if isinstance(node.target, ast.Attribute) else node.target.id
                 if name.startswith("on_"):

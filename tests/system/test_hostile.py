@@ -21,6 +21,7 @@ from slewline.core.component import input_of
 from slewline.errors import LONGEST_LINE, BenchFileError, SlewlineError, UsageError
 from slewline.links.lines.store import FileStore, packed
 from slewline.parts import KINDS, part_class
+from tests.cli.conftest import installed  # noqa: F401  (a fixture)
 from tests.sources import text, tree
 
 SOURCES = Path(__file__).parents[2] / "src/slewline"
@@ -56,6 +57,11 @@ def mark(tmp_path, monkeypatch):
     for name in ("__init__", "x", "cy525"):
         (tmp_path / f"evils/{name}.py").write_text(code)
     yield mark
+    nothing_ran(mark)
+
+
+def nothing_ran(mark):
+    """Fail where a module of that folder has been imported."""
     assert not mark.exists()
     for name in [name for name in sys.modules if name.split(".")[0] in ("evil", "evils")]:
         del sys.modules[name]
@@ -63,32 +69,33 @@ def mark(tmp_path, monkeypatch):
 
 
 # --------------------------------------------------------------------------------------------- a journal calls inputs
-@pytest.mark.parametrize(
-    ("part", "verb", "args"),
-    [
-        ("pc", "send", ["A 0\r"]),  # the face of a host; what reports is `write`
-        ("pc", "do", [None]),
-        ("pc", "work", ["text", None]),
-        ("pc", "__init__", [None, "pc", []]),
-        ("pc", "__setattr__", ["name", "x"]),
-        ("pc", "__class__", []),
-        ("pc", "errand", ["text", "evil"]),
-        ("m", "take_pin", ["a", "b"]),
-        ("m", "finding", ["code", "text"]),
-        ("x", "reset", []),
-        ("x", "power", [False]),
-        ("x", "start", []),
-        ("x", "fail_eeprom", [True]),  # of another chip
-        ("x", "from_outside", []),
-        ("x", "", []),
-        ("x", None, []),
-        ("x", ["reset"], []),
-    ],
-)
-def test_a_journal_calls_no_method_but_inputs(part, verb, args):
-    with pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: ") as error:
-        replayed(ADD, HOST, MOTOR, told(part, verb, *args))
-    assert "is not an input; allowed " in str(error.value) or "input: verb: found " in str(error.value)
+NO_INPUTS = [
+    ("pc", "send", ["A 0\r"]),  # the face of a host; what reports is `write`
+    ("pc", "do", [None]),
+    ("pc", "work", ["text", None]),
+    ("pc", "__init__", [None, "pc", []]),
+    ("pc", "__setattr__", ["name", "x"]),
+    ("pc", "__class__", []),
+    ("pc", "errand", ["text", "evil"]),
+    ("m", "take_pin", ["a", "b"]),
+    ("m", "finding", ["code", "text"]),
+    ("x", "reset", []),
+    ("x", "power", [False]),
+    ("x", "start", []),
+    ("x", "fail_eeprom", [True]),  # of another chip
+    ("x", "from_outside", []),
+    ("x", "", []),
+    ("x", None, []),
+    ("x", ["reset"], []),
+]
+
+
+def test_a_journal_calls_no_method_but_inputs(subtests):
+    for part, verb, args in NO_INPUTS:
+        with subtests.test(part=part, verb=verb):
+            with pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: ") as error:
+                replayed(ADD, HOST, MOTOR, told(part, verb, *args))
+            assert "is not an input; allowed " in str(error.value) or "input: verb: found " in str(error.value)
 
 
 def test_an_attribute_of_a_bench_is_no_part():
@@ -97,27 +104,26 @@ def test_an_attribute_of_a_bench_is_no_part():
             replayed(ADD, told(name, "write", "x"))
 
 
-@pytest.mark.parametrize(
-    "entry",
-    [
-        called("pc", "call", "do", "x", "evil"),
-        called("pc", "call", "__init__", "x"),
-        called("pc", "call", "to", "x"),
-        called("pc", "call", "send", "x", "A"),
-        called("m", "call", "verify", "x"),
-        called("m", "clear"),
-        called("x", "drop"),
-        called("pc", "rest"),
-        called("pc", "eval", "1"),
-        {"do": "evil:X", "t": 0},
-        {"do": "power", "t": 0, "chip": "m", "on": True},
-        {"do": "connect", "t": 0, "part": "pc", "chips": ["x"]},
-    ],
-    ids=lambda entry: f"{entry['do']} {entry.get('args', '')}",
-)
-def test_what_journals_of_before_call_is_a_list_too(entry):
-    with pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: "):
-        replayed(ADD, HOST, MOTOR, entry)
+OF_BEFORE = [
+    called("pc", "call", "do", "x", "evil"),
+    called("pc", "call", "__init__", "x"),
+    called("pc", "call", "to", "x"),
+    called("pc", "call", "send", "x", "A"),
+    called("m", "call", "verify", "x"),
+    called("m", "clear"),
+    called("x", "drop"),
+    called("pc", "rest"),
+    called("pc", "eval", "1"),
+    {"do": "evil:X", "t": 0},
+    {"do": "power", "t": 0, "chip": "m", "on": True},
+    {"do": "connect", "t": 0, "part": "pc", "chips": ["x"]},
+]
+
+
+def test_what_journals_of_before_call_is_a_list_too(subtests):
+    for entry in OF_BEFORE:
+        with subtests.test(entry=entry), pytest.raises(BenchFileError, match=r"journal j.jsonl, line 5: "):
+            replayed(ADD, HOST, MOTOR, entry)
 
 
 def test_what_a_list_of_inputs_allows_is_replayed():
@@ -191,74 +197,78 @@ NAMES = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", NAMES, ids=repr)
-def test_no_name_of_a_file_a_journal_or_a_url_imports(name):
-    text = json.dumps(name)
-    for table in (f"[[chip]]\npart = {text}\n", f"[[part]]\nkind = {text}\n"):
-        Path("b.toml").write_text(table)
-        with pytest.raises(SlewlineError):
-            slewline.load("b.toml")
-    with pytest.raises(BenchFileError):
-        replayed(ADD | {"part": name})
-    with pytest.raises(BenchFileError):
-        replayed(MOTOR | {"kind": name})
-    with pytest.raises((SlewlineError, ValueError)):
-        serial.serial_for_url(f"slewline://{name}")
+def test_no_name_of_a_file_a_journal_or_a_url_imports(subtests, mark):
+    for name in NAMES:
+        with subtests.test(repr(name)):
+            text = json.dumps(name)
+            for table in (f"[[chip]]\npart = {text}\n", f"[[part]]\nkind = {text}\n"):
+                Path("b.toml").write_text(table)
+                with pytest.raises(SlewlineError):
+                    slewline.load("b.toml")
+            with pytest.raises(BenchFileError):
+                replayed(ADD | {"part": name})
+            with pytest.raises(BenchFileError):
+                replayed(MOTOR | {"kind": name})
+            with pytest.raises((SlewlineError, ValueError)):
+                serial.serial_for_url(f"slewline://{name}")
+            nothing_ran(mark)
 
 
-@pytest.mark.parametrize(
-    "table",
-    [
-        '[[chip]]\npart = ["evil:X"]\n',
-        '[[chip]]\npart = {module = "evil"}\n',
-        '[[chip]]\npart = "cy525"\nclass = "evil:X"\n',
-        '[[chip]]\npart = "cy525"\noptions = {store = "evil:X"}\n',
-        '[[chip]]\npart = "gs-c200"\noptions = {store = "/etc/passwd"}\n',
-        '[[chip]]\npart = "gs-c200"\noptions = {store = "evil.py"}\n',
-        '[[chip]]\npart = "gs-c200"\noptions = {law = "evil:X"}\n',
-        '[[chip]]\npart = "gs-c200"\noptions = {kernel = "evil:X"}\n',
-        '[[chip]]\npart = "cy525"\nallow_code = true\n',
-        '[bench]\nallow_code = true\n[[chip]]\npart = "evil:X"\n',
-        '[[part]]\nkind = "inverter"\nto = "evil:X"\n',
-        '[[part]]\nkind = "inverter"\nto = ["evil:X"]\n',
-        '[[part]]\nkind = "switch"\non = "evil:X"\n',
-        '[[part]]\nkind = "inverter"\nallow_code = true\n',
-        '[[part]]\nkind = "prom"\ndata = {file = "evil.py"}\n',
-        '[[chip]]\npart = "cy525"\n[[host]]\nover = "evil:X"\nscript = "A 0"\n',
-        '[[chip]]\npart = "cy525"\n[[host]]\nname = "evil:X"\nscript = "A 0"\n',
-        '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@evil"\n',
-        '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@tell evil:X ring"\n',
-        '[[chip]]\npart = "cy525"\n[[part]]\nkind = "encoder"\nname = "e"\n[[host]]\nscript = "@tell e __init__"\n',
-        '[[chip]]\npart = "cy525"\n[[part]]\nkind = "encoder"\nname = "e"\n[[host]]\nscript = "@tell e power"\n',
-        '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@include evil.py"\n',
-        '[[chip]]\npart = "cy525"\n[[host]]\nfile = "/etc/hostname"\n',
-        '[[chip]]\npart = "cy525"\n[[wire]]\nfrom = "x.__class__"\nto = "x.abort"\n',
-    ],
-)
-def test_no_key_of_a_bench_file_imports_opens_or_calls(table):
-    Path("b.toml").write_text(table)
-    with pytest.raises(SlewlineError):
-        slewline.load("b.toml")
+TABLES = [
+    '[[chip]]\npart = ["evil:X"]\n',
+    '[[chip]]\npart = {module = "evil"}\n',
+    '[[chip]]\npart = "cy525"\nclass = "evil:X"\n',
+    '[[chip]]\npart = "cy525"\noptions = {store = "evil:X"}\n',
+    '[[chip]]\npart = "gs-c200"\noptions = {store = "/etc/passwd"}\n',
+    '[[chip]]\npart = "gs-c200"\noptions = {store = "evil.py"}\n',
+    '[[chip]]\npart = "gs-c200"\noptions = {law = "evil:X"}\n',
+    '[[chip]]\npart = "gs-c200"\noptions = {kernel = "evil:X"}\n',
+    '[[chip]]\npart = "cy525"\nallow_code = true\n',
+    '[bench]\nallow_code = true\n[[chip]]\npart = "evil:X"\n',
+    '[[part]]\nkind = "inverter"\nto = "evil:X"\n',
+    '[[part]]\nkind = "inverter"\nto = ["evil:X"]\n',
+    '[[part]]\nkind = "switch"\non = "evil:X"\n',
+    '[[part]]\nkind = "inverter"\nallow_code = true\n',
+    '[[part]]\nkind = "prom"\ndata = {file = "evil.py"}\n',
+    '[[chip]]\npart = "cy525"\n[[host]]\nover = "evil:X"\nscript = "A 0"\n',
+    '[[chip]]\npart = "cy525"\n[[host]]\nname = "evil:X"\nscript = "A 0"\n',
+    '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@evil"\n',
+    '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@tell evil:X ring"\n',
+    '[[chip]]\npart = "cy525"\n[[part]]\nkind = "encoder"\nname = "e"\n[[host]]\nscript = "@tell e __init__"\n',
+    '[[chip]]\npart = "cy525"\n[[part]]\nkind = "encoder"\nname = "e"\n[[host]]\nscript = "@tell e power"\n',
+    '[[chip]]\npart = "cy525"\n[[host]]\nscript = "@include evil.py"\n',
+    '[[chip]]\npart = "cy525"\n[[host]]\nfile = "/etc/hostname"\n',
+    '[[chip]]\npart = "cy525"\n[[wire]]\nfrom = "x.__class__"\nto = "x.abort"\n',
+]
 
 
-@pytest.mark.parametrize(
-    "query",
-    [
-        *(
-            "journal=it-ran",
-            "stores=evil:X",
-            "law=evil:X",
-            "module=evil",
-            "entry=evil:X",
-            "allow_code=1",
-            "kernel=evil:X",
-        ),
-        *("prepare=evil:X", "part=evil:X", "straps=evil:X", "self=evil:X", "bare=1", "store=none/x", "store=evils"),
-    ],
-)
-def test_no_query_of_a_url_imports(query):
-    with pytest.raises(ValueError, match=query.partition("=")[0]):
-        serial.serial_for_url(f"slewline://gs-c200?{query}", 9600, timeout=1)
+def test_no_key_of_a_bench_file_imports_opens_or_calls(subtests, mark):
+    for table in TABLES:
+        with subtests.test(table):
+            Path("b.toml").write_text(table)
+            with pytest.raises(SlewlineError):
+                slewline.load("b.toml")
+            nothing_ran(mark)
+
+
+QUERIES = [
+    *(
+        "journal=it-ran",
+        "stores=evil:X",
+        "law=evil:X",
+        "module=evil",
+        "entry=evil:X",
+        "allow_code=1",
+        "kernel=evil:X",
+    ),
+    *("prepare=evil:X", "part=evil:X", "straps=evil:X", "self=evil:X", "bare=1", "store=none/x", "store=evils"),
+]
+
+
+def test_no_query_of_a_url_imports(subtests):
+    for query in QUERIES:
+        with subtests.test(query=query), pytest.raises(ValueError, match=query.partition("=")[0]):
+            serial.serial_for_url(f"slewline://gs-c200?{query}", 9600, timeout=1)
 
 
 def test_a_store_of_a_url_overwrites_nothing_but_memories():
@@ -297,46 +307,49 @@ KINDS_OF_ENTRY = [HEAD, ADD, HOST, MOTOR, POWER, WIRE, SAID, DRIVE, DRIVE | {"ro
 KEPT = {"do", "to", "behaviour"}  # of a motor it may be left out, and so may the behaviour
 
 
-@pytest.mark.parametrize(
-    "value", [None, "gone", [], {}, 1.5, True, -1, 10**30, "x" * 100_000], ids=lambda v: str(v)[:6]
-)
-@pytest.mark.parametrize("number", range(len(KINDS_OF_ENTRY)))
-def test_an_entry_of_no_sense_is_told_with_its_line(number, value):
-    """Each field of each entry, missing or of another type: a message of ours, or a run."""
-    entry = KINDS_OF_ENTRY[number]
-    for name in entry.keys() - KEPT:
-        changed = entry | {name: value} if value != "gone" else {key: entry[key] for key in entry if key != name}
-        before = [each for each in (HEAD, ADD, HOST) if each["do"] != entry["do"]]
-        lines = [changed, *before[1:]] if entry is HEAD else [*before, changed]
-        lines.append(RUN | {"t": 10**9, "to": 10**9})
-        Path("j.jsonl").write_text("\n".join(map(json.dumps, lines)) + "\n")
-        try:
-            slewline.replay("j.jsonl")
-        except BenchFileError as error:
-            assert str(error).startswith("journal j.jsonl")
-            assert name == "args" or "Error(" not in str(error), "it is told in our words"
-            assert len(str(error)) < LONGEST_LINE + 50
-        else:
-            assert name in ("slewline", "round", "name", "args", "verb") or value in (None, True, {}, []), changed
+def entry_of_no_sense(entry, name, value):
+    """A field of an entry, missing or of another type: a message of ours, or a run."""
+    changed = entry | {name: value} if value != "gone" else {key: entry[key] for key in entry if key != name}
+    before = [each for each in (HEAD, ADD, HOST) if each["do"] != entry["do"]]
+    lines = [changed, *before[1:]] if entry is HEAD else [*before, changed]
+    lines.append(RUN | {"t": 10**9, "to": 10**9})
+    Path("j.jsonl").write_text("\n".join(map(json.dumps, lines)) + "\n")
+    try:
+        slewline.replay("j.jsonl")
+    except BenchFileError as error:
+        assert str(error).startswith("journal j.jsonl")
+        assert name == "args" or "Error(" not in str(error), "it is told in our words"
+        assert len(str(error)) < LONGEST_LINE + 50
+    else:
+        assert name in ("slewline", "round", "name", "args", "verb") or value in (None, True, {}, []), changed
 
 
-@pytest.mark.parametrize(
-    ("entry", "says"),
-    [
-        ({"do": "drive", "t": 0, "round": 1, "pin": "x.abort"}, "line 3: drive: needs level, 0, 1 or null"),
-        (DRIVE | {"level": 2}, "line 3: drive: level: found 2; allowed 0, 1 or null"),
-        (DRIVE | {"level": True}, "line 3: drive: level: found true; allowed 0, 1 or null"),
-        (DRIVE | {"t": -1}, "line 3: drive: t: found -1; allowed picoseconds, 0 to 9223372036854775807"),
-        (DRIVE | {"t": 1.5}, "line 3: drive: t: found 1.5; allowed picoseconds"),
-        (DRIVE | {"t": 5, "round": 1, "pin": "x.bell"}, "line 3: x (cy525) has no pin 'bell'; its pins"),
-        (POWER | {"chip": "y"}, "line 3: the bench has no 'y'; there are: x"),
-        (ADD | {"t": 0, "crystal_hz": "fast"}, 'line 3: add: crystal_hz: found "fast"; allowed a whole number or null'),
-        ({"do": "dance", "t": 0}, "line 3: unknown entry 'dance'; allowed journal, add, part, host"),
-    ],
-)
-def test_an_entry_is_told_with_what_it_needs(entry, says):
-    with pytest.raises(BenchFileError, match=re.escape(f"journal j.jsonl, {says}")):
-        replayed(ADD, entry)
+def test_an_entry_of_no_sense_is_told_with_its_line(subtests):
+    for number, entry in enumerate(KINDS_OF_ENTRY):
+        for value in (None, "gone", [], {}, 1.5, True, -1, 10**30, "x" * 100_000):
+            with subtests.test(number=number, do=entry["do"], value=str(value)[:6]):
+                for name in entry.keys() - KEPT:
+                    entry_of_no_sense(entry, name, value)
+
+
+NEEDS = [
+    ({"do": "drive", "t": 0, "round": 1, "pin": "x.abort"}, "line 3: drive: needs level, 0, 1 or null"),
+    (DRIVE | {"level": 2}, "line 3: drive: level: found 2; allowed 0, 1 or null"),
+    (DRIVE | {"level": True}, "line 3: drive: level: found true; allowed 0, 1 or null"),
+    (DRIVE | {"t": -1}, "line 3: drive: t: found -1; allowed picoseconds, 0 to 9223372036854775807"),
+    (DRIVE | {"t": 1.5}, "line 3: drive: t: found 1.5; allowed picoseconds"),
+    (DRIVE | {"t": 5, "round": 1, "pin": "x.bell"}, "line 3: x (cy525) has no pin 'bell'; its pins"),
+    (POWER | {"chip": "y"}, "line 3: the bench has no 'y'; there are: x"),
+    (ADD | {"t": 0, "crystal_hz": "fast"}, 'line 3: add: crystal_hz: found "fast"; allowed a whole number or null'),
+    ({"do": "dance", "t": 0}, "line 3: unknown entry 'dance'; allowed journal, add, part, host"),
+]
+
+
+def test_an_entry_is_told_with_what_it_needs(subtests):
+    for entry, says in NEEDS:
+        place = re.escape(f"journal j.jsonl, {says}")
+        with subtests.test(says), pytest.raises(BenchFileError, match=place):
+            replayed(ADD, entry)
 
 
 def test_a_journal_entry_of_the_past_is_told():

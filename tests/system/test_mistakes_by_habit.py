@@ -261,13 +261,14 @@ MISTAKES = [  # the line, the error, the end of its message
 ]
 
 
-@pytest.mark.parametrize(("line", "error", "says"), MISTAKES, ids=[line for line, *_ in MISTAKES])
-def test_a_mistake_is_answered(line, error, says, tmp_path, monkeypatch):
+def test_a_mistake_is_answered(subtests, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(getattr(errors, error, AttributeError)) as raised:
-        exec(line, World(slewline=slewline))
-    assert says in str(raised.value)
-    assert not list(tmp_path.iterdir())
+    for line, error, says in MISTAKES:
+        with subtests.test(line):
+            with pytest.raises(getattr(errors, error, AttributeError)) as raised:
+                exec(line, World(slewline=slewline))
+            assert says in str(raised.value)
+            assert not list(tmp_path.iterdir())
 
 
 def test_a_step_beyond_the_last_is_an_index_error_so_that_a_loop_over_steps_ends():

@@ -489,14 +489,14 @@ MISTAKES = [  # the line, the error, the end of its message
 ]
 
 
-@pytest.mark.parametrize(("line", "error", "says"), MISTAKES, ids=[line for line, *_ in MISTAKES])
-def test_a_mistake_is_answered(line, error, says, tmp_path, monkeypatch):
+def test_a_mistake_is_answered(subtests, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    kind = getattr(errors, error, AttributeError)
-    with pytest.raises(kind) as raised:
-        exec(line, World(slewline=slewline))
-    assert says in str(raised.value)
-    assert not list(tmp_path.iterdir())  # nothing half-written
+    for line, error, says in MISTAKES:
+        with subtests.test(line):
+            with pytest.raises(getattr(errors, error, AttributeError)) as raised:
+                exec(line, World(slewline=slewline))
+            assert says in str(raised.value)
+            assert not list(tmp_path.iterdir())  # nothing half-written
 
 
 def test_names_that_are_not_there_trouble_nobody():

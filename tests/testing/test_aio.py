@@ -212,6 +212,7 @@ def test_a_port_that_was_closed_is_forgotten_by_the_loop():
     aio.run(main())
 
 
+@pytest.mark.system
 def test_the_real_world_is_heard():
     """A thread outside of the loop's own calls in; a socket answers."""
 
@@ -348,6 +349,7 @@ async def test_that_fails(cy525):
 """
 
 
+@pytest.mark.system
 def test_tests_of_anyio_take_the_loop_and_the_fixtures(pytester, monkeypatch):
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     pytester.makepyfile(MARKED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 import time
 
 import pytest
@@ -90,6 +91,7 @@ def test_faults_that_take_no_line_are_there_and_the_others_are_refused(cy525, mc
 
 
 # ---------------------------------------------------------------------------------------------------------------- ports
+@pytest.mark.system
 @pytest.mark.slewline(on="tcp")
 def test_on_tcp_a_bus_is_reached_through_a_uart_and_a_chipset_by_its_registers(cy525, mc1451a):
     with serial.serial_for_url(cy525.url) as port:
@@ -104,6 +106,7 @@ def test_on_tcp_a_bus_is_reached_through_a_uart_and_a_chipset_by_its_registers(c
         cy525.ask("?")
 
 
+@pytest.mark.system
 @pytest.mark.slewline(on="tcp", framing=True)
 def test_with_framing_a_bus_is_read_back(cy512):
     with serial.serial_for_url(cy512.url, timeout=60) as port:
@@ -124,6 +127,8 @@ def test_a_part_without_a_line_has_no_url(slewline_module):
 
 
 @pytest.mark.slewline(on="pty")
-def test_a_chipset_has_no_device_file(slewline_module):
+def test_a_chipset_has_no_device_file(slewline_module, monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with pytest.raises(UsageError, match="--pty"):
         slewline_module("mc1451a")
+    assert not list(tmp_path.iterdir())

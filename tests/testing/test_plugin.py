@@ -79,7 +79,7 @@ REPORT = [
 
 @pytest.fixture
 def run(pytester, monkeypatch):
-    """Runs a test file, warnings being errors; in a process of its own, with these plugins only, if asked for."""
+    """Run a test file, warnings being errors; in a process of its own, with these plugins only, if asked for."""
 
     def run(code, *arguments, alone=()):
         pytester.makepyfile(FEEDER + code)
@@ -92,10 +92,15 @@ def run(pytester, monkeypatch):
     return run
 
 
+@pytest.mark.system
 def test_it_works_under_xdist(run):
     result = run(GOOD + BAD, "-n", "1", "--strict-markers", alone=("slewline", "xdist"))
     result.assert_outcomes(passed=6, failed=1, errors=1)
     result.stdout.fnmatch_lines(REPORT)
+
+
+def test_it_works(run):
+    run(GOOD, "--strict-markers").assert_outcomes(passed=6)
 
 
 def test_what_goes_wrong_is_told(run):
@@ -122,9 +127,10 @@ def test_marked(cy545b):
 
 
 def test_fixtures_have_the_names_of_their_parts(run):
-    run(TWO_SIDES, "--strict-markers", alone=("slewline",)).assert_outcomes(passed=2)
+    run(TWO_SIDES, "--strict-markers").assert_outcomes(passed=2)
 
 
+@pytest.mark.system
 def test_a_run_that_does_not_use_it_loads_nothing_of_the_simulator(run):
     code = """
 import sys
@@ -137,6 +143,7 @@ def test_it():
     run(code, alone=("slewline",)).assert_outcomes(passed=1)
 
 
+@pytest.mark.system
 def test_it_works_without_pyserial():
     code = "import sys; sys.modules['serial'] = None; from slewline.testing.endpoints import running; "
     code += "module = running('gs-c200s'); print(module.ask('F'), module.url)"

@@ -78,6 +78,7 @@ def test_it_is_in_the_list_of_ports(ports):
     assert NAME in [found.device for found in list_ports.comports()]
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_a_port_that_is_open_already_stays_what_it_is(slewline_module, tmp_path):
     """Its file descriptor is one of the system, whatever its name means meanwhile."""

@@ -88,6 +88,7 @@ def test_without_the_fixture_it_finds_nothing(program, slewline_ports):
         runpy.run_path(str(program), run_name="__main__")
 
 
+@pytest.mark.system
 @pytest.mark.posix
 @pytest.mark.slewline(on="pty", straps={"chs": 0}, rate=20)
 def test_in_a_process_of_its_own_it_opens_a_device_file(program, gs_c200s):

@@ -206,6 +206,7 @@ def test_a_test_watches_the_pins_while_its_host_works(gs_c200s):
     assert (answer, module.position) == ("V+200", 200)
 
 
+@pytest.mark.system
 def test_in_the_loop_of_the_wall_clock_time_passes_as_far_as_the_line_needs():
     async def main():
         host = await Host.open()
@@ -220,6 +221,7 @@ def test_in_the_loop_of_the_wall_clock_time_passes_as_far_as_the_line_needs():
     asyncio.run(main())
 
 
+@pytest.mark.system
 def test_with_a_rate_time_follows_the_wall_clock():
     async def main():
         host = await Host.open(f"{URL}&rate=20")

@@ -71,7 +71,7 @@ def test_a_module_without_cts_has_it_bridged():
 
 
 # ------------------------------------------------------------------------------------------ fixtures
-@pytest.mark.parametrize("on", ["url", "tcp", "pty", "rfc2217"])
+@pytest.mark.parametrize("on", ["url", "tcp", pytest.param("pty", marks=pytest.mark.system), "rfc2217"])
 def test_a_controller_asks_and_asserts(on):
     module = running("cy545b", on=on)
     try:

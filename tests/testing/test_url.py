@@ -349,6 +349,7 @@ def test_context_manager_and_delayed_opening(opened):
     assert not port.is_open
 
 
+@pytest.mark.system
 def test_a_rate_follows_the_wall_clock(opened):
     port = opened("slewline://gs-c200s?rate=50", timeout=1000)
     began = port.bench.now_ps
@@ -381,6 +382,7 @@ def read_beside(port, size):
     return reader, got
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("timeout", [3600, None])
 def test_a_read_hears_at_once_what_another_thread_asks(opened, timeout):
     port = opened("slewline://gs-c200s?rate=0.02", timeout=timeout)  # nothing would happen for 50 s of the wall clock
@@ -390,6 +392,7 @@ def test_a_read_hears_at_once_what_another_thread_asks(opened, timeout):
     assert got == [b"RR\r"]
 
 
+@pytest.mark.system
 def test_a_reader_thread_of_pyserial_gets_lines_and_ends(opened):
     answered = Event()
 
@@ -485,6 +488,7 @@ def test_with_a_rate_the_present_is_reached_though_a_slice_is_not_enough(opened,
         assert rig.present() >= pace.goal()
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("wait", [lambda port: port.read(10), lambda port: port.sleep(100)], ids=["read", "sleep"])
 def test_with_a_rate_a_time_counts_from_the_present_and_is_virtual(late, wait):
     port, present = late
@@ -494,35 +498,36 @@ def test_with_a_rate_a_time_counts_from_the_present_and_is_virtual(late, wait):
 
 
 # ------------------------------------------------------------------------------------------------------------ mistakes
-@pytest.mark.parametrize(
-    ("url", "changes", "says"),
-    [
-        (
-            "slewline://gs-c300",
-            {},
-            "no chip 'gs-c300'; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s",
-        ),
-        ("slewline://gs-c200s/extra?chs=0", {}, "unexpected 'extra'; expected slewline://gs-c200s"),
-        ("slewline://gs-c200s#x", {}, "unexpected 'x'; expected slewline://gs-c200s"),
-        ("slewline://", {}, "no chip ''; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s"),
-        ("slewline://cy525", {}, r"cy525: has no serial line; use bench\.host"),
-        ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; its options: store, cold, firmware"),
-        ("slewline://gs-c200s?chs=2", {}, "strap chs=2; straps put an input to 0 or 1"),
-        ("slewline://gs-c200s?rate=fast", {}, "rate 'fast'; expected virtual seconds per second"),
-        ("slewline://gs-c200s?chs=0&chs=1", {}, r"\?chs=0&chs=1: chs is given twice; give it once"),
-        ("slewline://gs-c200s?seed=x", {}, "seed 'x'; allowed a whole number"),
-        ("slewline://gs-c200s?store=/nowhere/x", {}, "store /nowhere/x: expected a file in a directory that exists"),
-        ("slewline://gs-c200s?store=/", {}, "store /: expected a file in a directory that exists"),
-        ("slewline://gs-c200s?store=", {}, "store : expected a file in a directory that exists"),
-        ("slewline://gs-c200s", {"xonxoff": True}, "xonxoff=True; a checksum may be XON or XOFF"),
-        ("slewline://gs-c200s", {"parity": "M"}, "parity 'M'; allowed N, O, E"),
-        ("slewline://gs-c200s", {"baudrate": 0}, "baud 0; expected 9600"),
-    ],
-)
-def test_what_cannot_be_opened_says_why(opened, url, changes, says):
-    with pytest.raises(UsageError, match=says) as refused:
-        opened(url, **changes)
-    assert isinstance(refused.value, ValueError)  # which pySerial has for a wrong URL
+NOT_OPENED = [
+    (
+        "slewline://gs-c300",
+        {},
+        "no chip 'gs-c300'; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s",
+    ),
+    ("slewline://gs-c200s/extra?chs=0", {}, "unexpected 'extra'; expected slewline://gs-c200s"),
+    ("slewline://gs-c200s#x", {}, "unexpected 'x'; expected slewline://gs-c200s"),
+    ("slewline://", {}, "no chip ''; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s"),
+    ("slewline://cy525", {}, r"cy525: has no serial line; use bench\.host"),
+    ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; its options: store, cold, firmware"),
+    ("slewline://gs-c200s?chs=2", {}, "strap chs=2; straps put an input to 0 or 1"),
+    ("slewline://gs-c200s?rate=fast", {}, "rate 'fast'; expected virtual seconds per second"),
+    ("slewline://gs-c200s?chs=0&chs=1", {}, r"\?chs=0&chs=1: chs is given twice; give it once"),
+    ("slewline://gs-c200s?seed=x", {}, "seed 'x'; allowed a whole number"),
+    ("slewline://gs-c200s?store=/nowhere/x", {}, "store /nowhere/x: expected a file in a directory that exists"),
+    ("slewline://gs-c200s?store=/", {}, "store /: expected a file in a directory that exists"),
+    ("slewline://gs-c200s?store=", {}, "store : expected a file in a directory that exists"),
+    ("slewline://gs-c200s", {"xonxoff": True}, "xonxoff=True; a checksum may be XON or XOFF"),
+    ("slewline://gs-c200s", {"parity": "M"}, "parity 'M'; allowed N, O, E"),
+    ("slewline://gs-c200s", {"baudrate": 0}, "baud 0; expected 9600"),
+]
+
+
+def test_what_cannot_be_opened_says_why(opened, subtests):
+    for url, changes, says in NOT_OPENED:
+        with subtests.test(url=url, changes=changes):
+            with pytest.raises(UsageError, match=says) as refused:
+                opened(url, **changes)
+            assert isinstance(refused.value, ValueError)  # which pySerial has for a wrong URL
 
 
 @pytest.mark.parametrize("changes", [{"xonxoff": True}, {"parity": "M"}, {"baudrate": 0}], ids=str)
@@ -538,6 +543,7 @@ def test_a_str_is_no_bytes(opened):
         opened().write("F\r")
 
 
+@pytest.mark.system
 def test_without_the_import_pyserial_does_not_know_the_url():
     code = "import serial; serial.serial_for_url('slewline://gs-c200s')"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

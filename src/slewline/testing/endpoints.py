@@ -105,7 +105,12 @@ class PortEndpoint(Rig):
             self.line = self.server.line(self.chip, framing=self.framing)  # type: ignore[assignment]
         self.folder = mkdtemp(prefix="slewline-")
         where = str(Path(self.folder, self.chip.name)) if self.on == "pty" else "127.0.0.1:0"
-        self.url = getattr(self.server, self.on)(self.line, where).where
+        try:
+            self.url = getattr(self.server, self.on)(self.line, where).where
+        except BaseException:
+            self.server.close()
+            rmtree(self.folder)
+            raise
 
     def begin(self) -> None:
         """Start the server, in a thread of its own."""
