@@ -16,7 +16,10 @@ import pytest
 from .conftest import STRAPS, Asks, until
 from .test_travel_families import differences, everything
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process"),
+]
 
 ONE = ("gs-c200s", *(f"--strap={pin}={level}" for pin, level in STRAPS.items()))
 X = "gs_c200s"

@@ -401,6 +401,7 @@ def test_every_request_and_its_reply_are_as_the_schema_says(stand, row):
     checked(row, ask)
 
 
+@pytest.mark.system
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
 def test_requests_for_the_wall_clock_and_the_past_are_as_the_schema_says(serve, client, tmp_path):
     chip = ["gs-c200s", *(f"--strap={pin}={level}" for pin, level in STRAPS.items())]
@@ -416,6 +417,7 @@ def test_requests_for_the_wall_clock_and_the_past_are_as_the_schema_says(serve, 
             checked(row, ask)
 
 
+@pytest.mark.system
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
 def test_every_event_is_as_the_schema_says(serve, client, tmp_path):
     straps = [f"--strap={pin}={level}" for pin, level in STRAPS.items()]

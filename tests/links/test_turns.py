@@ -94,6 +94,7 @@ def test_a_thousand_hosts_may(kind, tmp_path):
     cycles(kind, 1000, tmp_path / "log")
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_a_pty_is_such_a_line_by_itself(tmp_path):
     """The system keeps what a host has written there."""

@@ -107,7 +107,10 @@ class Served:
         self.server.process.communicate()
 
 
-pytestmark = pytest.mark.timeout(600)  # what comes damaged to a server that stands now and then is written again
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.timeout(600),  # what comes damaged to a server that stands now and then is written again
+]
 KINDS = ("gs-c200s", "three", "cy545", "cy545b")
 
 
