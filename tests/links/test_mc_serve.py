@@ -297,6 +297,7 @@ def test_a_host_that_says_no_more_gets_its_answers(make, client):
         assert host.read(end=b"") == b"slewline registers 1 mc1451a 4\r\n" + bytes.fromhex("ff6c ff5c11 ff5c7d")
 
 
+@pytest.mark.system
 def test_a_host_that_does_not_read_loses_no_answer(make, client):
     server, line = make()
     port = server.tcp(line, "127.0.0.1:0")

@@ -46,7 +46,7 @@ def test_a_host_program_opens_it_as_7o2_again_and_again(serve, link):
     assert (ran.stdout, ran.stderr) == ("well\n", "")
 
 
-@pytest.mark.system
+@pytest.mark.real("pty")
 def test_settings_may_change_while_the_port_is_open(lockstep, link):
     server, line = lockstep()
     server.pty(line, str(link))

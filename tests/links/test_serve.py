@@ -42,14 +42,6 @@ def ask(host, line):
 ENDS = [signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
 
 
-@pytest.fixture
-def hangup():
-    """SIGHUP as a shell has it; under nohup it is ignored, which is a case of its own."""
-    kept = signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    yield
-    signal.signal(signal.SIGHUP, kept)
-
-
 @pytest.mark.system
 @pytest.mark.posix
 @pytest.mark.parametrize("number", ENDS)
@@ -73,7 +65,7 @@ def test_a_signal_that_comes_again_changes_nothing(serve, number):
 
 
 @pytest.mark.posix
-def test_signals_are_heard_before_a_port_is_open(monkeypatch, capfd, hangup):
+def test_signals_are_heard_before_a_port_is_open(monkeypatch, capfd):
     before = [signal.getsignal(number) for number in (*ENDS, signal.SIGUSR1)]
     heard = []
 
@@ -429,7 +421,7 @@ def test_a_bench_file_serves_several_chips_at_once(serve, client, folder):
         pytest.param(
             ('chips = ["c"]\ntcp', 'chips = ["c"]\nrfc2217'),
             "[[serve]] 3, rfc2217: c: has no serial line",
-            marks=pytest.mark.posix,
+            marks=[pytest.mark.posix, pytest.mark.system],  # the one before it opens a terminal
         ),
         (
             ('tcp = "127.0.0.1:0"\n\n[[serve]]\nchips = ["z"]', 'tcp = "0.0.0.0:0"\n\n[[serve]]\nchips = ["z"]'),

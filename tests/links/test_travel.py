@@ -10,8 +10,8 @@ import pytest
 
 from slewline.bench import replay
 
-from .conftest import STRAPS, Asks, until
-from .test_branches import alive, children
+from .conftest import STRAPS, Asks, children, until
+from .test_branches import alive
 
 pytestmark = [
     pytest.mark.system,

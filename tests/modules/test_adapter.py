@@ -24,7 +24,7 @@ from slewline.modules.port import ModulePort
 from slewline.modules.proxy import DialogueRecorder, Proxy
 from slewline.modules.speech import speech_of
 from tests.ensembles import few, in_long_runs
-from tests.links.conftest import PATIENCE, Asks, Client, Process, until
+from tests.links.conftest import PATIENCE, Asks, Client, until
 
 from . import protocol_adapter
 from .random_programs import program
@@ -262,10 +262,9 @@ def test_a_cut_cable_leaves_a_whole_file_or_none(cy525, capfd, place):
 
 
 @pytest.mark.parametrize("seed", few(range(30), 0))  # a cut cable is the same to the tool
-def test_a_server_that_is_killed_leaves_a_whole_file_or_none(capfd, seed):
-    server = Process("cy525", "--framing", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", ports=2)
+def test_a_server_that_is_killed_leaves_a_whole_file_or_none(serve, capfd, seed):
+    server = serve("cy525", "--framing", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", ports=2)
     with ExitStack() as stack:
-        stack.callback(server.kill)
         client = Client(server.ports["control"])
         stack.callback(client.close)
         tell(server.where, HELD)
