@@ -53,7 +53,10 @@ class TwinLine:
         """Wait for bytes of the board, for so long at most."""
         until = self.now + max(int(seconds * 10**9), 1000)
         while self.now < until and not (self.back and self.back[0][0] <= self.now):
-            self.pass_to(min([until, self.now + MS_NS // 4, *(at for at, _ in self.back[:1])]))
+            soon = min(until, self.now // MS_NS * MS_NS + MS_NS)  # when the board looks, and may say something
+            if self.coming:
+                soon = min(soon, max(self.coming[0][0], self.now + 1))
+            self.pass_to(min(soon, self.back[0][0]) if self.back else soon)
 
     def pass_to(self, ns):
         """Let everything happen up to an instant of the host; the board's loop looks for silence each ms."""
@@ -112,6 +115,22 @@ class TwinLine:
         self.twin = BoardTwin(self.model)
         self.twin.inputs = inputs
         self.began = self.now
+
+
+class Pulses:
+    """Where the pulses of a board have brought a motor, kept up from call to call."""
+
+    def __init__(self):
+        self.steps, self.counted, self.sum = None, 0, 0
+
+    def __call__(self, twin):
+        """Return the sum of the directions of all steps; a board that was reset begins at 0."""
+        if twin.steps is not self.steps:
+            self.steps, self.counted, self.sum = twin.steps, 0, 0
+        while self.counted < len(self.steps):
+            self.sum += self.steps[self.counted][1]
+            self.counted += 1
+        return self.sum
 
 
 def drive_of(bench, x, line, **options):

@@ -34,6 +34,7 @@ def test_it_has_every_byte_of_the_line_with_its_times(tmp_path):
     assert 0 < rows[-1][1] <= line.twin.now
 
 
+@pytest.mark.system
 def test_a_replay_of_its_journal_makes_the_same_steps_findings_and_positions(tmp_path):
     bench, x, host, _ = furnished("cy525 top", journal=tmp_path / JOURNAL)
     line = TwinLine()

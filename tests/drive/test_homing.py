@@ -9,6 +9,7 @@ import pytest
 import slewline
 from tests.ensembles import few
 
+from .rig import Pulses
 from .test_rewind import CASES, Driven
 
 END, HOME = 600, 40  # the switches are closed from there on, upwards and downwards
@@ -24,6 +25,7 @@ class Machine(Driven):
     def __init__(self, folder, name, seed, wiring, closed):
         super().__init__(folder, name, Random(seed), wiring=wiring)
         self.before = 0  # where the motor was when the board began to count
+        self.pulses = Pulses()
         passed = self.line.pass_to
 
         def pass_to(ns):
@@ -37,7 +39,7 @@ class Machine(Driven):
     @property
     def place(self):
         """Where the motor is, by all pulses that it has ever got."""
-        return self.before + sum(way for _, way, _ in self.line.twin.steps)
+        return self.before + self.pulses(self.line.twin)
 
     def reset_board(self, by_hand):
         """Take its supply in motion, with all that it has counted, and give it back; the motor is pushed meanwhile."""

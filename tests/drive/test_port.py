@@ -37,6 +37,7 @@ def come(port):
     return port.read()
 
 
+@pytest.mark.system
 def test_bytes_go_both_ways_and_nothing_waits(pty):
     ours, name = pty
     port = BoardSerial(name)
@@ -50,6 +51,7 @@ def test_bytes_go_both_ways_and_nothing_waits(pty):
     assert port.fileno() is None
 
 
+@pytest.mark.system
 def test_many_bytes_come_in_order_however_late_they_are_read(pty):
     ours, name = pty
     port = BoardSerial(name)
@@ -65,6 +67,7 @@ def test_many_bytes_come_in_order_however_late_they_are_read(pty):
     port.close()
 
 
+@pytest.mark.system
 def test_a_port_that_is_gone_fails_after_its_last_byte(pty):
     ours, name = pty
     port = BoardSerial(name)
@@ -84,6 +87,7 @@ def held():
     return {*threading.enumerate()}, {*os.listdir("/dev/fd")}
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("full", [False, True])
 def test_nothing_of_a_port_stays_behind(pty, full):
     ours, name = pty
@@ -100,6 +104,7 @@ def test_nothing_of_a_port_stays_behind(pty, full):
     assert (now[0] - threads, now[1] - files) == (set(), set())
 
 
+@pytest.mark.system
 def test_dtr_stays_up_when_the_port_is_closed(pty):
     import termios
 
@@ -113,6 +118,7 @@ def test_dtr_stays_up_when_the_port_is_closed(pty):
     os.close(other)
 
 
+@pytest.mark.system
 def test_a_port_is_for_one_program_alone(pty):
     _, name = pty
     port = BoardSerial(name)

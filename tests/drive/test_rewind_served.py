@@ -14,7 +14,7 @@ from tests.ensembles import few
 
 from ..links.conftest import Client
 from .families import GSC
-from .rig import MS_NS, TwinLine, drive_of
+from .rig import MS_NS, Pulses, TwinLine, drive_of
 
 END, HOME = 260, 90  # where the switches are, in steps from where the motor stood at first
 
@@ -27,6 +27,7 @@ class Machine:
         self.bench = slewline.Bench(journal=folder / "journal")
         self.bench.add("gs-c200s", "x", **GSC)
         self.line = TwinLine(rnd)
+        self.pulses = Pulses()
         self.heard = bytearray()
         x = self.bench["x"]
         if not driven:
@@ -66,7 +67,7 @@ class Machine:
 
     def switches(self):
         twin = self.line.twin
-        at = sum(direction for _, direction, _ in twin.steps)
+        at = self.pulses(twin)
         for number, level in ((0, int(at < END)), (1, int(at > HOME))):
             if (twin.inputs >> number & 1) != level:
                 twin.set_input(number, level, max(self.line.tick(self.line.now), twin.now))

@@ -16,6 +16,8 @@ from slewline.drive.board.wire import Answer, BoardEvent, Happening
 
 from .dialogue import PULSE_LEAST, SEEN_WITHIN, SHOWN_WITHIN, TAKEN_WITHIN, Dialogue, told_to_twin
 
+pytestmark = pytest.mark.system
+
 SOME, ALL = 40, 1_000
 FASTEST = (640, 700, 900, 1_500)  # ticks between steps, by seed; test_brakes.py has the faster ones
 

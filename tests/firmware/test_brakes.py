@@ -17,6 +17,8 @@ from .dialogue import told_to_twin
 from .emulated import PHASES_WITHIN
 from .test_rates import HALVES, HZ, Host, events, ramp
 
+pytestmark = pytest.mark.system
+
 WAIT = 6_000_000  # ticks, in which a way down ends
 WATCHDOG = 60_000
 FEW, MANY = 2, 100

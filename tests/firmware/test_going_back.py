@@ -14,6 +14,8 @@ from tests.drive.families import GSC
 from .chain import EmulatedLine, drive_of, said
 from .test_inputs import each_phase
 
+pytestmark = pytest.mark.system
+
 
 class Return(NamedTuple):
     """A motion, and an edge somewhere in it; `asked` is what a host asks for its position, `answered` what it hears."""

@@ -14,6 +14,8 @@ from tests.ensembles import few, members
 
 from .chain import WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, unharmed, wanted
 
+pytestmark = pytest.mark.system
+
 AGAIN = {  # what a host sends for 50 more steps, by part
     "cy525": "N 50\rG\r",
     "gs-c200s": "I3\rPo\rS100\rT200\rR255\r+50\rPx\rE\r",

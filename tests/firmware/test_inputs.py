@@ -15,6 +15,8 @@ from tests.ensembles import members
 
 from .chain import HZ, WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, wanted
 
+pytestmark = pytest.mark.system
+
 FEW, MANY = 1, 100
 WAY_DOWN_WITHIN = 3000  # ticks that a step of a ramp may be off whose levels share 40 entries
 STAMP_WITHIN = 1400  # ticks from an edge to the instant that the board tells

@@ -19,6 +19,8 @@ from tools.firmware import FLASH, RAM, build
 from .chain import low_time, phase_lags, pulse_widths
 from .emulated import PHASES_WITHIN, EmulatedBoard
 
+pytestmark = pytest.mark.system
+
 HZ = UNO.hz
 PAUSE, REST = 4, 2
 HALVES = (1, 3, 2, 6, 4, 12, 8, 9)

@@ -15,7 +15,7 @@ from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, FrameKind
 from ..links.conftest import PATIENCE
 from .served import HZ, ServedBoard
 
-pytestmark = pytest.mark.posix
+pytestmark = [pytest.mark.posix, pytest.mark.system]
 MANY = Record(0, 60_000, 2_000).pack()  # steps for 7.5 s
 
 

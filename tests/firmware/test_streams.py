@@ -23,6 +23,8 @@ from .chain import (
 )
 from .emulated import PHASES_WITHIN
 
+pytestmark = pytest.mark.system
+
 FASTEST = {  # steps/s that a stream must come to, by name
     "cy525 top": 9_600,
     "gs-c200s to 10 k": 9_900,

@@ -11,6 +11,8 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
@@ -62,9 +64,12 @@ class Client:
         """What comes, up to an end; without one, up to the end of the connection."""
         found = b""
         while not (end and found.endswith(end)):
-            data = self.socket.recv(1 if end else 4096)
+            data = self.socket.recv(4096, socket.MSG_PEEK if end else 0)
             if not data:
                 break
+            if end:  # what comes after it stays in the socket
+                at = (found + data).find(end)
+                data = self.socket.recv(len(data) if at < 0 else at + len(end) - len(found))
             found += data
         return found
 
@@ -132,15 +137,20 @@ class Threaded:
 
 
 class Process:
-    """`slewline serve` in a process of its own; `ports` is what it says about them."""
+    """`slewline serve` in a process of its own; `ports` is what it says about them.
 
-    def __init__(self, *arguments, ports=1):
+    Args:
+        folder: for its temporary files, which it leaves when it is killed.
+    """
+
+    def __init__(self, *arguments, ports=1, folder=None):
         self.process = subprocess.Popen(
             [*COMMAND, *map(str, arguments)],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
             creationflags=GROUP,
+            env=os.environ | ({} if folder is None else {"TMPDIR": str(folder)}),
         )
         lines = [self.process.stdout.readline().strip() for _ in range(ports)]
         if not all(lines):
@@ -163,6 +173,16 @@ class Process:
         self.process.communicate(timeout=PATIENCE)
         return self.process.returncode != 0
 
+    def over(self):
+        """End it, and all that it has forked: a process that a failed test has stopped ends by nothing else."""
+        group = descendants(self.process.pid)
+        if self.process.poll() is None:
+            self.process.kill()
+        for process in group:
+            with suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
+        self.process.communicate()
+
     def errors(self):
         """A line of the standard error; those that are there behind it are left for `end`."""
         line, descriptor = b"", self.process.stderr.fileno()
@@ -177,6 +197,21 @@ class Process:
         """What the process has of the machine's memory."""
         with open(f"/proc/{self.process.pid}/status") as status:
             return next(int(line.split()[1]) for line in status if line.startswith("VmRSS"))
+
+
+def children(process):
+    """The processes that a process has begun, with those that have ended without notice; on Linux only."""
+    found = []
+    for place in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            if int((place / "stat").read_text().rpartition(")")[2].split()[1]) == process:
+                found.append(int(place.name))
+    return found
+
+
+def descendants(process):
+    """The processes that a process has begun, and those that these have."""
+    return [each for child in children(process) for each in (child, *descendants(child))]
 
 
 @pytest.fixture
@@ -207,16 +242,14 @@ def client():
 
 
 @pytest.fixture
-def serve():
+def serve(tmp_path_factory):
     """Start the command."""
     made = []
 
     def start(*arguments, ports=1):
-        made.append(Process(*arguments, ports=ports))
+        made.append(Process(*arguments, ports=ports, folder=tmp_path_factory.mktemp("served")))
         return made[-1]
 
     yield start
     for one in made:
-        if one.process.poll() is None:
-            one.process.kill()
-        one.process.communicate()
+        one.over()

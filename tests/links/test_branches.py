@@ -13,10 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import STRAPS, Asks, until
+from .conftest import STRAPS, Asks, children, until
 from .test_travel_families import differences, everything
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process"),
+]
 
 ONE = ("gs-c200s", *(f"--strap={pin}={level}" for pin, level in STRAPS.items()))
 X = "gs_c200s"
@@ -55,19 +58,6 @@ class Module:
 def module(serve, client, tmp_path):
     """Start a server with one module."""
     return lambda *more: Module(serve, client, tmp_path, *more)
-
-
-def children(process):
-    """The processes that a process has begun, those that have ended without notice too."""
-    found = []
-    for name in filter(str.isdigit, os.listdir("/proc")):
-        try:
-            _, parent = Path(f"/proc/{name}/stat").read_text().rpartition(")")[2].split()[:2]
-            if int(parent) == process:
-                found += [int(name)]
-        except OSError:
-            pass
-    return found
 
 
 def alive(process):
@@ -297,10 +287,6 @@ def test_no_process_and_no_file_stays_behind(module, number):
     assert (status, err) == ((-9, "") if number == signal.SIGKILL else (0, ""))
     until(lambda: not any(alive(process) for process in group))
     assert folder.exists() == (number == signal.SIGKILL)
-    for path in folder.glob("*") if folder.exists() else ():
-        path.unlink()
-    if folder.exists():
-        folder.rmdir()
 
 
 def test_a_server_ends_in_good_order_while_a_branch_owes_a_reply(module):

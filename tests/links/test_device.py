@@ -60,6 +60,7 @@ def cable(tmp_path, request, monkeypatch):
     until(lambda: not [thread for thread in threading.enumerate() if thread.name.startswith("cable")])
 
 
+@pytest.mark.system
 def test_a_module_at_the_end_of_a_cable(lockstep, cable):
     server, line = lockstep()
     port = server.serial(line, str(cable.path))
@@ -70,6 +71,7 @@ def test_a_module_at_the_end_of_a_cable(lockstep, cable):
     cable.unplug()
 
 
+@pytest.mark.system
 def test_the_device_goes_and_comes_back(lockstep, cable):
     server, line = lockstep()
     told = []
@@ -95,6 +97,7 @@ def test_a_device_that_is_not_there_at_the_beginning_is_told(lockstep, tmp_path)
     server.close()
 
 
+@pytest.mark.system
 def test_a_server_that_ends_while_the_device_is_away(lockstep, cable):
     server, line = lockstep()
     server.serial(line, str(cable.path))
@@ -103,6 +106,7 @@ def test_a_server_that_ends_while_the_device_is_away(lockstep, cable):
         running.until(lambda: line.host is None)
 
 
+@pytest.mark.system
 def test_much_at_once_comes_whole_and_in_order(lockstep, cable):
     server, line = lockstep()
     server.serial(line, str(cable.path))

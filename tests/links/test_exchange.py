@@ -24,6 +24,7 @@ from slewline.errors import UsageError
 from slewline.links.lines.outlet import Outlet, Told
 from slewline.links.lines.pace import Paced
 from slewline.links.server import Server
+from tests.ensembles import members
 
 from .conftest import STRAPS, Asks, Client
 
@@ -175,12 +176,15 @@ CASES: dict[str, tuple[str, str, dict[str, Any], list[tuple[int, bytes]], list[t
 
 
 @pytest.mark.posix
-@pytest.mark.parametrize("name", CASES)
-def test_a_host_gets_what_it_would_have_got(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.system] * (row[1] == "pty")) for name, row in CASES.items()]
+)
+@members("numbers", 2, 8, at_once=3)
+def test_a_host_gets_what_it_would_have_got(name: str, numbers: range, tmp_path: Path) -> None:
     part, port, line, script, edges = CASES[name]
-    chance = Random(name)
     differing = 0
-    for number in range(6):
+    for number in numbers:
+        chance = Random(f"{name} {number}")
         first = chance.randrange(70 * MS, 400 * MS)
         inputs = [driven(f"x.{pin}", level, first + n * 7 * MS) for n, (pin, level) in enumerate(edges)]
         present = int(inputs[-1]["t"]) // MS + chance.randrange(2, 90)
@@ -212,7 +216,7 @@ def test_a_host_gets_what_it_would_have_got(name: str, tmp_path: Path) -> None:
         assert rig.line.outlet.held == 0
         rig.close()
         straight.close()
-    assert differing > 2
+    assert differing > len(numbers) // 3
 
 
 def test_bytes_that_have_left_are_not_sent_again_and_others_once() -> None:

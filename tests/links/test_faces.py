@@ -21,7 +21,10 @@ pytestmark = pytest.mark.filterwarnings(
 )  # of pySerial's own RFC 2217 client
 
 
-@pytest.fixture(params=[pytest.param(on, marks=[pytest.mark.posix] * (on == "pty")) for on in SETTINGS])
+MARKS = {"pty": [pytest.mark.posix, pytest.mark.system], "rfc2217": [pytest.mark.system]}
+
+
+@pytest.fixture(params=[pytest.param(on, marks=MARKS.get(on, [])) for on in SETTINGS])
 def module(request):
     """A running module on each kind of port."""
     module = running("gs-c200s", on=request.param, seed=5)

@@ -220,6 +220,7 @@ def test_a_part_without_live_commands_is_busy_while_its_program_runs(part):
     stand.server.close()
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("part", OLDER)
 def test_older_parts_of_the_family_are_served_over_a_socket(serve, client, tmp_path, part):
     journal = tmp_path / "journal"

@@ -45,6 +45,7 @@ def host(where, what):
     return ran.stdout.split()
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     "kind", [pytest.param("pty", marks=pytest.mark.posix), in_long_runs("tcp"), in_long_runs("rfc2217")]
 )

@@ -147,6 +147,7 @@ def killed(directory, rounds, seed):
     return done
 
 
+@pytest.mark.system
 def test_a_few_kills(tmp_path):
     killed(tmp_path, 5, 1)
 

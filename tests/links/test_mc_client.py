@@ -180,6 +180,7 @@ def test_an_answer_that_does_not_come_closes_the_port():
             port.inp(STATUS)
 
 
+@pytest.mark.system
 def test_a_server_that_goes_away_is_told(served):
     server, where, _ = served
     with ChipsetPort(*where) as port:
@@ -337,6 +338,7 @@ def position(ask):
     return ask("status")["chips"]["mc1451a"]["position"]
 
 
+@pytest.mark.system
 def test_a_host_program_homes_and_moves_in_real_time(serve, client, program):
     server = serve(*SERVED, ports=2)
     ask = Asks(client(server.ports["control"]))
@@ -355,6 +357,7 @@ def test_a_host_program_homes_and_moves_in_real_time(serve, client, program):
     assert server.end()[0] == 0
 
 
+@pytest.mark.system
 def test_a_host_program_that_is_killed_leaves_the_motion_and_makes_room(serve, client, program):
     server = serve(*SERVED, ports=2)
     ask = Asks(client(server.ports["control"]))

@@ -14,7 +14,10 @@ from .conftest import PATIENCE, Asks, until
 EXAMPLES = __file__.partition("tests")[0] + "examples/mc1451a"
 SERVED = ("mc1451a", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0")
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler (cc, gcc, clang) on this machine")
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(COMPILER is None, reason="no C compiler (cc, gcc, clang) on this machine"),
+]
 
 
 @pytest.fixture

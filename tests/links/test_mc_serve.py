@@ -297,6 +297,7 @@ def test_a_host_that_says_no_more_gets_its_answers(make, client):
         assert host.read(end=b"") == b"slewline registers 1 mc1451a 4\r\n" + bytes.fromhex("ff6c ff5c11 ff5c7d")
 
 
+@pytest.mark.system
 def test_a_host_that_does_not_read_loses_no_answer(make, client):
     server, line = make()
     port = server.tcp(line, "127.0.0.1:0")
@@ -424,6 +425,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.system
 def test_a_thousand_packets_in_real_time(serve, client):
     server = serve(*ONE)
     assert list(server.ports) == ["mc1451a"]
@@ -438,6 +440,7 @@ def test_a_thousand_packets_in_real_time(serve, client):
     assert host.client.read(end=b"") == b""
 
 
+@pytest.mark.system
 def test_a_server_that_is_killed_lets_a_new_one_begin_afresh(serve, client):
     first = serve(*ONE)
     host = Registers(client(first.where))
@@ -450,6 +453,7 @@ def test_a_server_that_is_killed_lets_a_new_one_begin_afresh(serve, client):
     assert host.packet(0x4A, reads=3) == [0, 0, 0x4A]
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_a_status_line_is_asked_for(serve, client):
     server = serve(*ONE, "--lockstep")
@@ -458,6 +462,7 @@ def test_a_status_line_is_asked_for(serve, client):
     assert "mc1451a idle at 0, 0, 0, 0 | 1 of 1 lines connected" in server.errors()
 
 
+@pytest.mark.system
 def test_a_bench_file_serves_chipsets_beside_modules(serve, client, folder):
     (folder / "bench.toml").write_text(
         '[[chip]]\npart = "mc1251a"\nname = "x"\n[[chip]]\npart = "gs-c200s"\nname = "y"\nstraps = { chs = 0 }\n'

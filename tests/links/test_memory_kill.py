@@ -91,6 +91,7 @@ def killed(path: Path, rounds: int, seed: int) -> Rounds:
     return done
 
 
+@pytest.mark.system
 def test_a_few_kills(tmp_path: Path) -> None:
     assert killed(tmp_path / "memory.eeprom", 3, 1).told > 0  # how many is a matter of the machine
 

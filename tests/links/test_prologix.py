@@ -456,6 +456,7 @@ def test_pyvisa_has_a_session_over_the_network(manager):
         assert len(rig.thread.do(rig.chips[0].steps)) == 40
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_pyvisa_has_a_session_over_a_device_file(manager, tmp_path):
     pytest.importorskip("serial")

@@ -37,6 +37,7 @@ def link(tmp_path):
     return tmp_path / "x"
 
 
+@pytest.mark.system
 def test_a_host_program_opens_it_as_7o2_again_and_again(serve, link):
     """The C library refuses an open that changes nothing: without the cure, the second one fails."""
     serve("gs-c200s", "--pty", link, "--strap", "chs=0", "--lockstep")
@@ -45,6 +46,7 @@ def test_a_host_program_opens_it_as_7o2_again_and_again(serve, link):
     assert (ran.stdout, ran.stderr) == ("well\n", "")
 
 
+@pytest.mark.real("pty")
 def test_settings_may_change_while_the_port_is_open(lockstep, link):
     server, line = lockstep()
     server.pty(line, str(link))
@@ -55,6 +57,7 @@ def test_settings_may_change_while_the_port_is_open(lockstep, link):
             port.timeout = timeout  # pySerial sets everything again
 
 
+@pytest.mark.system
 def test_a_host_without_parity_is_understood(lockstep, link):
     server, line = lockstep()
     server.pty(line, str(link))
@@ -63,6 +66,7 @@ def test_a_host_without_parity_is_understood(lockstep, link):
         assert port.read(1) + port.read(1) == b"R\r"
 
 
+@pytest.mark.system
 def test_the_link_goes_with_the_server(lockstep, link):
     server, line = lockstep()
     port = server.pty(line, str(link))
@@ -72,6 +76,7 @@ def test_the_link_goes_with_the_server(lockstep, link):
     assert not os.path.lexists(link)
 
 
+@pytest.mark.system
 def test_a_link_that_somebody_else_has_made_since_stays(lockstep, link):
     server, line = lockstep()
     server.pty(line, str(link))
@@ -81,6 +86,7 @@ def test_a_link_that_somebody_else_has_made_since_stays(lockstep, link):
     assert os.readlink(link) == "/dev/null"
 
 
+@pytest.mark.system
 def test_an_old_link_of_a_server_that_was_killed_is_replaced(lockstep, link):
     link.symlink_to("/dev/pts/99999")
     server, line = lockstep()
@@ -98,6 +104,7 @@ def as_made(link):
 ELSEWHERE = ["/dev/null", "/nowhere", "/dev/pts/../../nowhere", "/dev/pts/99999/x", "/dev/pts/", "/dev/pts/99999\n"]
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("kind", ["file", "directory", "terminal", *ELSEWHERE])
 def test_what_is_no_old_link_of_ours_stays(lockstep, link, kind):
     if kind == "file":
@@ -127,6 +134,7 @@ def test_a_link_needs_a_name(lockstep):
     server.close()
 
 
+@pytest.mark.system
 def test_who_serves_seven_bits_on_it_is_told_what_does_not_work(lockstep, link, tmp_path):
     server, line = lockstep(log=tmp_path / "log")
     told = []
@@ -138,6 +146,7 @@ def test_who_serves_seven_bits_on_it_is_told_what_does_not_work(lockstep, link, 
     assert all(way in HINT for way in ("EINVAL", "8N1", "socket://", "rfc2217://"))
 
 
+@pytest.mark.system
 def test_a_chip_with_eight_bits_needs_no_hint(link):
     told = []
     bench = slewline.Bench()
@@ -147,6 +156,7 @@ def test_a_chip_with_eight_bits_needs_no_hint(link):
     assert told == [DEAF.format(chip="cy525")]  # and nothing of 7 bits
 
 
+@pytest.mark.system
 def test_a_link_needs_a_directory(lockstep, tmp_path):
     server, line = lockstep()
     with pytest.raises(UsageError, match="a writable directory"):
@@ -154,6 +164,7 @@ def test_a_link_needs_a_directory(lockstep, tmp_path):
     server.close()
 
 
+@pytest.mark.system
 def test_a_host_that_never_reads_does_not_stop_the_server(lockstep, link):
     server, line = lockstep()
     server.pty(line, str(link))
@@ -162,6 +173,7 @@ def test_a_host_that_never_reads_does_not_stop_the_server(lockstep, link):
         running.until(lambda: line.dropped > 0 and line.given + line.dropped == 1_000_000)
 
 
+@pytest.mark.system
 def test_where_there_is_no_packet_mode_it_takes_8n1_and_says_so(lockstep, link, monkeypatch):
     """As on macOS."""
     monkeypatch.setattr(system, "EXTPROC", None)

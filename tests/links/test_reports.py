@@ -144,6 +144,7 @@ def test_a_server_that_falls_behind_tells_it_on_the_terminal_and_in_the_transcri
     assert "server ! virtual time falls behind the wall clock" in (tmp_path / "log").read_text()
 
 
+@pytest.mark.system
 def test_the_command_tells_findings_on_standard_error(serve, client):
     server = serve(*ONE)
     host = client(server.where)
@@ -157,6 +158,7 @@ def test_the_command_tells_findings_on_standard_error(serve, client):
     )
 
 
+@pytest.mark.system
 def test_a_transcript_on_standard_error_has_the_findings_and_nobody_tells_them_twice(serve, client):
     server = serve(*ONE, "--log", "-")
     host = client(server.where)

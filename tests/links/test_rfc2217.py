@@ -33,12 +33,14 @@ def opened(port, **settings):
     return serial.serial_for_url(patient(port[2].where), **settings)
 
 
+@pytest.mark.system
 def test_a_module_answers(port):
     with opened(port) as host:
         host.write(b"V1\r")
         assert host.read_until(b"\r") == b"V+0\r"
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("setting", [{"parity": "E"}, {"parity": "N", "bytesize": 8}])
 def test_another_parity_gives_what_it_gives_on_a_wire(port, setting):
     with opened(port, **setting) as host:
@@ -46,6 +48,7 @@ def test_another_parity_gives_what_it_gives_on_a_wire(port, setting):
         assert host.read_until(b"\r") == b"E1\r"
 
 
+@pytest.mark.system
 def test_another_rate_gives_what_it_gives_on_a_wire(port):
     running, line, _ = port
     with opened(port, baudrate=4800) as host:
@@ -55,6 +58,7 @@ def test_another_rate_gives_what_it_gives_on_a_wire(port):
     assert b"R\r" not in bytes(line.port.received)
 
 
+@pytest.mark.system
 def test_settings_may_change_and_the_next_host_finds_those_of_the_module(port):
     running, line, _ = port
     with opened(port) as host:
@@ -68,6 +72,7 @@ def test_settings_may_change_and_the_next_host_finds_those_of_the_module(port):
     assert (line.port.baud, str(line.port.word)) == (9600, "7O2")
 
 
+@pytest.mark.system
 def test_a_session_with_changing_settings_replays(lockstep, tmp_path):
     server, line = lockstep(journal=tmp_path / "journal")
     port = server.rfc2217(line, "127.0.0.1:0")
@@ -82,6 +87,7 @@ def test_a_session_with_changing_settings_replays(lockstep, tmp_path):
     assert again.now_ps == server.bench.now_ps
 
 
+@pytest.mark.system
 def test_a_rate_that_makes_no_sense_is_not_taken(port):
     _, line, _ = port
     with opened(port) as host, pytest.raises(ValueError, match="rejected"):
@@ -89,6 +95,7 @@ def test_a_rate_that_makes_no_sense_is_not_taken(port):
     assert line.port.baud == 9600
 
 
+@pytest.mark.system
 def test_modem_lines_and_break_are_accepted(port):
     running, line, _ = port
     with opened(port) as host:
@@ -104,6 +111,7 @@ def test_modem_lines_and_break_are_accepted(port):
         assert b"R\r" in host.read_until(b"R\r")
 
 
+@pytest.mark.system
 def test_every_byte_gets_through(port):
     """255 begins the commands of the protocol; as a character it is doubled on the way."""
     running, line, _ = port
@@ -114,6 +122,7 @@ def test_every_byte_gets_through(port):
         running.until(lambda: line.taken == 1)
 
 
+@pytest.mark.system
 def test_garbage_does_not_stop_the_server(port, client):
     running, line, tcp = port
     chance = random.Random(7)
@@ -144,6 +153,7 @@ def test_an_option_without_end_is_hung_up_on(port, client):
     running.until(lambda: line.host is None)
 
 
+@pytest.mark.system
 def test_the_next_host_is_refused(port, client):
     with opened(port) as first:
         assert b"one host at a time" in client(port[2].where).read(end=b"")

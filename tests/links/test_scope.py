@@ -10,6 +10,7 @@ import pytest
 import slewline
 from slewline.links.views.cells import Cells, width_of
 from slewline.links.views.scope import Scope
+from tests.ensembles import in_long_runs
 
 from .conftest import STRAPS
 
@@ -37,6 +38,11 @@ def windows(now, number, seed):
         start = chance.randrange(now)
         length = chance.choice((0, 1, 1000, 10**9, 10**11, 10**12, 10**13, 6 * 10**13))
         yield start, min(now, start + length), chance.choice((1, 2, 7, 50, 800))
+
+
+def few_windows(number, many):
+    """Look into so many windows in every run, into many in a long one."""
+    return pytest.mark.parametrize("number", [number, in_long_runs(many)])
 
 
 def shown(scope, name, start, stop, columns):
@@ -83,11 +89,12 @@ def test_few_edges_are_exact_and_columns_are_true_to_a_column(ran):
                 assert not plain.count(max(begin, SINCE), end - 1) and sign == str(plain.level(max(begin, SINCE)))
 
 
+@few_windows(50, 150)
 @pytest.mark.parametrize("name", ["x.clock", "x.mov"])
-def test_what_is_found_is_what_is_there(ran, name):
+def test_what_is_found_is_what_is_there(ran, name, number):
     bench, scope = ran
     plain = Plain(bench, name)
-    for start, stop, _ in windows(bench.now_ps, 150, 2):
+    for start, stop, _ in windows(bench.now_ps, number, 2):
         first = max(start, SINCE)
         for last in (False, True):
             end = -1 if last else 0
@@ -114,10 +121,11 @@ def test_a_position_is_crossed_where_the_step_is(ran):
                 assert found == (times[-1 if last else 0] if times else None)
 
 
-def test_cells_that_are_kept_show_what_cells_that_are_not_show(ran):
+@few_windows(8, 30)
+def test_cells_that_are_kept_show_what_cells_that_are_not_show(ran, number):
     bench, _ = ran
     kept = Scope(bench)
-    for start, stop, columns in windows(bench.now_ps, 30, 4):
+    for start, stop, columns in windows(bench.now_ps, number, 4):
         for name in ("x.clock", "x.velocity", "x.position"):
             assert shown(kept, name, start, stop, columns) == shown(Scope(bench), name, start, stop, columns)
 

@@ -595,6 +595,7 @@ def rested(one):
     return one.seen()
 
 
+@pytest.mark.system
 def test_a_program_in_c_that_waits_for_few_answers_is_one_that_waits_for_all(stand, compiled):
     one, other = stand(), stand()
     results = ran(compiled(), one), ran(compiled("#define SLEWLINE_PLAIN", name="plain"), other)
@@ -605,6 +606,7 @@ def test_a_program_in_c_that_waits_for_few_answers_is_one_that_waits_for_all(sta
     assert one.running.do(lambda: one.line.taken) > other.running.do(lambda: other.line.taken)
 
 
+@pytest.mark.system
 def test_the_same_with_an_older_server(stand, older, compiled):
     one, other = stand(), stand()
     assert ran(compiled(), one) == ran(compiled("#define SLEWLINE_PLAIN", name="plain"), other)
@@ -623,6 +625,7 @@ LOW = r"""
 """
 
 
+@pytest.mark.system
 def test_a_chipset_in_reset_is_found_by_a_program_in_c_and_nothing_is_lost(stand, compiled):
     one = stand()
     ask = one.asks()

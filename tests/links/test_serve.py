@@ -42,14 +42,7 @@ def ask(host, line):
 ENDS = [signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
 
 
-@pytest.fixture
-def hangup():
-    """SIGHUP as a shell has it; under nohup it is ignored, which is a case of its own."""
-    kept = signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    yield
-    signal.signal(signal.SIGHUP, kept)
-
-
+@pytest.mark.system
 @pytest.mark.posix
 @pytest.mark.parametrize("number", ENDS)
 def test_a_signal_ends_it_in_good_order(serve, client, number):
@@ -61,6 +54,7 @@ def test_a_signal_ends_it_in_good_order(serve, client, number):
     assert host.read(end=b"") == b""
 
 
+@pytest.mark.system
 @pytest.mark.posix
 @pytest.mark.parametrize("number", few(ENDS, 1))
 def test_a_signal_that_comes_again_changes_nothing(serve, number):
@@ -71,7 +65,7 @@ def test_a_signal_that_comes_again_changes_nothing(serve, number):
 
 
 @pytest.mark.posix
-def test_signals_are_heard_before_a_port_is_open(monkeypatch, capfd, hangup):
+def test_signals_are_heard_before_a_port_is_open(monkeypatch, capfd):
     before = [signal.getsignal(number) for number in (*ENDS, signal.SIGUSR1)]
     heard = []
 
@@ -99,6 +93,7 @@ def test_a_hang_up_that_is_ignored_stays_so(lockstep):
     server.close()
 
 
+@pytest.mark.system
 @pytest.mark.posix
 @pytest.mark.parametrize("number", few(ENDS, 1))
 def test_a_signal_removes_the_link(serve, number):
@@ -109,6 +104,7 @@ def test_a_signal_removes_the_link(serve, number):
     assert not os.path.lexists("x")
 
 
+@pytest.mark.system
 def test_paced_by_default(serve, client):
     server = serve("gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", ports=2)
     assert list(server.ports) == ["gs_c200s", "control"]
@@ -128,16 +124,19 @@ def test_paced_by_default(serve, client):
     assert server.process.wait(PATIENCE) == 0
 
 
+@pytest.mark.system
 def test_checksums_unless_strapped_otherwise(serve, client):
     server = serve("gs-c200", "--lockstep", "--tcp", "127.0.0.1:0")
     assert client(server.where).ask(b"V2\x18\r").startswith(b"V")
 
 
+@pytest.mark.system
 def test_options_of_the_chip(serve, client):
     server = serve(*ONE, "--option", "lenient=true", "--option", "turnround=3 ms", "--tcp", "127.0.0.1:0")
     assert ask(client(server.where), b"P0") == b"Y\r"
 
 
+@pytest.mark.system
 def test_what_is_memorised_outlives_the_server(serve, client):
     first = serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories")
     host = client(first.where)
@@ -153,6 +152,7 @@ def test_what_is_memorised_outlives_the_server(serve, client):
     assert second.end() == (0, "")
 
 
+@pytest.mark.system
 def test_a_journal_of_a_server_that_had_a_memory_replays(serve, client):
     first = serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories")
     host = client(first.where)
@@ -181,6 +181,7 @@ def test_a_transcript_that_would_hang_the_start_is_refused(capfd):
     assert "log log: is not a regular file" in capfd.readouterr().err
 
 
+@pytest.mark.system
 def test_two_servers_do_not_share_a_memory(serve, capfd):
     serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "memories")
     assert invoke([*ONE_MORE, "--state", "memories"]) == 2
@@ -198,6 +199,7 @@ def test_a_damaged_memory_is_told_before_anything_is_served(capfd):
     assert "gs_c200s.eeprom" in capfd.readouterr().err
 
 
+@pytest.mark.system
 def test_the_transcript(serve, client):
     server = serve(*ONE, "--tcp", "127.0.0.1:0", "--log", "log")
     host = client(server.where)
@@ -211,6 +213,7 @@ def test_the_transcript(serve, client):
     assert lines[1][0] == "0.001000"
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_sigusr1_asks_for_a_status_line(serve, client):
     server = serve(*ONE, "--tcp", "127.0.0.1:0")
@@ -223,6 +226,7 @@ def test_sigusr1_asks_for_a_status_line(serve, client):
     assert ask(host, b"F") == b"R\r"
 
 
+@pytest.mark.system
 def test_no_input_brings_it_down_or_makes_it_grow(serve, client):
     flood(serve, client, 30_000)
 
@@ -233,6 +237,7 @@ def test_a_million_random_bytes_neither(serve, client):
     flood(serve, client, 1_000_000)
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_a_status_line_on_a_terminal():
     terminal, ours = os.openpty()
@@ -248,12 +253,14 @@ def test_a_status_line_on_a_terminal():
         os.close(end)
 
 
+@pytest.mark.system
 def test_status_lines_into_a_pipe(serve):
     server = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--status")
     for _ in range(2):
         assert "gs_c200s idle at 0 | 0 of 1 lines connected" in server.errors()
 
 
+@pytest.mark.system
 def test_modules_that_cannot_be_told_apart_are_told_at_the_start(serve, client):
     chip = '[[chip]]\npart = "gs-c200s"\nname = "{}"\nstraps = {{ br0 = 0, br1 = 0, br2 = 0, sel2 = 0 }}\n'
     Path("line.toml").write_text(
@@ -268,6 +275,7 @@ def test_modules_that_cannot_be_told_apart_are_told_at_the_start(serve, client):
     assert (found["code"], found["text"]) == ("same-address", says)
 
 
+@pytest.mark.system
 def test_why_an_eeprom_was_not_written_is_told(serve, client):
     server = serve(*ONE, "--tcp", "127.0.0.1:0", "--state", "st", "--control", "127.0.0.1:0", ports=2)
     shutil.rmtree("st")
@@ -286,6 +294,7 @@ def test_a_journal_on_a_full_disk_is_told(capfd):
     assert capfd.readouterr().err == says
 
 
+@pytest.mark.system
 def test_a_journal_that_was_cut_off_replays_without_a_warning(lockstep):
     server, line = lockstep(journal="journal")
     server.bench.run(0)
@@ -375,6 +384,7 @@ framing = true
 """
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_a_bench_file_serves_several_chips_at_once(serve, client, folder):
     (folder / "bench.toml").write_text(BENCH)
@@ -411,7 +421,7 @@ def test_a_bench_file_serves_several_chips_at_once(serve, client, folder):
         pytest.param(
             ('chips = ["c"]\ntcp', 'chips = ["c"]\nrfc2217'),
             "[[serve]] 3, rfc2217: c: has no serial line",
-            marks=pytest.mark.posix,
+            marks=[pytest.mark.posix, pytest.mark.system],  # the one before it opens a terminal
         ),
         (
             ('tcp = "127.0.0.1:0"\n\n[[serve]]\nchips = ["z"]', 'tcp = "0.0.0.0:0"\n\n[[serve]]\nchips = ["z"]'),
@@ -465,6 +475,7 @@ def test_wrong_use_is_told(capfd, arguments, says):
     assert says in capfd.readouterr().err
 
 
+@pytest.mark.system
 def test_other_machines_may_when_it_is_said(serve, client):
     server = serve(*ONE, "--tcp", "0.0.0.0:0", "--allow-remote")
     assert server.where.startswith("socket://0.0.0.0:")

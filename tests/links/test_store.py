@@ -471,6 +471,12 @@ def store(tmp_path):
     return FileStore(tmp_path / "x.eeprom")
 
 
+@pytest.fixture
+def no_sync(monkeypatch):
+    """What is read back was not cut off from power: nobody waits for the disk."""
+    monkeypatch.setattr(os, "fsync", lambda _number: None)
+
+
 @pytest.mark.parametrize("data", [b"", b"\0", bytes(range(119)), bytes(300_000)])
 def test_another_store_reads_what_was_written(store, data):
     store.write(b"something longer, or shorter, before")
@@ -483,6 +489,7 @@ def test_a_new_memory_is_empty(store):
     assert store.read() == b""
 
 
+@pytest.mark.usefixtures("no_sync")
 def test_any_damage_is_noticed_and_a_write_mends_it(store):
     store.write(OLD)
     good = store.path.read_bytes()
@@ -595,6 +602,7 @@ def test_a_file_too_long_for_a_memory_is_not_read(tmp_path):
         store.read()
 
 
+@pytest.mark.usefixtures("no_sync")
 def test_records_do_not_make_a_file_that_cannot_be_read(tmp_path, monkeypatch):
     monkeypatch.setattr(store_module, "LARGEST", 5000)
     store = FileStore(tmp_path / "x.eeprom")
@@ -608,6 +616,7 @@ def test_records_do_not_make_a_file_that_cannot_be_read(tmp_path, monkeypatch):
 
 
 # ------------------------------------------------------------------------------------------------- added to real files
+@pytest.mark.usefixtures("no_sync")
 @pytest.mark.parametrize("kind", [FileStore, lambda path: Memory()])
 def test_a_memory_of_any_kind_is_what_was_put_into_it(kind, tmp_path):
     random, wanted = Random(5), bytearray()
@@ -650,6 +659,7 @@ def test_the_file_does_not_grow_without_end():
     assert FileStore(PATH, disk).read() == bytes(ord("0") + n % 10 for n in range(1000))
 
 
+@pytest.mark.usefixtures("no_sync")
 def test_part_of_a_record_at_the_end_is_dropped_and_damage_before_a_whole_one_is_told(store):
     store.write(LARGE)
     store.append(b"one", 0)
@@ -702,6 +712,7 @@ while True:
 """
 
 
+@pytest.mark.real("kill")
 def test_a_process_that_is_killed_while_it_appends_loses_nothing_that_it_has_answered(tmp_path):
     path, answered = tmp_path / "x.ram", 0
     for lines in (1, 30, 300, 7):

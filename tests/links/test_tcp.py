@@ -27,6 +27,7 @@ def port(lockstep, tmp_path):
         yield running, line, port
 
 
+@pytest.mark.real("socket")
 def test_a_module_answers(port, client):
     host = client(port[2].where)
     assert host.ask(b"F\r") == b"R\r"
@@ -54,6 +55,7 @@ def test_the_next_host_is_told_why_and_the_first_one_stays(port, client):
     assert first.ask(b"F\r") == b"R\r"
 
 
+@pytest.mark.system
 def test_a_host_that_vanishes_makes_room_and_what_it_sent_is_played(port, client):
     running, line, tcp = port
     first = client(tcp.where)
@@ -171,6 +173,7 @@ def test_a_byte_meets_the_virtual_time_of_its_arrival(client, tmp_path):
     assert ["0.705437", "x", ">", "R\\r"] in lines
 
 
+@pytest.mark.system
 def test_a_system_without_descriptors_is_asked_again(port, client, monkeypatch):
     _, _, tcp = port
     asked = []

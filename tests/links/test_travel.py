@@ -10,10 +10,13 @@ import pytest
 
 from slewline.bench import replay
 
-from .conftest import STRAPS, Asks, until
-from .test_branches import alive, children
+from .conftest import STRAPS, Asks, children, until
+from .test_branches import alive
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process"),
+]
 
 PORTS = ("--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0")
 MODULE = ("gs-c200s", *(f"--strap={pin}={level}" for pin, level in STRAPS.items()))

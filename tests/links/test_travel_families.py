@@ -13,7 +13,10 @@ from slewline.links.clients.chipset_host import ChipsetHost
 
 from .conftest import Asks, until
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process"),
+]
 
 SERVE = '[[serve]]\ntcp = "127.0.0.1:0"\n'
 FREE = "straps = { br0 = 0, br1 = 0, br2 = 0, chs = 0"

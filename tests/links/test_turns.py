@@ -17,7 +17,7 @@ from slewline.links.server import Server
 
 from .conftest import PATIENCE, STRAPS, Client, Threaded, patient
 
-KINDS = pytest.mark.parametrize("kind", ["tcp", "rfc2217"])
+KINDS = pytest.mark.parametrize("kind", ["tcp", pytest.param("rfc2217", marks=pytest.mark.system)])  # its client waits
 LITTLE = 400  # bytes
 S = 10**9  # nanoseconds of the wall clock
 
@@ -94,6 +94,7 @@ def test_a_thousand_hosts_may(kind, tmp_path):
     cycles(kind, 1000, tmp_path / "log")
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_a_pty_is_such_a_line_by_itself(tmp_path):
     """The system keeps what a host has written there."""
@@ -285,6 +286,7 @@ def test_a_second_host_beside_a_live_one_is_refused_and_the_one_behind_a_gone_on
             one.close()
 
 
+@pytest.mark.system
 def test_settings_hold_for_the_turn_of_their_host():
     """What a host has left at 4800 baud goes out at 4800 baud; the next one finds the settings of the module."""
     wall = Wall()
@@ -305,6 +307,7 @@ def test_settings_hold_for_the_turn_of_their_host():
         wall.until(running, lambda: line.port.baud == 9600)
 
 
+@pytest.mark.system
 def test_a_break_waits_for_its_turn():
     wall = Wall()
     stand = Stand("rfc2217", wall.pace)

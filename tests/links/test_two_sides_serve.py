@@ -219,6 +219,7 @@ def test_in_lockstep_what_waits_behind_a_command_of_the_bus_is_carried_out(both)
 
 
 # ------------------------------------------------------------------------------------------ the command
+@pytest.mark.system
 @pytest.mark.parametrize("kind", ["pty", "tcp", "rfc2217"])
 def test_the_command_serves_both_sides_of_a_chip(serve, tmp_path, kind):
     place = str(tmp_path / "line") if kind == "pty" else NOWHERE
@@ -237,6 +238,7 @@ def test_the_command_serves_both_sides_of_a_chip(serve, tmp_path, kind):
     assert process.end() == (0, "")
 
 
+@pytest.mark.system
 def test_one_side_alone_is_served_too(serve):
     process = serve("cy545", "--lockstep", "--registers", NOWHERE)
     with card_of(process.where) as card:
@@ -244,6 +246,7 @@ def test_one_side_alone_is_served_too(serve):
         assert card.part == "cy545" and card.ask("? N") == "N=00000200"
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("baud", [300, 2400, 19200])
 def test_over_rfc_2217_the_rate_of_the_host_is_that_of_the_line(serve, baud):
     process: Process = serve("cy545b", "--lockstep", "--rfc2217", NOWHERE)
@@ -256,6 +259,7 @@ def test_over_rfc_2217_the_rate_of_the_host_is_that_of_the_line(serve, baud):
     port.close()
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("kind", "rtscts", "kept"),
     [("rfc2217", True, True), ("rfc2217", False, False), ("pty", True, True), ("tcp", None, True)],
@@ -310,6 +314,7 @@ tcp = "127.0.0.1:0"
 """
 
 
+@pytest.mark.system
 def test_a_bench_file_serves_both_sides(serve, tmp_path):
     path = tmp_path / "both.toml"
     path.write_text(FILE.format(over="parallel"))

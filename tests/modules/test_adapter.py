@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import socket
 import threading
-import time
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from random import Random
@@ -25,8 +24,9 @@ from slewline.modules.port import ModulePort
 from slewline.modules.proxy import DialogueRecorder, Proxy
 from slewline.modules.speech import speech_of
 from tests.ensembles import few, in_long_runs
-from tests.links.conftest import PATIENCE, Asks, Client, Process
+from tests.links.conftest import PATIENCE, Asks, Client, until
 
+from . import protocol_adapter
 from .random_programs import program
 
 PARTS = ("cy525", "cy512")
@@ -40,7 +40,31 @@ PLACES = [
     *((0, at) for at in range(0, 50, 3)),
     *((1, at) for at in range(0, 640, 13)),
 ]  # of a fault
-framing = pytest.mark.slewline(on="tcp", framing=True)
+
+
+@pytest.fixture(params=["in virtual time", pytest.param("on a socket", marks=pytest.mark.system)])
+def adapter(request, slewline_module):
+    """Return a function that puts a part behind an adapter."""
+    if request.param == "on a socket":
+        yield lambda part: slewline_module(part, on="tcp", framing=True)
+        return
+    with ExitStack() as stack:
+        yield lambda part: stack.enter_context(closing(protocol_adapter.running(part)))
+
+
+@pytest.fixture
+def cy525(adapter):
+    return adapter("cy525")
+
+
+@pytest.fixture
+def cy512(adapter):
+    return adapter("cy512")
+
+
+def cable_to(x, *fault):
+    """A cable that spoils a character, or is cut behind one."""
+    return protocol_adapter.Cable(x.rig, *fault) if x.url.startswith("adapter:") else Relay(x.url, *fault)
 
 
 @pytest.fixture(autouse=True)
@@ -130,7 +154,6 @@ class Relay:
 
 
 # ------------------------------------------------------------------------------------------------------- what is read
-@framing
 @pytest.mark.fact("VERIFY-4", "VERIFY-7", "VERIFY-9", "VERIFY-10", "VERIFY-14")
 def test_registers_and_program_are_saved_as_asm_takes_them(cy525, capfd):
     tell(cy525.url, HELD)
@@ -143,7 +166,6 @@ def test_registers_and_program_are_saved_as_asm_takes_them(cy525, capfd):
     assert not cy525.bench.findings
 
 
-@framing
 def test_what_no_command_sets_is_a_comment(cy525, capfd):
     assert pull(cy525.url) == 0
     assert "; number 0" in Path("out.cy525").read_text()
@@ -161,7 +183,6 @@ PROGRAMS = {
 }
 
 
-@framing
 @pytest.mark.fact("VERIFY-8")
 @pytest.mark.parametrize("case", few(PROGRAMS, 3))
 def test_a_program_is_saved_as_far_as_a_run_of_it_goes(cy525, capfd, case):
@@ -177,18 +198,16 @@ def test_a_program_is_saved_as_far_as_a_run_of_it_goes(cy525, capfd, case):
     cy525.assert_steps(0)
 
 
-@framing
 def test_a_label_that_has_run_is_an_address(cy525, capfd):
     tell(cy525.url, ("E", "J A", "0", "A$B", "0", "QX"))
     assert pull(cy525.url) == 0
     assert saved()[-6:] == ["E", "J 3", "0", "B", "0", "Q"]
 
 
-@framing
 @pytest.mark.parametrize("part", few(PARTS, 1))
 @pytest.mark.parametrize("seed", few(range(40), 1))
-def test_what_is_saved_of_any_program_is_how_its_buffer_begins(slewline_module, capfd, part, seed):
-    x = slewline_module(part)
+def test_what_is_saved_of_any_program_is_how_its_buffer_begins(adapter, capfd, part, seed):
+    x = adapter(part)
     sheet = sheet_of(part)
     tell(x.url, ("N 1", sheet.enter.form, *program(sheet, seed), "0", "Q"))
     assert pull(x.url, part) == 0
@@ -217,12 +236,11 @@ def lost(_byte):
     return b""
 
 
-@framing
 @pytest.mark.parametrize("place", [*PLACES[:3], *map(in_long_runs, PLACES[3:])], ids=str)
 @pytest.mark.parametrize("spoil", few((flipped, lost), 1))
 def test_a_damaged_character_spoils_no_file(cy525, capfd, place, spoil):
     tell(cy525.url, HELD)
-    with Relay(cy525.url, *place, spoil) as relay:
+    with cable_to(cy525, *place, spoil) as relay:
         status = pull(relay.url)
     assert status == 0
     assert saved() == SAVED
@@ -230,11 +248,10 @@ def test_a_damaged_character_spoils_no_file(cy525, capfd, place, spoil):
     cy525.assert_steps(0)
 
 
-@framing
 @pytest.mark.parametrize("place", [*PLACES[1:3], *map(in_long_runs, PLACES[3:])], ids=str)
 def test_a_cut_cable_leaves_a_whole_file_or_none(cy525, capfd, place):
     tell(cy525.url, HELD)
-    with Relay(cy525.url, *place) as relay:
+    with cable_to(cy525, *place) as relay:
         status = pull(relay.url)
     check_nothing_half_written()
     assert Path("out.cy525").exists() == (status == 0)
@@ -245,10 +262,9 @@ def test_a_cut_cable_leaves_a_whole_file_or_none(cy525, capfd, place):
 
 
 @pytest.mark.parametrize("seed", few(range(30), 0))  # a cut cable is the same to the tool
-def test_a_server_that_is_killed_leaves_a_whole_file_or_none(capfd, seed):
-    server = Process("cy525", "--framing", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", ports=2)
+def test_a_server_that_is_killed_leaves_a_whole_file_or_none(serve, capfd, seed):
+    server = serve("cy525", "--framing", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", ports=2)
     with ExitStack() as stack:
-        stack.callback(server.kill)
         client = Client(server.ports["control"])
         stack.callback(client.close)
         tell(server.where, HELD)
@@ -261,19 +277,16 @@ def test_a_server_that_is_killed_leaves_a_whole_file_or_none(capfd, seed):
     check_nothing_half_written()
 
 
-@framing
 def test_what_an_earlier_host_has_left_of_a_line_is_not_performed(cy525, capfd):
     tell(cy525.url, HELD)
     with serial.serial_for_url(cy525.url) as port:
         port.write(b"P 3000")
-    while cy525.rig.do(lambda: not cy525.rig.line.line):
-        time.sleep(0.005)
+    until(lambda: cy525.rig.do(lambda: cy525.rig.line.line))
     assert pull(cy525.url) == 0
     assert saved() == SAVED
     cy525.assert_steps(0)
 
 
-@framing
 def test_a_part_at_work_is_not_disturbed(cy525, capfd):
     tell(cy525.url, ("A 0", "R 10", "F 10", "S 255", "Z 1", "P 5000"), ready=False)
     cy525.until(lambda: cy525.position > 5)
@@ -285,23 +298,34 @@ def test_a_part_at_work_is_not_disturbed(cy525, capfd):
     assert not cy525.bench.findings
 
 
-@framing
 def test_another_part_behind_an_adapter_is_noticed(cy512, capfd):
     assert pull(cy512.url) == 1
     assert "is this the right port, and --part the right part?" in capfd.readouterr().err
     assert not Path("out.cy525").exists()
 
 
-@pytest.mark.slewline(on="tcp")
-@pytest.mark.parametrize(("part", "found"), (("gs-c200s", "what came was b'E"), ("cy525", "nothing came")))
-def test_a_port_without_an_adapter_is_noticed(slewline_module, capfd, part, found):
-    x = slewline_module(part)
+WITHOUT = (
+    ("gs-c200s", "url", "what came was b'E"),
+    *(
+        pytest.param(*row, marks=pytest.mark.system)
+        for row in (
+            ("gs-c200s", "tcp", "what came was b'E"),
+            ("cy525", "tcp", "nothing came"),
+        )
+    ),
+)
+
+
+@pytest.mark.parametrize(("part", "on", "found"), WITHOUT)
+def test_a_port_without_an_adapter_is_noticed(slewline_module, capfd, part, on, found):
+    x = slewline_module(part, on=on)
     assert pull(x.url) == 1
     assert "no adapter answers ? at 9600 baud: " + found in capfd.readouterr().err
     assert not list(Path().iterdir())
     x.assert_steps(0)
 
 
+@pytest.mark.system
 def test_a_port_that_answers_everything_is_noticed(capfd):
     def answer():
         with server.accept()[0] as modem:
@@ -315,7 +339,6 @@ def test_a_port_that_answers_everything_is_noticed(capfd):
 
 
 # ------------------------------------------------------------------------------------- what goes over the same adapter
-@framing
 def test_a_dialogue_is_compared_with_the_model_and_played_again(cy525, capfd):
     assert pull(cy525.url) == 0
     assert invoke(["compare", "out.cy525.dialogue"]) == 0
@@ -330,8 +353,10 @@ def test_a_dialogue_is_compared_with_the_model_and_played_again(cy525, capfd):
     assert "?2: module ?2 07 00 00 00 00 00, model ?2 00 00 00 00 00 00" in found
 
 
-@framing
-def test_what_passes_a_proxy_is_recorded_and_not_played_where_it_may_step(cy525, capfd):
+@pytest.mark.system
+@pytest.mark.slewline(on="tcp", framing=True)
+def test_what_passes_a_proxy_is_recorded_and_not_played_where_it_may_step(slewline_module, capfd):
+    cy525 = slewline_module("cy525")
     header = DialogueHeader("cy525", baud=9600, checksum=False)
     recorder = DialogueRecorder(DialogueFile("x.dialogue", header))
     setting = speech_of(sheet_of("cy525")).setting
@@ -351,7 +376,6 @@ def test_what_passes_a_proxy_is_recorded_and_not_played_where_it_may_step(cy525,
     cy525.assert_steps(0)
 
 
-@framing
 def test_a_person_speaks_with_it(cy525):
     with closing(ModulePort(cy525.url, speech_of(sheet_of("cy525")).setting)) as port:
         module = Module(port, speech_of(sheet_of("cy525")), may_move=True)

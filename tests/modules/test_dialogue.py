@@ -141,6 +141,7 @@ with DialogueFile(sys.argv[1], DialogueHeader("gs-c200s"), print) as file:
 """
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_a_full_disk_is_reported_once_and_what_was_whole_stays(path):
     done = subprocess.run([sys.executable, "-c", FULL, path], capture_output=True, text=True, check=True)

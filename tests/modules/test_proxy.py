@@ -32,7 +32,7 @@ from slewline.modules.speech import speech_of
 from tests.links.conftest import PATIENCE, until
 from tests.modules import lateness
 
-pytestmark = pytest.mark.posix
+pytestmark = [pytest.mark.posix, pytest.mark.system]
 PLAIN = LineSetting(9600, CharacterFormat(8, "none", 1))
 COMMAND = [sys.executable, "-m", "slewline", "proxy", "--part", "gs-c200s"]
 

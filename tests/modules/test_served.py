@@ -58,7 +58,7 @@ class Served:
             (folder / "three.toml").write_text(
                 f'{THREE}[[serve]]\nchips = ["x1", "x2", "x3"]\ntcp = "127.0.0.1:0"\n', "utf-8"
             )
-            self.server = Process("--bench", folder / "three.toml", "--state", folder / "kept", *rest, ports=2)
+            how = ("--bench", folder / "three.toml", "--state", folder / "kept")
         else:
             (folder / "image").write_bytes(b"0\r")
             more = ["--strap", "chs=0", "--state", folder / "kept"]
@@ -67,7 +67,8 @@ class Served:
                 more = (["--memory", folder / "image"] if new or self.kind == "cy545" else []) + (
                     ["--state", folder / "kept"] if self.kind == "cy545b" else []
                 )
-            self.server = Process(self.part, "--tcp", "127.0.0.1:0", *more, *rest, ports=2)
+            how = (self.part, "--tcp", "127.0.0.1:0", *more)
+        self.server = Process(*how, *rest, ports=2, folder=folder)
         self.port = self.server.where
         self.client = Client(self.server.ports["control"])
         self.control = Asks(self.client)
@@ -103,11 +104,13 @@ class Served:
 
     def end(self):
         self.client.close()
-        self.server.process.kill()
-        self.server.process.communicate()
+        self.server.over()
 
 
-pytestmark = pytest.mark.timeout(600)  # what comes damaged to a server that stands now and then is written again
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.timeout(600),  # what comes damaged to a server that stands now and then is written again
+]
 KINDS = ("gs-c200s", "three", "cy545", "cy545b")
 
 
