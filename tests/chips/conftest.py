@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 from cy5xx import Rig
 
 import slewline
+from tests import tables
+
+HERE = Path(__file__).parent
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
+    """Thin out tables before the rows of this run are selected, and join the rows that are."""
+    tables.pair(item for item in items if item.path.is_relative_to(HERE))
+    yield
+    tables.one_item_each(items, HERE, shared=("rig", "hand", "mover"))
 
 
 @pytest.fixture
