@@ -17,6 +17,7 @@ from slewline.core.motion.deviation import Deviation
 from slewline.errors import NotRecorded, UnknownName
 from slewline.record.pictures.tracks import Track
 from slewline.record.recording.traces import Trace
+from tests.rows import rows
 
 MS = 10**9
 ROOT = Path(__file__).parents[2]
@@ -361,7 +362,7 @@ def test_the_greatest_distance_from_the_ideals_is_told_in_numbers_and_words_that
     assert says() == []
 
 
-@pytest.mark.parametrize("instants", ["20 ms", 20 * MS, ["20 ms"], np.array([20 * MS]), [500, "20 ms"]])
+@rows("instants", ["20 ms", 20 * MS, ["20 ms"], np.array([20 * MS]), [500, "20 ms"]])
 def test_cursors_and_readings_take_the_same_instants(instants):
     bench = move()
     assert bench.readings(instants).instants_ps[-1] == 20 * MS

@@ -10,6 +10,7 @@ import slewline
 from slewline.chips import PARTS
 from slewline.core.wires.net import Bus, Driver
 from slewline.parts import KINDS, part_class
+from tests.rows import rows
 
 S, MS = 10**12, 10**9  # picoseconds; whole seconds lie on the clocks of all parts
 OPTIONS = {
@@ -142,7 +143,7 @@ def driven(part: str, chip_at: int, host_at: int, order: str = "chip first", jou
     )
 
 
-@pytest.mark.parametrize("part", PARTS)
+@rows("part", PARTS)
 def test_a_chip_that_comes_late_works_like_one_that_was_there(part):
     early, late = driven(part, 0, 0), driven(part, S, S)
     assert late == early

@@ -17,6 +17,7 @@ from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.kernel import Kernel
 from slewline.core.time.timebase import Clock
 from tests.ensembles import few
+from tests.rows import rows
 
 CRYSTALS = [25_000_000, 24_999_999, 6_700_000, 20_480_000]
 TOP = 512 * ONE
@@ -201,8 +202,8 @@ def test_positions_stand_at_the_begins_of_cycles():
         assert train.positions(middle, middle + 5).tolist() == expected[middle : middle + 5]
 
 
-@pytest.mark.parametrize("hz", CRYSTALS)
-@pytest.mark.parametrize("speed", [1, 20_467_547, TOP - 1, TOP])
+@rows("hz", CRYSTALS)
+@rows("speed", [1, 20_467_547, TOP - 1, TOP])
 def test_a_speed_without_end_is_exact_after_a_hundred_days(hz, speed):
     train = CycleTrain(Clock(hz), 77, Linear(speed), OPEN, 65_000)
     first = train.begun_by(9 * 10**6 * hz)  # 104 days
@@ -216,7 +217,7 @@ def test_a_speed_without_end_is_exact_after_a_hundred_days(hz, speed):
     assert train.steps > train.begun(1 << 80) > first + 10**6
 
 
-@pytest.mark.parametrize("speed", [1, 3, 7, 1021, ONE + 1, 1_000_003, TOP - 3])
+@rows("speed", [1, 3, 7, 1021, ONE + 1, 1_000_003, TOP - 3])
 def test_rounding_up_is_exact_at_every_speed(speed):
     steps = BLOCK + 1000
     ticks = [-(-((k + 1) * ONE + 12_345) * CYCLE // speed) for k in range(steps)]

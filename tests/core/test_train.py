@@ -14,6 +14,7 @@ from slewline.core.motion.step_views import PatternView, PulseView, StrobeView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.timebase import Clock
 from tests.ensembles import few
+from tests.rows import rows
 
 CRYSTALS = [11_000_000, 3_579_545, 10_999_999, 1_000_000]
 HIGH = 3
@@ -37,7 +38,7 @@ def trains(hz: int, number: int = 40):
         yield random, *random_train(random, hz)
 
 
-@pytest.mark.parametrize("hz", CRYSTALS)
+@rows("hz", CRYSTALS)
 def test_begins_and_intervals_are_those_of_the_list(hz):
     for _, train, ticks in trains(hz):
         assert train.steps == len(ticks) - 1
@@ -64,7 +65,7 @@ def test_steps_begun_are_counted_at_every_tick_and_every_picosecond_around_it(hz
             assert train.begun_many(np.array(asked, np.int64)).tolist() == [bisect_right(instants, ps) for ps in asked]
 
 
-@pytest.mark.parametrize("hz", [*CRYSTALS, 999_983, 7_919_999])
+@rows("hz", [*CRYSTALS, 999_983, 7_919_999])
 def test_steps_begun_after_a_hundred_days_are_exact(hz):
     clock = Clock(hz)
     origin = 9 * 10**6 * hz + 12_347  # 104 days

@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 
 import slewline
+from tests.rows import rows
 
 NS, US = 10**3, 10**6  # picoseconds
 CLOCK = 125 * NS
@@ -257,7 +258,7 @@ def test_a_journal_plays_the_same_again(tmp_path):
     assert again.now_ps == pc.bench.now_ps
 
 
-@pytest.mark.parametrize("base", [0x240, 0x348, 0x400, "340"])
+@rows("base", [0x240, 0x348, 0x400, "340"])
 def test_a_base_outside_the_range_is_refused(base):
     text = "a whole number such as 0x340" if base == "340" else "0x300 to 0x3f0 in steps of 0x10"
     with pytest.raises(slewline.UsageError, match=f"isa: base {base!r}; allowed {text}"):
