@@ -119,7 +119,7 @@ def test_of_a_long_program_a_few_instructions_around_the_counter_are_shown():
     assert "31 more instructions" in read.text
 
 
-@pytest.mark.parametrize("part", PARTS)
+@rows("part", PARTS)
 def test_every_chip_has_a_card_with_all_its_axes(part):
     x = slewline.Bench().add(part)
     read = Read(x._repr_html_())

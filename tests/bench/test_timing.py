@@ -212,7 +212,7 @@ def strobes(*operations: dict[str, tuple[int, int]]) -> set[str]:
 
 
 @pytest.mark.fact("PMD-HOST-11")
-@pytest.mark.parametrize(
+@rows(
     ("symbol", "pin", "end", "kept", "violated"),
     [
         ("t7", "hostslct", 0, 20, 21),

@@ -413,7 +413,7 @@ class Travel:
         assert self.axis.travel == sum(sign for when, sign in self.steps if when <= now)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@rows("seed", range(6))
 def test_position_is_exact_now_and_in_the_past(seed):
     travel = Travel(seed)
     travel.go()

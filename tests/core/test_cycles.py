@@ -138,7 +138,7 @@ def test_every_question_is_answered_as_by_counting_tick_by_tick(cycle):
                     assert train.begin_ticks(first, last).tolist() == ticks[first:last]
 
 
-@pytest.mark.parametrize("hz", CRYSTALS)
+@rows("hz", CRYSTALS)
 def test_instants_are_those_of_the_ticks_under_any_crystal(hz):
     clock = Clock(hz)
     for _, train, _ in short_trains(CYCLE, clock):

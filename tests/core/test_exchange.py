@@ -360,9 +360,9 @@ async def second(kernel: Kernel, log: list[object]) -> None:
         log.append(("second", kernel.now, kernel.seen))
 
 
-@pytest.mark.parametrize("does", ["", "drives", "spawns"])
-@pytest.mark.parametrize("disturbed", DISTURBED)
-@pytest.mark.parametrize(
+@rows("does", ["", "drives", "spawns"])
+@rows("disturbed", DISTURBED)
+@rows(
     "runs",
     [
         lambda kernel: kernel.run(100),
@@ -374,8 +374,9 @@ async def second(kernel: Kernel, log: list[object]) -> None:
     ],
 )
 def test_to_pass_on_in_the_task_is_what_a_wait_comes_to(
-    disturbed: str, does: str, runs: Callable[[Kernel], object], monkeypatch: pytest.MonkeyPatch
+    disturbed: str, does: str, runs: Callable[[Kernel], object]
 ) -> None:
     found = passed(DISTURBED[disturbed], runs, does)
-    monkeypatch.setattr(Kernel, "pass_to", lambda _kernel, _ps: False)
-    assert found == passed(DISTURBED[disturbed], runs, does)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Kernel, "pass_to", lambda _kernel, _ps: False)
+        assert found == passed(DISTURBED[disturbed], runs, does)

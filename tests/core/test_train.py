@@ -48,7 +48,7 @@ def test_begins_and_intervals_are_those_of_the_list(hz):
         assert [train.interval(k) for k in range(train.steps)] == np.diff(ticks).tolist()
 
 
-@pytest.mark.parametrize("hz", CRYSTALS)
+@rows("hz", CRYSTALS)
 def test_steps_begun_are_counted_at_every_tick_and_every_picosecond_around_it(hz):
     for random, train, ticks in trains(hz):
         clock, begins = train.clock, ticks[:-1]

@@ -102,7 +102,7 @@ def test_the_other_addresses_read_ff_and_take_nothing(pc):
 
 
 @pytest.mark.fact("PMD-ISA-5", "PMD-CON-ISA-BASES")
-@pytest.mark.parametrize("base", [0x340, 0x350, 0x360, 0x370, 0x390, 0x300, 0x3F0])
+@rows("base", [0x340, 0x350, 0x360, 0x370, 0x390, 0x300, 0x3F0])
 def test_the_base_is_free(base):
     pc = Pc("mc1151a", base)
     assert pc.command(0x6C, reads=1) == [0x4411, 0x4411 + 0x6C]

@@ -17,6 +17,7 @@ from slewline.core.wires.pin import Terminal
 from slewline.errors import NotRecorded, UsageError
 from slewline.record.recording.recorder import FLOATING, width_of
 from slewline.record.waveforms.vcd import TIMESCALES, VcdStream, identifier, write_vcd
+from tests.rows import rows
 
 SMALL = b"""\
 $timescale 1 ns $end
@@ -168,8 +169,8 @@ def read(data: bytes) -> tuple[dict[str, str], list[tuple[int, str, str]]]:
     return names, changes
 
 
-@pytest.mark.parametrize("timescale", ["1 ps", "10 ps", "1 ns", "100 ns", "1 us", "10 us"])
-@pytest.mark.parametrize("seed", range(6))
+@rows("timescale", ["1 ps", "10 ps", "1 ns", "100 ns", "1 us", "10 us"])
+@rows("seed", range(6))
 def test_same_bytes_as_pyvcd(lively, tmp_path, seed, timescale):
     rig = lively(seed, events=80)
     rig.kernel.run(80_000_000)
