@@ -115,8 +115,9 @@ def short_trains(cycle: int, clock: Clock = MHZ25, number: int = 30):
 
 # ------------------------------------------------------------------------------------------------------------ questions
 @pytest.mark.parametrize("cycle", [16, 61])
-def test_every_question_is_answered_as_by_counting_tick_by_tick(cycle):
-    for random, whole_steps, displaced in short_trains(cycle):
+@pytest.mark.parametrize("number", few((10, 30), 1))
+def test_every_question_is_answered_as_by_counting_tick_by_tick(cycle, number):
+    for random, whole_steps, displaced in short_trains(cycle, number=number):
         for train in (whole_steps, whole_steps.halves):
             ticks = tick_by_tick(displaced, train.lead, cycle, train.unit)
             begins, end = [train.origin + tick for tick in ticks], train.origin + len(displaced) * cycle
@@ -283,9 +284,10 @@ def test_long_s_curves_are_exact_where_products_overflow(most):
 # ---------------------------------------------------------------------------------------------------------------- PULSE
 @pytest.mark.parametrize("high", [False, True])
 @pytest.mark.parametrize("hz", few([7 * 10**10, 10**12], 1))
-def test_pulse_is_high_in_the_second_half_of_each_step(hz, high):
+@pytest.mark.parametrize("number", few((5, 10), 1))
+def test_pulse_is_high_in_the_second_half_of_each_step(hz, high, number):
     clock = Clock(hz)
-    for random, train, displaced in short_trains(16, clock, 10):
+    for random, train, displaced in short_trains(16, clock, number):
         train = CycleTrain(clock, 5, train.law, train.cycles, train.lead, 16)
         halves = [clock.ps(5 + tick) for tick in tick_by_tick(displaced, train.lead, 16, ONE // 2)]
         end = train.origin + train.length

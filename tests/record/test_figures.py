@@ -408,6 +408,7 @@ def test_the_callers_axes_are_drawn_into():
         figure(contents(track()), ax=Figure().subplots(3))
 
 
+@pytest.mark.system
 def test_pyplot_is_not_loaded(tmp_path):
     code = (
         "import sys, numpy as np; from slewline.record.pictures.figures import *; "

@@ -481,6 +481,7 @@ def test_edges_of_pyvcd(parse):
     assert found.level_at("text", 0) == "idle now" and found.level_at("bit", 0) == -2
 
 
+@pytest.mark.system
 def test_edges_of_sigrok(lively, tmp_path):
     program = shutil.which("sigrok-cli")
     if program is None:

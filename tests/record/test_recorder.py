@@ -374,6 +374,7 @@ def test_an_array_ends_after_106_days(rig):
     assert rig.edges("x.slew", 0, (1 << 63) - 1) == []
 
 
+@pytest.mark.system
 def test_import_loads_neither_numpy_nor_matplotlib():
     modules = [
         *(f"recording.{name}" for name in ("recorder", "export_csv", "export_npz", "outlines")),
