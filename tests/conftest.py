@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, settings
 from tests import compiling, surroundings
 
 HERE = Path(__file__).parent
-MARKS = {"docs": "check", "house": "check", "physics": "system", "tuning": "system"}  # of all tests in a folder
+MARKS = {"docs": "check", "house": "check"}  # of all tests in a folder
 
 surroundings.clear()
 

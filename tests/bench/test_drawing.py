@@ -17,6 +17,8 @@ from slewline.core.motion.deviation import Deviation
 from slewline.errors import NotRecorded, UnknownName
 from slewline.record.pictures.tracks import Track
 from slewline.record.recording.traces import Trace
+from tests.ensembles import few, in_long_runs
+from tests.rows import rows
 
 MS = 10**9
 ROOT = Path(__file__).parents[2]
@@ -128,7 +130,7 @@ def made(monkeypatch, tmp_path) -> list[slewline.Bench]:
     return found
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("script", few(SCRIPTS, 6), ids=lambda path: path.stem)
 def test_the_lines_of_every_example_are_what_its_axes_did(script, capsys, made):
     runpy.run_path(str(script), run_name="__main__")
     moved = any(len(axis.steps()) for bench in made for *_, axis in bench._circuit.axes())
@@ -305,7 +307,7 @@ def test_rates_parameters_commands_and_findings_are_told():
     assert any("number N = 100, 200, 300 …" in text for text in words(picture))
 
 
-@pytest.mark.parametrize("suffix", ["svg", "png", "pdf"])
+@pytest.mark.parametrize("suffix", ["svg", "png", in_long_runs("pdf")])  # whose fonts take long
 def test_the_same_run_gives_the_same_bytes(suffix, tmp_path):
     for name in "ab":
         move().plot(tmp_path / f"{name}.{suffix}", "One move", ["x.slew"], 0, "80 ms")
@@ -361,7 +363,7 @@ def test_the_greatest_distance_from_the_ideals_is_told_in_numbers_and_words_that
     assert says() == []
 
 
-@pytest.mark.parametrize("instants", ["20 ms", 20 * MS, ["20 ms"], np.array([20 * MS]), [500, "20 ms"]])
+@rows("instants", ["20 ms", 20 * MS, ["20 ms"], np.array([20 * MS]), [500, "20 ms"]])
 def test_cursors_and_readings_take_the_same_instants(instants):
     bench = move()
     assert bench.readings(instants).instants_ps[-1] == 20 * MS

@@ -16,6 +16,7 @@ from slewline.bench import file as file_module
 from slewline.bench import load
 from slewline.bench.file import BenchFile
 from slewline.bench.files.toml import read_toml
+from tests.rows import rows
 
 X = '[[chip]]\npart = "cy525"\nname = "x"\n'
 Y = '[[chip]]\npart = "cy525"\nname = "y"\n'
@@ -232,9 +233,15 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("text", "says"), BAD, ids=[re.sub(r"\W+", " ", says)[:60] for _, says in BAD])
+@pytest.fixture
+def collected():
+    """Nothing that other tests left is collected in a test: one of the mistakes leaves no stack for that."""
+    gc.collect()
+
+
+@rows(("text", "says"), BAD)
+@pytest.mark.usefixtures("collected")
 def test_mistakes_are_told_with_file_line_and_key(bench_of, tmp_path, text, says):
-    gc.collect()  # one of them leaves no stack for what other tests left to be collected
     with pytest.raises((slewline.errors.BenchFileError, slewline.ProgramError)) as raised:
         bench_of(text)
     assert str(raised.value).startswith(str(tmp_path / "bench.toml"))

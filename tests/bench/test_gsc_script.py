@@ -9,6 +9,7 @@ import pytest
 import slewline
 from slewline.bench import load
 from slewline.bench.scripts.script import run_script
+from tests.rows import rows
 
 MS = 10**9
 FAST = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
@@ -131,7 +132,7 @@ def test_bytes_go_out_as_they_are():
     ]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("line", "found"),
     [
         ("@rate 60", "a directive for a chip on a bus; x (gs-c200s) is on a serial line"),

@@ -10,6 +10,7 @@ import slewline
 from slewline.chips import PARTS
 from slewline.core.wires.net import Bus, Driver
 from slewline.parts import KINDS, part_class
+from tests.rows import rows
 
 S, MS = 10**12, 10**9  # picoseconds; whole seconds lie on the clocks of all parts
 OPTIONS = {
@@ -87,7 +88,7 @@ def stimulated(kind: str, late: int) -> tuple[list, dict, bool]:
     return edges, told(part, late), lives
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@rows("kind", KINDS)
 def test_a_part_that_comes_late_works_like_one_that_was_there(kind):
     early, late = stimulated(kind, 0), stimulated(kind, S)
     assert late == early
@@ -142,15 +143,15 @@ def driven(part: str, chip_at: int, host_at: int, order: str = "chip first", jou
     )
 
 
-@pytest.mark.parametrize("part", PARTS)
+@rows("part", PARTS)
 def test_a_chip_that_comes_late_works_like_one_that_was_there(part):
     early, late = driven(part, 0, 0), driven(part, S, S)
     assert late == early
     assert len(early[2]) >= 40
 
 
-@pytest.mark.parametrize("how", ["between two runs", "in the run"])
-@pytest.mark.parametrize("part", ["cy525", "gs-c200s", "mc1151a"])
+@rows("how", ["between two runs", "in the run"])
+@rows("part", ["cy525", "gs-c200s", "mc1151a"])
 def test_a_host_that_comes_late_works_like_one_that_was_there(part, how):
     early = slewline.Bench()
     x = early.add(part, straps=STRAPS.get(part.removesuffix("s")))

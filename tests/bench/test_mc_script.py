@@ -7,6 +7,7 @@ import pytest
 import slewline
 from slewline.bench import load
 from slewline.bench.scripts.script import read_script, run_script
+from tests.rows import rows
 
 NS, US, MS = 10**3, 10**6, 10**9  # picoseconds
 MOVE = "SET_POS 50\nSET_VEL 65536\nSET_ACC 8192\nUPDATE\n"
@@ -164,7 +165,7 @@ def test_wait_in_capitals_is_no_command():
     assert Played("WAIT 1 ms\nWait motor_on").texts == ["wait motor_on -> 0x0300 (motor_on axis_on axis=1)"]
 
 
-@pytest.mark.parametrize("expected", ["-5", "0xFFFFFFFB", "$fffffffb", "-0x5"])
+@rows("expected", ["-5", "0xFFFFFFFB", "$fffffffb", "-0x5"])
 def test_what_is_expected_may_be_written_in_any_way(expected):
     assert Played(f"SET_POS -5\nGET_POS\nexpect {expected}\n@expect {expected}").codes == ["no-update"]
 
@@ -232,7 +233,7 @@ def test_a_part_can_be_told_something(tmp_path):
     assert again["host"].results == turned.host.results
 
 
-@pytest.mark.parametrize(
+@rows(
     ("line", "found"),
     [
         ("@tell motor block", "the bench has no part 'motor'; there are: shaft, host"),
@@ -273,7 +274,7 @@ def test_two_chipsets_of_one_bus():
 
 
 # ----------------------------------------------------------------------------------------------------------- mistakes
-@pytest.mark.parametrize(
+@rows(
     ("line", "column", "found"),
     [
         ("SET_PO 5", 3, "SET_PO is not a command of the MC1151A"),

@@ -6,6 +6,7 @@ import pytest
 
 from slewline.bench.file import BenchFile
 from slewline.errors import BenchFileError
+from tests.rows import rows
 
 MISTAKES = [  # the file, the end of the answer
     ("[[chip]]\npart = cy525\n", ': not TOML: Invalid value (at line 2, column 8); put text in quotes: part = "cy525"'),
@@ -234,7 +235,7 @@ MISTAKES = [  # the file, the end of the answer
 ]
 
 
-@pytest.mark.parametrize(("text", "says"), MISTAKES, ids=range(1, len(MISTAKES) + 1))
+@rows(("text", "says"), MISTAKES)
 def test_a_mistake_is_answered(tmp_path, monkeypatch, text, says):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "t.toml").write_text(text)

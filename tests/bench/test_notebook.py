@@ -19,6 +19,7 @@ from slewline.core.motion.axis import Steps
 from slewline.core.notebook.markup import STYLE, element
 from slewline.parts import KINDS, part_class
 from tests.motors import with_motor
+from tests.rows import rows
 from tests.system.test_faces import GIVEN, everything
 
 HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)>"
@@ -118,7 +119,7 @@ def test_of_a_long_program_a_few_instructions_around_the_counter_are_shown():
     assert "31 more instructions" in read.text
 
 
-@pytest.mark.parametrize("part", PARTS)
+@rows("part", PARTS)
 def test_every_chip_has_a_card_with_all_its_axes(part):
     x = slewline.Bench().add(part)
     read = Read(x._repr_html_())
@@ -151,7 +152,7 @@ def test_steps_are_a_table_of_the_first_and_the_last_and_a_thumbnail(moved):
     assert (line.startswith("M0.0 90.0"), line.endswith("240.0V0.0"), line.count("H")) == (True, True, 119)
 
 
-@pytest.mark.parametrize("count", [0, 1, 2, 6, 7, 300])
+@rows("count", [0, 1, 2, 6, 7, 300])
 def test_any_number_of_steps_is_shown(count):
     steps = Steps(np.arange(count) * 10**9, np.ones(count, np.int8), np.arange(count))
     read = Read(steps._repr_html_())

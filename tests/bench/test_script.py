@@ -11,6 +11,7 @@ from slewline.bench.scripts.directives import DIRECTIVES
 from slewline.bench.scripts.script import EXAMPLES, read_script, run_script
 from slewline.chips.cy525.sheet import SHEET
 from slewline.core.time.timebase import picoseconds
+from tests.rows import rows
 
 SET_UP = "F 3\nR 20\nS 255\nZ 1\nA 0\n"
 SLEWING = SET_UP + "N 65000\nH\nG\n@until slew=0\n"
@@ -44,7 +45,7 @@ def test_the_guide_shows_every_directive_and_each_example_can_be_read():
 
 
 # ------------------------------------------------------------------------------------------------------------- commands
-@pytest.mark.parametrize(
+@rows(
     ("line", "sent"),
     [
         ("R 80", b"R 80\r"),
@@ -284,7 +285,7 @@ def test_two_scripts_of_a_host_play_one_after_the_other():
 
 
 # ------------------------------------------------------------------------------------------------------------- mistakes
-@pytest.mark.parametrize(
+@rows(
     ("line", "found"),
     [
         ("@foo", "no directive @foo; there are @wait"),

@@ -10,6 +10,7 @@ import pytest
 import slewline
 from slewline.chips import PARTS, sheet_of
 from slewline.errors import NotRecorded, UnknownName, UsageError
+from tests.rows import rows
 
 NS, US, MS = 1000, 10**6, 10**9
 BUSES = {"cy525": "db", "mc1451a-e": "hostdata"}
@@ -91,7 +92,7 @@ def run(request):
 
 
 # ------------------------------------------------------------------------------------------------------ printed limits
-@pytest.mark.parametrize("part", PARTS)
+@rows("part", PARTS)
 def test_every_limit_is_between_pins_of_the_part(part):
     sheet = sheet_of(part)
     names = {pin.name: pin for pin in sheet.pins if pin.way in ("in", "out", "both")}
@@ -148,8 +149,8 @@ def test_what_was_measured_is_what_the_edges_say(run):
     assert checked == {"cy525": 4, "gs-c200s": 2, "mc1451a-e": 2}[part]
 
 
-@pytest.mark.parametrize("crystal", ["6 MHz", "11 MHz"])
-@pytest.mark.parametrize(("short", "kept"), [(0, True), (1, False)])
+@rows("crystal", ["6 MHz", "11 MHz"])
+@rows(("short", "kept"), [(0, True), (1, False)])
 def test_a_reset_of_a_cy525_may_be_too_short(crystal, short, kept):
     bench = slewline.Bench()
     x = bench.add("cy525", name="x", crystal=crystal)
@@ -211,7 +212,7 @@ def strobes(*operations: dict[str, tuple[int, int]]) -> set[str]:
 
 
 @pytest.mark.fact("PMD-HOST-11")
-@pytest.mark.parametrize(
+@rows(
     ("symbol", "pin", "end", "kept", "violated"),
     [
         ("t7", "hostslct", 0, 20, 21),
@@ -245,8 +246,8 @@ def test_a_host_that_reads_may_select_the_port_behind_its_strobe():
 
 
 @pytest.mark.fact("PMD-HOST-11")
-@pytest.mark.parametrize(("symbol", "strobe"), [("t18", "hostwrite"), ("t17", "hostread")])
-@pytest.mark.parametrize(("pause", "kept"), [(60, True), (59, False)])
+@rows(("symbol", "strobe"), [("t18", "hostwrite"), ("t17", "hostread")])
+@rows(("pause", "kept"), [(60, True), (59, False)])
 def test_a_host_waits_between_two_strobes_of_a_word(symbol, strobe, pause, kept):
     bench = ports("x")
     play(bench, {**WRITE, "hostdata4": (0, 190)})
@@ -383,7 +384,7 @@ def test_a_symbol_stands_for_the_time_that_is_nearest_to_its_limit():
         bench.intervals(["t18"], stop="1 ms")
 
 
-@pytest.mark.parametrize(
+@rows(
     ("between", "says"),
     [
         ([("pulse falls", "run falls 9")], "no run falls 9 after pulse falls"),

@@ -14,6 +14,7 @@ from slewline.core.datasheet.roles import AXIS_ROLES, ROLES
 from slewline.core.datasheet.table import Pin
 from slewline.errors import SheetError, SlewlineError, UnknownName, UsageError, WiringError
 from slewline.parts.base.part import Part
+from tests.rows import rows
 
 LINE = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
 
@@ -28,7 +29,7 @@ def one(bench, first, second):
 
 
 # --------------------------------------------------------------------------------------------------------- the sheets
-@pytest.mark.parametrize("part", PARTS)
+@rows("part", PARTS)
 def test_no_two_pins_of_an_axis_have_the_same_role_but_those_of_the_data_bus(part):
     sheet = sheet_of(part)
     roles = [(pin.role, pin.axis) for pin in sheet.pins if pin.role not in ("", "data")]
@@ -41,7 +42,7 @@ def test_no_two_pins_of_an_axis_have_the_same_role_but_those_of_the_data_bus(par
         assert (sheet.role("direction", axis) is None) is (part == "cy500")  # phases alone show it
 
 
-@pytest.mark.parametrize("part", PARTS)
+@rows("part", PARTS)
 def test_every_register_says_what_it_counts(part):
     assert all(register.unit for register in sheet_of(part).registers)
 

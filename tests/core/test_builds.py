@@ -6,10 +6,9 @@ import tomllib
 from importlib import import_module
 from pathlib import Path
 
-import pytest
-
 from slewline.cli.version import is_compiled
 from slewline.core.time import kernel
+from tests.rows import rows
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -21,7 +20,7 @@ PINS = [
 ]
 
 
-@pytest.mark.parametrize("path", HOOK["modules"])
+@rows("path", HOOK["modules"])
 def test_a_listed_module_is_loaded_from_the_build_that_runs(path):
     module = import_module(f"slewline.{path.removesuffix('.py').replace('/', '.')}")
     assert is_compiled(module) == is_compiled(kernel)

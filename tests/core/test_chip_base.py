@@ -31,6 +31,7 @@ from slewline.errors import (
     UsageError,
     WiringError,
 )
+from tests.rows import rows
 
 SHEET = Sheet(
     part="toy",
@@ -107,7 +108,7 @@ def test_a_sheet_says_which_channel_and_which_pin_it_lacks():
         SHEET.in_role("ready")
 
 
-@pytest.mark.parametrize("part", ["cy525", "cy545", "gs-c200", "mc1451a"])
+@rows("part", ["cy525", "cy545", "gs-c200", "mc1451a"])
 def test_what_a_chip_does_by_its_supply_is_no_call_of_its_users(part):
     bench = slewline.Bench()
     x = bench.add(part)
@@ -206,7 +207,7 @@ def test_a_text_from_outside_does_not_make_a_finding_as_long_as_it_likes(length,
     assert (f" ... ({length} characters in all) ... " in found) is told and (found == text) is not told
 
 
-@pytest.mark.parametrize("kind", [UsageError, UnknownName, StoreError, Timeout, ProgramError])
+@rows("kind", [UsageError, UnknownName, StoreError, Timeout, ProgramError])
 def test_nor_an_error(kind):
     long = "x" * 300_000
     found = str(kind(f"file, line 3: {long}: allowed y\n    {long}\n    a remedy"))
@@ -263,7 +264,7 @@ def looks_of(origin_ps, every, changes, crystal_hz=1_000_000):
     return toy.log
 
 
-@pytest.mark.parametrize(
+@rows(
     ("changes", "seen"),
     [
         ([(0, 1)], 5),  # there already: the first look is at once
@@ -413,7 +414,7 @@ class Travel:
         assert self.axis.travel == sum(sign for when, sign in self.steps if when <= now)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@rows("seed", range(6))
 def test_position_is_exact_now_and_in_the_past(seed):
     travel = Travel(seed)
     travel.go()

@@ -16,6 +16,7 @@ from slewline.core.wires import clocking
 from slewline.core.wires.clocking import NoEdges, ScannedEdges, UniformEdges, clock_edges
 from slewline.core.wires.views import Bounded, Repeated
 from slewline.core.wires.wave import Wave
+from tests.ensembles import few
 
 END = 1 << 50
 
@@ -60,7 +61,7 @@ def bounded(promise, random: Random, last: int) -> None:
 
 @pytest.mark.parametrize("kind", [step_view, square_view, wave])
 @pytest.mark.parametrize("how", ["itself", "walked", "walked early"])
-@pytest.mark.parametrize("seeds", [range(9), pytest.param(range(9, 125), marks=pytest.mark.long)], ids=len)
+@pytest.mark.parametrize("seeds", few((range(5), range(5, 125)), 1), ids=len)
 def test_edges_are_counted_found_and_listed_as_the_promise_shows_them(kind, how, seeds, monkeypatch):
     monkeypatch.setattr(clocking, "BLOCK", 8)
     monkeypatch.setattr(clocking, "FIRST_PS", 2_000_000)

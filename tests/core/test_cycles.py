@@ -17,6 +17,7 @@ from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.kernel import Kernel
 from slewline.core.time.timebase import Clock
 from tests.ensembles import few
+from tests.rows import rows
 
 CRYSTALS = [25_000_000, 24_999_999, 6_700_000, 20_480_000]
 TOP = 512 * ONE
@@ -114,8 +115,9 @@ def short_trains(cycle: int, clock: Clock = MHZ25, number: int = 30):
 
 # ------------------------------------------------------------------------------------------------------------ questions
 @pytest.mark.parametrize("cycle", [16, 61])
-def test_every_question_is_answered_as_by_counting_tick_by_tick(cycle):
-    for random, whole_steps, displaced in short_trains(cycle):
+@pytest.mark.parametrize("number", few((10, 30), 1))
+def test_every_question_is_answered_as_by_counting_tick_by_tick(cycle, number):
+    for random, whole_steps, displaced in short_trains(cycle, number=number):
         for train in (whole_steps, whole_steps.halves):
             ticks = tick_by_tick(displaced, train.lead, cycle, train.unit)
             begins, end = [train.origin + tick for tick in ticks], train.origin + len(displaced) * cycle
@@ -137,7 +139,7 @@ def test_every_question_is_answered_as_by_counting_tick_by_tick(cycle):
                     assert train.begin_ticks(first, last).tolist() == ticks[first:last]
 
 
-@pytest.mark.parametrize("hz", CRYSTALS)
+@rows("hz", CRYSTALS)
 def test_instants_are_those_of_the_ticks_under_any_crystal(hz):
     clock = Clock(hz)
     for _, train, _ in short_trains(CYCLE, clock):
@@ -201,8 +203,8 @@ def test_positions_stand_at_the_begins_of_cycles():
         assert train.positions(middle, middle + 5).tolist() == expected[middle : middle + 5]
 
 
-@pytest.mark.parametrize("hz", CRYSTALS)
-@pytest.mark.parametrize("speed", [1, 20_467_547, TOP - 1, TOP])
+@rows("hz", CRYSTALS)
+@rows("speed", [1, 20_467_547, TOP - 1, TOP])
 def test_a_speed_without_end_is_exact_after_a_hundred_days(hz, speed):
     train = CycleTrain(Clock(hz), 77, Linear(speed), OPEN, 65_000)
     first = train.begun_by(9 * 10**6 * hz)  # 104 days
@@ -216,7 +218,7 @@ def test_a_speed_without_end_is_exact_after_a_hundred_days(hz, speed):
     assert train.steps > train.begun(1 << 80) > first + 10**6
 
 
-@pytest.mark.parametrize("speed", [1, 3, 7, 1021, ONE + 1, 1_000_003, TOP - 3])
+@rows("speed", [1, 3, 7, 1021, ONE + 1, 1_000_003, TOP - 3])
 def test_rounding_up_is_exact_at_every_speed(speed):
     steps = BLOCK + 1000
     ticks = [-(-((k + 1) * ONE + 12_345) * CYCLE // speed) for k in range(steps)]
@@ -282,9 +284,10 @@ def test_long_s_curves_are_exact_where_products_overflow(most):
 # ---------------------------------------------------------------------------------------------------------------- PULSE
 @pytest.mark.parametrize("high", [False, True])
 @pytest.mark.parametrize("hz", few([7 * 10**10, 10**12], 1))
-def test_pulse_is_high_in_the_second_half_of_each_step(hz, high):
+@pytest.mark.parametrize("number", few((5, 10), 1))
+def test_pulse_is_high_in_the_second_half_of_each_step(hz, high, number):
     clock = Clock(hz)
-    for random, train, displaced in short_trains(16, clock, 10):
+    for random, train, displaced in short_trains(16, clock, number):
         train = CycleTrain(clock, 5, train.law, train.cycles, train.lead, 16)
         halves = [clock.ps(5 + tick) for tick in tick_by_tick(displaced, train.lead, 16, ONE // 2)]
         end = train.origin + train.length

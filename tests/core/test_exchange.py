@@ -12,6 +12,7 @@ from slewline.core.time.kernel import Kernel
 from slewline.core.wires.exchange import Exchange
 from slewline.core.wires.net import Bus, Driver, Net, Wave
 from slewline.core.wires.waits import edge, first_of, level, until
+from tests.rows import rows
 
 START, STOP = 1000, 5000  # of the strobe; the answer stands on the bus from 40 ps behind each of its edges on
 LATER = 40
@@ -144,7 +145,7 @@ def test_a_wire_carries_one_exchange_at_a_time(toy: Toy) -> None:
 
 
 # -------------------------------------------------------------------------------------------------------- what is shown
-@pytest.mark.parametrize("ps", [0, 999, 1000, 1039, 1040, 4999, 5000, 5039, 5040, 9000])
+@rows("ps", [0, 999, 1000, 1039, 1040, 4999, 5000, 5039, 5040, 9000])
 def test_the_wires_show_what_they_would_have_shown(ps: int) -> None:
     value, twin = Toy(), Toy()
     assert value.exchange.begin()
@@ -187,8 +188,8 @@ DISTURBING: dict[str, Callable[[Toy], object]] = {
 }
 
 
-@pytest.mark.parametrize("ps", [0, 999, 1000, 1001, 1040, 3000, 5000, 5040, 6000])
-@pytest.mark.parametrize("how", DISTURBING)
+@rows("ps", [0, 999, 1000, 1001, 1040, 3000, 5000, 5040, 6000])
+@rows("how", DISTURBING)
 def test_whoever_looks_or_drives_makes_the_rest_real(how: str, ps: int) -> None:
     toy, twin = Toy(), Toy()
     toy.exchange.begin()
@@ -208,8 +209,8 @@ def test_whoever_looks_or_drives_makes_the_rest_real(how: str, ps: int) -> None:
     assert toy.strobe.level == 1
 
 
-@pytest.mark.parametrize("ps", [999, 1000, 1001, 3000, 4999, 5000, 5001])
-@pytest.mark.parametrize("shuffle", [None, 1, 2])
+@rows("ps", [999, 1000, 1001, 3000, 4999, 5000, 5001])
+@rows("shuffle", [None, 1, 2])
 def test_a_level_that_is_put_on_the_wire_within_a_run_meets_the_edges_of_its_instant(
     ps: int, shuffle: int | None
 ) -> None:
@@ -359,9 +360,9 @@ async def second(kernel: Kernel, log: list[object]) -> None:
         log.append(("second", kernel.now, kernel.seen))
 
 
-@pytest.mark.parametrize("does", ["", "drives", "spawns"])
-@pytest.mark.parametrize("disturbed", DISTURBED)
-@pytest.mark.parametrize(
+@rows("does", ["", "drives", "spawns"])
+@rows("disturbed", DISTURBED)
+@rows(
     "runs",
     [
         lambda kernel: kernel.run(100),
@@ -373,8 +374,9 @@ async def second(kernel: Kernel, log: list[object]) -> None:
     ],
 )
 def test_to_pass_on_in_the_task_is_what_a_wait_comes_to(
-    disturbed: str, does: str, runs: Callable[[Kernel], object], monkeypatch: pytest.MonkeyPatch
+    disturbed: str, does: str, runs: Callable[[Kernel], object]
 ) -> None:
     found = passed(DISTURBED[disturbed], runs, does)
-    monkeypatch.setattr(Kernel, "pass_to", lambda _kernel, _ps: False)
-    assert found == passed(DISTURBED[disturbed], runs, does)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Kernel, "pass_to", lambda _kernel, _ps: False)
+        assert found == passed(DISTURBED[disturbed], runs, does)

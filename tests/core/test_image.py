@@ -9,6 +9,7 @@ import pytest
 from slewline.bench.files.images import read_image, write_image
 from slewline.core.memory.image import LARGEST, SIZES, from_file, from_hex, is_hex, size_of, to_hex
 from slewline.errors import BenchFileError, UsageError
+from tests.rows import rows
 
 PRINTED = """\
 :10010000214601360121470136007EFE09D2190140
@@ -24,7 +25,7 @@ def test_a_printed_example_is_read() -> None:
     assert len(image) == 0x120
 
 
-@pytest.mark.parametrize("size", [0, 1, 15, 16, 17, 255, 2048, 32768, LARGEST])
+@rows("size", [0, 1, 15, 16, 17, 255, 2048, 32768, LARGEST])
 def test_an_image_comes_back_from_intel_hex(size: int) -> None:
     image = Random(size).randbytes(size)
     assert from_hex(to_hex(image), "x.hex") == image
@@ -56,7 +57,7 @@ def test_a_base_moves_the_addresses_behind_it(base: str, address: int) -> None:
     assert image[address + 0x10] == 0x41 and len(image) == address + 0x11
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "says"),
     [
         (PRINTED.replace(":00000001FF\n", ""), "it has no end record"),

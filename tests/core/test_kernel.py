@@ -14,6 +14,7 @@ from slewline.core.time.kernel import Kernel
 from slewline.core.wires.net import Driver, Net, Wave
 from slewline.core.wires.waits import edge, first_of, level, until
 from slewline.errors import Endless, SlewlineError
+from tests.rows import rows
 
 SEEDS = [None, *range(12)]
 
@@ -40,7 +41,7 @@ class Wires:
 # ------------------------------------------------------------------------------------------------ round 1 and after
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@rows("seed", SEEDS)
 def test_a_timer_woken_task_sees_the_levels_from_before_the_instant(seed):
     kernel = shuffled(seed)
     wires = Wires(kernel, driven=0, promised=0)
@@ -62,7 +63,7 @@ def test_a_timer_woken_task_sees_the_levels_from_before_the_instant(seed):
     assert wires.log == [(100, "look", 0, 0), (101, "look", 1, 1)]
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@rows("seed", SEEDS)
 def test_promised_edges_and_changes_of_round_one_commit_together(seed):
     kernel = shuffled(seed)
     wires = Wires(kernel, a=1, b=0, c=0)
@@ -88,7 +89,7 @@ def test_promised_edges_and_changes_of_round_one_commit_together(seed):
     )
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@rows("seed", SEEDS)
 def test_an_edge_of_the_instant_survives_a_withdrawal_in_its_first_round(seed):
     kernel = shuffled(seed)
     wires = Wires(kernel, a=0)
@@ -107,7 +108,7 @@ def test_an_edge_of_the_instant_survives_a_withdrawal_in_its_first_round(seed):
     assert wires.net["a"].level == 1
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@rows("seed", SEEDS)
 def test_an_input_that_changes_exactly_at_a_look_is_seen_at_the_next(seed):
     kernel = shuffled(seed)
     wires = Wires(kernel, x=0)
@@ -262,7 +263,7 @@ def test_the_first_of_several_levels_wins_and_the_others_are_forgotten():
     assert log == [(30, "b"), 70, None, 80]
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@rows("seed", SEEDS)
 def test_a_level_that_comes_at_the_very_end_of_a_wait_comes_too_late(seed):
     kernel = shuffled(seed)
     wires = Wires(kernel, driven=0, promised=0)
@@ -279,7 +280,7 @@ def test_a_level_that_comes_at_the_very_end_of_a_wait_comes_too_late(seed):
     assert log == [None, [0, 0]]
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@rows("seed", SEEDS)
 def test_a_wait_that_begins_in_round_one_sees_the_edge_of_that_instant(seed):
     kernel = shuffled(seed)
     wires = Wires(kernel, driven=0, promised=0)
@@ -352,7 +353,7 @@ def test_a_task_that_never_runs_leaves_no_complaint():
     assert not told, [str(warning.message) for warning in told]
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@rows("seed", SEEDS)
 def test_a_task_that_fails_is_over_and_keeps_nothing_from_the_others(seed):
     kernel = shuffled(seed)
     wires = Wires(kernel, promised=0)

@@ -12,6 +12,7 @@ from slewline.core.time.kernel import Kernel
 from slewline.core.wires.net import Bus, Driver, Net, Wave
 from slewline.core.wires.waits import edge, level, until
 from slewline.errors import WiringError
+from tests.rows import rows
 
 
 def net_with(*levels, pull=None, tie=None, kind=Net):
@@ -29,15 +30,13 @@ def net_with(*levels, pull=None, tie=None, kind=Net):
 # ------------------------------------------------------------------------------------------------------- who drives
 
 
-@pytest.mark.parametrize(
-    ("pull", "tie", "expected"), [(None, None, None), (1, None, 1), (0, None, 0), (1, 0, 0), (0, 1, 1), (None, 1, 1)]
-)
+@rows(("pull", "tie", "expected"), [(None, None, None), (1, None, 1), (0, None, 0), (1, 0, 0), (0, 1, 1), (None, 1, 1)])
 def test_a_net_that_nobody_drives_takes_its_tie_then_its_pull(pull, tie, expected):
     assert net_with(pull=pull, tie=tie)[0].level == expected
     assert net_with(None, None, pull=pull, tie=tie)[0].level == expected
 
 
-@pytest.mark.parametrize("levels", list(product([0, 1, None], repeat=3)))
+@rows("levels", list(product([0, 1, None], repeat=3)))
 def test_drivers_that_disagree_give_low_and_one_report(levels):
     net, drivers, clashes = net_with(*levels, pull=1)
     strong = [value for value in levels if value is not None]
@@ -71,8 +70,8 @@ def test_a_clash_is_reported_when_it_begins_however_often_the_net_is_read():
     assert clashes == [100, 300]
 
 
-@pytest.mark.parametrize("told", list(product([0, 1, None], repeat=4)))
-@pytest.mark.parametrize("kind", [Net, Bus])
+@rows("told", list(product([0, 1, None], repeat=4)))
+@rows("kind", [Net, Bus])
 def test_what_two_drivers_are_told_in_one_round_takes_effect_as_one_change(kind, told):
     one_was, two_was, one_is, two_is = (value if value is None or kind is Net else (1, value) for value in told)
     for swapped in (False, True):
@@ -371,7 +370,7 @@ def test_what_a_recorder_kept_before_two_wires_became_one_stays():
     assert levels.tolist() == [0, 1, 0, 1]
 
 
-@pytest.mark.parametrize("pulls", [(0, 1), (1, 0), (None, 1), (1, None), (0, None), (None, 0), (None, None)])
+@rows("pulls", [(0, 1), (1, 0), (None, 1), (1, None), (0, None), (None, 0), (None, None)])
 def test_the_order_of_wiring_does_not_decide_what_an_open_wire_reads(pulls):
     kernel = Kernel()
     one, two = (Net(kernel, "net", pull) for pull in pulls)
@@ -541,8 +540,8 @@ def answered(drive, way, shuffle=None, beside=False):
     return sorted(map(repr, log)) if beside else log, net.changes, back.changes, net.changed_at
 
 
-@pytest.mark.parametrize("beside", [False, True])
-@pytest.mark.parametrize("way", WAYS)
+@rows("beside", [False, True])
+@rows("way", WAYS)
 def test_a_level_that_is_put_at_once_is_noticed_by_nothing(way, beside):
     driven = answered(Driver.drive, way, beside=beside)
     assert len(driven[0]) > 8

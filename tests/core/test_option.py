@@ -10,6 +10,7 @@ import pytest
 
 from slewline.core.datasheet.option import Option, checked, flat, read
 from slewline.errors import UsageError
+from tests.rows import rows
 
 LOAD = Option(
     "load",
@@ -48,7 +49,7 @@ def test_what_is_left_out_has_its_default_tables_too():
     assert checked("x", ROWS, {})["load"] == DEFAULT_LOAD
 
 
-@pytest.mark.parametrize(
+@rows(
     ("name", "value", "kept"),
     [
         ("slow", True, True),
@@ -86,7 +87,7 @@ def test_integers_of_numpy_are_whole_numbers_and_become_plain_ones():
         checked("x", ROWS, {"slow": np.bool_(True)})
 
 
-@pytest.mark.parametrize(
+@rows(
     ("name", "value", "says"),
     [
         ("slow", "no", "x: slow 'no'; allowed True, False"),
@@ -145,7 +146,7 @@ def test_what_must_be_given_is_asked_for():
         checked("x", [row], {})
 
 
-@pytest.mark.parametrize(
+@rows(
     ("name", "text", "value"),
     [
         ("slow", "true", True),

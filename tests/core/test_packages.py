@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from itertools import chain
 
-import pytest
-
 from slewline.chips import PARTS, sheet_of
 from slewline.core.datasheet.packages import packages
 from slewline.core.datasheet.table import Pin
+from tests.rows import rows
 
 
 def pins(count):
@@ -55,7 +54,7 @@ def test_pins_without_a_number_are_in_the_order_of_the_manual_or_beside_the_pack
     assert some.loose == ("late",)
 
 
-@pytest.mark.parametrize("part", PARTS)
+@rows("part", PARTS)
 def test_every_pin_of_every_part_is_in_one_place(part):
     sheet = sheet_of(part)
     placed = [name for one in packages(sheet.pins) for name in (*chain(*one.sides), *one.loose)]

@@ -12,6 +12,7 @@ import pytest
 
 from slewline.core.time.timebase import Clock, Seconds, hertz, moment, moments, picoseconds, readable
 from slewline.errors import TimeError
+from tests.rows import rows
 
 PS = 10**12
 CRYSTALS = [11_000_000, 6_000_000, 5_500_000, 3_579_545, 10_999_999, 11_370_000, 1_000_000, 999_983, 12_000_000]
@@ -20,7 +21,7 @@ CRYSTALS = [11_000_000, 6_000_000, 5_500_000, 3_579_545, 10_999_999, 11_370_000,
 # ----------------------------------------------------------------------------------------------------- reading times
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "ps"),
     [
         ("25 us", 25_000_000),
@@ -44,7 +45,7 @@ def test_a_time_is_read_exactly(text, ps):
     assert picoseconds(text) == ps
 
 
-@pytest.mark.parametrize(
+@rows(
     "text",
     [
         "25",
@@ -67,7 +68,7 @@ def test_a_time_that_says_nothing_exact_is_refused(text):
         picoseconds(text)
 
 
-@pytest.mark.parametrize("value", [1.0, 25e6, True, False, None, b"1 us", np.float64(3), -1])
+@rows("value", [1.0, 25e6, True, False, None, b"1 us", np.float64(3), -1])
 def test_what_is_not_an_int_of_picoseconds_is_refused(value):
     with pytest.raises(TimeError):
         picoseconds(value)
@@ -85,7 +86,7 @@ def test_a_refused_time_says_what_was_found_and_what_would_do():
     assert picoseconds("-1 us", negative=True) == -1_000_000
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "hz"),
     [
         ("11 MHz", 11_000_000),
@@ -100,7 +101,7 @@ def test_a_frequency_is_read_exactly(text, hz):
     assert hertz(text) == hz
 
 
-@pytest.mark.parametrize("number", [1, 999, np.int64(5), True, -3])
+@rows("number", [1, 999, np.int64(5), True, -3])
 def test_a_bare_number_below_a_nanosecond_is_refused_where_time_is_to_pass(number):
     with pytest.raises(TimeError):
         picoseconds(number)
@@ -144,13 +145,13 @@ def test_the_seconds_of_a_bench_are_a_time_like_any_other_and_another_float_is_n
         picoseconds(0.25)
 
 
-@pytest.mark.parametrize("text", ["11", "11 MH", "3.5795455 MHz", "fast", 11e6, True])
+@rows("text", ["11", "11 MH", "3.5795455 MHz", "fast", 11e6, True])
 def test_a_frequency_that_is_no_whole_number_of_hertz_is_refused(text):
     with pytest.raises(TimeError):
         hertz(text)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("ps", "text"),
     [
         (0, "0 ps"),
@@ -177,7 +178,7 @@ def exact(hz: int, ticks: int) -> int:
     return int(Fraction(ticks * PS, hz) // 1)
 
 
-@pytest.mark.parametrize("hz", CRYSTALS)
+@rows("hz", CRYSTALS)
 def test_a_tick_lies_where_big_integers_say(hz):
     clock, random = Clock(hz), Random(hz)
     for ticks in [0, 1, 2, 15, hz, hz + 1, 10**15 + 7, *(random.randrange(1 << 60) for _ in range(200))]:
@@ -188,7 +189,7 @@ def test_a_tick_lies_where_big_integers_say(hz):
         assert clock.ticks_from(ps + 1) == ticks + 1
 
 
-@pytest.mark.parametrize("hz", CRYSTALS)
+@rows("hz", CRYSTALS)
 def test_an_instant_lies_between_two_ticks(hz):
     clock, random = Clock(hz), Random(hz)
     for _ in range(300):
@@ -198,7 +199,7 @@ def test_an_instant_lies_between_two_ticks(hz):
         assert exact(hz, after - 1) < ps <= exact(hz, after)
 
 
-@pytest.mark.parametrize("hz", CRYSTALS)
+@rows("hz", CRYSTALS)
 def test_an_array_of_ticks_is_exact_up_to_a_hundred_days(hz):
     clock, random = Clock(hz), Random(hz)
     top = (1 << 63) * hz // PS - 1  # ticks in 2^63 ps
@@ -209,7 +210,7 @@ def test_an_array_of_ticks_is_exact_up_to_a_hundred_days(hz):
         assert clock.ps_list(ticks.tolist()) == [exact(hz, int(tick)) for tick in ticks]
 
 
-@pytest.mark.parametrize("hz", CRYSTALS)
+@rows("hz", CRYSTALS)
 def test_an_array_of_instants_finds_its_ticks_up_to_a_hundred_days(hz):
     clock, random = Clock(hz), Random(hz)
     for span in (10_000, 10**9, 10**13, (1 << 63) - 1):

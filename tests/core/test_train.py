@@ -14,6 +14,7 @@ from slewline.core.motion.step_views import PatternView, PulseView, StrobeView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.timebase import Clock
 from tests.ensembles import few
+from tests.rows import rows
 
 CRYSTALS = [11_000_000, 3_579_545, 10_999_999, 1_000_000]
 HIGH = 3
@@ -37,7 +38,7 @@ def trains(hz: int, number: int = 40):
         yield random, *random_train(random, hz)
 
 
-@pytest.mark.parametrize("hz", CRYSTALS)
+@rows("hz", CRYSTALS)
 def test_begins_and_intervals_are_those_of_the_list(hz):
     for _, train, ticks in trains(hz):
         assert train.steps == len(ticks) - 1
@@ -47,7 +48,7 @@ def test_begins_and_intervals_are_those_of_the_list(hz):
         assert [train.interval(k) for k in range(train.steps)] == np.diff(ticks).tolist()
 
 
-@pytest.mark.parametrize("hz", CRYSTALS)
+@rows("hz", CRYSTALS)
 def test_steps_begun_are_counted_at_every_tick_and_every_picosecond_around_it(hz):
     for random, train, ticks in trains(hz):
         clock, begins = train.clock, ticks[:-1]
@@ -64,7 +65,7 @@ def test_steps_begun_are_counted_at_every_tick_and_every_picosecond_around_it(hz
             assert train.begun_many(np.array(asked, np.int64)).tolist() == [bisect_right(instants, ps) for ps in asked]
 
 
-@pytest.mark.parametrize("hz", [*CRYSTALS, 999_983, 7_919_999])
+@rows("hz", [*CRYSTALS, 999_983, 7_919_999])
 def test_steps_begun_after_a_hundred_days_are_exact(hz):
     clock = Clock(hz)
     origin = 9 * 10**6 * hz + 12_347  # 104 days
@@ -77,8 +78,9 @@ def test_steps_begun_after_a_hundred_days_are_exact(hz):
 
 
 @pytest.mark.parametrize("hz", CRYSTALS)
-def test_every_window_of_begins_is_a_slice_of_the_list(hz):
-    for _, train, ticks in trains(hz, 8):
+@pytest.mark.parametrize("number", few((4, 8), 1))
+def test_every_window_of_begins_is_a_slice_of_the_list(hz, number):
+    for _, train, ticks in trains(hz, number):
         begins = [train.clock.ps(tick) for tick in ticks[:-1]]
         for first in range(train.steps + 2):
             for last in [None, *range(train.steps + 3)]:
@@ -121,18 +123,22 @@ def test_a_run_without_end_is_asked_in_any_window():
 # -------------------------------------------------------------------------------------------------------------- views
 
 
-def small_trains():
+some = pytest.mark.parametrize("number", few((3, 7), 1))
+
+
+def small_trains(number):
     """Short trains of a clock of one picosecond, and of one that does not divide it."""
     random = Random(17)
     for hz in (10**12, 7 * 10**10):
-        for _ in range(7):
+        for _ in range(number):
             runs = [(random.randrange(5, 12), random.choice([0, 1, 2, 4])) for _ in range(random.randrange(1, 5))]
             train = StepTrain(Clock(hz), random.choice([2, 9]), runs)
             yield random, train, [train.begin(k) for k in range(train.steps + 1)]
 
 
-def test_pulse_is_low_from_the_begin_of_a_step_to_shortly_before_its_end():
-    for random, train, ticks in small_trains():
+@some
+def test_pulse_is_low_from_the_begin_of_a_step_to_shortly_before_its_end(number):
+    for random, train, ticks in small_trains(number):
         clock = train.clock
         lows = [(clock.ps(a), clock.ps(b - HIGH)) for a, b in pairwise(ticks)]
         for until in bounds(random, ticks, clock):
@@ -141,8 +147,9 @@ def test_pulse_is_low_from_the_begin_of_a_step_to_shortly_before_its_end():
             check_promise(view, 0, last, lambda ps, lows=lows: 0 if any(a <= ps < b for a, b in lows) else 1, until)
 
 
-def test_a_strobe_is_low_at_the_begin_of_each_step():
-    for random, train, ticks in small_trains():
+@some
+def test_a_strobe_is_low_at_the_begin_of_each_step(number):
+    for random, train, ticks in small_trains(number):
         clock = train.clock
         lows = [(clock.ps(a), clock.ps(a + HIGH)) for a in ticks[:-1]]
         for until in bounds(random, ticks, clock):
@@ -153,8 +160,9 @@ def test_a_strobe_is_low_at_the_begin_of_each_step():
 
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("levels", few([(0, 1, 1, 0), (1, 1, 0, 0), (0, 0, 0, 1), (1, 1, 1, 1)], 2))
-def test_a_phase_follows_its_table_step_by_step(levels, sign):
-    for random, train, ticks in small_trains():
+@some
+def test_a_phase_follows_its_table_step_by_step(levels, sign, number):
+    for random, train, ticks in small_trains(number):
         clock = train.clock
         begins = [clock.ps(tick) for tick in ticks[:-1]]
         index, before = random.randrange(4), random.randrange(2)

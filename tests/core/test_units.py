@@ -10,9 +10,10 @@ import pytest
 from slewline.core.datasheet.option import Option
 from slewline.core.datasheet.units import UNITS, expected, measured, quantity
 from slewline.errors import UsageError
+from tests.rows import rows
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "unit", "value"),
     [
         ("6.8e-6", "kg m2", 6.8e-6),
@@ -57,14 +58,14 @@ def test_a_quantity_is_rounded_once(text, unit, value):
     assert type(found) is float and found == value
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@rows("unit", UNITS)
 def test_every_unit_is_read_as_it_is_spelled(unit):
     assert next(iter(UNITS[unit].items())) == (unit, "1")
     for spelled, size in UNITS[unit].items():
         assert quantity(f"3 {spelled}", unit, "x") == float(3 * Fraction(size))
 
 
-@pytest.mark.parametrize(
+@rows(
     "value",
     [
         "5 mH", "5 a", "5 A A", "A", "", " ", "e5", "5 e", "1,4 A", "1.2.3 A", "--5 A", "5e100 A", "nan", "inf A",
@@ -113,7 +114,7 @@ def test_an_option_makes_a_float_of_a_quantity():
     assert CURRENT.shown == "1.0"
 
 
-@pytest.mark.parametrize(
+@rows(
     ("row", "value", "says"),
     [
         (INERTIA, -1, "-1; allowed 0..1 kg m2, or text with a unit: kg m2, kg cm2, g m2, g cm2, g mm2, None"),

@@ -10,6 +10,7 @@ from slewline.language.assemble import assemble, to_ascii, to_binary
 from slewline.language.dialect import Command
 from slewline.language.letters import Decoder, spell
 from slewline.language.source import host_lines, read
+from tests.rows import rows
 
 ROWS = [row for row in SHEET.commands if row.stored]
 
@@ -20,14 +21,14 @@ def problems(text):
     return [(problem.line, problem.column, problem.length, problem.code) for problem in caught.value.problems]
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)
+@rows("row", ROWS)
 def test_every_row_at_its_bounds(row):
     for pick in ("low", "high"):
         values = [getattr(arg, pick) for arg in row.args]
         assert assemble(f"E\n{spell(row, values)}\nQ\n", SHEET).stored == row.pack(values)
 
 
-@pytest.mark.parametrize("row", [row for row in ROWS if row.args], ids=lambda row: row.name)
+@rows("row", [row for row in ROWS if row.args])
 def test_every_row_beyond_its_bounds(row):
     for place, arg in enumerate(row.args):
         for number in {arg.low - 1, arg.high + 1} - {-1}:
@@ -36,7 +37,7 @@ def test_every_row_beyond_its_bounds(row):
             assert problems(text) == [(1, text.index(str(number), 2) + 1, len(str(number)), "range")]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "found"),
     [
         ("R 200", [(1, 3, 3, "range")]),
@@ -94,7 +95,7 @@ def test_message():
     ]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("line", "says", "remedy"),
     [
         ("A", "ABSOLUTE without position: allowed 0..65535", "in the CY512 A took no number: write A 0"),
@@ -202,7 +203,7 @@ def test_labels_of_two_lines():
     assert (assembly.statements[0].column, assembly.statements[0].text) == (2, "C$G")
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "stored", "preset"),
     [
         ("B\n0", b"B\0", ()),

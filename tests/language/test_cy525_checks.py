@@ -8,6 +8,7 @@ from slewline.chips.cy525.checks import checks
 from slewline.chips.cy525.profile import move, rate
 from slewline.chips.cy525.sheet import SHEET
 from slewline.language.lint import lint
+from tests.rows import rows
 
 SET = "F 3\nR 127\nS 100\nZ 1\n"  # ramp: 4039 steps
 
@@ -21,7 +22,7 @@ def found(text):
     return [(problem.line, problem.code) for problem in problems(text) if problem.code != "no-abort"]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "codes"),
     [
         (SET + "N 8077\nG", [(6, "rate-unreached")]),
@@ -66,7 +67,7 @@ def test_motions(text, codes):
     assert sorted(found(text)) == sorted(codes)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "codes"),
     [
         # registers set before the program, in it, and by the last pass of a loop
@@ -94,7 +95,7 @@ def test_programs(text, codes):
 HALT = "F 3\nR 80\nS 200\nZ 1\nN 65000\nH\nG\n"
 
 
-@pytest.mark.parametrize(
+@rows(
     ("directives", "codes"),
     [
         ("@drive abort=0", []),
@@ -124,7 +125,7 @@ def test_rates_on_the_fly_of_a_program():
     assert found(HALT.replace("H\nG\n", "E\nH\nG\n0\nQX\n") + "@rate 60\n@drive abort=0") == [(12, "crash-stop")]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("behind", "told"),
     [
         ("", True),

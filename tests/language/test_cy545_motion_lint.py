@@ -6,6 +6,7 @@ import pytest
 
 from slewline.chips import checks_of, sheet_of
 from slewline.language.lint import lint
+from tests.rows import rows
 
 
 def codes(*lines: str) -> list[tuple[int, str]]:
@@ -18,7 +19,7 @@ def test_a_text_that_is_as_it_should_be_is_no_reason_to_complain() -> None:
 
 
 @pytest.mark.fact("CY545-UND-RESET-DIRECTION")
-@pytest.mark.parametrize("before", ["+", "-", "P 5000", "H 0"])
+@rows("before", ["+", "-", "P 5000", "H 0"])
 def test_the_first_g_behind_reset_must_be_told_its_direction(before: str) -> None:
     assert codes("N 5000", "G") == [(2, "no-direction")]
     assert codes("N 5000", before, "G") == []

@@ -15,6 +15,7 @@ from slewline.language.describe import describe
 from slewline.language.disassemble import commands, disassemble, instructions
 from slewline.language.lint import lint
 from slewline.language.verbatim import Entry
+from tests.rows import rows
 
 SHEET = sheet_of("cy545b")
 PLAIN = sheet_of("cy545")
@@ -93,7 +94,7 @@ def test_a_binary_stream_is_told_as_commands():
     assert commands(bytes.fromhex("FF FF 47 00"), SHEET) == (["G"], [])
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "code", "says"),
     [
         ("R ABH", "bad-number", "0ABH"),
@@ -118,7 +119,7 @@ def test_what_is_wrong_is_told_with_its_place_and_a_remedy(text, code, says):
     assert says in str(caught.value)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "expected"),
     [
         (CC10, []),
@@ -173,7 +174,7 @@ def test_a_branch_is_judged_by_the_page_behind_it():
     assert odd("Y 4096\nE\n+\nN 1\nG\nL 3,7\n0\nQ\n") == [(6, "branch-middle")]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("ascii", "data", "at"),
     [
         (True, b"Q", 0), (True, b"AQ\rQ", 3), (True, b'"Q\rQ', 3), (False, b"R\x01QQ", 3), (False, b"\xffG\x00Q", 3),
@@ -196,7 +197,7 @@ def test_the_reference_has_every_command_and_how_numbers_are_written():
     assert "- binary: `51`" in describe(SHEET, "Q")
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "says"),
     [
         ("O 0\nR 77", set()),
@@ -220,7 +221,7 @@ def test_of_text_and_binary_the_linter_says_what_a_run_does(text, says):
     assert (x.registers["rate"] == 77) is not bool(says)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("line", "places"),
     [
         ("  R 5\u2013", [(6, 1)]),  # a character that is no byte

@@ -6,6 +6,7 @@ import pytest
 
 from slewline.chips import checks_of, sheet_of
 from slewline.language.lint import lint
+from tests.rows import rows
 
 
 def told(part: str, *lines: str) -> list[tuple[int, str]]:
@@ -14,7 +15,7 @@ def told(part: str, *lines: str) -> list[tuple[int, str]]:
     return [(problem.line, problem.code) for problem in own if problem.severity != "error"]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("lines", "expected"),
     [
         (["A", "N 10"], [(2, "n-after-a")]),
@@ -41,7 +42,7 @@ def test_the_warnings_of_the_article_are_those_of_the_cy500s_linter(lines, expec
     assert [each for each in told("cy500", *lines) if each[1] != "range"] == [e for e in expected if e[1] != "range"]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("lines", "expected"),
     [
         (["S 5", "F 2"], [(2, "factor-in-slope")]),

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from itertools import permutations
 
-import pytest
-
 from slewline.chips import checks_of, sheet_of
 from slewline.chips.cy5xx.letters import exchanged
 from slewline.language.lint import lint, render
+from tests.rows import rows
 
 PROGRAMS = {
     "cy500": "A\nR 253\nL\nE\nG\nO\nT\n0\nQ\nD\nI\nF 2\nJ\n",
@@ -37,7 +36,7 @@ def notes(part: str, text: str) -> list[str]:
     return [p.remedy for p in lint(text, sheet_of(part), checks_of(part)) if p.code == "sister-part"]
 
 
-@pytest.mark.parametrize(("part", "other"), list(permutations(PROGRAMS, 2)))
+@rows(("part", "other"), list(permutations(PROGRAMS, 2)))
 def test_a_program_for_another_part_gets_the_list_of_exchanged_letters(part, other):
     (listed,) = notes(part, PROGRAMS[other])
     assert "".join(line[0] for line in listed.splitlines()) == OTHER[part, other]
@@ -45,7 +44,7 @@ def test_a_program_for_another_part_gets_the_list_of_exchanged_letters(part, oth
     assert all(f" in the {other.upper()}; here it " in line for line in listed.splitlines())
 
 
-@pytest.mark.parametrize("part", PROGRAMS)
+@rows("part", PROGRAMS)
 def test_its_own_program_gets_none(part):
     assert notes(part, PROGRAMS[part]) == []
     assert not [p for p in lint(PROGRAMS[part], sheet_of(part), checks_of(part)) if p.severity == "error"]
@@ -58,7 +57,7 @@ def test_the_list_is_shown_a_letter_a_line():
     assert max(map(len, shown)) < 130
 
 
-@pytest.mark.parametrize(
+@rows(
     ("part", "lines", "count"),
     [
         ("cy525", ["A", "D", "T", "X 500", "O", "J", "L"], 1),

@@ -5,11 +5,12 @@ import pytest
 from slewline.chips.cy525.sheet import SHEET
 from slewline.errors import UnknownName
 from slewline.language.describe import describe, describe_command, table
+from tests.rows import rows
 
 PAGE = describe(SHEET)
 
 
-@pytest.mark.parametrize("row", SHEET.commands, ids=lambda row: row.name)
+@rows("row", SHEET.commands)
 def test_every_command_is_there(row):
     (line,) = [line for line in PAGE.splitlines() if line.startswith("| `") and f"| {row.name} |" in line]
     assert f"| {row.says} |" in line
@@ -17,7 +18,7 @@ def test_every_command_is_there(row):
     assert all(f"{arg.name} {arg.low}..{arg.high}" in line for arg in row.args)
 
 
-@pytest.mark.parametrize("pin", SHEET.pins, ids=lambda pin: pin.name)
+@rows("pin", SHEET.pins)
 def test_every_pin_is_there(pin):
     assert f"| {pin.number} | `{pin.name}` | {pin.way} | {pin.says} |" in PAGE
 
@@ -44,7 +45,7 @@ def test_head():
     assert "- crystal: 1 to 11 MHz;" in PAGE
 
 
-@pytest.mark.parametrize("name", ["L", "l", "LOOP", "loop"])
+@rows("name", ["L", "l", "LOOP", "loop"])
 def test_one_command(name):
     assert describe(SHEET, name).splitlines() == [
         "# LOOP: branch until the count has run out",
@@ -59,7 +60,7 @@ def test_one_command(name):
     ]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("command", "line"),
     [
         ("Q", "- ASCII: `Q`, without a carriage return"),

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from slewline.chips.cy525.sheet import SHEET
 from slewline.language.dialect import Command
 from slewline.language.letters import Decoder, Label, encode_ascii, encode_binary
+from tests.rows import rows
 
 BINARY = bytes.fromhex
 
@@ -135,17 +136,17 @@ def around(port, stream, before, after):
     return alone, ahead
 
 
-@pytest.mark.parametrize(("stream", "texts", "codes"), ASCII_STREAMS)
-@pytest.mark.parametrize("drain", [False, True])
+@rows(("stream", "texts", "codes"), ASCII_STREAMS)
+@rows("drain", [False, True])
 def test_ascii_stream(stream, texts, codes, drain):
     port = ascii_port(stream, drain=drain)
     assert (port.texts, port.codes) == (texts, codes)
     assert port.decoder.at_letter
 
 
-@pytest.mark.parametrize(("stream", "texts", "codes"), ASCII_STREAMS)
-@pytest.mark.parametrize("before", [b"K 12\r", b"B\r", b"\n\xff$\x00\r", b"N\r"])
-@pytest.mark.parametrize("after", [b"R 1", b"L 3", b"\n", b"A$"])
+@rows(("stream", "texts", "codes"), ASCII_STREAMS)
+@rows("before", [b"K 12\r", b"B\r", b"\n\xff$\x00\r", b"N\r"])
+@rows("after", [b"R 1", b"L 3", b"\n", b"A$"])
 def test_ascii_stream_in_garbage(stream, texts, codes, before, after):
     port = Port()
     alone, ahead = around(port, stream, before, after)
@@ -153,17 +154,17 @@ def test_ascii_stream_in_garbage(stream, texts, codes, before, after):
     assert port.codes == alone.codes + codes + ahead.codes
 
 
-@pytest.mark.parametrize(("stream", "texts", "codes"), BINARY_STREAMS)
-@pytest.mark.parametrize("drain", [False, True])
+@rows(("stream", "texts", "codes"), BINARY_STREAMS)
+@rows("drain", [False, True])
 def test_binary_stream(stream, texts, codes, drain):
     port = binary_port(stream, drain=drain)
     assert (port.texts, port.codes) == (texts, codes)
     assert port.decoder.at_letter
 
 
-@pytest.mark.parametrize(("stream", "texts", "codes"), BINARY_STREAMS)
-@pytest.mark.parametrize("before", ["4B 03 51 42 00", "42 00", "00 00"])
-@pytest.mark.parametrize("after", ["52 01", "4E", "4B 05 42 00"])
+@rows(("stream", "texts", "codes"), BINARY_STREAMS)
+@rows("before", ["4B 03 51 42 00", "42 00", "00 00"])
+@rows("after", ["52 01", "4E", "4B 05 42 00"])
 def test_binary_stream_in_garbage(stream, texts, codes, before, after):
     port = Port(ascii=False)
     alone, ahead = around(port, BINARY(stream), BINARY(before), BINARY(after))
@@ -181,7 +182,7 @@ def test_command_letters():
 
 
 @pytest.mark.fact("LANG-FORM-3")
-@pytest.mark.parametrize("row", SHEET.commands, ids=lambda row: row.name)
+@rows("row", SHEET.commands)
 def test_same_letter_in_both_modes(row):
     values = [arg.high for arg in row.args]
     ascii, binary = encode_ascii(row, values), encode_binary(row, values)
@@ -191,9 +192,7 @@ def test_same_letter_in_both_modes(row):
 
 
 @pytest.mark.fact("LANG-FORM-1")
-@pytest.mark.parametrize(
-    "row", [row for row in SHEET.commands if not row.args and row.terminated], ids=lambda row: row.name
-)
+@rows("row", [row for row in SHEET.commands if not row.args and row.terminated])
 def test_a_letter_waits_for_its_carriage_return(row):
     port = ascii_port(row.form.encode())
     assert (port.decoded, port.decoder.at_letter) == ([], False)
@@ -297,9 +296,7 @@ def test_mode_counts_with_the_letter(stream, first, text):
     assert (early, command.text) == ([None] * (len(stream) - 1), text)
 
 
-@pytest.mark.parametrize(
-    ("half", "ascii"), [(b"R 1", True), (b"K 1", True), (b"N\x02\x05", False), (b"K\x09", False), (b"N", False)]
-)
+@rows(("half", "ascii"), [(b"R 1", True), (b"K 1", True), (b"N\x02\x05", False), (b"K\x09", False), (b"N", False)])
 def test_reset_forgets_half_a_command(half, ascii):
     port = Port(ascii).feed(half)
     port.decoder.reset()
@@ -318,8 +315,8 @@ ROUTES = {
 
 
 @pytest.mark.fact("EXAMPLE-BIN", "BIN-8", "BIN-9")
-@pytest.mark.parametrize(("route", "length"), [("ascii", 31), ("separate counts", 24), ("single count", 17)])
-@pytest.mark.parametrize("before", [b"", b"K\x01\r" * 2])
+@rows(("route", "length"), [("ascii", 31), ("separate counts", 24), ("single count", 17)])
+@rows("before", [b"", b"K\x01\r" * 2])
 def test_three_routes_into_the_buffer(route, length, before):
     ascii, stream = ROUTES[route]
     assert len(stream) == length
@@ -384,7 +381,7 @@ def test_stored_forms():
 
 
 @pytest.mark.fact("PROG-10")
-@pytest.mark.parametrize("row", [row for row in SHEET.commands if row.terminated], ids=lambda row: row.name)
+@rows("row", [row for row in SHEET.commands if row.terminated])
 def test_entry_takes_commands_as_command_mode_does(row):
     values = [arg.low for arg in row.args]
     for ascii, command in ((True, encode_ascii(row, values)), (False, encode_binary(row, values))):
@@ -400,7 +397,7 @@ def edges(arg):
     return sorted({arg.low, arg.low + 1, arg.high - 1, arg.high, 0x0D, 0x24, 0x51} & set(range(arg.low, arg.high + 1)))
 
 
-@pytest.mark.parametrize("row", SHEET.commands, ids=lambda row: row.name)
+@rows("row", SHEET.commands)
 def test_encoders_and_decoder_agree(row):
     for values in product(*map(edges, row.args)):
         for port in (Port().feed(encode_ascii(row, values)), Port(False).feed(encode_binary(row, values))):

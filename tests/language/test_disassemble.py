@@ -1,12 +1,12 @@
 """The disassembler: bytes to text, and back to the same bytes."""
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from slewline.chips.cy525.sheet import SHEET
 from slewline.language.assemble import assemble
 from slewline.language.disassemble import disassemble, instructions, listing
+from tests.rows import rows
 
 ROWS = [row for row in SHEET.commands if row.stored]
 WELD = bytes.fromhex("57 2B 4E 64 00 42 44 F4 01 43 47 4C 06 05 50 00 00 54 00 00")
@@ -49,7 +49,7 @@ def test_target_inside_an_instruction_stays_a_number():
     assert inner(disassemble(b"R\x42J\1", SHEET, labels=True)) == ["R 66", "J 1"]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("stored", "text"),
     [
         (b"K", ["??? 4B"]),

@@ -11,16 +11,13 @@ from slewline.errors import ProgramError, UsageError
 from slewline.language.assemble import assemble, to_ascii, to_binary
 from slewline.language.disassemble import disassemble, instructions, listing
 from slewline.language.lines import spell
+from tests.rows import rows
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 C200, C200S = sheet_of("gs-c200"), sheet_of("gs-c200s")
 ENTER = {C200: "P", C200S: "Po"}
 both = pytest.mark.parametrize("sheet", [C200, C200S], ids=lambda sheet: sheet.part)
-rows = pytest.mark.parametrize(
-    ("sheet", "row"),
-    [(sheet, row) for sheet in (C200, C200S) for row in sheet.commands if row.stored],
-    ids=lambda found: getattr(found, "part", None) or found.name,
-)
+every_row = rows(("sheet", "row"), [(sheet, row) for sheet in (C200, C200S) for row in sheet.commands if row.stored])
 
 
 def problems(text, sheet=C200S):
@@ -30,8 +27,8 @@ def problems(text, sheet=C200S):
 
 
 # ----------------------------------------------------------------------------------------------------------- assembling
-@rows
-@pytest.mark.parametrize("pick", ["low", "high"])
+@every_row
+@rows("pick", ["low", "high"])
 def test_every_stored_row_at_its_bounds_and_back(sheet, row, pick):
     values = tuple(getattr(arg, pick) for arg in row.args)
     stored = assemble(spell(row, values), sheet).stored
@@ -40,7 +37,7 @@ def test_every_stored_row_at_its_bounds_and_back(sheet, row, pick):
     assert assemble(disassemble(stored, sheet), sheet).stored == stored
 
 
-@rows
+@every_row
 def test_every_stored_row_beyond_its_bounds(sheet, row):
     for place, arg in enumerate(row.args):
         if arg.sign == "alone":
@@ -99,7 +96,7 @@ def test_the_lines_of_a_host_with_and_without_checksums():
     assert to_ascii(found, check=True) == b"Po?\rS104\rT9\x1d\rL4\x10\r-800U\rEU\r"
 
 
-@pytest.mark.parametrize(
+@rows(
     ("sheet", "text", "sent"),
     [
         (C200S, "A1", b"Po\rA1\rPx\r"),
@@ -126,7 +123,7 @@ def test_what_is_no_instruction_is_shown_as_bytes():
 
 
 # ------------------------------------------------------------------------------------------------------------- mistakes
-@pytest.mark.parametrize(
+@rows(
     ("text", "found"),
     [
         ("s10", [(1, 1, 3, "unknown-command")]),
@@ -155,7 +152,7 @@ def test_the_memory_may_be_filled_to_the_last_location_but_one():
     assert len(assemble("A1\n" * 59, C200S).stored) == 118
 
 
-@pytest.mark.parametrize(
+@rows(
     ("sheet", "text", "remedy"),
     [
         (C200S, "s10", "write S10: no spaces, and case matters"),
@@ -187,7 +184,7 @@ def test_a_message_has_place_limits_source_and_picture():
     ]
 
 
-@pytest.mark.parametrize("line", ["S10\u2193", "+250\u2193", "\u2193", "A1 \u2193"])
+@rows("line", ["S10\u2193", "+250\u2193", "\u2193", "A1 \u2193"])
 def test_the_return_sign_of_the_data_sheet_is_to_be_left_out(line):
     with pytest.raises(ProgramError) as caught:
         assemble(f"Po\n{line}\nPx", C200S)

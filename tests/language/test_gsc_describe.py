@@ -8,6 +8,7 @@ from slewline.chips import sheet_of
 from slewline.errors import UnknownName
 from slewline.language.describe import describe
 from slewline.language.lines import usage
+from tests.rows import rows
 
 SHEETS = {part: sheet_of(part) for part in ("gs-c200", "gs-c200s")}
 PAGES = {part: describe(sheet) for part, sheet in SHEETS.items()}
@@ -67,7 +68,7 @@ def test_one_command():
     ]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("part", "command", "names"),
     [
         ("gs-c200", "G", ["GOTO", "VELOCITY", "CONTROLLED_VELOCITY"]),
@@ -88,7 +89,7 @@ def test_a_command_is_found_by_letter_name_or_line(part, command, names):
     assert [line[2:].split(":")[0] for line in text.splitlines() if line.startswith("# ")] == names
 
 
-@pytest.mark.parametrize(
+@rows(
     ("part", "command", "line"),
     [
         ("gs-c200", "F", "- taken: idle, during program entry, while a program runs"),

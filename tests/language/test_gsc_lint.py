@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from slewline.chips import checks_of, sheet_of
 from slewline.language.lint import lint
+from tests.rows import rows
 
 C200, C200S = "gs-c200", "gs-c200s"
 STR = "S10\nT100\nR10\n"
@@ -26,7 +26,7 @@ def found(text, part=C200S):
     return [(problem.line, problem.column, problem.length, problem.code) for problem in problems(text, part)]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("part", "text"),
     [
         (C200S, f"Po\n{STR}+22\nE\n@until ready\nV1"),
@@ -48,7 +48,7 @@ def test_nothing_to_complain_about(part, text):
     assert problems(text, part) == []
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "expected"),
     [
         (stored("j4\nA1"), [(2, 2, 1, "branch-outside")]),
@@ -90,7 +90,7 @@ def test_what_is_odd(text, expected):
     assert found(text) == expected
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "expected"),
     [
         (f"I1\nP\n{STR}+50\n-51\nE", [(7, 1, 3, "overflow-counter")]),

@@ -1,12 +1,12 @@
 """The linter's general rules: what it finds, where, and that it never gives up."""
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from slewline.chips.cy525.checks import checks
 from slewline.chips.cy525.sheet import SHEET
 from slewline.language.lint import lint, render
+from tests.rows import rows
 
 
 def found(text):
@@ -103,12 +103,12 @@ ODD = [
 ]
 
 
-@pytest.mark.parametrize("text", CLEAN)
+@rows("text", CLEAN)
 def test_nothing_to_say(text):
     assert found(text) == []
 
 
-@pytest.mark.parametrize(("text", "problems"), ODD)
+@rows(("text", "problems"), ODD)
 def test_what_is_odd(text, problems):
     assert found(text) == problems
 

@@ -8,6 +8,7 @@ from slewline.chips import PARTS, sheet_of
 from slewline.errors import UnknownName
 from slewline.language.describe import describe
 from slewline.language.packets.reference import packet
+from tests.rows import rows
 
 SHEETS = {part: sheet_of(part) for part, row in PARTS.items() if row.folder == "mc1451a"}
 PAGES = {part: describe(sheet) for part, sheet in SHEETS.items()}
@@ -70,12 +71,12 @@ def test_a_command_that_is_none_is_refused_with_what_is_meant():
         describe(SHEETS["mc1251a"], "SET_3")
 
 
-@pytest.mark.parametrize("code", ["4e", "4E", "0x4e", "$4E"])
+@rows("code", ["4e", "4E", "0x4e", "$4E"])
 def test_a_command_is_found_by_its_code(code):
     assert describe(sheet_of("mc1451a"), code).startswith("# SMOOTH_STOP: ")
 
 
-@pytest.mark.parametrize("code", ["ff", "4", "04e", "4g"])
+@rows("code", ["ff", "4", "04e", "4g"])
 def test_a_code_without_a_command_is_unknown(code):
     with pytest.raises(UnknownName, match=f"{code} is not a command of the MC1451A"):
         describe(sheet_of("mc1451a"), code)

@@ -6,6 +6,7 @@ import pytest
 
 from slewline.chips import checks_of, sheet_of
 from slewline.language.lint import lint
+from tests.rows import rows
 
 START = "SET_VEL 65536\nSET_ACC 1024\nSET_POS 1000\nUPDATE\n"  # a move that is in order
 
@@ -49,7 +50,7 @@ def test_an_expectation_needs_a_command_above_that_returns_something(text, codes
     assert found(text) == codes
 
 
-@pytest.mark.parametrize("text", [START, HOMING, TOGETHER, f"SET_PRFL_TRAP\n{START}", "RESET\n" + START])
+@rows("text", [START, HOMING, TOGETHER, f"SET_PRFL_TRAP\n{START}", "RESET\n" + START])
 def test_scripts_in_order_pass(text):
     assert found(text) == []
 
@@ -59,7 +60,7 @@ def test_the_recovery_from_a_stall_passes_with_an_encoder_and_is_noted_without()
     assert found(RECOVERY) == [(1, "no-encoder"), (2, "no-encoder"), (3, "no-encoder"), (5, "no-encoder")]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("before", "codes"),
     [
         ("SET_VEL 1048576\n", []),
@@ -76,15 +77,13 @@ def test_a_velocity_above_the_pulse_range(before, codes):
     assert found(before + "UPDATE") == codes
 
 
-@pytest.mark.parametrize(
-    ("start", "codes"), [(16383, []), (16384, [(2, "no-ramp")]), (99999, [(2, "no-ramp")]), (0, [])]
-)
+@rows(("start", "codes"), [(16383, []), (16384, [(2, "no-ramp")]), (99999, [(2, "no-ramp")]), (0, [])])
 def test_a_start_velocity_that_leaves_no_ramp(start, codes):
     assert found(f"SET_VEL 16384\nSET_START_VEL {start}\nUPDATE") == codes
     assert found(f"SET_PRFL_S_CRV\nSET_VEL 16384\nSET_START_VEL {start}\nUPDATE") == []
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "codes"),
     [
         (START + "SET_POS 5", [(5, "no-update")]),
@@ -103,7 +102,7 @@ def test_what_is_buffered_and_never_updated(text, codes):
     assert found(text) == codes
 
 
-@pytest.mark.parametrize(
+@rows(
     ("mode", "line", "used"),
     [
         ("SET_PRFL_S_CRV", "SET_ACC 5", False),
@@ -122,7 +121,7 @@ def test_what_an_update_brings_and_the_mode_does_not_use(mode, line, used):
     assert "unused-parameter" not in dict(map(reversed, found(f"{line}\nUPDATE", "mc1451a-e")))  # which mode is it?
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "codes"),
     [
         ("RESET\nSET_VEL 5\nSET_POS 5\nUPDATE", [(3, "no-start")]),
@@ -151,7 +150,7 @@ def test_accelerations_with_which_nothing_starts(text, codes):
     assert found(text) == codes
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "codes"),
     [
         ("SET_POS_BRK\nSET_BRK_PNT 5", [(1, "breakpoint-value")]),

@@ -15,6 +15,7 @@ from slewline.language.assemble import assemble, to_ascii, to_binary
 from slewline.language.dialect import Command
 from slewline.language.disassemble import disassemble, listing
 from slewline.language.lines import Refusal
+from tests.rows import rows
 
 SHEET = sheet_of("mc1451a-e")
 SHEETS = [sheet_of(part) for part, row in PARTS.items() if row.folder == "mc1451a"]
@@ -38,7 +39,7 @@ def refused(line, sheet=SHEET):
 
 
 # --------------------------------------------------------------------------------------------------------------- words
-@pytest.mark.parametrize(
+@rows(
     ("line", "words"),
     [
         ("SET_POS 12345", (0x0000, 0x3039)),
@@ -68,7 +69,7 @@ def test_a_line_is_the_words_that_a_host_writes(line, words):
     assert words_of(line) == words
 
 
-@pytest.mark.parametrize("row", ROWS)
+@rows("row", ROWS)
 @pytest.mark.fact("PMD-PKT-1")
 def test_numbers_come_back_from_their_words_with_their_sign(row):
     draw = random.Random(row.code)
@@ -99,7 +100,7 @@ def test_checksums():
     assert packets.checksum(0x1A, ()) == 0x001A
 
 
-@pytest.mark.parametrize("values", [(), (1, 2), (1 << 30,), (-(1 << 30) - 1,), (1.0,), (True,), ("5",)])
+@rows("values", [(), (1, 2), (1 << 30,), (-(1 << 30) - 1,), (1.0,), (True,), ("5",)])
 def test_what_a_host_of_ours_may_not_send_is_our_mistake(values):
     with pytest.raises(UsageError, match="SET_POS"):
         packets.words(SHEET.commands["SET_POS"], values)
@@ -112,7 +113,7 @@ def test_the_mistake_says_what_is_allowed():
 
 
 # ------------------------------------------------------------------------------------------------- lines that are none
-@pytest.mark.parametrize(
+@rows(
     ("line", "code", "at", "end", "allowed", "remedy"),
     [
         ("SET_POS", "missing-argument", 7, 8, "-1073741824..1073741823 (steps)", ""),
@@ -149,7 +150,7 @@ def test_a_line_that_is_no_command_says_where_and_what_instead(line, code, at, e
     assert (found.code, found.at, found.end, found.allowed, found.remedy) == (code, at, end, allowed, remedy)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("name", "remedy"),
     [
         pytest.param("set_accel", "write SET_ACC", marks=pytest.mark.fact("PMD-CON-ACC-SPELLING")),
@@ -256,7 +257,7 @@ def test_what_a_register_value_means_in_seconds():
         assert rates.register(arg("SET_VEL"), rates.per_second(arg("SET_VEL"), value, PER_S), PER_S) == value
 
 
-@pytest.mark.parametrize(
+@rows(
     ("line", "number"),
     [
         ("SET_VEL 12345 steps/s", 265107),
@@ -285,7 +286,7 @@ def test_a_rate_in_seconds_goes_by_the_crystal_and_one_in_cycles_does_not():
         assert tuple(found) == numbers
 
 
-@pytest.mark.parametrize(
+@rows(
     ("line", "code", "found", "remedy"),
     [
         ("SET_VEL 5 steps/s2", "range", "SET_VEL velocity 5 steps/s2: allowed steps/s or steps/cycle", ""),
@@ -306,7 +307,7 @@ def test_a_rate_with_the_wrong_unit_is_refused(line, code, found, remedy):
     assert (refusal.code, refusal.found, refusal.remedy) == (code, found, remedy)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("command", "value", "says"),
     [
         (
@@ -325,7 +326,7 @@ def test_a_fraction_is_refused_with_the_number_that_would_be_right(command, valu
     assert str(error.value).endswith(says)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("command", "text", "most"),
     [
         ("SET_VEL", "16384 steps/cycle", "16383.99998 steps/cycle"),
@@ -400,7 +401,7 @@ def test_bytes_of_packets_as_a_script_again():
     ]
 
 
-@pytest.mark.parametrize("sheet", SHEETS, ids=lambda sheet: sheet.part)
+@rows("sheet", SHEETS)
 def test_every_command_goes_to_bytes_and_back(sheet):
     draw = random.Random(sheet.part)
     values = {row: [draw.randint(arg.low, arg.high) for arg in row.args] for row in sheet.commands}

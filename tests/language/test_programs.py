@@ -12,6 +12,7 @@ from slewline.language.disassemble import disassemble
 from slewline.language.letters import Decoder
 from slewline.language.lint import lint
 from slewline.language.source import read
+from tests.rows import rows
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "programs"
 
@@ -86,7 +87,7 @@ def test_every_example_is_listed():
     assert {path.stem for path in EXAMPLES.glob("*.hex")} == set(BINARY)
 
 
-@pytest.mark.parametrize("name", PROGRAMS)
+@rows("name", PROGRAMS)
 def test_the_file_sends_what_the_manual_prints(name):
     stream, _ = PROGRAMS[name]
     kept = sent(text_of(name))
@@ -95,19 +96,19 @@ def test_the_file_sends_what_the_manual_prints(name):
     assert stream in kept
 
 
-@pytest.mark.parametrize("name", PROGRAMS)
+@rows("name", PROGRAMS)
 def test_the_stream_leaves_the_buffer(name):
     stream, buffer = PROGRAMS[name]
     assert entered(stream.replace("|", "\r").encode())[::2] == (bytes.fromhex(buffer), [])
 
 
 @pytest.mark.fact("PROG-2", "LABEL-2")
-@pytest.mark.parametrize("name", STORED)
+@rows("name", STORED)
 def test_the_file_assembles_to_the_buffer(name):
     assert assemble(text_of(name), SHEET).stored == STORED[name]
 
 
-@pytest.mark.parametrize("name", STORED)
+@rows("name", STORED)
 def test_every_way_into_the_chip(name):
     assembly = assemble(text_of(name), SHEET)
     resolved = assemble(text_of(name), SHEET, resolve=True).stored
@@ -116,7 +117,7 @@ def test_every_way_into_the_chip(name):
     assert entered(to_binary(assembly, single_count=True), ascii=False)[::2] == (resolved, [])
 
 
-@pytest.mark.parametrize("name", STORED)
+@rows("name", STORED)
 def test_there_and_back(name):
     resolved = assemble(text_of(name), SHEET, resolve=True).stored
     assert assemble(disassemble(resolved, SHEET), SHEET).stored == resolved
@@ -162,7 +163,7 @@ def test_five_steps_in_both_modes():
     assert entered(ascii) == entered(binary, ascii=False)
 
 
-@pytest.mark.parametrize("name", PROGRAMS)
+@rows("name", PROGRAMS)
 def test_examples_have_no_warnings(name):
     found = [problem for problem in lint(text_of(name), SHEET, checks(SHEET)) if problem.severity != "note"]
     assert found == []

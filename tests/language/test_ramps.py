@@ -11,9 +11,10 @@ import slewline
 from slewline.chips import PARTS, ramps_of, sheet_of
 from slewline.errors import UnknownName, UsageError
 from slewline.language.ramps import least, levels
+from tests.rows import rows
 
 
-@pytest.mark.parametrize("part", PARTS)
+@rows("part", PARTS)
 def test_every_part_has_a_calculator_whose_parameters_are_its_commands(part: str) -> None:
     calculator = ramps_of(part)
     assert calculator.sheet is sheet_of(part)
@@ -33,7 +34,7 @@ def test_capitals_of_a_name_do_not_count_and_hexadecimal_is_a_number() -> None:
     assert {name: ramp.values[name] for name in "FRSZ"} == {"F": 3, "R": 127, "S": 200, "Z": 1}
 
 
-@pytest.mark.parametrize(("values", "error", "says"), [
+@rows(("values", "error", "says"), [
     ({"F": 3, "R": 100, "Q": 1}, UnknownName, "cy525: no parameter 'Q'; there are: F, R, S, Z, ramp_unit, ramp_jumps"),
     ({"F": 3, "f": 3}, UsageError, "cy525: f twice; give one value"),
     ({"F": 3}, UsageError, r"no value for R \(maximum step rate, 0\.\.127\), S \(acceleration, "),
@@ -50,7 +51,7 @@ def test_bad_parameters_are_refused_with_what_is_allowed(values: Any, error: typ
         slewline.ramp("cy525", **values)
 
 
-@pytest.mark.parametrize(("wanted", "says"), [
+@rows(("wanted", "says"), [
     ({}, "give one of time, acceleration and steps"),
     ({"time": "1 s", "steps": 4}, "give one of time, acceleration and steps"),
     ({"time": 0}, "time 0; allowed more than 0"),
@@ -70,7 +71,7 @@ def test_a_part_without_a_crystal_takes_none() -> None:
         slewline.ramp("gs-c200", S=1, T=2, R=3, crystal="1 MHz")
 
 
-@pytest.mark.parametrize("count", [1, 2, 7, 40])
+@rows("count", [1, 2, 7, 40])
 def test_a_longer_list_begins_as_the_shorter_one_does(count: int) -> None:
     wanted: dict[str, Any] = {"F": 3, "R": 90, "steps": 1500}
     longest = [ramp.values for ramp in slewline.find_ramps("cy525", count=60, **wanted)]

@@ -124,7 +124,9 @@ class Mad545(Mad):
         self.note()
 
 
-@pytest.mark.parametrize(("part", "seed"), [("cy545", 1), ("cy545b", 4)])  # quick ones
+@pytest.mark.parametrize(
+    ("part", "seed"), [("cy545b", 4), pytest.param("cy545", 1, marks=pytest.mark.long)]
+)  # quick ones
 def test_two_mad_hosts_do_not_stop_a_cy545(part: str, seed: int, tmp_path: Path) -> None:
     check(1_000, tmp_path, type("Mad", (Mad545,), {"part": part}), seed)
 

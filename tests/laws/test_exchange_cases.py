@@ -87,7 +87,7 @@ def instants(what: str) -> list[int]:
     return sorted({at + beside for at in found for beside in (-1, 0, 1, 20 * NS)})
 
 
-@pytest.mark.parametrize("every", [6, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.parametrize("every", few((17, 1), 1))  # every so many instants
 @pytest.mark.parametrize(
     ("what", "how", "within"),
     [
@@ -101,7 +101,7 @@ def instants(what: str) -> list[int]:
 def test_what_happens_at_any_edge_leaves_what_it_leaves_edge_by_edge(
     what: str, how: str, within: bool, every: int
 ) -> None:
-    """At every sixth instant, from another one on for each way to disturb it; the long run takes all of them."""
+    """From another instant on for each way to disturb it."""
     make, quiet = OF[what]
     for at in instants(what)[(list(AT_ONE).index(how) + 3) % every :: every]:
         acts = []
@@ -124,20 +124,24 @@ def at_any_edge(make: type[World], quiet: Dialogue, first: int, last: int) -> li
     return [at + beside for at in marks for beside in (-1, 0, 1, 600 * NS)]
 
 
-@pytest.mark.parametrize("display", few([True, False], 1))
-def test_an_address_is_in_every_latch_in_its_time_and_in_none_before(display: bool) -> None:
+@pytest.mark.parametrize(
+    ("display", "every"),
+    [(True, 5), pytest.param(True, 1, marks=pytest.mark.long), pytest.param(False, 1, marks=pytest.mark.long)],
+)
+def test_an_address_is_in_every_latch_in_its_time_and_in_none_before(display: bool, every: int) -> None:
     """The first read is the first one by value; the others go on behind the end of a page."""
     options = memory(image=b"\xff" * 253 + b"A 77\rN 2\r0\r", display=display)
     quiet = Dialogue(1, "cy545b", "Y 253\rX\r", options, 3 * MS)
-    for at in [*at_any_edge(Remembering, quiet, 0, 14), *at_any_edge(Remembering, quiet, 17, 29)]:
+    for at in [*at_any_edge(Remembering, quiet, 0, 14), *at_any_edge(Remembering, quiet, 17, 29)][::every]:
         agree(Remembering, Dialogue(1, quiet.part, quiet.sent, options, at))
 
 
-def test_a_bit_of_the_bus_is_taken_back_by_the_read_behind_it() -> None:
+@pytest.mark.parametrize("every", few((13, 1), 1))
+def test_a_bit_of_the_bus_is_taken_back_by_the_read_behind_it(every: int) -> None:
     options = memory(image=b"B 8\rB 0\r? B\rB 24\rB 8\rT 8,0\r0\r")
     quiet = Dialogue(1, "cy545b", "O 81H\rY 0\rX\r", options, 6 * MS)
     agree(Remembering, quiet)
-    for at in at_any_edge(Remembering, quiet, 20, 60)[::5]:
+    for at in at_any_edge(Remembering, quiet, 20, 60)[::every]:
         agree(Remembering, Dialogue(1, quiet.part, quiet.sent, options, at))
 
 
@@ -146,11 +150,12 @@ def test_two_memories_on_one_select_line_disagree_edge_by_edge() -> None:
     agree(Remembering, Dialogue(1, "cy545b", "Y 250\rX\r", READS.options, 3 * MS, acts))
 
 
-def test_the_end_of_a_write_may_come_at_any_edge_of_a_poll() -> None:
+@pytest.mark.parametrize("every", few((5, 1), 1))
+def test_the_end_of_a_write_may_come_at_any_edge_of_a_poll(every: int) -> None:
     world = played(Remembering, WRITES, "recorded", 1)
     begin = next(time for time, level in world.recorded("x.wr", 0) if level == 1)
     polls = [at for at in at_any_edge(Remembering, WRITES, 0, 40) if at > begin + 1000]
-    for at in polls:
+    for at in polls[::every]:
         options = memory("eeprom", write_time=at - begin)
         agree(Remembering, Dialogue(1, "cy545b", WRITES.sent, options, begin + 700 * US))
 

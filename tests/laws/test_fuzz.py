@@ -10,7 +10,7 @@ from .fuzz import check
 
 
 def test_a_mad_host_stops_nothing_and_can_be_repeated(tmp_path: Path) -> None:
-    check(3_000, tmp_path)
+    check(2_000, tmp_path)
 
 
 @pytest.mark.long

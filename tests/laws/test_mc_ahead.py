@@ -35,7 +35,7 @@ def agree(seeds: range, reaches: int) -> Counter[str]:
     return counted
 
 
-@pytest.mark.parametrize("block", few((3, 1, 0, 2), 1))
+@pytest.mark.parametrize("block", few((1, 3, 0, 2), 1))
 def test_windows_of_any_length_and_the_twin_agree(block: int) -> None:
     agree(range(block * 10, block * 10 + 10), 2)
 

@@ -11,8 +11,9 @@ from slewline.core.datasheet.option import Option, checked, flat
 from slewline.parts import CATALOGUE, KINDS, ListedPart, options_of, part_class
 from slewline.parts.base.part import Part
 from tests.options import wrong_options
+from tests.rows import rows
 
-every_kind = pytest.mark.parametrize("kind", KINDS)
+every_kind = rows("kind", KINDS)
 NEEDS = {"prom": {"image": ""}, "switch": {"low": 0}}  # what a part must be told
 RESERVED = {"kind", "name", "to", "on", "kernel"}  # keys of [[part]] and arguments of the constructor
 

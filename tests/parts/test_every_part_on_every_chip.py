@@ -16,7 +16,7 @@ import slewline
 from slewline.chips import PARTS
 from slewline.errors import WiringError
 from slewline.parts import KINDS, part_class
-from tests.ensembles import in_long_runs
+from tests.rows import rows
 
 STEPS, BACK = 12, 3
 LETTERS = ("cy525", "cy512")
@@ -465,9 +465,21 @@ def test_the_table_knows_every_kind():
     assert set(FITS) == set(KINDS)
 
 
-@pytest.mark.parametrize("chip", [in_long_runs(chip) if chip in SISTERS else chip for chip in PARTS])
-@pytest.mark.parametrize("kind", FITS)
+@rows("kind", FITS)
+@rows("chip", [chip for chip in PARTS if chip not in SISTERS])
 def test_every_part_works_on_every_chip_for_which_it_makes_sense_and_is_refused_by_the_others(kind, chip):
+    works_or_is_refused(kind, chip)
+
+
+@pytest.mark.long
+@rows("kind", FITS)
+@rows("chip", SISTERS)
+def test_and_so_it_does_on_the_sisters_of_these_chips(kind, chip):
+    works_or_is_refused(kind, chip)
+
+
+def works_or_is_refused(kind, chip):
+    """Put a part on a chip, and see that it works, or why it is refused."""
     fit = FITS[kind]
     options = dict(fit.options)
     if "image" in options:

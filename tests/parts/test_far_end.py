@@ -9,6 +9,7 @@ import pytest
 
 import slewline
 from slewline.language.lint import lint
+from tests.rows import rows
 
 SLOW = {"br0": 0, "br1": 1, "br2": 0, "chs": 0}  # 2400 baud
 
@@ -115,8 +116,8 @@ def test_a_read_without_answer_says_that_nothing_can_come():
     assert "nothing drives" not in host.got(b"R").text
 
 
-@pytest.mark.parametrize("line", ["v1", "S 10", "+100", "S10", "Lo9", "R5000", "V3", "4V1", "A3t", "f 5", "Px 1"])
-@pytest.mark.parametrize("part", ["gs-c200", "gs-c200s"])
+@rows("line", ["v1", "S 10", "+100", "S10", "Lo9", "R5000", "V3", "4V1", "A3t", "f 5", "Px 1"])
+@rows("part", ["gs-c200", "gs-c200s"])
 def test_what_the_linter_advises_before_a_run_a_finding_advises_in_it(part, line):
     bench, x, host = stand(part=part)
     answer = host.ask(line)

@@ -8,6 +8,7 @@ import pytest
 
 import slewline
 from slewline.parts import KINDS, part_class
+from tests.rows import rows
 
 TRUTH = {  # output for (0, 0), (0, 1), (1, 0), (1, 1)
     "and": (0, 0, 0, 1),
@@ -17,7 +18,7 @@ TRUTH = {  # output for (0, 0), (0, 1), (1, 0), (1, 1)
 }
 
 
-@pytest.mark.parametrize("kind", TRUTH)
+@rows("kind", TRUTH)
 def test_a_gate_of_two_inputs_keeps_its_truth_table(kind):
     bench = slewline.Bench()
     bench.part(kind, "g")

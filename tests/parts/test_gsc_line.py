@@ -8,6 +8,7 @@ from modules import C200, C200S, MS, STRAPS, Modules, both
 import slewline
 from slewline.chips import sheet_of
 from slewline.parts.lines.noise import KINDS, RandomSequence
+from tests.rows import rows
 
 BIT = 10**12 / 9600
 
@@ -237,7 +238,7 @@ def test_a_journal_repeats_the_faults(tmp_path):
 
 
 # ----------------------------------------------------------------------------------------------------- user's mistakes
-@pytest.mark.parametrize(
+@rows(
     ("arguments", "says"),
     [
         (("to_moon", "lost"), r"line: way 'to_moon'; allowed to_module, to_host"),

@@ -27,6 +27,7 @@ from slewline.parts.hosts.connection import Connection
 from slewline.parts.hosts.host import Host
 from slewline.parts.hosts.packet_host import AxisView, PacketHost
 from slewline.parts.hosts.serial_host import SerialHost
+from tests.rows import rows
 
 OLD = Path(__file__).parents[1] / "core/journal_of_a_bus_host.jsonl"
 STRAPS = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}  # 9600 baud, no checksums
@@ -225,7 +226,7 @@ def test_every_host_has_the_face(cls):
     assert [name for name in FACE if name not in (cls.__doc__ or "") + (inspect.getmodule(Host).__doc__ or "")] == []
 
 
-@pytest.mark.parametrize("cls", [BusHost, SerialHost, PacketHost, AxisView, ChipsetHost])
+@rows("cls", [BusHost, SerialHost, PacketHost, AxisView, ChipsetHost])
 def test_a_timeout_is_a_time_everywhere(cls):
     calls = [call for _, call in inspect.getmembers(cls, inspect.isfunction)]
     told = [inspect.signature(call, eval_str=False).parameters.get("timeout") for call in calls]
@@ -290,7 +291,7 @@ def test_a_host_works_on_wires_with_nothing_but_a_sheet():
     assert bytes(taken) == b"R 20\r" and host.idle and host.sent == 5
 
 
-@pytest.mark.parametrize(
+@rows(
     ("call", "text"),
     [
         (lambda host: host.change_rate(9), r"host: x \(cy525\) takes no rate on the fly: it has no pin for it"),

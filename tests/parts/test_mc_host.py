@@ -9,6 +9,7 @@ import pytest
 import slewline
 from slewline.errors import UnknownName
 from slewline.parts.hosts.ends.packet_port import Packet
+from tests.rows import rows
 
 NS, US, MS = 10**3, 10**6, 10**9  # picoseconds
 BUSY = 81_920 * NS
@@ -361,9 +362,10 @@ def test_wait_asks_for_the_status_word_until_the_bit_is_there(desk):
     assert len(desk.host.received) - asked == 2
 
 
-@pytest.mark.parametrize("update", ["UPDATE", "MULTI_UPDATE 1"])
-@pytest.mark.parametrize("phase", range(0, 328, 41))
-def test_behind_an_update_not_in_motion_waits_for_the_cycle_that_works_it(desk, update, phase):
+@rows("update", ["UPDATE", "MULTI_UPDATE 1"])
+@rows("phase", range(0, 328, 41))
+def test_behind_an_update_not_in_motion_waits_for_the_cycle_that_works_it(update, phase):
+    desk = Desk()
     desk.bench.run(f"{phase} us")
     desk.host.send(MOVE.replace("UPDATE", update))
     assert desk.host.wait("!in_motion", every=0) == 0x0301 and desk.x.position == 50
@@ -441,7 +443,7 @@ def test_two_chipsets_share_a_data_bus():
     assert bench.findings == []
 
 
-@pytest.mark.parametrize(
+@rows(
     ("call", "kind", "text"),
     [
         (lambda host: host.command("SET_PO", 1), UnknownName, "SET_PO is not a command of the MC1451A; write SET_POS"),
@@ -462,7 +464,8 @@ def test_two_chipsets_share_a_data_bus():
         (lambda host: host.to("y"), UnknownName, "host has no chip 'y'; it serves x"),
     ],
 )
-def test_mistakes_of_the_user_are_told_and_nothing_is_queued(desk, call, kind, text):
+def test_mistakes_of_the_user_are_told_and_nothing_is_queued(call, kind, text):
+    desk = Desk()
     with pytest.raises(kind) as raised:
         call(desk.host)
     assert text in str(raised.value)

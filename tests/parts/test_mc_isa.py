@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 
 import slewline
+from tests.rows import rows
 
 NS, US = 10**3, 10**6  # picoseconds
 CLOCK = 125 * NS
@@ -101,7 +102,7 @@ def test_the_other_addresses_read_ff_and_take_nothing(pc):
 
 
 @pytest.mark.fact("PMD-ISA-5", "PMD-CON-ISA-BASES")
-@pytest.mark.parametrize("base", [0x340, 0x350, 0x360, 0x370, 0x390, 0x300, 0x3F0])
+@rows("base", [0x340, 0x350, 0x360, 0x370, 0x390, 0x300, 0x3F0])
 def test_the_base_is_free(base):
     pc = Pc("mc1151a", base)
     assert pc.command(0x6C, reads=1) == [0x4411, 0x4411 + 0x6C]
@@ -257,7 +258,7 @@ def test_a_journal_plays_the_same_again(tmp_path):
     assert again.now_ps == pc.bench.now_ps
 
 
-@pytest.mark.parametrize("base", [0x240, 0x348, 0x400, "340"])
+@rows("base", [0x240, 0x348, 0x400, "340"])
 def test_a_base_outside_the_range_is_refused(base):
     text = "a whole number such as 0x340" if base == "340" else "0x300 to 0x3f0 in steps of 0x10"
     with pytest.raises(slewline.UsageError, match=f"isa: base {base!r}; allowed {text}"):

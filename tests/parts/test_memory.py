@@ -12,8 +12,9 @@ from slewline.core.memory.store import BufferedStore, Memory
 from slewline.errors import BenchFileError, StoreError, UsageError
 from slewline.links.lines.store import FileStore
 from tests.parts.bus_master import BusMaster
+from tests.rows import rows
 
-every_kind = pytest.mark.parametrize("kind", ["ram", "eeprom", "eprom"])
+every_kind = rows("kind", ["ram", "eeprom", "eprom"])
 IMAGE = Random(1).randbytes(300)
 
 
@@ -81,7 +82,7 @@ def test_a_memory_is_one_of_many_bytes() -> None:
 
 # --------------------------------------------------------------------------------------------------------------- mirror
 @every_kind
-@pytest.mark.parametrize("size", SIZES)
+@rows("size", SIZES)
 def test_a_dump_of_a_smaller_part_is_mirrored(kind: str, size: int) -> None:
     dump = Random(size).randbytes(size)
     bus = BusMaster(kind, image=dump)

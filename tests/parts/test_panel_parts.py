@@ -8,6 +8,7 @@ import slewline
 from slewline.errors import UsageError
 from slewline.parts.front_panel.panel_parts import switch_address
 from tests.parts.bus_master import BusMaster
+from tests.rows import rows
 
 
 # ---------------------------------------------------------------------------------------------------------- thumbwheels
@@ -44,7 +45,7 @@ def test_switches_are_turned_within_their_digits() -> None:
             part.turn(wrong)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("options", "says"),
     [
         ({"letter": "RR"}, "letter 'RR'; allowed one letter, A to Z"),
@@ -176,7 +177,7 @@ def test_a_return_in_a_text_begins_the_next_line_and_a_full_line_too() -> None:
     assert line.send("\rx") == ["           x", "           fg"]
 
 
-@pytest.mark.parametrize("text", ["RR=0010", "R=0010x", "SPEED", "A=123456789", "r=00100", "R= 00100", "X"])
+@rows("text", ["RR=0010", "R=0010x", "SPEED", "A=123456789", "r=00100", "R= 00100", "X"])
 def test_what_is_no_parameter_is_text(text: str) -> None:
     line = Line(columns=40)
     assert line.send(text) == [f"           {text}", "", "", ""]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import slewline
+from tests.rows import rows
 
 BIT_9600 = 10**12 / 9600
 
@@ -66,7 +67,7 @@ RATES = ("76800", "38400", "19200", "9600", "4800", "2400", "1200", "600", "300"
 
 
 @pytest.mark.fact("CIRCUIT-UART-3")
-@pytest.mark.parametrize("stage", range(1, 13))
+@rows("stage", range(1, 13))
 def test_each_stage_of_the_counter_is_sixteen_times_a_baud_rate(stage):
     baud = RATES[stage - 1]
     bench = slewline.Bench()
@@ -117,9 +118,9 @@ def test_a_rate_that_the_generator_does_not_have_is_refused():
 
 
 @pytest.mark.fact("CIRCUIT-UART-4")
-@pytest.mark.parametrize("bits", [5, 6, 7, 8])
-@pytest.mark.parametrize("parity", ["none", "odd", "even"])
-@pytest.mark.parametrize("stop", [1, "1.5", 2])
+@rows("bits", [5, 6, 7, 8])
+@rows("parity", ["none", "odd", "even"])
+@rows("stop", [1, "1.5", 2])
 def test_every_word_format_arrives_when_both_ends_are_strapped_alike(bits, parity, stop):
     bench = slewline.Bench()
     word = dict(bits=bits, parity=parity, stop=stop)

@@ -6,6 +6,7 @@ import pytest
 
 import slewline
 from slewline.core.wires.waits import level
+from tests.rows import rows
 
 MOVE = "F 10\rR 10\rS 255\rZ 1\r"
 US, MS = 10**6, 10**9
@@ -175,7 +176,7 @@ def apart(bench, one, two):
 
 
 @pytest.mark.fact("CIRCUIT-SYNC-2")
-@pytest.mark.parametrize("start", [f"{n} us" for n in range(0, 24, 3)])
+@rows("start", [f"{n} us" for n in range(0, 24, 3)])
 def test_a_slave_that_waits_where_the_master_clears_steps_within_one_poll(start):
     bench, _, _, host = in_step(start, PROGRAM.replace("U\r", ""), PROGRAM.replace("C\r", ""))
     host.send("X\r")

@@ -12,6 +12,7 @@ from slewline.core.time.timebase import Seconds, Time
 from slewline.parts.hosts.adaptive_host import AdaptiveHost
 from slewline.parts.hosts.flow_host import FlowHost
 from slewline.parts.hosts.host import Host
+from tests.rows import rows
 
 SIDES = pytest.mark.parametrize("over", ["parallel", "serial"])
 FACE = ("send", "ask", "got", "received", "drop", "clear", "idle", "waiting")
@@ -302,7 +303,7 @@ def test_one_host_a_side_and_one_side_a_host():
             bench.host(x, y, over=over)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("how", "text"),
     [
         ({"baud": 9600}, "has no serial line here; over='serial' is one"),

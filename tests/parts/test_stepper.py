@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 import slewline
+from tests.rows import rows
 
 DRY = {"load": "friction 5 mNm", "step": "100 us"}
 
@@ -61,7 +62,7 @@ def test_phases_ask_for_the_nearest_place_that_has_their_field() -> None:
     assert phases("0110") - begun == 3  # to the opposite side either way is as near
 
 
-@pytest.mark.parametrize(("pins", "amperes"), [
+@rows(("pins", "amperes"), [
     ({"mov": 0}, 0.5), ({"mov": 1}, 1.0), ({"mov": 1, "ramp": 1}, 1.5), ({"mov": 0, "ramp": 1}, 1.5),
     ({"mov": 1, "enable": 0}, 0.0), ({"mov": 0, "ramp": 1, "enable": 0}, 0.0),
 ])  # fmt: skip
@@ -177,7 +178,7 @@ def test_a_push_and_an_edge_at_one_instant_both_count(first: str) -> None:
 
 
 # ------------------------------------------------------------------------------------------------------ what is refused
-@pytest.mark.parametrize("steps", [float("nan"), float("inf"), 1e30, True, "3", None])
+@rows("steps", [float("nan"), float("inf"), 1e30, True, "3", None])
 def test_a_push_is_a_number_of_steps(steps: Any) -> None:
     bench, motor = stepper()
 

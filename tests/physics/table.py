@@ -10,7 +10,7 @@ A check that takes more than a second or two is `long`: `make test-long` runs it
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import dataclass
 from math import inf
 from types import ModuleType
@@ -103,14 +103,16 @@ def same(of: str, value: float, expected: float) -> Reading:
     return Reading(of, float(value), expected, 0.0, 0.0)
 
 
-def as_parameters(rows: Iterable[Check], modules: Iterable[ModuleType]) -> list[Any]:
-    """Return the rows of some modules as parameters of a test."""
+def as_parameters(rows: Iterable[Check], modules: Iterable[ModuleType], system: Container[int] = ()) -> list[Any]:
+    """Return the rows of some modules as parameters of a test; those with some numbers run with `make test-system`."""
     import pytest
 
     names = {module.__name__ for module in modules}
     slow = [pytest.mark.long, pytest.mark.timeout(900)]
     return [
-        pytest.param(row, id=row.name, marks=slow if row.long else []) for row in rows if row.read.__module__ in names
+        pytest.param(row, id=row.name, marks=slow if row.long else [pytest.mark.system] * (row.number in system))
+        for row in rows
+        if row.read.__module__ in names
     ]
 
 

@@ -8,6 +8,7 @@ from .rows import AT_WORK, ROWS
 from .table import Check, Reading, as_parameters
 
 
+@pytest.mark.system
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("row", as_parameters(ROWS, AT_WORK))
 def test_value_is_within_its_tolerance(row: Check) -> None:

@@ -7,8 +7,10 @@ import pytest
 from .rows import EQUATIONS, ROWS
 from .table import Check, Reading, as_parameters
 
+SLOW = {12, 23, 35, 108}  # not in every run
 
-@pytest.mark.parametrize("row", as_parameters(ROWS, EQUATIONS))
+
+@pytest.mark.parametrize("row", as_parameters(ROWS, EQUATIONS, SLOW))
 def test_value_is_within_its_tolerance(row: Check) -> None:
     readings: list[Reading] = list(row.read())
 

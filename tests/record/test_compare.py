@@ -8,6 +8,7 @@ import pytest
 import slewline
 from slewline.errors import TimeError, UsageError
 from slewline.record.measuring.compare import _fits, _pairs
+from tests.rows import rows
 
 US = 10**6
 
@@ -29,7 +30,7 @@ def moved(edges, index, by):
     return times, edges[1]
 
 
-def rows(comparison):
+def told(comparison):
     return [(row.kind, row.edge, row.time_ps, row.level, row.late_ps) for row in comparison.rows]
 
 
@@ -48,7 +49,7 @@ def test_the_same_edges_agree_whenever_the_recording_began():
 def test_a_late_edge_is_told():
     model = pulses(1000)
     found = slewline.compare_edges(model, moved(moved(model, 412, 2_300_000), 413, -1), tolerance=1)
-    assert rows(found) == [("late", 412, int(model[0][412]), 0, 2_300_000)]
+    assert told(found) == [("late", 412, int(model[0][412]), 0, 2_300_000)]
     assert str(found.rows[0]) == "edge 412 (falls) at 20.607 ms is 2.3 µs late"
     assert not found.agrees and found.greatest_ps == 2_300_000 and found.mean_ps == 2_300_001 / 2000
     assert "differ\n  edge 412 (falls) at 20.607 ms is 2.3 µs late\n  2000 pairs: at most 2.3 µs" in str(found)
@@ -69,7 +70,7 @@ def test_missing_and_extra_edges_are_told_where_they_are(drift):
     assert found.missing.tolist() == [824, 825, 9998, 9999] and found.extra.tolist() == [3000, 3001]
     assert len(found.pairs) == 9996 and found.drift_ppm == pytest.approx(drift, abs=0.01)
     assert [row.kind for row in found.rows] == ["missing", "missing", "extra", "extra", "missing", "missing"]
-    assert rows(found)[2][1:4:2] == (3000, 0) and found.rows[2].time_ps == pytest.approx(int(extra), abs=500 * US)
+    assert told(found)[2][1:4:2] == (3000, 0) and found.rows[2].time_ps == pytest.approx(int(extra), abs=500 * US)
     assert str(found.rows[0]) == "edge 824 (falls) at 41.207 ms is missing"
 
 
@@ -176,7 +177,7 @@ def stepwise(model, measured):
     return out
 
 
-@pytest.mark.parametrize("seed", range(20))
+@rows("seed", range(20))
 def test_runs_of_pairs_are_those_found_one_by_one(seed):
     random = np.random.default_rng(seed)
     model = pulses(150, width=20 * US)

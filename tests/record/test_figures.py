@@ -27,6 +27,7 @@ from slewline.record.pictures.pictures import save
 from slewline.record.pictures.tracks import Track
 from slewline.record.recording.traces import Trace
 from slewline.record.style import DARK, LIGHT, TimeAxis, duration, inches, number
+from tests.rows import rows
 
 MS = 10**9
 
@@ -355,7 +356,7 @@ def test_numbers_and_times_of_a_picture():
     assert duration(25_000_000) == "25 µs"
 
 
-@pytest.mark.parametrize(
+@rows(
     ("start", "stop", "label", "scaled"),
     [
         (0, 3 * MS, "Time in ms", 3.0),
@@ -407,6 +408,7 @@ def test_the_callers_axes_are_drawn_into():
         figure(contents(track()), ax=Figure().subplots(3))
 
 
+@pytest.mark.system
 def test_pyplot_is_not_loaded(tmp_path):
     code = (
         "import sys, numpy as np; from slewline.record.pictures.figures import *; "

@@ -19,6 +19,7 @@ from slewline.record.measuring.intervals import (
     intervals,
     pairs,
 )
+from tests.rows import rows
 
 NS, US = 1000, 1_000_000
 
@@ -73,7 +74,7 @@ def test_the_edge_that_is_asked_for():
     assert Edge.read("x.a rises 3").find(pin, 10, include=True) is None
 
 
-@pytest.mark.parametrize("text", ["", "x.a falling", "x.a falls 0", "x.a falls two", "x.a falls 1 2", 7])
+@rows("text", ["", "x.a falling", "x.a falls 0", "x.a falls two", "x.a falls 1 2", 7])
 def test_what_is_no_edge_is_refused(text):
     with pytest.raises(UsageError, match="expected a pin, a change"):
         Edge.read(text)
@@ -122,9 +123,7 @@ def test_a_limit_scales_with_the_crystal_that_it_names():
     assert Limit("a falls", "a rises", "", "", least=10).at(11_000_000) == (10, None, None)
 
 
-@pytest.mark.parametrize(
-    ("shortest", "longest", "kept"), [(50, 100, True), (49, 100, False), (50, 101, False), (75, 75, True)]
-)
+@rows(("shortest", "longest", "kept"), [(50, 100, True), (49, 100, False), (50, 101, False), (75, 75, True)])
 def test_the_ends_of_a_limit_belong_to_it(shortest, longest, kept):
     limit = Limit("a falls", "a rises", "", "", least=50, most=100)
     assert Bound.of(limit, 1).kept(shortest, longest) is kept

@@ -15,6 +15,7 @@ from slewline.record.pictures.measured import position, track, velocity
 from slewline.record.pictures.timing import draw
 from slewline.record.recording.traces import Trace
 from slewline.record.style import LIGHT
+from tests.rows import rows
 
 US, MS = 10**6, 10**9
 
@@ -34,7 +35,7 @@ def steps(*times, directions=None, position=0) -> Steps:
 
 
 # --------------------------------------------------------------------------------------------------- where they differ
-@pytest.mark.parametrize(
+@rows(
     ("measured", "found"),
     [
         (trace(20, 40, 60, 80), []),
@@ -74,7 +75,7 @@ def test_a_shift_moves_all_of_a_trace():
     assert moved.over.times_ps.tolist() == [16]
 
 
-@pytest.mark.parametrize(
+@rows(
     ("measured", "says"),
     [
         (trace(20 * US, 42 * US + 345678, 60 * US), "up to 2.35 µs late"),

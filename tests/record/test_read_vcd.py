@@ -18,6 +18,7 @@ from slewline.errors import NotRecorded, SlewlineError, TimeError, UnknownName, 
 from slewline.record.recording.recorder import real_edges
 from slewline.record.waveforms import read_vcd as module
 from slewline.record.waveforms.vcd import TIMESCALES, write_vcd
+from tests.rows import rows
 
 HEAD = "$timescale 1 ns $end\n$scope module x $end\n"
 VARIABLES = """\
@@ -144,7 +145,7 @@ def test_values_of_vectors(parse):
     assert parse(SMALL + '#20\n1"\n#21\nz"\n').level_at("db", 20_000) == 1  # a level for a bus
 
 
-@pytest.mark.parametrize("width", [15, 16, 62, 63])
+@rows("width", [15, 16, 62, 63])
 def test_wide_vectors(parse, width):
     value = (1 << width) - 2
     text = (
@@ -165,7 +166,7 @@ def test_a_vector_that_is_too_wide_is_refused_when_asked_for(parse):
         wide.edges("a")
 
 
-@pytest.mark.parametrize(
+@rows(
     ("timescale", "times"),
     [("1ns", (1000, 7000)), ("1 ns", (1000, 7000)), ("\n\t10us\n", (10**7, 7 * 10**7)), ("10\nus", (10**7, 7 * 10**7)),
      ("1 fs", (0, 0)), ("100 fs", (0, 0)), ("1 PS", (1, 7)), ("100 s", (10**14, 7 * 10**14)),
@@ -392,7 +393,7 @@ $dumpvars
 """
 
 
-@pytest.mark.parametrize("text", [SIGROK, MODELSIM, VERILATOR, GTKWAVE, ANALYSER])
+@rows("text", [SIGROK, MODELSIM, VERILATOR, GTKWAVE, ANALYSER])
 def test_files_of_other_programs(parse, text):
     found = parse(text)
     name = "TOP.D0" if text is VERILATOR else "D0"
@@ -423,8 +424,8 @@ def rounded(rig, name, unit, stop):
     return out
 
 
-@pytest.mark.parametrize("timescale", TIMESCALES)
-@pytest.mark.parametrize("seed", range(2))
+@rows("timescale", TIMESCALES)
+@rows("seed", range(2))
 def test_edges_of_our_writer(lively, tmp_path, seed, timescale, monkeypatch):
     monkeypatch.setattr(module, "BLOCK", (1 << 20, 100)[seed])
     rig = lively(seed, events=60)
@@ -480,6 +481,7 @@ def test_edges_of_pyvcd(parse):
     assert found.level_at("text", 0) == "idle now" and found.level_at("bit", 0) == -2
 
 
+@pytest.mark.system
 def test_edges_of_sigrok(lively, tmp_path):
     program = shutil.which("sigrok-cli")
     if program is None:
@@ -501,7 +503,7 @@ def test_edges_of_sigrok(lively, tmp_path):
 
 
 # ---------------------------------------------------------------------------------------------------- damaged files
-@pytest.mark.parametrize(
+@rows(
     ("old", "new", "line", "message"),
     [
         ("#9\n1!", "#9\n1(", 22, "'1(': identifier '(' is not declared; a $var has it after BITS"),
@@ -546,7 +548,7 @@ def test_damage_is_told_with_line_and_reason(parse, old, new, line, message, tmp
         assert message in str(error.value)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("begin", "message"),
     [
         (b"", "is empty"),

@@ -17,6 +17,7 @@ from slewline.core.wires.net import Driver, Net, Wave
 from slewline.core.wires.pin import Terminal
 from slewline.errors import NotRecorded, TimeError
 from slewline.record.recording.recorder import TRIM_FROM, EdgeLog, chunks
+from tests.rows import rows
 
 MHZ = Clock(1_000_000)
 
@@ -202,7 +203,7 @@ def test_bus_and_its_wires(rig):
         assert rig.recorder.level_at(pin, 22) == {1: 0, 7: -1}[bit]
 
 
-@pytest.mark.parametrize("seed", range(40))
+@rows("seed", range(40))
 def test_recorder_agrees_with_an_observer(lively, seed):
     rig = lively(seed)
     watched = lively(seed)
@@ -232,7 +233,7 @@ def test_recorder_agrees_with_an_observer(lively, seed):
         assert rig.edges(name) == [edge for edge in real if edge[0] > 0 or edge[1] != first], name
 
 
-@pytest.mark.parametrize("seed", range(10))
+@rows("seed", range(10))
 def test_windows_add_up(lively, seed):
     rig, random = lively(seed), Random(seed)
     rig.kernel.run(80_000_000)
@@ -373,6 +374,7 @@ def test_an_array_ends_after_106_days(rig):
     assert rig.edges("x.slew", 0, (1 << 63) - 1) == []
 
 
+@pytest.mark.system
 def test_import_loads_neither_numpy_nor_matplotlib():
     modules = [
         *(f"recording.{name}" for name in ("recorder", "export_csv", "export_npz", "outlines")),

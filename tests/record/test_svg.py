@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 
-import pytest
-
 from slewline.record.pictures.svg import compact
+from tests.rows import rows
 
 
 def points(path):
@@ -23,7 +22,7 @@ def points(path):
     return found
 
 
-@pytest.mark.parametrize(
+@rows(
     ("drawn", "short"),
     [
         ("M 1.25 2 \nL 3.5 2 \nL 3.5 7.125001 \nL 4 8 \nz\n", "M1.25 2h2.25v5.13l.5 .87z"),

@@ -9,6 +9,7 @@ from slewline.errors import UsageError
 from slewline.record.waveforms.vcd import MISREAD, VcdStream, identifiers, real, string, write_vcd
 from slewline.record.waveforms.vcd_sources import CurveSource, TextSource, Variable
 from tests.oracles import waveform
+from tests.rows import rows
 
 SEVENTH = 5978.260869565217  # needs all its digits
 
@@ -150,7 +151,7 @@ def test_strings_have_names_that_nobody_takes_for_a_change():
     assert {name for name, kind in zip(names, kinds, strict=True) if kind == "wire"} & MISREAD, "these may have them"
 
 
-@pytest.mark.parametrize("value", [0.0, -0.0, 1 / 3, 1e22, -65535.0, 2.0**-1074, np.float64(5978.25)])
+@rows("value", [0.0, -0.0, 1 / 3, 1e22, -65535.0, 2.0**-1074, np.float64(5978.25)])
 def test_a_real_is_read_back_exactly(value):
     assert float(real(_bits(value))[1:]) == value
 

@@ -34,6 +34,7 @@ def call(capsys: pytest.CaptureFixture[str]) -> Any:
     return called
 
 
+@pytest.mark.system
 def test_what_it_prints_and_writes(call: Any, tmp_path: Path) -> None:
     status, out, _ = call("cy525", *QUICK, "--bench", "found.toml", "--plot", "found.svg", "--store", "log.jsonl")
     lines = dict(line.split(None, 1) for line in out.splitlines() if not line.startswith((" ", "cy525", "wrote")))
@@ -55,6 +56,7 @@ def test_what_it_prints_and_writes(call: Any, tmp_path: Path) -> None:
     assert f"runs          {found.runs} of {found.exhaustive}, 0 of them now" in again and "lost: " in again
 
 
+@pytest.mark.system
 def test_the_same_picture_has_the_same_bytes(call: Any, tmp_path: Path) -> None:
     pictures = []
     for name in ("one.svg", "two.svg"):
@@ -63,6 +65,7 @@ def test_the_same_picture_has_the_same_bytes(call: Any, tmp_path: Path) -> None:
     assert pictures[0] == pictures[1]
 
 
+@pytest.mark.system
 def test_as_data(call: Any) -> None:
     status, out, _ = call("cy525", *QUICK, "--json", "--map", "--jobs", "1")
     found = json.loads(out)

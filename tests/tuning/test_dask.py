@@ -23,6 +23,7 @@ from .cluster import Cluster
 from .stand_in import hits, task
 
 pytestmark = [
+    pytest.mark.system,
     pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed"),
     pytest.mark.filterwarnings("ignore"),  # those of Dask are not ours
 ]

@@ -75,6 +75,7 @@ def test_a_finished_sweep_judges_nothing_again(path: Path) -> None:
     assert same(found, again) and again.runs_here == 0 and path.read_bytes() == data
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_a_sweep_that_was_killed_goes_on(path: Path, tmp_path: Path) -> None:
     counts, after = tmp_path / "counts", 100
@@ -163,6 +164,7 @@ def test_places_where_no_log_can_be(tmp_path: Path) -> None:
     assert sweep(tmp_path / "empty").runs_here
 
 
+@pytest.mark.system
 @pytest.mark.posix
 def test_a_full_disk_ends_the_sweep_and_what_was_judged_is_kept(path: Path) -> None:
     limited = "import resource as r, signal as s; s.signal(s.SIGXFSZ, s.SIG_IGN)\n"
@@ -215,6 +217,7 @@ sys.stdin.read()
 """
 
 
+@pytest.mark.system
 def test_two_sweeps_at_once_are_refused(path: Path) -> None:
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])}
     process = subprocess.Popen(

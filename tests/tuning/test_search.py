@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from itertools import pairwise
 from multiprocessing import get_context
@@ -54,7 +55,14 @@ def by_hand(made: TuningTask) -> tuple[int, int | None]:
     return holds[0], good[0] if good else None
 
 
-@pytest.mark.parametrize("part", [in_long_runs(part) if part in SISTERS else part for part in GRIDS])
+def marked(part: str) -> Any:
+    """Return a part as a parameter: two quick ones in every run."""
+    if part in SISTERS:
+        return in_long_runs(part)
+    return part if part in ("cy500", "mc1151a") else pytest.param(part, marks=pytest.mark.system)
+
+
+@pytest.mark.parametrize("part", [*map(marked, GRIDS)])
 def test_best_and_recommended_are_those_of_the_exhaustive_map(part: str) -> None:
     made = task(part)
     best, recommended = by_hand(made)
@@ -145,21 +153,31 @@ class Shuffled(Executor):
         return future
 
 
-@pytest.fixture(scope="module")
-def executors() -> Iterator[dict[str, Workers]]:
-    with ThreadPoolExecutor(4) as threads, ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
-        yield {
-            "threads": Workers(threads, 16, ""),
-            "processes": Workers(processes, 4, ""),
-            "shuffled": Workers(Shuffled(7), 9, ""),
-        }
+@contextmanager
+def threads() -> Iterator[Workers]:
+    with ThreadPoolExecutor(4) as pool:
+        yield Workers(pool, 16, "")
+
+
+@contextmanager
+def spawned() -> Iterator[Workers]:
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        yield Workers(pool, 4, "")
+
+
+@contextmanager
+def shuffled() -> Iterator[Workers]:
+    yield Workers(Shuffled(7), 9, "")
 
 
 @pytest.mark.parametrize("full_map", few([True, False], 1))
-@pytest.mark.parametrize("name", ["threads", "processes", "shuffled"])
-def test_the_result_is_the_same_whoever_computes(executors: dict[str, Workers], name: str, full_map: bool) -> None:
+@pytest.mark.parametrize("begun", [threads, shuffled, pytest.param(spawned, marks=pytest.mark.system)])
+def test_the_result_is_the_same_whoever_computes(
+    begun: Callable[[], AbstractContextManager[Workers]], full_map: bool
+) -> None:
     made = task("mc1151a")
-    alone, together = (search(made, each, full_map=full_map) for each in (INLINE, executors[name]))
+    with begun() as workers:
+        alone, together = (search(made, each, full_map=full_map) for each in (INLINE, workers))
     assert replace(together, runs_here=0) == replace(alone, runs_here=0)
     assert together.best is not None and together.runs_here >= together.runs
 
@@ -169,6 +187,7 @@ def dies(run: Trial) -> Verdict:
     os._exit(3)
 
 
+@pytest.mark.system
 def test_a_process_that_dies_is_said() -> None:
     with processes(2) as workers, pytest.raises(UsageError, match="a process of the pool has died; try fewer jobs"):
         search(task(), workers, judge=dies)

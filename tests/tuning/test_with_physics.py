@@ -15,7 +15,7 @@ from slewline.tuning.tune import perform, task_of
 
 from .cluster import Cluster
 
-pytestmark = pytest.mark.skipif(not numba_is_there(), reason="Numba is not installed")
+pytestmark = [pytest.mark.system, pytest.mark.skipif(not numba_is_there(), reason="Numba is not installed")]
 
 
 def found(workers: Workers) -> Tuned:

@@ -14,6 +14,7 @@ from slewline.parts.motors.data import LoadData
 from slewline.parts.motors.drivers import read_driver
 from slewline.parts.motors.law import MotorLaw
 from slewline.parts.motors.motors import MOTORS
+from tests.rows import rows
 
 MOTOR = MOTORS["QSH4218-51-10-049"]
 DRIVER = read_driver("L/4R 20 V", "driver", MOTOR)
@@ -65,7 +66,7 @@ def test_a_torque_at_the_stall_counts():
     assert found.iron == pytest.approx(1e-3, rel=0.03) and found.load == LOAD
 
 
-@pytest.mark.parametrize(
+@rows(
     ("given", "says"),
     [
         ({}, "nothing to calibrate with; give a start-stop rate, a pull-out rate, or both"),

@@ -20,6 +20,7 @@ from slewline.parts.motors.drivers import (
     read_driver,
 )
 from slewline.parts.motors.motors import MOTORS, read_motor
+from tests.rows import rows
 
 A = MOTORS["QSH4218-51-10-049"]  # 1 A, 5 ohm
 AVERAGED = DriverData(kind="averaged", supply=24.0, current=1.0)
@@ -29,7 +30,7 @@ TABLE = ", ".join(row.name for row in FIGURES)
 GSD = DRIVERS["GS-D200"].data
 
 
-@pytest.mark.parametrize(
+@rows(
     ("text", "driver"),
     [
         ("24 V, 1 A", AVERAGED),
@@ -78,12 +79,12 @@ def test_a_text_is_a_driver(text, driver):
     assert read_driver(text, "d", A) == replace(driver, name=text)
 
 
-@pytest.mark.parametrize("text", EXAMPLES)
+@rows("text", EXAMPLES)
 def test_the_examples_in_messages_are_drivers(text):
     assert read_driver(text, "d", A).name == text
 
 
-@pytest.mark.parametrize(
+@rows(
     ("table", "driver"),
     [
         ({"kind": "averaged", "supply": 24, "current": 1}, replace(AVERAGED, name="own")),
@@ -159,7 +160,7 @@ def test_every_row_can_be_driven_within_its_data_sheet(name):
 NUMBER = "a number ({0}), or text with a unit: {0}, m{0}"
 
 
-@pytest.mark.parametrize(
+@rows(
     ("value", "says"),
     [
         ("24 v", f"d '24 v': '24 v' is not understood; examples: {TEXTS}"),

@@ -11,6 +11,7 @@ import pytest
 from slewline.errors import UnknownName, UsageError
 from slewline.parts.motors.data import DriverData, LoadData, MotorData
 from slewline.parts.motors.law import CHOPPED_PS, STEP_PS, MotorLaw
+from tests.rows import rows
 
 A = MotorData(name="A", current=1.0, resistance=5.0, inductance=8e-3, torque=0.49, inertia=6.8e-6, iron=2e-3)
 UNIPOLAR = replace(A, name="U", windings="unipolar")
@@ -40,7 +41,7 @@ def test_full_steps_a_turn(motor: MotorData, steps: int) -> None:
 
 
 # --------------------------------------------------------------------------------------------------------------- steps
-@pytest.mark.parametrize(
+@rows(
     ("steps", "micro", "cycle"),
     [("full", 1, 4), ("wave", 1, 4), ("half", 2, 8), ("micro 8", 8, 32), ("micro16", 16, 64)],
 )
@@ -49,7 +50,7 @@ def test_commands_a_full_step_and_an_electrical_turn(steps: str, micro: int, cyc
     assert (law.micro, law.cycle, len(law.table)) == (micro, cycle, 4 * cycle)
 
 
-@pytest.mark.parametrize("steps", ["", "quarter", "micro", "micro 0", "micro 08", "micro 10000", "Full", "full "])
+@rows("steps", ["", "quarter", "micro", "micro 0", "micro 08", "micro 10000", "Full", "full "])
 def test_other_steps_are_refused(steps: str) -> None:
     with pytest.raises(UsageError, match=r"allowed full, wave, half, and micro with a number"):
         MotorLaw(A, HELD, steps=steps)
@@ -61,7 +62,7 @@ def test_grid_is_finer_behind_a_chopper_unless_it_is_given() -> None:
     assert MotorLaw(A, CHOPPER, step_ps=5_000_000).step_ps == 5_000_000
 
 
-@pytest.mark.parametrize(
+@rows(
     ("motor", "driver", "load", "steps", "message"),
     [
         (UNIPOLAR, CHOPPER, LoadData(), "full", r"U: unipolar windings with a driver of kind chopper; allowed voltage"),
@@ -88,7 +89,7 @@ def test_what_does_not_go_together_is_refused(
 R = sqrt(2)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("driver", "steps", "rows"),
     [
         (HELD, "full", [(1, 1), (-1, 1), (-1, -1), (1, -1)]),
@@ -128,7 +129,7 @@ def test_rows_of_half_windings(steps: str, rows: list[str]) -> None:
     assert ["".join(str(int(part)) for part in row) for row in law.table[: law.cycle]] == rows
 
 
-@pytest.mark.parametrize(
+@rows(
     ("phases", "steps", "rows"),
     [
         (4, "full", ["1100", "0110", "0011", "1001"]),
@@ -170,7 +171,7 @@ def test_fields_of_phases_that_are_on() -> None:
 
 
 # ------------------------------------------------------------------------------------------------------- names, at rest
-@pytest.mark.parametrize(
+@rows(
     ("law", "names"),
     [
         (MotorLaw(A, HELD), "theta omega i1 i2"),
@@ -191,7 +192,7 @@ def test_names_of_the_state(law: MotorLaw, names: str) -> None:
     assert len(law.at_rest()) == len(law.names)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("law", "command", "currents"),
     [
         (MotorLaw(A, HELD), 1, (-1.0, 1.0)),
@@ -210,7 +211,7 @@ def test_at_rest_the_currents_are_settled(law: MotorLaw, command: int, currents:
     assert [state[f"i{n + 1}"] for n in range(len(currents))] == pytest.approx(currents)
 
 
-@pytest.mark.parametrize("kind", ["current", "averaged", "chopper", "voltage", "bilevel"])
+@rows("kind", ["current", "averaged", "chopper", "voltage", "bilevel"])
 def test_at_rest_it_stays(kind: str) -> None:
     driver = DriverData(kind=kind, supply=24.0 if kind != "bilevel" else 5.0, current=1.0)  # type: ignore[arg-type]
     law = MotorLaw(A, driver)
@@ -312,7 +313,7 @@ def test_blocked_rotor_stays_and_its_currents_do_not() -> None:
 
 
 # -------------------------------------------------------------------------------------------------------------- motion
-@pytest.mark.parametrize("command", range(8))
+@rows("command", range(8))
 def test_each_half_of_a_winding_holds_the_rotor_in_its_own_place(command: int) -> None:
     law = MotorLaw(UNIPOLAR, VOLTS, steps="half")
     state = law.at_rest(command)

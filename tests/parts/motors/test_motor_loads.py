@@ -12,13 +12,14 @@ from slewline.parts.motors.data import DriverData, LoadData
 from slewline.parts.motors.drivers import read_driver
 from slewline.parts.motors.loads import FIGURES, check_holds, load_complaint, read_load
 from slewline.parts.motors.motors import MOTORS, read_motor
+from tests.rows import rows
 
 A = MOTORS["QSH4218-51-10-049"]  # 0.49 N m at 1 A
 TABLE = ", ".join(row.name for row in FIGURES)
 KG_M2 = "0 and more kg m2, or text with a unit: kg m2, kg cm2, g m2, g cm2, g mm2"
 
 
-@pytest.mark.parametrize(
+@rows(
     ("value", "load"),
     [
         ({}, LoadData()),
@@ -99,7 +100,7 @@ def test_the_rows_of_a_table_begin_with_the_figures_of_a_load():
         assert row.checked("l", row.default) == row.default
 
 
-@pytest.mark.parametrize(
+@rows(
     ("value", "says"),
     [
         (5, f"l 5; allowed text such as 'inertia 68 g cm2, friction 5 mNm', or a table of {TABLE}"),
@@ -170,7 +171,7 @@ def test_the_held_torque_of_a_reluctance_motor_goes_by_the_square_of_the_current
 END = "use a greater current, a stronger motor or a smaller load"
 
 
-@pytest.mark.parametrize(
+@rows(
     ("driver", "load", "says"),
     [
         ("24 V, 1 A", "torque 480 mNm", ""),

@@ -10,6 +10,7 @@ from slewline.core.datasheet.option import Option
 from slewline.errors import UnknownName, UsageError
 from slewline.parts.motors.data import MotorData
 from slewline.parts.motors.motors import FIGURES, MOTORS, motor_complaint, motor_named, read_motor
+from tests.rows import rows
 
 NATURAL = {  # Hz, with two phases on at the rated current and without detent torque or load
     "QSH4218-35-10-027": 312.6,
@@ -39,7 +40,7 @@ TABLE = ", ".join(row.name for row in FIGURES)
 INERTIA = "kg m2, or text with a unit: kg m2, kg cm2, g m2, g cm2, g mm2"
 
 
-@pytest.mark.parametrize("name", MOTORS)
+@rows("name", MOTORS)
 def test_every_row_is_a_motor_that_can_be(name):
     motor = MOTORS[name]
     assert (motor.name, motor.full_steps, motor.windings, motor.rated) == (name, 200, "bipolar", "two")
@@ -95,7 +96,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_make_its_steps():
     assert read_motor(VR | {"swing": "4 mH", "teeth": 8, "phases": 3}).step == pytest.approx(2 * pi / 24)
 
 
-@pytest.mark.parametrize(
+@rows(
     ("value", "says"),
     [
         (5, f"m 5; allowed the name of a motor, or a table of like, {TABLE}"),
