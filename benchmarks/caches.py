@@ -9,7 +9,7 @@ from typing import Any
 
 def caches() -> list[_lru_cache_wrapper[Any]]:
     """Every cache of a function of slewline, in whatever module, class or function it stands."""
-    found = (each for each in gc.get_objects() if isinstance(each, _lru_cache_wrapper))
+    found = (each for each in gc.get_objects() if type(each) is _lru_cache_wrapper)  # a proxy may be dead
     return [each for each in found if str(each.__module__).startswith("slewline")]
 
 

@@ -23,11 +23,11 @@ def bound(name: str, prepare: Callable[[], Callable[[], object]], items: int, it
         prepare()()
         profile = Profile()
         profile.runcall(prepare())
-        FOUND[name] = said(Stats(profile).stats, items, item)  # type: ignore[attr-defined]
+        FOUND[name] = sentence(Stats(profile).stats, items, item)  # type: ignore[attr-defined]
     return FOUND[name]
 
 
-def said(stats: dict[tuple[str, int, str], tuple], items: int, item: str) -> str:
+def sentence(stats: dict[tuple[str, int, str], tuple], items: int, item: str) -> str:
     """The sentence about what a profile has found."""
     calls, times = 0, defaultdict(float)
     for (file, _, _), (_, number, own, _, callers) in stats.items():

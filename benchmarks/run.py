@@ -125,7 +125,7 @@ def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row
     """What a plan, its ticks and a whole bench cost, beside the same ticks from a step generator in C."""
     cases: tuple[tuple[str, Callable[[], object], str], ...] = (
         ("expand to ticks", train.begin_ticks, "a long run is filled in place, short ones by np.repeat and np.cumsum"),
-        ("a first plan", planned, "the runs, in Python, of which C is given its own"),
+        ("a first plan", planned, "the runs, in Python; the C is handed its runs"),
         ("plan and ticks", lambda: planned().begin_ticks(), "the same"),
         ("a whole bench, to its steps", whole, "the chip, its host and their dialogue"),
     )
@@ -387,6 +387,8 @@ def main() -> int:
     options = parser.parse_args()
     if not set(options.names) <= set(names):
         parser.error(f"names are {', '.join(names)}")
+    if options.page and (options.names or not options.long):
+        parser.error("a page has all workloads: --long, and no NAME")
     chosen = options.names or [name for name in names if name not in LONG or options.long]
     found: dict[str, list[Row]] = {}
     with reference() as tree:
