@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from ..core.datasheet.channel import AdaptiveLine, FlowBus, SerialLine
 from ..core.datasheet.option import Option, flat
 from ..core.datasheet.roles import AT_ONCE, AXIS_ROLES, REFLEXES
-from ..core.datasheet.table import Pin, Sheet
+from ..core.datasheet.table import Pin, Row, Sheet
 from .assemble import units
 from .dialect import Dialect, dialect_of
 from .lookup import find
@@ -41,6 +41,11 @@ def describe_command(sheet: Sheet, command: str) -> str:
 
 
 # ------------------------------------------------------------------------------------------------------------- chapters
+
+
+def syntax(row: Row) -> str:
+    """Return how a command is written: its head, and the names of its arguments."""
+    return " ".join([row.head, *(f"<{arg.name}>" for arg in row.args)])
 
 
 def _head(sheet: Sheet) -> str:

@@ -1,4 +1,4 @@
-"""Program buffer to text.  The text assembles to the same bytes; address and bytes stand after it as a comment:
+"""Program buffer to text that assembles to the same bytes; address and bytes follow each line as a comment.
 
 E
 A$N 100         ; 00  4E 64 00

@@ -1,4 +1,4 @@
-"""What is wrong with a text, where, and a picture of it:
+"""What is wrong with a text, where, and a picture of it.
 
 weld.txt, line 3, column 3: RATE 200: allowed 0..127 (manual, T.V)
     R 200
@@ -20,11 +20,16 @@ class HasPlace(Protocol):
     """Anything with a place in a text; lines and columns count from 1."""
 
     @property
-    def line(self) -> int: ...
+    def line(self) -> int:
+        """The line."""
+
     @property
-    def column(self) -> int: ...
+    def column(self) -> int:
+        """The column of the first character."""
+
     @property
-    def length(self) -> int: ...
+    def length(self) -> int:
+        """How many characters it has."""
 
 
 class Place(NamedTuple):

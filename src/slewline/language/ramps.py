@@ -1,4 +1,4 @@
-"""What a ramp calculator asks a part, and what the part answers.  No time passes, nothing runs.
+r"""What a ramp calculator asks a part, and what the part answers.  No time passes, nothing runs.
 
     rate                                      forward:  parameters -> time, steps and acceleration of the ramp,
      top .......________                                which moves reach the rate, and how long a move takes

@@ -22,8 +22,11 @@ class Operand:
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """A command.  `block` numbers the program that it belongs to, `address` is its byte there; -1: command mode.
-    `size` is how many bytes it takes there."""
+    """A command.
+
+    `block` numbers the program that it belongs to, `address` is its byte there, `size` how many bytes it takes; in
+    command mode both numbers are -1.
+    """
 
     line: int
     column: int

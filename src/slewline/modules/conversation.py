@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ..core.time.timebase import PS_PER_S
 from ..errors import SlewlineError
-from ..language.describe import describe_command
+from ..language.describe import describe_command, syntax
 from ..language.dialect import dialect_of
 from ..language.lookup import SIGNED
-from ..links.control.view_verbs import syntax
 from .failures import DamagedAnswer, ModuleFailure, NoAnswer
 from .module import TIDY_S
 

@@ -1,4 +1,4 @@
-"""The law of motion of the CY500: parameters in, a plan out.  Rates, slopes: chips/cy5xx/stepping/slope.py.
+r"""The law of motion of the CY500: parameters in, a plan out.  Rates, slopes: chips/cy5xx/stepping/slope.py.
 
     rate   R .......___           R ....../|          R ..
                    /   \\                 / |               /|

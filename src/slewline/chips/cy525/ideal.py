@@ -1,4 +1,4 @@
-"""What a motion of the CY525 is made with, and its ideal.
+r"""What a motion of the CY525 is made with, and its ideal.
 
     steps/s                                  a rate of Table VII every Z * (256 - S) * 452 clocks, straight lines
       R ..............._______________       between them: the piecewise linear curve by which section 8 reckons ramp

@@ -1,4 +1,4 @@
-"""The law of motion of the CY525: parameters in, a plan out.  Pure functions, whole clocks.
+r"""The law of motion of the CY525: parameters in, a plan out.  Pure functions, whole clocks.
 
     rate
       R ..............._______________

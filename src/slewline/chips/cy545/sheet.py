@@ -28,7 +28,7 @@ POSITIONS = 1 << 24
 
 # ------------------------------------------------------------------------------------------------------------- pins
 # The numbers of the pins are in a chapter that is not at hand: 0.
-PORT, MEMORY, MOTOR = "ch.16, The Parallel Handshake", "ch.16, External Memory", "ch.16, Stepper Motor"
+PORT, MEMORY = "ch.16, The Parallel Handshake", "ch.16, External Memory"
 HP, SWITCHES, SERIAL = "ch.16, HP LED Display", "ch.16, Thumbwheel Switch", "ch.16, The Serial Interface"
 # fmt: off
 PINS = (

@@ -336,7 +336,8 @@ class GsC(InLines, Chip):
     @property
     def registers(self) -> dict[str, int]:
         """start_stop, top_speed (units of 10 steps/s), ramp (steps): 0 where never set; position; user_inputs and
-        user_outputs as V2 reads them."""
+        user_outputs as V2 reads them.
+        """
         state = self.state
         return self._known(
             {

@@ -63,8 +63,6 @@ PINS = (
     Pin(37, "ui3", "in", "user input 3", pull=1, seen="by W, U, jc, G or g, V2", where=_PD, role="input3", told=("", "")),
     Pin(38, "gnd38", "power", "ground", where=_PD),
 )
-PRIMARY = ("reset", "clock", "dir", "enable")  # what a driver needs; the others of its interface are utilities
-UTILITY = ("mov", "ramp", "home", "eot")
 
 # ------------------------------------------------------------------------------------------------------ serial port
 PORT = SerialLine(

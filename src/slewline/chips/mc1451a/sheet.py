@@ -21,7 +21,6 @@ from ...language.packets import Packets
 
 CRYSTAL_HZ = 25_000_000
 CYCLE_TICKS = 8192
-ROUND_CYCLES_PER_S = 3030  # what the worked figures of the manual reckon with; 25 MHz / 8192 are 3051.76
 SLICE_TICKS = 2048  # the host port is served once a slice, four times a cycle
 RESET_CYCLES = 10  # HostRdy stays low for so long after reset
 STANDARD_RANGE, HIGH_RANGE = 16, 512  # pulses per cycle at most

@@ -31,17 +31,21 @@ class Letters(Dialect):
 
     @property
     def rules(self) -> Sequence[Check]:
+        """Return the linter's rules for programs of letters."""
         from .rules import RULES  # a chip that is only run does not load the linter
 
         return RULES
 
     def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
+        """Return a reader of one line that begins at a column of the source."""
         return LetterReader(source, number, column, text)
 
     def decoder(self, sheet: Sheet) -> Decoder:
+        """Return a decoder of the characters that a part receives."""
         return Decoder(sheet)
 
     def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+        """Return a command as text: its letter, its values, and the labels it names."""
         return spell(row, letters_for(row, values, labels, names or NO_NAMES))
 
     def sent(self, sheet: Sheet, line: str) -> bytes:
@@ -74,12 +78,14 @@ class Letters(Dialect):
         return out
 
     def shorter(self, sheet: Sheet) -> str:
+        """Return advice on how a program gets shorter."""
         enter = f": set them before {sheet.enter.form}" if sheet.enter is not None else ""
         return f"parameters that stay the same need no room in the program{enter}"
 
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
     ) -> bytes:
+        """Return the bytes that enter a program as text, between the commands that open and close entry."""
         enter, leave = framing
         stream = [enter.form, "\r"]
         for statement in statements:
@@ -90,6 +96,7 @@ class Letters(Dialect):
     def entered_binary(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], single_count: bool = False
     ) -> bytes:
+        """Return the bytes that enter a program in binary form; `single_count`: one byte count for all of it."""
         enter, leave = (encode_binary(row) for row in framing)
         program = [encode_binary(statement.row, statement.values) for statement in statements]
         if single_count and program:
@@ -98,19 +105,23 @@ class Letters(Dialect):
         return enter + b"".join(program) + leave
 
     def check_stream(self, sheet: Sheet) -> None:
+        """Accept every part: each has a text and a binary stream."""
         return
 
     def table(self, sheet: Sheet) -> str:
+        """Return the table of commands, in Markdown."""
         from .reference import letter_table
 
         return letter_table(sheet)
 
     def in_full(self, sheet: Sheet, row: Row) -> str:
+        """Return all that is known of a command, in Markdown."""
         from .reference import in_full
 
         return in_full(sheet, row)
 
     def labels_in_full(self, sheet: Sheet) -> str:
+        """Return how labels work, in Markdown."""
         from .reference import labels_in_full
 
         return labels_in_full(sheet)

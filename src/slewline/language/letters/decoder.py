@@ -1,4 +1,4 @@
-"""Letters with numbers after them: bytes in, commands out.  No time, no pins; the caller says whether they are text.
+r"""Letters with numbers after them: bytes in, commands out.  No time, no pins; the caller says whether they are text.
 
 Theory of operation.  Between commands the decoder is *at a letter*.  The command letter decides, together with the
 mode sampled beside it, how the command goes on:
@@ -103,6 +103,7 @@ class Decoder(Incremental):
         super().__init__(sheet)
 
     def reset(self) -> None:
+        """Forget the characters so far, as after a reset of the part."""
         super().reset()
         self._state = self._in_line
         self._alone: Row | None = None  # the command before, if it has no terminator

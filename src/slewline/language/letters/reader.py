@@ -23,6 +23,7 @@ class LetterReader(Reader):
         self.about_labels = self.sheet.sections.get("labels", "")
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
+        """Read the line after its labels; return the labels that still wait for an instruction."""
         if len(self.text) > LINE_LIMIT:
             self.error(0, len(self.text), "too-long", f"{len(self.text)} characters", f"{LINE_LIMIT}")
             return ()
@@ -53,13 +54,16 @@ class LetterReader(Reader):
         return labels
 
     def end(self, labels: tuple[str, ...]) -> None:
+        """Report labels at the end of a text, without an instruction."""
         self.unnamed(0, len(self.text), labels)
 
     def unnamed(self, at: int, end: int, labels: tuple[str, ...]) -> None:
+        """Report the last of some labels as one without an instruction, in columns `at` to `end`."""
         found = f"{self.dialect.label(labels[-1])} without an instruction"
         self.error(at, end, "bad-label", found, "", self.about_labels)
 
     def is_label(self, at: int) -> bool:
+        """Return whether the letter at a column begins a label; report a letter that the part does not have."""
         letter, letters = self.text[at], self.sheet.labels
         label = self.dialect.label(letter)
         if letter not in letters:
@@ -73,12 +77,14 @@ class LetterReader(Reader):
         return True
 
     def unknown(self, at: int) -> None:
+        """Report the letter at a column: no command begins with it."""
         letter = self.text[at]
         letters = " ".join(row.form for row in self.sheet.commands)
         remedy = unknown_remedy(self.sheet, letter)
         self.error(at, at + 1, "unknown-command", f"{letter} is not a command", letters, "", remedy)
 
     def behind(self, row: Row, at: int) -> None:
+        """Report text after a command that takes no argument."""
         argument = self.text[at:].lstrip()
         first, end = len(self.text) - len(argument), len(self.text)
         remedy = slip_remedy(self.sheet, argument, row) or f"{row.form} ends by itself, without an argument"
@@ -122,6 +128,7 @@ class LetterReader(Reader):
             self.source.report(self.spot(at, end), "spacing", "note", found, section=section, remedy=remedy)
 
     def operand(self, row: Row, arg: Arg, word: str, at: int) -> Operand | None:
+        """Return the value of an argument from its word at a column; None, with a report: it is none."""
         named = f"{row.name} {arg.name} {word}" if len(row.args) > 1 else f"{row.name} {word}"
         section = row.where.split("; ")[-1]  # ranges are in the table, which is named last
         place = self.spot(at, at + len(word))

@@ -8,6 +8,7 @@ from ..markdown import mhz, source, table
 
 
 def in_full(sheet: Sheet, row: Row) -> str:
+    """Return all that is known of a command, in Markdown: forms, arguments, times, sources."""
     text = [
         f"# {row.name}: {row.says}",
         "",
@@ -24,6 +25,7 @@ def in_full(sheet: Sheet, row: Row) -> str:
 
 
 def labels_in_full(sheet: Sheet) -> str:
+    """Return how labels are written and used, in Markdown."""
     dialect, first, last = dialect_of(sheet), sheet.labels[0], sheet.labels[-1]
     branch = next((row.form for row in sheet.commands if row.flow == "t" and row.args), "")
     used = ", ".join(row.form for row in sheet.commands if any(arg.label for arg in row.args))
@@ -78,6 +80,7 @@ def _bytes(count: int) -> str:
 
 
 def letter_table(sheet: Sheet) -> str:
+    """Return the table of commands of a part, in Markdown."""
     heads = ("ASCII", "name", "what it does", "arguments", "buffer", "binary", "µs", "manual")
     rows = [
         (

@@ -69,31 +69,39 @@ class Lines(Dialect):
     constant_bit = KEPT.bit_length() - 1  # wrong, it would pass the checksum
 
     def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
+        """Return a reader of one line that begins at a column of the source."""
         return LineReader(source, number, column, text)
 
     def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+        """Return a command as text: its head and its values."""
         return spell(row, values)
 
     def said(self, answer: str) -> str:
+        """Return what an answer means, in words; "": it only accepts the line."""
         return "" if answer == self.accepted else super().said(answer)
 
     def shorter(self, sheet: Sheet) -> str:
+        """Return advice on how a program gets shorter."""
         return "let a loop repeat what comes again"
 
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
     ) -> bytes:
+        """Return the bytes that enter a program line by line; `checked`: each with its checksum."""
         enter, leave = framing
         texts = [enter.form, *(statement.text for statement in statements), leave.form]
         return b"".join(framed(text, checked) for text in texts)
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
+        """Return the command of a line, as a list of one; empty: it is none."""
         found = parse(sheet, text)
         return [found.row] if isinstance(found, Command) else []
 
     def table(self, sheet: Sheet) -> str:
+        """Return the table of commands, in Markdown."""
         own = "Opcodes are the model's own: the sheet gives none. " if sheet.opcodes == "chosen" else ""
         return f"{line_table(sheet.commands)}\n\n{own}A carriage return ends a line."
 
     def in_full(self, sheet: Sheet, row: Row) -> str:
+        """Return all that is known of a command, in Markdown."""
         return line_in_full(sheet, row)

@@ -13,6 +13,7 @@ STATES = {"i": "idle", "p": "during program entry", "r": "while a program runs"}
 
 
 def line_in_full(sheet: Sheet, row: Row) -> str:
+    """Return all that is known of a command, in Markdown: forms, arguments, opcode, answers."""
     room = f"{row.size} {units(sheet)}, opcode {_opcodes(row)}" if row.stored else "not stored"
     text = [
         f"# {row.name}: {row.says}",

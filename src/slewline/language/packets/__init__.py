@@ -76,16 +76,20 @@ class Packets(Words):
     name = "packets"
 
     def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
+        """Return a reader of one line that begins at a column of the source."""
         return PacketReader(source, number, column, text)
 
     def directs(self, text: str) -> bool:
+        """Return whether a line directs the host rather than the part."""
         return text.split(maxsplit=1)[0].lower() in DIRECTS
 
     def refusal(self, sheet: Sheet, text: str, crystal_hz: int) -> Refusal | None:
+        """Return why a line is no packet; None: it is one."""
         found = parse(sheet, text, crystal_hz)
         return found if isinstance(found, Refusal) else None
 
     def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+        """Return a command as text: its name and its values."""
         return spell(row, values)
 
     def parted(self, lines: list[str], sheet: Sheet) -> list[str]:
@@ -101,19 +105,24 @@ class Packets(Words):
         return [packet.hex(" ") for packet in found]
 
     def check_stream(self, sheet: Sheet) -> None:
+        """Refuse a binary stream: packets have no second form."""
         reads = "what dis reads without it"
         raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; what a host sends it is {reads}")
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
+        """Return the command that a text means by its code in hexadecimal or by its name, as a list of one."""
         coded = re.fullmatch(r"(?:0x|\$)?([0-9a-f]{2})", text.lower())
         found = sheet.commands.by_code.get(int(coded[1], 16)) if coded else None
         return [found or row(sheet, "".join(text.split()[:1]))]
 
     def table(self, sheet: Sheet) -> str:
+        """Return the table of commands, in Markdown."""
         return packet_table(sheet)
 
     def in_full(self, sheet: Sheet, row: Row) -> str:
+        """Return all that is known of a command, in Markdown."""
         return packet_in_full(sheet, row)
 
     def chapters(self, sheet: Sheet) -> list[str]:
+        """Return chapters for the data sheet: the words that are more than numbers."""
         return words_of(self)

@@ -13,6 +13,7 @@ CHECKSUM = "A checksum of 16 bits may be read after every packet: command byte a
 
 
 def packet_in_full(sheet: Sheet, row: Row) -> str:
+    """Return all that is known of a command, in Markdown: its words, times and sources."""
     text = [
         f"# {row.name}: {row.says}",
         "",

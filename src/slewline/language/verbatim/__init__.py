@@ -45,19 +45,23 @@ class Verbatim(Forms):
 
     @property
     def rules(self) -> Sequence[Check]:
+        """Return the linter's rules for programs that are stored as text."""
         from .rules import RULES  # a chip that is only run does not load the linter
 
         return RULES
 
     def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
+        """Return a reader of one line that begins at a column of the source."""
         from .reader import VerbatimReader
 
         return VerbatimReader(source, number, column, text)
 
     def decoder(self, sheet: Sheet) -> Decoder:
+        """Return a decoder of the characters that a part receives."""
         return Decoder(sheet)
 
     def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+        """Return a command as text: its form, and its values after a blank."""
         return f"{row.form} {','.join(map(str, values))}" if values else row.form
 
     # --------------------------------------------------------------------------------------------------------- sent
@@ -100,6 +104,7 @@ class Verbatim(Forms):
 
     # ------------------------------------------------------------------------------------------------- program memory
     def stored(self, statement: Statement) -> bytes:
+        """Return the bytes of a statement in the memory: its text and a carriage return."""
         return statement.text.encode("latin-1") + bytes([CR])
 
     def start(self, said: Sequence[Statement]) -> int:
@@ -124,6 +129,7 @@ class Verbatim(Forms):
         return replace(statement, operands=operands)
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
+        """Return the instruction that begins at an address of the memory; empty cells are one without a row."""
         if stored[at] == OPEN_BUS:  # as many as there are, one after the other
             erased = len(stored) - at - len(stored[at:].lstrip(bytes([OPEN_BUS])))
             return Instruction(at, bytes(stored[at : at + erased]), None, ())
@@ -141,18 +147,22 @@ class Verbatim(Forms):
         return Instruction(at, bytes(stored[at : at + 1]), None, ())
 
     def shown(self, row: Row, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
+        """Return an instruction as it stands in the memory, without its carriage return."""
         return instruction.data.rstrip(b"\r").decode("latin-1")
 
     def longest_instruction(self, sheet: Sheet) -> int:
+        """Return the most bytes that an instruction takes."""
         return 12
 
     def shorter(self, sheet: Sheet) -> str:
+        """Return advice on how a program gets shorter."""
         return "leave out leading zeros, and what the program sets again to the same"
 
     # -------------------------------------------------------------------------------------------------------- streams
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
     ) -> bytes:
+        """Return the bytes that enter a program as text, with the commands before and after it."""
         program = b"".join(self.stored(statement) for statement in statements)
         before, behind = self.framed(sheet, framing, statements)
         return b"".join(self.sent(sheet, line) for line in before) + program + self.sent(sheet, behind)
@@ -160,6 +170,7 @@ class Verbatim(Forms):
     def entered_binary(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], single_count: bool = False
     ) -> bytes:
+        """Return the bytes that enter a program in binary form, with the commands before and after it."""
         if single_count:
             raise UsageError(f"{sheet.part}: every command of a program has its own count")
         before, behind = self.framed(sheet, framing, statements)
@@ -173,20 +184,24 @@ class Verbatim(Forms):
         return [*pointer, framing[0].form], framing[-1].form
 
     def check_stream(self, sheet: Sheet) -> None:
+        """Accept every part: each has a text and a binary stream."""
         return
 
     # ------------------------------------------------------------------------------------------------------ reference
     def table(self, sheet: Sheet) -> str:
+        """Return the table of commands, in Markdown."""
         from .reference import command_table
 
         return str(command_table(sheet))
 
     def in_full(self, sheet: Sheet, row: Row) -> str:
+        """Return all that is known of a command, in Markdown."""
         from .reference import in_full
 
         return in_full(sheet, row)
 
     def chapters(self, sheet: Sheet) -> list[str]:
+        """Return chapters for the data sheet, in Markdown."""
         from .reference import chapters
 
         return chapters(sheet)

@@ -44,6 +44,7 @@ class Decoder(Incremental):
         super().__init__(sheet)
 
     def reset(self) -> None:
+        """Forget the characters so far, as after a reset of the part."""
         super().reset()
         self._state: Callable[[int], CommandText | None] = self._skip_line
         self._slash = False

@@ -18,6 +18,7 @@ class VerbatimReader(LetterReader):
         self.spoken: Forms = spoken_as(self.sheet, Forms)
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
+        """Read the line after its labels; return the labels that still wait for an instruction."""
         text, spoken = self.text, self.spoken
         if len(text) > LINE_LIMIT:
             self.error(0, len(text), "too-long", f"{len(text)} characters", f"{LINE_LIMIT}")
@@ -100,6 +101,7 @@ class VerbatimReader(LetterReader):
         return ()
 
     def operand(self, row: Row, arg: Arg, word: str, at: int) -> Operand | None:
+        """Return the value of an argument from its word at a column; None, with a report: it is none."""
         place = self.spot(at, at + len(word))
         if word == self.spoken.switches and arg is row.args[0]:
             return Operand(*place, 0, word)

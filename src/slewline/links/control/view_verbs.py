@@ -19,6 +19,7 @@ from ...core.messages.near import hint
 from ...core.time.timebase import Time, moment, picoseconds
 from ...errors import SlewlineError, UsageError
 from ...language.assemble import RefusedProgram, assemble
+from ...language.describe import syntax
 from ...language.lint import lint
 from ...parts.hosts.host import Host
 from ..lines.line import ConnectorLine
@@ -28,7 +29,7 @@ from .verbs import Verbs
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
-    from ...core.datasheet.table import Row, Sheet
+    from ...core.datasheet.table import Sheet
     from ...language.problems import Problem
     from ...parts.base.part import Part
 
@@ -290,8 +291,3 @@ def sheet_data(sheet: Sheet) -> Data:
         "commands": commands,
         "wires": [list(names) for names in sheet.wires],
     }
-
-
-def syntax(row: Row) -> str:
-    """Return how a command is written: its head, and the names of its arguments."""
-    return " ".join([row.head, *(f"<{arg.name}>" for arg in row.args)])

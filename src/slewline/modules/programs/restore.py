@@ -17,7 +17,6 @@ from .readers import Say
 
 ROUNDS = 8  # in which a program is sent, or what of it came damaged
 STORED_BYTE_S = 0.021  # of a character that an EEPROM stores: it may take 20 ms until it reads back
-QUIET_S = 0.4  # without an answer to a question: program entry is open
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,8 @@ from ..module import Module
 from ..spoken import CR
 from .contents import harmless_end
 from .readers import MemoryReader, read_listing
-from .restore import Restore, can_store
+from .restore import ROUNDS, Restore, can_store
 
-ROUNDS = 8  # in which a program is sent, or what of it came damaged
 QUIET_S = 0.4  # without an answer to a question: program entry is open
 
 

@@ -18,7 +18,6 @@ from .session import DebugSession
 Work = Coroutine[Any, Any, None]
 EDGES = ("rises", "falls", "any")
 STEPS = ("instruction", "step", "command", "finding")
-SUGGESTED = 8
 
 
 @dataclass(frozen=True, slots=True)

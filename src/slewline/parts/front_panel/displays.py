@@ -28,7 +28,7 @@ from ..memories.external import WRITE_WIRING, BusInterface, start_bus
 CHARACTERS, FIRST, CONTROL = 8, 0x38, 0x30
 LINES = 0x3F  # six address lines
 BRIGHTNESS = (100, 80, 53, 40, 27, 20, 13, 0)  # percent, by the low three bits of the control word
-FLASHES, BLINKS, SELF_TEST, CLEAR = 0x08, 0x10, 0x40, 0x80  # further bits of it
+FLASHES, BLINKS, CLEAR = 0x08, 0x10, 0x80  # further bits of it
 OF_OWN = "\u25a1"  # stands for a character that the user has designed
 PARAMETER = re.compile(rb"([A-Z])=([0-9]{5}|[0-9]{8})\r")
 CR, LF, BLANK = 0x0D, 0x0A, " "

@@ -32,7 +32,8 @@ def input_name(net: Net) -> str:
 
 class Motion:
     """The stepping part of the firmware.  `moving` is true from MOV high to MOV low; `stopped` tells of the last motion
-    whether it came to rest because it was ordered to."""
+    whether it came to rest because it was ordered to.
+    """
 
     def __init__(
         self, chip: ChipContext, times_ps: Mapping[str, int], lines: StepLines, counter: PositionCounter

@@ -50,7 +50,8 @@ class ChipsetAxis(AxisOfChip):
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Return velocity, position, acceleration, and jerk if there was an S-curve; of an axis whose encoder has
-        turned, the actual position as well.  All but the first two only where cycles are kept."""
+        turned, the actual position as well.  All but the first two only where cycles are kept.
+        """
         found, forces = super().quantities(), self._forces()
         if forces is not None:
             curved = any(entry.curve for entry in forces.pulses.past)
