@@ -46,7 +46,7 @@ def test_a_first_change_passes_its_checks_word_for_word(clone):
         path = clone / name
         path.write_text(added(path.read_text("utf-8"), block[2]), "utf-8")
     done = [typed(call, clone, environ) for call in calls]
-    assert done == [True, True, False, True, False, False]  # git and make need a clone
+    assert done == [True, True, False, True, False, False, False]  # git and make need a clone
     for check in (
         "-m ruff check",
         "-m ruff format --check",
