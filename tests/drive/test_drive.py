@@ -23,7 +23,7 @@ def codes(x):
     return [found.code for found in x.findings]
 
 
-@pytest.mark.parametrize("name", SCRIPTS)
+@pytest.mark.parametrize("name", few(SCRIPTS, 6))  # the feeder alone is tried with all of them
 def test_streams_of_all_families(name):
     bench, x, _, seconds = furnished(name)
     line = TwinLine()

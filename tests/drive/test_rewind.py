@@ -90,7 +90,7 @@ def signature(bench, stop):
     return x.steps(0, stop).positions.tolist(), dict(x.registers)
 
 
-@members("numbers", 3, 23)
+@members("numbers", 1, 21)
 @pytest.mark.parametrize("name", [name for name in CASES if "mark" not in name])
 def test_the_chip_stops_where_the_board_has(name, numbers, tmp_path):
     off, differing = [], 0

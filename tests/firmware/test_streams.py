@@ -23,8 +23,6 @@ from .chain import (
 )
 from .emulated import PHASES_WITHIN
 
-pytestmark = pytest.mark.system
-
 FASTEST = {  # steps/s that a stream must come to, by name
     "cy525 top": 9_600,
     "gs-c200s to 10 k": 9_900,
@@ -77,7 +75,12 @@ def check(drive, line, name=""):
         assert last.state == BoardState.IDLE
 
 
-@pytest.mark.parametrize("name", SHORT)
+QUICK = "gs-c200s to 10 k"  # the one that every run makes
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.real("emulator") if n == QUICK else pytest.mark.system) for n in SHORT]
+)
 def test_a_short_stream(emulator, name):
     bench, x, _, seconds = shortened(name)
     line = EmulatedLine(emulator, 1)
@@ -97,6 +100,7 @@ def test_a_whole_stream_while_the_host_pauses(emulator, name, seed):
         check(drive, line, name)
 
 
+@pytest.mark.system
 def test_moves_in_a_row_to_and_fro(emulator):
     bench, x, _, _ = furnished("gs-c200s moves in a row")
     line = EmulatedLine(emulator, 2, pauses=(0.02, 30))
@@ -106,6 +110,7 @@ def test_moves_in_a_row_to_and_fro(emulator):
         assert len(line.board.directions) >= 3
 
 
+@pytest.mark.system
 def test_slow_steps(emulator):
     bench, x, _, _ = furnished("cy525 program of slow steps")
     line = EmulatedLine(emulator, 3, pauses=(0.02, 30))
@@ -115,6 +120,7 @@ def test_slow_steps(emulator):
         assert len(line.board.rises) > 5
 
 
+@pytest.mark.system
 def test_new_rates_of_a_cy525_on_the_fly(emulator):
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
@@ -133,6 +139,7 @@ def test_new_rates_of_a_cy525_on_the_fly(emulator):
         assert intervals[300:].min() < 0.7 * intervals[200]  # it was faster in between
 
 
+@pytest.mark.system
 def test_new_velocities_of_an_mc1451a_on_the_fly(emulator):
     bench, x, host, _ = furnished("mc1451a endless")
     line = EmulatedLine(emulator, 5, pauses=(0.02, 30))
@@ -145,6 +152,7 @@ def test_new_velocities_of_an_mc1451a_on_the_fly(emulator):
 
 
 # ------------------------------------------------------------------------------------------------------------- outputs
+@pytest.mark.system
 @pytest.mark.parametrize("name", ["cy525 to and fro", "gs-c200s moves in a row"])
 def test_outputs_of_programs_change_in_order_with_the_steps(emulator, name):
     bench, x, _, seconds = furnished(name)
@@ -169,6 +177,7 @@ def test_outputs_of_programs_change_in_order_with_the_steps(emulator, name):
         assert order[: len(under_way)] == [each[1:] for each in under_way]
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("part", ["cy525", "cy512"])
 def test_phases_follow_each_step(emulator, part):
     bench = slewline.Bench()

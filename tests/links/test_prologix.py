@@ -144,23 +144,23 @@ def test_a_secondary_address_is_told_again():
         assert rig.host.bytes(5) == b"00007"
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        *("++", "++nothing", "++read_tmo", "++readeoi", "++read_tmo_ms 0", "++read_tmo_ms 3001", "++read 256"),
-        *("++addr 31", "++addr -1", "++addr 5 95", "++addr 5 96 7", "++addr x", "++auto 2", "++eos 4", "++mode 0"),
-        *("++read eoi eoi", "++spoll 31", "++trg 31", "++trg" + " 5" * 16, "++srq 1", "++ver 1", "++rst 1", "++clr 5"),
-        *("++ifc 5", "++help me", "++eoi 1 1", "++eot_char 0x0d", "++read_tmo_ms ²"),
-    ],
-)
-def test_what_is_no_command_is_refused(line):
-    with Rig() as rig:
-        assert rig.host.query(line) == "Unrecognized command"
-        assert rig.host.settled()
-        assert rig.codes() == ["gpib-command"]
-        (found,) = rig.thread.do(lambda: rig.bench.findings)
-        assert "; allowed " in found.text
-        assert rig.host.query("++read_tmo_ms") == "500"
+NO_COMMANDS = [
+    *("++", "++nothing", "++read_tmo", "++readeoi", "++read_tmo_ms 0", "++read_tmo_ms 3001", "++read 256"),
+    *("++addr 31", "++addr -1", "++addr 5 95", "++addr 5 96 7", "++addr x", "++auto 2", "++eos 4", "++mode 0"),
+    *("++read eoi eoi", "++spoll 31", "++trg 31", "++trg" + " 5" * 16, "++srq 1", "++ver 1", "++rst 1", "++clr 5"),
+    *("++ifc 5", "++help me", "++eoi 1 1", "++eot_char 0x0d", "++read_tmo_ms ²"),
+]
+
+
+def test_what_is_no_command_is_refused(subtests):
+    for line in NO_COMMANDS:
+        with subtests.test(line=line), Rig() as rig:
+            assert rig.host.query(line) == "Unrecognized command"
+            assert rig.host.settled()
+            assert rig.codes() == ["gpib-command"]
+            (found,) = rig.thread.do(lambda: rig.bench.findings)
+            assert "; allowed " in found.text
+            assert rig.host.query("++read_tmo_ms") == "500"
 
 
 def test_the_commands_are_listed():

@@ -163,11 +163,9 @@ def steps(old):
     return disk.calls
 
 
-EVERY_STEP = [
-    pytest.param(old, number, id=f"{'over' if old else 'first'}-{number}-{call}")
-    for old in (OLD, None)
-    for number, call in enumerate(steps(old), 1)
-]
+def every_step():
+    """What is there before, number and name of a call, for each call of a write."""
+    return [(old, number, call) for old in (OLD, None) for number, call in enumerate(steps(old), 1)]
 
 
 def failing(number, error):
@@ -178,28 +176,34 @@ def failing(number, error):
     return trouble
 
 
-@pytest.mark.parametrize(("old", "number"), EVERY_STEP)
-def test_a_step_that_fails_leaves_the_old_content_or_is_no_failure(old, number):
-    refused, now, later, disk = written(failing(number, OSError(errno.EIO, "input/output error")), old)
-    before = old or b""
-    assert {now} | later <= {before, NEW}
-    assert refused == (later != {NEW})
-    assert set(disk.names) <= {PATH}  # nothing is left lying about
-    assert not disk.opened
-
-
-@pytest.mark.parametrize(("old", "number"), EVERY_STEP)
-def test_power_that_goes_at_a_step_leaves_old_or_new(old, number):
-    def cut(count, call):
+def dark_from(number):
+    def trouble(count, call):
         if count >= number:
             raise PowerCut
 
-    refused, now, later, disk = written(cut, old)
-    before = old or b""
-    assert refused
-    assert {now} | later <= {before, NEW}
-    FileStore(PATH, disk).write(b"the next")  # over what the killed one has left
-    assert {FileStore(PATH, left).read() for left in disk.after_power_cut()} == {b"the next"}
+    return trouble
+
+
+def test_a_step_that_fails_leaves_the_old_content_or_is_no_failure(subtests):
+    for old, number, call in every_step():
+        with subtests.test(old=old, number=number, call=call):
+            refused, now, later, disk = written(failing(number, OSError(errno.EIO, "input/output error")), old)
+            before = old or b""
+            assert {now} | later <= {before, NEW}
+            assert refused == (later != {NEW})
+            assert set(disk.names) <= {PATH}  # nothing is left lying about
+            assert not disk.opened
+
+
+def test_power_that_goes_at_a_step_leaves_old_or_new(subtests):
+    for old, number, call in every_step():
+        with subtests.test(old=old, number=number, call=call):
+            refused, now, later, disk = written(dark_from(number), old)
+            before = old or b""
+            assert refused
+            assert {now} | later <= {before, NEW}
+            FileStore(PATH, disk).write(b"the next")  # over what the killed one has left
+            assert {FileStore(PATH, left).read() for left in disk.after_power_cut()} == {b"the next"}
 
 
 def test_order_of_writes_and_syncs():
@@ -266,11 +270,9 @@ def calls_of_append(kind):
     return disk.calls
 
 
-EVERY_APPEND = [
-    pytest.param(kind, number, id=f"{kind}-{number}-{call}")
-    for kind in ("first", "next", "anew")
-    for number, call in enumerate(calls_of_append(kind), 1)
-]
+def every_append():
+    """Kind of append, number and name of a call, for each call of an append."""
+    return [(kind, n, call) for kind in ("first", "next", "anew") for n, call in enumerate(calls_of_append(kind), 1)]
 
 
 def test_only_the_first_append_and_one_in_a_while_write_the_file_anew():
@@ -278,35 +280,35 @@ def test_only_the_first_append_and_one_in_a_while_write_the_file_anew():
     assert calls_of_append("next") == ["open", "lseek", "write", "fsync", "lseek", "read", "read", "close"]
 
 
-@pytest.mark.parametrize(("kind", "number"), EVERY_APPEND)
-def test_an_append_that_fails_at_a_step_leaves_the_old_content_or_is_no_failure(kind, number):
-    trouble = failing(number, OSError(errno.EIO, "input/output error"))
-    before, after, refused, store, disk, left = appended(kind, trouble)
-    later = {FileStore(PATH, each).read() for each in left}
-    now = store.read()
-    assert {now} | later <= {before, after}
-    assert refused == (later != {after})
-    assert set(disk.names) <= {PATH} and not disk.opened
-    store.append(b"!", AT)  # what comes next is neither lost nor put into a broken file
-    assert {FileStore(PATH, each).read() for each in disk.after_power_cut()} == {now[:AT] + b"!" + now[AT + 1 :]}
+def test_an_append_that_fails_at_a_step_leaves_the_old_content_or_is_no_failure(subtests):
+    for kind, number, call in every_append():
+        with subtests.test(kind=kind, number=number, call=call):
+            trouble = failing(number, OSError(errno.EIO, "input/output error"))
+            before, after, refused, store, disk, left = appended(kind, trouble)
+            later = {FileStore(PATH, each).read() for each in left}
+            now = store.read()
+            assert {now} | later <= {before, after}
+            assert refused == (later != {after})
+            assert set(disk.names) <= {PATH} and not disk.opened
+            store.append(b"!", AT)  # what comes next is neither lost nor put into a broken file
+            assert {FileStore(PATH, each).read() for each in disk.after_power_cut()} == {
+                now[:AT] + b"!" + now[AT + 1 :]
+            }
 
 
-@pytest.mark.parametrize(("kind", "number"), EVERY_APPEND)
-def test_power_that_goes_in_an_append_leaves_old_or_new_and_the_next_one_goes_on_from_there(kind, number):
-    def cut(count, call):
-        if count >= number:
-            raise PowerCut
-
-    before, after, refused, _, _, left = appended(kind, cut)
-    assert refused
-    for disk in left:
-        found = FileStore(PATH, disk).read()
-        assert found in (before, after)
-        next_one = FileStore(PATH, disk)
-        next_one.append(b"and more", 1)
-        next_one.append(b"and more")
-        wanted = found[:1] + b"and more" + found[9:] + b"and more"
-        assert {FileStore(PATH, each).read() for each in disk.after_power_cut()} == {wanted}
+def test_power_that_goes_in_an_append_leaves_old_or_new_and_the_next_one_goes_on_from_there(subtests):
+    for kind, number, call in every_append():
+        with subtests.test(kind=kind, number=number, call=call):
+            before, after, refused, _, _, left = appended(kind, dark_from(number))
+            assert refused
+            for disk in left:
+                found = FileStore(PATH, disk).read()
+                assert found in (before, after)
+                next_one = FileStore(PATH, disk)
+                next_one.append(b"and more", 1)
+                next_one.append(b"and more")
+                wanted = found[:1] + b"and more" + found[9:] + b"and more"
+                assert {FileStore(PATH, each).read() for each in disk.after_power_cut()} == {wanted}
 
 
 def test_what_an_append_has_answered_is_there_after_any_power_cut():

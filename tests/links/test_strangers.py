@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import ssl
+from itertools import product
 from time import perf_counter
 
 import pytest
@@ -52,15 +53,15 @@ STRANGERS = {
 BEHIND_BLANKS = {f"blank, {name}": b"\r\n" + STRANGERS[name] for name in ("GET", "own method", "HTTP/2")}
 
 
-@pytest.mark.parametrize("greetings", [TEXT, REGISTERS], ids=["text", "registers"])
-@pytest.mark.parametrize("data", STRANGERS.values(), ids=STRANGERS)
-def test_every_stranger_is_known_however_it_is_cut(greetings, data):
-    for cut in range(len(data) + 1):
-        beginning = Preamble(greetings)
-        assert beginning.take(data[:cut]) + beginning.take(data[cut:]) == b""
-        assert beginning.stranger
-    bytewise = Preamble(greetings)
-    assert b"".join(bytewise.take(bytes([byte])) for byte in data) == b""
+def test_every_stranger_is_known_however_it_is_cut(subtests):
+    for greetings, (name, data) in product((TEXT, REGISTERS), STRANGERS.items()):
+        with subtests.test(greetings=greetings, name=name):
+            for cut in range(len(data) + 1):
+                beginning = Preamble(greetings)
+                assert beginning.take(data[:cut]) + beginning.take(data[cut:]) == b""
+                assert beginning.stranger
+            bytewise = Preamble(greetings)
+            assert b"".join(bytewise.take(bytes([byte])) for byte in data) == b""
 
 
 @pytest.mark.parametrize("data", BEHIND_BLANKS.values(), ids=BEHIND_BLANKS)
@@ -80,12 +81,13 @@ HOSTS = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("data", HOSTS)
-def test_a_host_that_begins_like_one_is_heard_as_soon_as_it_differs(data):
-    beginning = Preamble()
-    assert b"".join(beginning.take(bytes([byte])) for byte in data) == data
-    assert not beginning.stranger
-    assert beginning.take(b"GET / HTTP/1.1\r\n") == b"GET / HTTP/1.1\r\n"  # it is the beginning that counts
+def test_a_host_that_begins_like_one_is_heard_as_soon_as_it_differs(subtests):
+    for data in HOSTS:
+        with subtests.test(data=data):
+            beginning = Preamble()
+            assert b"".join(beginning.take(bytes([byte])) for byte in data) == data
+            assert not beginning.stranger
+            assert beginning.take(b"GET / HTTP/1.1\r\n") == b"GET / HTTP/1.1\r\n"  # it is the beginning that counts
 
 
 @pytest.mark.parametrize(

@@ -171,16 +171,17 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("request_", "says"), BAD, ids=lambda value: json.dumps(value)[:60])
-def test_what_is_refused_is_told_and_nothing_is_done(client, request_, says):
-    bench = slewline.Bench()
-    bench.add("gs-c200s", name="x", straps=STRAPS)
-    bench.record("x.mov")
-    server = Server(bench, Paced(bench))
-    control = server.control("127.0.0.1:0")
-    with Threaded(server):
-        ask = Asks(client(control.where))
-        ask("breakpoints", breakpoints=[{"finding": "x"}])
-        assert says in ask(**request_)["error"]
-        assert not ask("view")["view"]["pace"]["paused"]
-        assert ask("breakpoints")["rows"] == [{"finding": "x"}]
+def test_what_is_refused_is_told_and_nothing_is_done(client, subtests):
+    for request_, says in BAD:
+        with subtests.test(request=json.dumps(request_)[:60]):
+            bench = slewline.Bench()
+            bench.add("gs-c200s", name="x", straps=STRAPS)
+            bench.record("x.mov")
+            server = Server(bench, Paced(bench))
+            control = server.control("127.0.0.1:0")
+            with Threaded(server):
+                ask = Asks(client(control.where))
+                ask("breakpoints", breakpoints=[{"finding": "x"}])
+                assert says in ask(**request_)["error"]
+                assert not ask("view")["view"]["pace"]["paused"]
+                assert ask("breakpoints")["rows"] == [{"finding": "x"}]

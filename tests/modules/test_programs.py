@@ -18,6 +18,7 @@ from .conftest import chip_of, noise, rarely
 from .random_programs import program, text
 
 PARTS = ("gs-c200", "gs-c200s", "cy545", "cy545b")
+ONE_OF_EACH = ("gs-c200s", "cy545b")  # kinds of parts, which are spoken to in the same way
 NAMES = count()
 DRILL = ["S10", "T100", "R40", "W1", "+250", "L0", "A2", "D1", "C2", "W2", "+120", "L4", "A1", "D5", "C1"]
 WELD = ["R 100", "F 20", "S 200", "A 0", "P 700", "/W 1", "N 55", "+", "G", '"Quit?"', "L 3,18", "0"]
@@ -142,7 +143,7 @@ def test_what_a_text_cannot_say_is_in_an_image_beside_it(found, tmp_path):
     assert image.startswith(":0D00000052203520") and image.endswith(":00000001FF\n")
 
 
-@pytest.mark.parametrize("part", PARTS)
+@rarely("part", PARTS, quick=ONE_OF_EACH)
 @rarely("seed", range(20), quick=[1])
 def test_noise_changes_nothing_in_what_is_saved(found, stores, tmp_path, part, seed):
     x = filled(found, part, stores(part))
@@ -344,7 +345,7 @@ def test_an_eeprom_that_fails_is_told_and_the_program_stays_in_ram(found, tmp_pa
     assert holds(x, wanted("gs-c200s"))
 
 
-@pytest.mark.parametrize("part", PARTS)
+@rarely("part", PARTS, quick=ONE_OF_EACH)
 @rarely("seed", range(20), quick=[0])
 def test_noise_stops_no_push_and_makes_no_step(found, stores, tmp_path, part, seed):
     x = found(f"{part}?{stores(part)}")
@@ -446,8 +447,8 @@ class Cut:
         return self.write(data)
 
 
-@rarely("part", PARTS, quick=["gs-c200s", "cy545b"])
-@rarely("at", range(0, 160, 4), quick=[0, 12, 32, 60])
+@rarely("part", PARTS, quick=ONE_OF_EACH)
+@rarely("at", range(0, 160, 4), quick=[0, 40])
 def test_a_cut_cable_is_told_with_what_stands_in_the_module_and_the_next_push_goes_on(
     found, stores, tmp_path, part, at
 ):
@@ -480,7 +481,7 @@ def test_a_cut_cable_is_told_with_what_stands_in_the_module_and_the_next_push_go
 
 
 # ------------------------------------------------------------------------------------------------------ the same bytes
-@pytest.mark.parametrize("part", PARTS)
+@rarely("part", PARTS, quick=ONE_OF_EACH)
 @pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 200), marks=pytest.mark.long)])
 @pytest.mark.timeout(3600)
 def test_what_was_pulled_and_pushed_into_another_module_is_the_same_there(found, stores, tmp_path, part, seeds):
