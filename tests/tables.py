@@ -5,7 +5,8 @@ runs when rows have been selected, so `-k`, `-m` and `file::test[row]` select ro
 as a subtest, under its own name.
 
 `pair` thins out what multiplies.  Where a test has cases and, crossed with them, the parts of a family, each case runs
-with one part and each part with some case; the other pairs are left to long runs.
+with one part and each part with some case; the other pairs are left to long runs.  `take_turns` lets a test without
+cases run with one part, whose choice depends on its name alone, and with all of them in long runs.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from collections.abc import Callable, Iterable
 from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import pytest
 
@@ -24,13 +26,26 @@ APART = {"skip", "skipif", "xfail", "usefixtures", "long", "system", "real"}
 
 def pair(items: Iterable[pytest.Item]) -> None:
     """Mark as long what is left out of each table of cases crossed with parts."""
-    tables: dict[object, list[pytest.Function]] = defaultdict(list)
-    for item in items:
-        if isinstance(item, pytest.Function) and "part" in parameters(item) and not item.get_closest_marker("long"):
-            tables[item.parent, item.originalname].append(item)
-    for rows in tables.values():
+    for rows in with_parts(items).values():
         for row in left_out(rows):
             row.add_marker("long")
+
+
+def take_turns(items: Iterable[pytest.Item]) -> None:
+    """Mark as long all parts but one of each test that has no other parameter."""
+    for name, rows in with_parts(items).items():
+        if parameters(rows[0]).keys() == {"part"}:
+            for row in set(rows) - {rows[crc32(name.encode()) % len(rows)]}:
+                row.add_marker("long")
+
+
+def with_parts(items: Iterable[pytest.Item]) -> dict[str, list[pytest.Function]]:
+    """Return the rows of each test that is parametrized with parts, without those of long runs."""
+    tables: dict[str, list[pytest.Function]] = defaultdict(list)
+    for item in items:
+        if isinstance(item, pytest.Function) and "part" in parameters(item) and not item.get_closest_marker("long"):
+            tables[item.nodeid.split("[")[0]].append(item)
+    return tables
 
 
 def left_out(rows: list[pytest.Function]) -> list[pytest.Function]:

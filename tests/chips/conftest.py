@@ -14,12 +14,14 @@ import slewline
 from tests import tables
 
 HERE = Path(__file__).parent
+FAMILIES = [HERE / name for name in ("gs_c200", "mc1451a")]  # whose parts differ in little
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
     """Thin out tables before the rows of this run are selected, and join the rows that are."""
     tables.pair(item for item in items if item.path.is_relative_to(HERE))
+    tables.take_turns(item for item in items if item.path.parent in FAMILIES)
     yield
     tables.one_item_each(items, HERE)
 
