@@ -14,17 +14,19 @@ import slewline
 from tests import tables
 
 HERE = Path(__file__).parent
+FAMILIES = [HERE / name for name in ("gs_c200", "mc1451a")]  # whose parts differ in little
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
     """Thin out tables before the rows of this run are selected, and join the rows that are."""
     tables.pair(item for item in items if item.path.is_relative_to(HERE))
+    tables.take_turns(item for item in items if item.path.parent in FAMILIES)
     yield
-    tables.one_item_each(items, HERE, shared=("rig", "hand", "mover"))
+    tables.one_item_each(items, HERE)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def rig() -> Callable[..., Rig]:
     """Make a rig: rig(record=("slew",), rate=80)."""
     return Rig
@@ -132,7 +134,7 @@ class Hand:
         return [found.code for found in self.x.findings]
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def hand() -> Callable[..., Hand]:
     """Make a hand: hand("ready", "instrobe", rate=80)."""
     return Hand
@@ -255,7 +257,7 @@ class Mover(Hand):
         return list(zip((self.x.clock.ticks_array(times) - self.origin).tolist(), levels.tolist(), strict=True))
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def mover() -> Callable[..., Mover]:
     """Make a mover: mover("phase1", crystal="6 MHz")."""
     return Mover

@@ -17,6 +17,7 @@ from slewline.core.memory.store import Memory
 from slewline.parts.hosts.bus_host import BusHost
 from slewline.parts.hosts.flow_host import FlowHost
 from slewline.parts.hosts.packet_host import PacketHost
+from tests.ensembles import in_long_runs
 from tests.options import wrong_options
 
 DIALOGUES = {
@@ -151,6 +152,8 @@ def second_dialogue(part, how, first=None):
 
 
 every_part = pytest.mark.parametrize("part", PARTS)
+FIRST = {row.folder: part for part, row in reversed(PARTS.items())}.values()  # of those that share a folder
+every_kind = pytest.mark.parametrize("part", [part if part in FIRST else in_long_runs(part) for part in PARTS])
 
 
 @every_part
@@ -213,13 +216,13 @@ def test_the_dialogue_moves_the_motor_and_ends_idle(part):
     assert len(bench["x"].steps()) >= 40 and bench["x"].idle, told(bench)
 
 
-@every_part
+@every_kind
 def test_fast_path_and_twin_agree_on_the_dialogue(part):
     fast, slow = told(played(part)), told(played(part, stepwise=True))
     assert fast == slow
 
 
-@every_part
+@every_kind
 def test_a_journal_replays(part, tmp_path):
     path = tmp_path / "x.jsonl"
     recorded = told(played(part, path))
@@ -237,7 +240,7 @@ def test_axis_1_is_the_axis(part):
         x.axis(len(x.axes) + 1)
 
 
-@every_part
+@every_kind
 def test_a_host_that_comes_late_is_heard(part):
     bench = furnished(part)
     bench.run("400 ms")
@@ -266,7 +269,7 @@ def test_waiting_says_who_and_since_when_and_a_timeout_repeats_it(part):
 
 
 @pytest.mark.parametrize("how", ["reset", "power"])
-@every_part
+@every_kind
 def test_a_restart_in_the_dialogue_leaves_nothing_behind(part, how):
     found = places(part)
     expected = second_dialogue(part, how)

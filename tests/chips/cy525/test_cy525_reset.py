@@ -340,7 +340,7 @@ def story(hand, name, clock, shuffle):
 @pytest.mark.fact("RESET-5", "RESET-3")
 @pytest.mark.parametrize("seeds", few([(1,), (2, 3)], 1))
 @pytest.mark.parametrize(
-    "name", [name for name in STATES if name not in ("idle", "live", "half a command", "half a live command")]
+    "name", few([name for name in STATES if name not in ("idle", "live", "half a command", "half a live command")], 14)
 )
 def test_a_reset_at_the_very_instant_of_another_event_is_the_same_in_any_order(hand, name, seeds):
     for clock in events(hand, name, 3):
@@ -636,8 +636,14 @@ def test_each_register_that_nobody_has_set_is_reported_once(hand):
 
 
 @pytest.mark.fact("UND-POWER", "RESET-5")
-@pytest.mark.parametrize("name", list(STATES))
-@pytest.mark.parametrize("inside", [False, True])
+@pytest.mark.parametrize(
+    ("name", "inside"),
+    [
+        pytest.param(name, inside, marks=[pytest.mark.long] * (number % 2 == inside))
+        for number, name in enumerate(STATES)
+        for inside in (False, True)
+    ],
+)
 def test_the_supply_may_fail_in_any_state(hand, name, inside):
     h = brought(hand, name, *OUTPUTS)
     start = h.now

@@ -9,6 +9,7 @@ import pytest
 import slewline
 from slewline.chips.cy525.sheet import SHEET
 from slewline.errors import TimeError, UsageError
+from tests.ensembles import few
 
 US, MS = 11, 11_000
 BUSY, LETTER = 286, 2057
@@ -281,7 +282,7 @@ def test_every_instant_is_the_same_clock_at_any_crystal(hand):
         assert dialogue(hand(*pins, crystal=crystal)) == expected
 
 
-@pytest.mark.parametrize("shuffle", range(5))
+@pytest.mark.parametrize("shuffle", few(range(5), 2))
 def test_the_order_inside_an_instant_does_not_matter(hand, shuffle):
     pins = (
         "ready",

@@ -11,6 +11,7 @@ from cy545_hand import Hand
 
 import slewline
 from slewline.core.time.kernel import Kernel
+from tests.ensembles import few
 
 BOTH = pytest.mark.parametrize("part", ["cy545", "cy545b"])
 CTS = 0x20
@@ -210,18 +211,20 @@ def test_two_lists_in_one_are_told_from_a_disorder():
 
 @pytest.mark.fact("CY545-CTS-6", "CY545-UND-TWO-SIDES")
 @pytest.mark.parametrize("shuffle", [False, True])
+@pytest.mark.parametrize("number", few([300, 600], 1))
 @BOTH
-def test_both_hosts_at_once_with_cts_lose_nothing_and_never_stand_still(part, shuffle):
+def test_both_hosts_at_once_with_cts_lose_nothing_and_never_stand_still(part, number, shuffle):
     both = Both(1 + shuffle, part, CTS, 19200, shuffle)
-    both.play(600, 200)
+    both.play(number, 200)
     both.check()
 
 
 @pytest.mark.fact("CY545-IMM-12", "CY545-UND-TWO-SIDES")
+@pytest.mark.parametrize("number", few([150, 300], 1))
 @BOTH
-def test_both_hosts_at_once_with_answers_on_the_bus_lose_nothing(part):
+def test_both_hosts_at_once_with_answers_on_the_bus_lose_nothing(part, number):
     both = Both(3, part, 0x01, 1200, False)  # FPL has the pin of CTS: the serial host goes slowly, by the clock
-    both.play(300, 8)
+    both.play(number, 8)
     both.check()
 
 

@@ -240,12 +240,17 @@ def test_ff_is_skipped_and_a_memory_full_of_it_ends_the_program() -> None:
     assert rig.codes == ["erased-memory"]
 
 
+@pytest.mark.long
 @pytest.mark.fact("CY545-UND-MEM-NONE")
-def test_without_a_memory_ff_is_read_and_nothing_reads_back() -> None:
+def test_without_a_memory_every_address_reads_as_ff() -> None:
     rig = Rig545(memory=None)
     rig.start("? M,1\r")  # no end of the line is found: the listing goes through all 65,536 addresses
     rig.bench.run_until(lambda: len(rig.host.received) >= 10)
     assert rig.answer == "Y=00000\r\xff\xff"
+
+
+@pytest.mark.fact("CY545-UND-MEM-NONE")
+def test_without_a_memory_nothing_reads_back_and_a_program_is_erased_memory() -> None:
     rig = Rig545(memory=None)
     rig.send("E\rA\r")
     rig.bench.run("50 ms")

@@ -208,7 +208,7 @@ def cases() -> list[tuple[int, int, str, float]]:
     return [*found, *edges]
 
 
-@pytest.mark.parametrize("case", cases())
+@pytest.mark.parametrize("case", few(cases(), 14))
 def test_what_is_found_is_the_best_of_all_accelerations(case: tuple[int, int, str, Any]) -> None:
     velocity, start, goal, value = case
     found = slewline.find_ramps("mc1451a", SET_VEL=velocity, SET_START_VEL=start, **{goal: value})

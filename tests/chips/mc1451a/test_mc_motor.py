@@ -14,6 +14,7 @@ from mc import ONE, Rig
 from mc_motion import mover
 
 from slewline.bench.scripts.script import run_script
+from tests.ensembles import few
 
 PHASES = 100
 FAST = ("SET_OUTPUT_HIGH", f"SET_VEL {4 * ONE}", f"SET_ACC {4 * ONE}")  # four steps in a cycle, from the first on
@@ -62,11 +63,14 @@ def phases(number: int = PHASES) -> list[int]:
 
 @both
 @ways
+@pytest.mark.parametrize("number", few([25, 100], 1))
 @pytest.mark.fact("PMD-STALL-9", "PMD-PULSE-10", "PMD-UND-MTR-OFF-UPDATE")
-def test_the_recovery_from_a_stall_leaves_the_axis_at_rest_whenever_it_begins(way: Way, stepwise: bool) -> None:
+def test_the_recovery_from_a_stall_leaves_the_axis_at_rest_whenever_it_begins(
+    way: Way, stepwise: bool, number: int
+) -> None:
     rig = mover("mc1151a-e", options={"stepwise": stepwise})
     rig.do("SET_STEP_RATIO 256", "SET_POS_ERR 8", "SET_AUTO_STOP_ON", *FAST, "SET_POS 100000")
-    for phase in phases():
+    for phase in phases(number):
         rig.begin()  # nothing turns the encoder: three cycles later the motor is off
         rig.next(4)
         assert rig.shows("status") & 0x510 == 0x010 and rig.shows("actl_pos_err") < -8

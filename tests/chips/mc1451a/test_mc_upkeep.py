@@ -104,5 +104,6 @@ def test_before_its_first_cycle_a_chipset_has_no_cycles_and_a_plot_says_so(cold:
         bench.plot(tmp_path / "empty.svg")
     bench.run("5 ms")
     assert axis.cycles().numbers.tolist() == ([] if cold else list(range(16)))
-    bench.plot(tmp_path / "rest.svg")
-    assert (tmp_path / "rest.svg").stat().st_size
+    if cold:  # there is nothing but rest to be drawn
+        bench.plot(tmp_path / "rest.svg")
+        assert (tmp_path / "rest.svg").stat().st_size
