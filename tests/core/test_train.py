@@ -126,7 +126,7 @@ def test_a_run_without_end_is_asked_in_any_window():
 some = pytest.mark.parametrize("number", few((3, 7), 1))
 
 
-def small_trains(number):
+def small_trains(number=7):
     """Short trains of a clock of one picosecond, and of one that does not divide it."""
     random = Random(17)
     for hz in (10**12, 7 * 10**10):

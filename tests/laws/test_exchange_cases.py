@@ -87,7 +87,7 @@ def instants(what: str) -> list[int]:
     return sorted({at + beside for at in found for beside in (-1, 0, 1, 20 * NS)})
 
 
-@pytest.mark.parametrize("every", few((17, 1), 1))  # every so many instants
+@pytest.mark.parametrize("every", few((15, 1), 1))  # every so many instants
 @pytest.mark.parametrize(
     ("what", "how", "within"),
     [
@@ -103,7 +103,7 @@ def test_what_happens_at_any_edge_leaves_what_it_leaves_edge_by_edge(
 ) -> None:
     """From another instant on for each way to disturb it."""
     make, quiet = OF[what]
-    for at in instants(what)[(list(AT_ONE).index(how) + 3) % every :: every]:
+    for at in instants(what)[(list(AT_ONE).index(how) + 9) % every :: every]:
         acts = []
         for late, does, args in AT_ONE[how]:
             named = tuple(NAMES[what].get(arg, arg) if isinstance(arg, str) else arg for arg in args)
