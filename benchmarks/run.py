@@ -127,7 +127,7 @@ def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row
         ("expand to ticks", train.begin_ticks, "a long run is filled in place, short ones by np.repeat and np.cumsum"),
         ("a first plan", planned, "the runs, in Python; the C is handed its runs"),
         ("plan and ticks", lambda: planned().begin_ticks(), "the same"),
-        ("a whole bench, to its steps", whole, "the chip, its host and their dialogue"),
+        ("a whole bench, to its steps", whole, profiled.bound("a whole bench", lambda: whole, 1, "a bench")),
     )
     name, unit = "move of 65,535 steps: {}, beside a step generator in C", "x C"
     if compiling.COMPILER is None:

@@ -60,7 +60,7 @@ Number = TypeVar("Number", bound=float)
 
 
 class Ports(list[str]):
-    """What a server says of its ports; with its process."""
+    """The ports of a server, as it prints them, and its process."""
 
     def __init__(self, said: Iterable[str], pid: int) -> None:
         super().__init__(said)
@@ -117,13 +117,21 @@ def opened(link: str) -> int:
     return fd
 
 
-def exchanges(ask: Ask, count: int) -> list[Measured]:
-    """Milliseconds of so many questions whether the module is ready, one after the other."""
+def exchanges(ask: Ask, count: int, server: Ports) -> tuple[list[Measured], float]:
+    """Milliseconds of so many questions whether the module is ready; and of the server's processor, for each."""
 
     def exchange() -> None:
         assert ask(b"F\r") == b"R\r"
 
-    return timed(exchange, count)
+    return served_by(server, exchange, count)
+
+
+def served_by(server: Ports, exchange: Callable[[], object], count: int) -> tuple[list[Measured], float]:
+    """Milliseconds of so many exchanges, and the milliseconds of its processor that a server takes for each."""
+    exchange()  # what the first one loads does not count
+    begun = server.processor_s
+    times = timed(exchange, count)
+    return times, (server.processor_s - begun) / (count + WARM) * 1000
 
 
 def single(count: int) -> Iterator[tuple[str, list[float]]]:
@@ -135,14 +143,14 @@ def single(count: int) -> Iterator[tuple[str, list[float]]]:
             beyond = 0.0 if pace == "lockstep" else wire
             what = "an exchange" if pace == "lockstep" else "beyond the wire"
             with served(*module, "--tcp", "127.0.0.1:0", *arguments) as server, connected(server[0]) as connection:
-                begun = server.processor_s
-                yield f"{pace}, TCP: {what}", [ms - beyond for ms in exchanges(asking(connection.fileno()), count)]
-                yield f"{pace}, TCP: {SERVER}", [(server.processor_s - begun) / (count + WARM) * 1000]
+                times, each = exchanges(asking(connection.fileno()), count, server)
+                yield f"{pace}, TCP: {what}", [ms - beyond for ms in times]
+                yield f"{pace}, TCP: {SERVER}", [each]
             with served(*module, "--pty", str(Path(folder, "x")), *arguments) as server:
                 fd = opened(server[0])
-                begun = server.processor_s
-                yield f"{pace}, pty: {what}", [ms - beyond for ms in exchanges(asking(fd), count)]
-                yield f"{pace}, pty: {SERVER}", [(server.processor_s - begun) / (count + WARM) * 1000]
+                times, each = exchanges(asking(fd), count, server)
+                yield f"{pace}, pty: {what}", [ms - beyond for ms in times]
+                yield f"{pace}, pty: {SERVER}", [each]
                 os.close(fd)
 
 
@@ -161,13 +169,8 @@ def registers(count: int) -> Iterator[tuple[str, Sides]]:
                 (f"{pace}, the same byte by byte", partial(by_bytes, port), count // 5),
             ):
                 part = number // BATCHES
-                yield (
-                    what,
-                    [
-                        (middle(timed(partial(echoed, connection), part)), middle(timed(exchange, part)))
-                        for _ in range(BATCHES)
-                    ],
-                )
+                echo_first = partial(echoed, connection), exchange
+                yield what, [tuple(middle(timed(each, part)) for each in echo_first) for _ in range(BATCHES)]
 
 
 def port_of(server: Ports) -> ChipsetPort:
@@ -190,10 +193,7 @@ def packed(port: ChipsetPort) -> None:
 def packet_of_server(count: int) -> float:
     """Milliseconds of the processor that a server takes for a packet as one message."""
     with served("mc1451a", "--tcp", "127.0.0.1:0", "--lockstep") as server, port_of(server) as port:
-        packed(port)
-        begun = server.processor_s
-        timed(partial(packed, port), count)
-        return (server.processor_s - begun) / (count + WARM) * 1000
+        return served_by(server, partial(packed, port), count)[1]
 
 
 def in_c(count: int) -> Sides:
