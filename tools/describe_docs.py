@@ -220,6 +220,7 @@ def cli_page() -> str:
 
 
 def cli_lines() -> Iterator[str]:
+    """Yield the lines of the page of the command line."""
     what, statuses = command_line.about()
     yield from (coded(what), "", coded(statuses), "")
     for command in command_line.commands():

@@ -73,6 +73,7 @@ class Result:
 
     @property
     def good(self) -> bool:
+        """Has a test noticed it?"""
         return self.verdict == "caught"
 
 
@@ -85,6 +86,7 @@ class Copy:
 
     @classmethod
     def made(cls, root: Path) -> Copy:
+        """Copy the project into a folder, and check that this copy is what is imported."""
         for name in COPIED:
             source = ROOT / name
             if source.is_dir():
@@ -216,6 +218,7 @@ def judge_all(mutations: list[Mutation], folder: Path) -> Iterator[tuple[Mutatio
 
 
 def main() -> int:
+    """Try the mutations that are asked for; return the exit status."""
     parser = argparse.ArgumentParser(description="Break the source on purpose, and see that a test notices.")
     parser.add_argument("words", nargs="*", help="only mutations with one of these words")
     parser.add_argument("--list", action="store_true", help="print the list")

@@ -126,19 +126,23 @@ def either(numbers: Iterable[int]) -> str:
 
 
 def bus(_channel: Channel) -> str:
+    """Return what a bus of the CY5xx family is."""
     return "8-bit bus, a handshake for each byte"
 
 
 def both_ways(_channel: Channel) -> str:
+    """Return what a bus that works both ways is."""
     return "8-bit bus that works both ways"
 
 
 def line(channel: SerialLine) -> str:
+    """Return what a serial line with fixed rates is: rates, characters, modules."""
     rates, addresses = sorted(channel.bauds.values()), {*channel.addresses.values()} - {0}
     return f"serial line, {rates[0]} to {rates[-1]} baud, {form(channel)}, up to {len(addresses)} modules"
 
 
 def adaptive(channel: AdaptiveLine) -> str:
+    """Return what a serial line is whose rate the part measures."""
     rates = sorted(channel.bauds)
     return f"serial line, {rates[0]} to {rates[-1]} baud, {form(channel)}, the rate is measured"
 
@@ -149,6 +153,7 @@ def form(channel: SerialLine | AdaptiveLine) -> str:
 
 
 def port(_channel: Channel) -> str:
+    """Return what a host port is."""
     return "registers on a bus: packets of 16-bit words"
 
 

@@ -171,6 +171,7 @@ def typed() -> int:
 
 
 def main() -> int:
+    """Write the stub, or check it and the types of the examples; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing; check the stub and the types of examples")
     text = formatted(stub())

@@ -15,6 +15,7 @@ NEEDED = ("package.json", "package-lock.json")
 
 
 def main(arguments):
+    """Check the types of the scripts of the panel and of the pages; return the exit status."""
     place = Path(arguments[0] if arguments else HERE.parent.parent / "build" / "page")
     npm, node = shutil.which("npm"), shutil.which("node")
     if npm is None or node is None:
@@ -32,6 +33,7 @@ def main(arguments):
 
 
 def same(one, other):
+    """Return whether two files have the same bytes; a file that does not exist has none."""
     return other.exists() and one.read_bytes() == other.read_bytes()
 
 

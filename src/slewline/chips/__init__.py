@@ -162,8 +162,10 @@ def checks_of(part: str | type[Chip], sheet: Sheet | None = None) -> tuple[Check
 
 
 def ramps_of(part: str | type[Chip], options: Mapping[str, Any] | None = None) -> Calculator:
-    """Return the ramp calculator of a part, as options of the part make it; raises as `sheet_of`, and UsageError for a
-    part that has none.
+    """Return the ramp calculator of a part, as options of the part make it.
+
+    Raises:
+        UnknownName, UsageError: as `sheet_of`; the part has no ramp calculator.
     """
     row = _ours(part)
     if row is not None:

@@ -28,6 +28,7 @@ class Registers(sloped.Registers):
     last: str = ""  # the command that was performed last
 
     def power_up(self) -> None:
+        """Set the registers of power-up: position and target are unset."""
         super().power_up()
         self.target, self.unset = None, {"position"}  # the other parameters have values that a motion may use
 
@@ -57,6 +58,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     in_slope = "slopes force the factor to 1, it counts after them"
 
     def do_athome(self) -> None:
+        """A: set the position to 0; a second A, or one directly after a change of direction, is a finding."""
         registers = self.registers
         if registers.last in TURNS:
             self.chip.finding("a-after-direction", "A right after a change of direction")
@@ -66,6 +68,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         super().do_athome()
 
     def do_number(self, steps: int) -> None:
+        """N: load the number of steps of the next G; directly after A it is one step less."""
         if self.registers.last == "ATHOME" and steps:
             steps -= 1
             self.chip.finding("n-after-a", f"N right after A: one step less, {steps}")
@@ -73,29 +76,36 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         super().do_number(steps)
 
     def do_position(self, position: int) -> Awaitable[None] | None:  # type: ignore[override]
+        """P: load the target of the next G; return the motion, if P itself starts it."""
         self.registers.target, self.registers.waits = position, True
         return self.do_gostep() if self.chip.options.p_starts else None
 
     def do_slope(self, slope: int) -> None:
+        """S: load the slope; any but 0 makes the motions to come sloped."""
         self.registers.sloped = slope > 0
         super().do_slope(slope)
 
     def do_jog(self) -> None:
+        """J: enter jog mode, in which XSS starts and stops the motor."""
         self.registers.jog = True
 
     def do_leftright(self) -> None:
+        """L: take the direction from the pin from now on."""
         self.registers.external = True
 
     def do_cw(self) -> None:
+        """+: turn clockwise; without effect where the pin sets the direction."""
         if not self.registers.external:
             super().do_cw()
 
     def do_ccw(self) -> None:
+        """-: turn counter-clockwise; without effect where the pin sets the direction."""
         if not self.registers.external:
             super().do_ccw()
 
     # ----------------------------------------------------------------------------------------------------- motions
     def do_gostep(self) -> Awaitable[None] | None:
+        """G: return the motion by N steps or to P; None, with a finding: there is none."""
         self.registers.waits = False
         if self.registers.jog:
             self.chip.finding("go-in-jog", "G in jog mode, where XSS starts and stops: ignored")
@@ -128,6 +138,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.motion.move(number, self.sign, text)
 
     def do_onestep(self) -> Awaitable[None]:
+        """O: return a motion of one step in the present direction."""
         return self.motion.move(1, self.sign, "O")
 
     @property
@@ -138,15 +149,18 @@ class Instructions(sloped.Instructions, instructions.Instructions):
 
     # ----------------------------------------------------------------------------------------------------- program
     def do_doitnow(self) -> None:
+        """D: run the program from its start; without a program that is a finding."""
         if self.program.buffer:
             super().do_doitnow()
         else:
             self.chip.finding("empty-program", "D without a program: command mode")
 
     def do_til(self) -> None:
+        """T: run the program from its start while XSS is low; in jog mode, which uses it too, a finding."""
         if self.registers.jog:
             self.chip.finding("til-and-jog", "T in jog mode: both use XSS")
         super().do_til()
 
     def do_quit(self) -> None:
+        """Q: end program entry."""
         self.program.quit()  # outside program entry it does nothing, and is no mistake: programs end so

@@ -1,5 +1,7 @@
-"""CY500 data sheet as data.  No manual of it is at hand: "art." is a magazine article with its command set (tables 1
-and 2), "CY525" the CY525 manual of 1984: its history, CY500 page and selection guide.  No behaviour in this file.
+"""CY500 data sheet as data; no behaviour in this file.
+
+No manual of it is at hand: "art." is a magazine article with its command set (tables 1 and 2), "CY525" the CY525 manual
+of 1984: its history, CY500 page and selection guide.
 
 What no source states is *inferred*, most of it from the CY525, which fits the socket of the CY512, which agrees with
 the CY500 in nine tenths of pins and instructions.  It is marked so, and a bench file replaces it: option `inferred`.

@@ -25,20 +25,24 @@ class Stepwise(SlopeStepwise):
         self.trigger, self.xss, self.xdir = (self.chip.pins[name].net for name in ("trigger", "xss", "xdir"))
 
     async def move(self, number: int, sign: int, text: str) -> None:
+        """Make a number of steps in a direction, +1 or -1, for the command `text`."""
         self.text, self.goes = text, number > 0
         await super().move(number, sign, text)
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
+        """Return what makes the parameters of a motion; O and J have no slope."""
         super().parameters(number)
         if self.text in ("O", "J"):
             self.motion_made = self.motion_made._replace(slope=0)
         return self.motion_made.parameters
 
     async def ordered(self) -> None:
+        """Wait until the trigger lets the motion begin."""
         if self.goes:
             await self.chip.polled(self.trigger, 0, self.ticks["inhibit_poll"])
 
     def expected(self) -> Callable[[], Ideal]:
+        """Return what makes the ideal of this motion, which has no end in jog mode."""
         if not self.endless:
             return super().expected()
         runs = ((self.top.period, OPEN),)
@@ -66,6 +70,7 @@ class Stepwise(SlopeStepwise):
         return self.step_of(SLEW, self.motion_made.rate)
 
     def coming(self) -> TwinStep | None:
+        """Return the next step; None: the motion is over."""
         return self.top if self.endless else super().coming()
 
     async def should_continue(self, just: TwinStep) -> bool:

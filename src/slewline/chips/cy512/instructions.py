@@ -15,14 +15,17 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     in_slope = "it divides the rates of the ramps, too"
 
     async def do_expend(self, delay: int) -> None:
+        """X: pause, in milliseconds at 11 MHz."""
         await self.pause("X", delay)
 
     def do_slope(self, slope: int) -> None:
+        """S: load the slope; any but 0 sets FACTOR to 1."""
         super().do_slope(slope)
         if slope:
             self.registers.load("factor", 1)
 
     def do_offset(self, offset: int) -> None:
+        """O: show a phase pattern: 0 to 3 full steps, 4 to 7 the half step after each."""
         if offset > sheet.OFFSET.high:
             self.chip.finding("offset", f"O {offset}: there are patterns 0 to {sheet.OFFSET.high}; ignored")
             return

@@ -1,4 +1,4 @@
-r"""How the CY512 moves.  TERMINATE ends a step before its time, so that an encoder can say when the next one may come:
+r"""How the CY512 moves.  TERMINATE ends a step before its time, so that an encoder can say when the next one may come.
 
     b                  t                 b + period
     |__________________|‾‾‾‾|_ _ _ _ _ _      PULSE

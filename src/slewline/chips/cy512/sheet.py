@@ -1,5 +1,7 @@
-"""CY512 data sheet as data.  No manual of it is at hand: what is known is in the CY525 manual of 1984, in its history
-(s.1), its comparison (s.3) and its CY512 page and selection guide ("guide").  No behaviour in this file.
+"""CY512 data sheet as data; no behaviour in this file.
+
+No manual of it is at hand: what is known is in the CY525 manual of 1984, in its history (s.1), its comparison (s.3) and
+its CY512 page and selection guide ("guide").
 
 The comparison lists what is new or different in the CY525, which fits the CY512's socket; so everything else is taken
 from the CY525's sheet.  What no source states is *inferred*.  It is marked so, and a bench file replaces the numbers and

@@ -233,11 +233,13 @@ class Flight:
         self.lowest = 0  # where an abort would stop: F, or the last rate that was stepped down to
 
     def motion(self, motion: KnownMotion) -> None:
+        """Follow a motion: one without an end leaves a rate that may be changed on the fly."""
         if motion.state.halt is not None:
             self.current = motion.state.rate if motion.state.rate is not None else RATE_TOP
             self.first = self.lowest = motion.state.first or 0
 
     def directive(self, item: Directive) -> None:
+        """Follow a directive: a rate on the fly, or an input that stops the motion."""
         change = re.match(r"@rate\s+(\d+)\s*$", item.text)
         self.stopped |= item.verb in ("reset", "power", "tell", "bytes") or "reset" in item.text
         if change:
@@ -247,6 +249,7 @@ class Flight:
             self.stop(item)
 
     def change(self, item: Directive, rate: int) -> None:
+        """Follow a rate on the fly, 0 to 127; report one that has no motion, is out of range or stops dead."""
         if self.current is None:
             found, remedy = "a rate on the fly without a continuous motion", "give H before the G or P"
             self.source.report(item, "rate-without-halt", "warning", found, section="s.7", remedy=remedy)
@@ -261,6 +264,7 @@ class Flight:
             self.current = rate
 
     def stop(self, item: Directive) -> None:
+        """Report an abort whose ramp ends above the first rate."""
         if self.current is not None and self.lowest > self.first:
             found = f"the abort ramps down to rate {self.lowest} only, the last one that was lowered to, and stops dead"
             remedy = f"lower the rate to {self.first} before the abort"

@@ -21,24 +21,31 @@ class Instructions(instructions.Instructions):
     registers: Registers
 
     def do_absolute(self, position: int) -> None:
+        """A: set the position, 0 to 65,535."""
         self.declare(position, f"A {position}")
 
     async def do_delay(self, delay: int) -> None:
+        """D: pause, in milliseconds at 11 MHz."""
         await self.pause("D", delay)
 
     def do_firstrate(self, rate: int) -> None:
+        """F: load the rate parameter of the first step."""
         self.registers.load("firstrate", rate)
 
     def do_divisor(self, divisor: int) -> None:
+        """Z: load the divisor of the slope."""
         self.registers.load("divisor", divisor)
 
     def do_haltmode(self) -> None:
+        """H: make the next motion continuous."""
         self.registers.continuous = True
 
     def do_execute(self) -> None:
+        """X: run the program from its start."""
         self.program.begin(0)
 
     def do_til(self, target: int) -> None:
+        """T: branch to an address of the program while DOWHILE is low."""
         program = self.program
         target = program.resolved(target)
         if self.dowhile.level == 0:
@@ -49,6 +56,7 @@ class Instructions(instructions.Instructions):
                 program.begin(target)
 
     async def do_offset(self, offset: int) -> None:
+        """O: show a phase pattern, 0 to 3; above that the phases are off, and above 127 there is a pulse."""
         outputs = self.outputs
         if offset <= 3:
             self.registers.phase = offset

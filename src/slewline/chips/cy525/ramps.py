@@ -63,6 +63,7 @@ class Cy525Ramps(Calculator):
         self.sheet = sheet
 
     def ramp(self, values: Values, crystal_hz: int) -> UnitRamp:
+        """Return the ramp of some values of F, R, S and Z, at a crystal in Hz."""
         first, rate, slope, divisor = (int(values[name]) for name in "FRSZ")
         law = first, rate, slope, divisor, law_of(values)
         runs = profile.ramp(*law)
@@ -71,9 +72,11 @@ class Cy525Ramps(Calculator):
         )
 
     def script(self, values: Values, steps: int) -> list[str]:
+        """Return the commands of a host that makes a number of steps with these values."""
         return ["A 0", *(f"{form} {values[form]}" for form in "FRSZ"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
+        """Return the parameter of a rate such as "500 steps/s"; None: the text is no rate."""
         rate = steps_per_s(text)
         if rate is None:
             return None

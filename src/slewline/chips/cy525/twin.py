@@ -214,10 +214,12 @@ class Stepwise(twin.Stepwise):
         return rate
 
     def ramp_up_to(self, rate: int) -> None:
+        """Plan the steps from the present rate up to another rate parameter."""
         self.plan = deque(step_of(UP, way) for way in self.way_up(self.top, rate))
         self.slews_at(rate)
 
     def slews_at(self, rate: int) -> None:
+        """Note the rate parameter at which the motor slews from now on."""
         self.top = rate
         self.axis.log.change(partial(self.motion_made.rates, self.first, rate))
 

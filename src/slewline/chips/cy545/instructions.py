@@ -50,15 +50,19 @@ class Instructions(instructions.ParameterHandlers):
 
     # ----------------------------------------------------------------------------------------------------- parameters
     def do_atposition(self, position: int) -> None:
+        """A: set the position, 0 to 16,777,215 steps, without a motion."""
         self.declare(position, f"A {position}")
 
     def do_firstrate(self, rate: int) -> None:
+        """F: load the rate parameter of the first step."""
         self.registers.load("firstrate", rate)
 
     def do_continuous(self) -> None:
+        """C: make the next motion continuous."""
         self.registers.continuous = True
 
     def do_mode(self, mode: int) -> None:
+        """O: load the mode register and show its bits on their pins; bits of unknown use are a finding."""
         self.registers.load("mode", mode)
         self.bits.show()
         unknown = mode & (sheet.MB_6 | sheet.MB_3)
@@ -66,10 +70,12 @@ class Instructions(instructions.ParameterHandlers):
             self.finding_once("mode-bits", f"O {mode}: what MB6 and MB3 do is not known; they are kept, without effect")
 
     def do_pointer(self, address: int) -> None:
+        """Y: load the pointer into the external memory."""
         self.registers.pointer = address
 
     # ----------------------------------------------------------------------------------------------------------- bits
     def do_bit(self, argument: int) -> None:
+        """B: set, clear, write, AND or OR user bits; on a data bus that is in use, a finding."""
         one = argument & 0xC0 == 0
         if one and argument & sheet.DATA_BUS and self.program.running:
             self.chip.finding("bus-bit", f"B {argument}: the data bus is in use; the bit lasts to the next bus cycle")
@@ -90,6 +96,7 @@ class Instructions(instructions.ParameterHandlers):
 
     # -------------------------------------------------------------------------------------------------------- motions
     def do_go(self) -> Awaitable[None]:
+        """G: return the motion by N steps in the present direction."""
         if not self.registers.directed:
             way, count = ("clockwise", "up") if self.registers.clockwise else ("counter-clockwise", "down")
             after = f"after reset the direction is {way} (inferred), and the position counts {count}"
@@ -97,46 +104,57 @@ class Instructions(instructions.ParameterHandlers):
         return super().do_go()
 
     async def do_home(self, argument: int) -> None:
+        """H: seek the edge of the home sensor, at the bit that the argument names."""
         await self.home.seek(argument)
 
     async def do_delay(self, delay: int) -> None:
+        """D: pause, in milliseconds at 12 MHz."""
         await self.pause("D", delay)
 
     async def do_initialize(self) -> None:
+        """I: restore the state at power-up; a program ends."""
         self.chip.waits("I in progress")
         await self.chip.ticks(self.ticks["initialize"])
         self.begin_anew()
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
+        """Yield what a motion should not find: whether it does, code and text of the finding."""
         values = self.registers.values
         low, high = values["firstrate"], values["rate"]
         yield high < low, "rate-below-firstrate", f"R {high} is below F {low}: the whole motion is made at F"
 
     # -------------------------------------------------------------------------------------------------------- program
     def do_enter(self) -> None:
+        """E: report a finding in a running program, where it has no effect."""
         if self.program.running:
             self.program.finding_once("enter-while-running", "E in a program: no action")
 
     def do_quit(self) -> None:
+        """Q: report a finding, as no program is being entered."""
         self.chip.finding("quit-outside-entry", "Q outside program entry: no action")
 
     def do_execute(self) -> None:
+        """X: run the program at the pointer, unless one is running."""
         if not self.program.running:
             self.program.begin()
 
     def do_stop(self) -> None:
+        """0: end the running program."""
         if self.program.running:
             self.program.end()
 
     def do_jump(self, target: int) -> None:
+        """J: continue at a byte of this page; as a command of the host, start the program there."""
         self.program.go_to(target)
         if self.program.direct:
             self.program.begin()
 
     def do_loop(self, count: int, target: int) -> None:
+        """L: branch while passes are left, of 256 at most."""
         self.loop("L", count, target, 1 << 8)
 
     def do_longloop(self, count: int, target: int) -> None:
+        """Z: branch while passes are left, of 65,536 at most."""
         self.loop("Z", count, target, 1 << 16)
 
     def loop(self, letter: str, count: int, target: int, whole: int) -> None:
@@ -147,6 +165,7 @@ class Instructions(instructions.ParameterHandlers):
             self.program.go_to(target)
 
     def do_til(self, argument: int, target: int) -> None:
+        """T: branch until the bits match the argument; as a command of the host, a finding."""
         away = not self.bits.matches(argument)
         if self.program.direct:
             self.branch_as_command("T", away, target)
@@ -163,6 +182,7 @@ class Instructions(instructions.ParameterHandlers):
 
     # -------------------------------------------------------------------------------------------------------- display
     async def do_query(self, *given: int, data: bytes) -> None:
+        """?: send a parameter or a listing to the display device; an unknown letter is a finding."""
         letter = data.decode("latin-1")
         if letter == sheet.LISTING and given:
             await self.display.listing(given[0])
@@ -182,7 +202,9 @@ class Instructions(instructions.ParameterHandlers):
         return self.registers.values[name]
 
     async def do_string(self, data: bytes) -> None:
+        """Send characters to the display device: the command that begins with a quote."""
         await self.display.put(data)
 
     async def do_display(self, address: int, _count: int, data: bytes) -> None:
+        """[: write values to the local bus from an address on."""
         await self.local_bus.show(address, data)

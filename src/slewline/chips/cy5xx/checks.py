@@ -1,5 +1,6 @@
-"""What the linters of the family share: a text is read as a chip would run it, through every branch both ways; and is
-it written for a sister part?
+"""What the linters of the family share.
+
+A text is read as a chip would run it, through every branch both ways; and is it written for a sister part?
 """
 
 from __future__ import annotations

@@ -86,8 +86,10 @@ class Cy5xx(Chip):
 
     # ------------------------------------------------------------------------------------------------ power and reset
     def power(self, on: bool) -> None:
-        """Switch the supply.  After power-up the registers hold their power-up values, and RESET must be low for 10 ms;
-        when nothing drives RESET, the capacitor of fig. 9.1 does it.
+        """Switch the supply.
+
+        After power-up the registers hold their power-up values, and RESET must be low for 10 ms; when nothing drives
+        RESET, the capacitor of fig. 9.1 does it.
 
         Raises:
             UsageError: `on` is neither True nor False.

@@ -43,18 +43,23 @@ class ParameterHandlers:
 
     # ------------------------------------------------------------------------------------------------- parameters
     def do_number(self, steps: int) -> None:
+        """N: load the number of steps of a G."""
         self.registers.load("number", steps)
 
     def do_rate(self, rate: int) -> None:
+        """R: load the rate parameter."""
         self.registers.load("rate", rate)
 
     def do_slope(self, slope: int) -> None:
+        """S: load the slope parameter."""
         self.registers.load("slope", slope)
 
     def do_cw(self) -> None:
+        """+: turn clockwise from now on."""
         self.outputs.turn(True)
 
     def do_ccw(self) -> None:
+        """-: turn counter-clockwise from now on."""
         self.outputs.turn(False)
 
     def declare(self, position: int, text: str) -> None:
@@ -71,10 +76,12 @@ class ParameterHandlers:
 
     # ----------------------------------------------------------------------------------------------------- motions
     def do_go(self) -> Awaitable[None]:
+        """G: return a motion by N steps in the present direction."""
         self.check_registers("G", "number")
         return self.motion.move(self.registers.values["number"], 1 if self.registers.clockwise else -1, "G")
 
     async def do_position(self, position: int) -> None:
+        """P: move to a position, clockwise if it is the present one or higher."""
         self.check_registers(f"P {position}", "position")
         here = self.axis.position
         clockwise = position >= here
@@ -126,15 +133,19 @@ class Instructions(ParameterHandlers):
 
     # ------------------------------------------------------------------------------------------------------- lines
     def do_bitset(self) -> None:
+        """B: drive the programmable output high."""
         self.programmable_output.drive(1)
 
     def do_clearbit(self) -> None:
+        """C: drive the programmable output low."""
         self.programmable_output.drive(0)
 
     async def do_until(self) -> None:
+        """U: wait until the wait line is low."""
         await self.wait_for("U", 0)
 
     async def do_wait(self) -> None:
+        """W: wait until the wait line is high."""
         await self.wait_for("W", 1)
 
     async def wait_for(self, letter: str, wanted: int) -> None:
@@ -157,6 +168,7 @@ class Instructions(ParameterHandlers):
 
     # ----------------------------------------------------------------------------------------------------- read-out
     def do_verify(self, group: int) -> None:
+        """V: point the readout at a group of registers; an unknown group is a finding."""
         if group not in self.readout.sizes:
             last = max(self.readout.sizes)
             self.chip.finding("verify-group", f"V {group}: there are groups 0 to {last}; the pointer stays")
@@ -169,6 +181,7 @@ class Instructions(ParameterHandlers):
 
     # ------------------------------------------------------------------------------------------------------ program
     def do_enter(self) -> None:
+        """E: begin program entry; in a running program that is a finding."""
         if self.program.pc is not None:
             became = "refused" if self.program.live else "skipped"
             self.chip.finding("enter-while-running", f"E in a running program: {became}")
@@ -176,11 +189,13 @@ class Instructions(ParameterHandlers):
         self.program.enter()
 
     def do_quit(self) -> None:
+        """Q: end program entry; outside of it that is a finding."""
         if not self.program.entering:
             self.chip.finding("quit-outside-entry", "Q outside program entry: no action")
         self.program.quit()
 
     def do_initialize(self) -> None:
+        """I: erase program, modes and readout; coils off, clockwise, command mode."""
         self.program.clear()
         self.readout.clear()
         self.registers.clear()
@@ -190,12 +205,15 @@ class Instructions(ParameterHandlers):
         self.program.rest()
 
     def do_command(self) -> None:
+        """0: stop the program; command mode."""
         self.program.end()
 
     def do_jump(self, target: int) -> None:
+        """J: continue at a byte of the program."""
         self.program.begin(self.program.resolved(target))
 
     def do_loop(self, count: int, target: int) -> None:
+        """L: branch to a byte of the program until the count has run out."""
         program, finding = self.program, self.chip.finding
         target = program.resolved(target)
         if not program.running:

@@ -1,7 +1,7 @@
-"""Letters that mean something else in one part of the family than in another (CY525 manual, section 3, comparison;
-CY545 manual, chapters 4 to 10).
+"""Letters that mean something else in one part of the family than in another.
 
-A letter that is not listed means the same in every part that has it.  Data only.
+They are from the CY525 manual, section 3, comparison, and the CY545 manual, chapters 4 to 10.  A letter that is not
+listed means the same in every part that has it.  Data only.
 """
 
 from __future__ import annotations

@@ -66,6 +66,7 @@ class SlopeRamp(Ramp):
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
 
     def table(self) -> Iterator[RampSegment]:
+        """Yield the intervals of the ramp, a segment for each rate parameter."""
         ticks = 0
         for at, interval in enumerate(self.intervals[:-1]):
             parameter = self.of.law.start + at * self.slope
@@ -74,13 +75,16 @@ class SlopeRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
+        """The least number of steps that reaches the rate; None: no move does."""
         return least(lambda number: self.made(number).reached, 1, self.of.number.high)
 
     @property
     def distances(self) -> tuple[int, int, str]:
+        """The least and the greatest number of steps, and the command that sets it."""
         return self.of.number.low, self.of.number.high, " (N)"
 
     def made(self, distance: int) -> PlannedMove:
+        """Return the move of a number of steps."""
         return PlannedMove(self, self.of.plan_move(distance, self.rate, self.slope, 1, self.of.law), distance)
 
 
@@ -109,12 +113,15 @@ class SlopeRamps(Calculator):
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> SlopeRamp:
+        """Return the ramp of some values, at a crystal in Hz."""
         return SlopeRamp(self, values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
+        """Return the commands of a host that makes a number of steps with these values."""
         return ["A", *(f"{form} {values[form]}" for form in "RS"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
+        """Return the parameter of a rate such as "500 steps/s"; None: the text is no rate."""
         rate = steps_per_s(text)
         if rate is None:
             return None
@@ -183,7 +190,9 @@ class UnitRamp(Ramp):
 
     @property
     def distances(self) -> tuple[int, int, str]:
+        """The least and the greatest number of steps, and the command that sets it."""
         return max(self.number.low, 1), self.number.high, f" ({self.number.name}, N)"
 
     def made(self, distance: int) -> PlannedMove:
+        """Return the move of a number of steps."""
         return PlannedMove(self, self.plan(distance), distance)

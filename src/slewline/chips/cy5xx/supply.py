@@ -65,8 +65,10 @@ class Supply:
         chip.waits("waiting for power")
 
     def switch(self, on: bool) -> None:
-        """Switch the supply.  After power-up the registers hold their power-up values, and RESET must be low for 10 ms;
-        when nothing drives RESET, the capacitor of fig. 9.1 does it.
+        """Switch the supply.
+
+        After power-up the registers hold their power-up values, and RESET must be low for 10 ms; when nothing drives
+        RESET, the capacitor of fig. 9.1 does it.
         """
         chip = self.chip
         if on == self.powered:

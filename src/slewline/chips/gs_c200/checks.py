@@ -1,5 +1,4 @@
-"""What only the linter of the GS-C modules knows: can this ramp reach this speed in this way, what is
-repeated, what does the counter do?
+"""What only the linter of the GS-C modules knows: whether a ramp reaches its speed, loops, the position counter.
 
 The text is walked as a module would run it, with registers whose values are known or not (None), through every branch
 both ways; each motion is then judged with the registers that it would meet.  The ramp is the one of profile.py.

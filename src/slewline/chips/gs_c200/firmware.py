@@ -335,7 +335,9 @@ class GsC(InLines, Chip):
 
     @property
     def registers(self) -> dict[str, int]:
-        """start_stop, top_speed (units of 10 steps/s), ramp (steps): 0 where never set; position; user_inputs and
+        """The registers by their names.
+
+        start_stop, top_speed (units of 10 steps/s), ramp (steps): 0 where never set; position; user_inputs and
         user_outputs as V2 reads them.
         """
         state = self.state

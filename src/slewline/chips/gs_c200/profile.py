@@ -110,8 +110,9 @@ def steady(interval: int) -> Plan:
 
 
 def stopped(of: Plan, step: int) -> Plan:
-    """What is left when a motion shall come to rest from `step` on, which is about to begin: as many ramp steps as it
-    took to get so fast, or the rest of the way down.
+    """Return what is left when a motion shall come to rest from `step` on, which is about to begin.
+
+    These are as many ramp steps as it took to get so fast, or the rest of the ramp down.
     """
     up, leg = of.legs[0], of.leg(step)
     if up.name != "up" or step == 0:

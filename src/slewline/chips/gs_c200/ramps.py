@@ -53,11 +53,13 @@ class GscRamp(Ramp):
 
     @property
     def accelerations(self) -> Accelerations:
+        """The first, mean and greatest acceleration, steps/s²."""
         squares = [(PS_PER_S / interval) ** 2 for interval, _ in self.runs] + [self.top**2]
         rises = [(after - before) / 2 for before, after in pairwise(squares)]
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
 
     def table(self) -> Iterator[RampSegment]:
+        """Yield the intervals of the ramp, a segment for each position in its table."""
         begin = 0
         for position, (interval, _) in enumerate(self.runs):
             yield RampSegment(begin, position, 1, PS_PER_S / interval)
@@ -65,13 +67,16 @@ class GscRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
+        """The least number of steps that reaches the top speed; None: none does."""
         return least(lambda number: GscMove(self, number).reached, 1, len(POSITIONS[self.part]) - 1)
 
     @property
     def distances(self) -> tuple[int, int, str]:
+        """The least and the greatest number of steps; no command sets them."""
         return 1, len(POSITIONS[self.part]) - 1, ""
 
     def made(self, distance: int) -> GscMove:
+        """Return the move of a number of steps."""
         return GscMove(self, distance)
 
 
@@ -97,6 +102,7 @@ class GscMove(Move):
         return self.train.begin(self.steps - 1) + TIMES["clock"].ticks
 
     def trains(self) -> tuple[StepTrain]:
+        """The pulses of the move, as one train."""
         return (self.train,)
 
 
@@ -117,13 +123,16 @@ class GscRamps(Calculator):
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> GscRamp:
+        """Return the ramp of some values of S, T and R."""
         return GscRamp(self.sheet.part, values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
+        """Return the lines of a host that makes a number of steps with these values."""
         begin = self.sheet.commands.named("PROGRAM").form
         return [begin, *(f"{form}{values[form]}" for form in "STR"), f"+{steps}", "E"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
+        """Return the parameter of a rate such as "500 steps/s"; None: the text is no rate."""
         rate = steps_per_s(text)
         return None if rate is None else floor(rate / RATE_UNIT + Fraction(1, 2))
 

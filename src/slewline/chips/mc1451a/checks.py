@@ -98,6 +98,7 @@ class KnownChipset:
         axis.auto_update = name == "SET_AUTO_UPDATE_ON" or (axis.auto_update and name != "SET_AUTO_UPDATE_OFF")
 
     def multi_update(self, statement: Statement) -> None:
+        """Follow an update of the axes whose bits are set."""
         mask = statement.values[0]
         for number, axis in enumerate(self.axes):
             if mask >> number & 1:

@@ -120,11 +120,13 @@ class Instructions:
 
     # ---------------------------------------------------------------------------------------------------- axis control
     def do_set_i(self) -> int:
+        """SET_I: select the axis that interrupts; return its status."""
         self.registers.current = self.interrupt.axis or self.registers.current
         return self.state.status
 
     # ----------------------------------------------------------------------------------------------- profile generation
     def do_set_acc(self, value: int) -> None:
+        """SET_ACC: load the acceleration; in trapezoidal mode a negative one is a finding."""
         number = self.kept(sheet.ACCELERATION, value, -32)
         self.state.load("acceleration", number)
         if sheet.ACCELERATION.low <= number < 0 and self.state.mode == TRAPEZOIDAL:
@@ -133,9 +135,11 @@ class Instructions:
 
     # ------------------------------------------------------------------------------------------------- parameter update
     def do_update(self) -> None:
+        """UPDATE: put what has been set for the axis into effect."""
         self.state.take("UPDATE")
 
     def do_multi_update(self, mask: int) -> None:
+        """MULTI_UPDATE: put what has been set into effect for the axes of a mask, at the same time."""
         kept = self.kept(sheet.AXES, mask, 4)
         for state in self.registers.states:
             if kept >> (state.number - 1) & 1:
@@ -143,9 +147,11 @@ class Instructions:
 
     # --------------------------------------------------------------------------------------------- interrupt processing
     def do_get_intrpt(self) -> int:
+        """GET_INTRPT: return the status of the axis that interrupts, or else of the present one."""
         return self.registers.states[(self.interrupt.axis or self.registers.current) - 1].status
 
     def do_rst_intrpt(self, mask: int) -> None:
+        """RST_INTRPT: clear events of the interrupting axis by a mask, and end the interrupt."""
         if self.interrupt.axis:
             state = self.registers.states[self.interrupt.axis - 1]
             state.reported |= state.motion_error and not mask & MOTION_ERROR
@@ -154,37 +160,47 @@ class Instructions:
 
     # ------------------------------------------------------------------------------------------------- status and mode
     def do_clr_status(self) -> None:
+        """CLR_STATUS: clear all events of the axis."""
         self.state.clear(0)
 
     def do_rst_status(self, mask: int) -> None:
+        """RST_STATUS: clear events of the axis by a mask."""
         self.state.clear(mask)
 
     # ------------------------------------------------------------------------------------------------ pulse generation
     def do_mtr_off(self) -> None:
+        """MTR_OFF: stop the pulses of the axis."""
         self.state.switch_off()
 
     # ---------------------------------------------------------------------------------------------------------- encoder
     def do_get_capt(self) -> int:
+        """GET_CAPT: clear the capture event and return 0."""
         self.state.events &= ~CAPTURED
         return 0
 
     # ---------------------------------------------------------------------------------------------------- miscellaneous
     def do_set_actl_pos(self, value: int) -> None:
+        """SET_ACTL_POS: set the actual position, in counts, -2^31 to 2^31 - 1."""
         position = self.kept(sheet.POSITION, value, -31)
         mark_deviation(self.chip, self.state, "command", f"SET_ACTL_POS {position}")
         self.motion.declare(self.state, position)
 
     def do_get_lmt_swtch(self) -> int:
+        """GET_LMT_SWTCH: return the levels of the limit switches, a bit each."""
         return sum((pin.level == 1) << bit for bit, pin in enumerate(self.limits))
 
     def do_get_home(self) -> int:
+        """GET_HOME: return the levels of the home inputs, a bit each."""
         return sum((pin.level == 1) << bit for bit, pin in enumerate(self.homes))
 
     def do_reset(self) -> None:
+        """RESET: request a reset of the chipset."""
         self.supply.request()
 
     def do_get_vrsn(self) -> int:
+        """GET_VRSN: return the version of the part."""
         return spoken_as(self.chip.sheet, Packets).version
 
     def do_get_time(self) -> int:
+        """GET_TIME: return the number of cycles since the reset, modulo 2^32."""
         return self.motion.cycle % (1 << 32)

@@ -76,6 +76,7 @@ class ChipsetRamp(Ramp):
         """How far each cycle goes."""
 
     def table(self) -> Iterator[RampSegment]:
+        """Yield a segment for each cycle of the ramp, with its rate in steps/s."""
         for cycle in range(self.cycles):
             before, after, speed = self.law.travel(cycle), self.law.travel(cycle + 1), self.law.velocity(cycle)
             rate = self.units.rate(VELOCITY, speed)
@@ -83,10 +84,12 @@ class ChipsetRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
+        """The least distance, in steps, at which the velocity is reached; None: none does."""
         return least(lambda distance: self.made(distance).reached, 1, POSITION.high)
 
     @property
     def distances(self) -> tuple[int, int, str]:
+        """The least and the greatest distance, in steps, and the command that sets it."""
         return 1, POSITION.high, " (SET_POS)"
 
     @abstractmethod
@@ -106,6 +109,7 @@ class ChipsetMove(Move):
         self.legs = [(name, travel / ONE) for name, travel in legs.items() if travel]
 
     def trains(self) -> list[CycleTrain]:
+        """The pulses of the move, a train for each law."""
         found, cycles, position = [], 0, 0
         for law, count in self.parts:
             found.append(CycleTrain(self.units.clock, cycles * CYCLE, law, count, position % ONE))
@@ -128,6 +132,7 @@ class Trapezoid(ChipsetRamp):
 
     @property
     def law(self) -> Law:
+        """The law of the way up."""
         return self.linear
 
     @property
@@ -137,9 +142,11 @@ class Trapezoid(ChipsetRamp):
 
     @property
     def accelerations(self) -> Accelerations:
+        """The first, mean and greatest acceleration."""
         return Accelerations(*(self.acceleration,) * 3)
 
     def made(self, distance: int) -> ChipsetMove:
+        """Return the move of a distance in steps, 1 or more."""
         parts: list[tuple[Law, int]] = []
         legs = dict.fromkeys(("up", "slew", "down"), 0)
         remaining, speed, top, landing = distance * ONE, 0, 0, False
@@ -177,12 +184,14 @@ class SCurvePhases(ChipsetRamp):
 
     @property
     def accelerations(self) -> Accelerations:
+        """The first, mean and greatest acceleration."""
         speeds = [0, *(self.law.velocity(cycle) for cycle in range(self.cycles + 1))]
         rises = [after - before for before, after in pairwise(speeds)]
         first, greatest = (self.units.rate(ACCELERATION, rise) for rise in (rises[0], max(rises)))
         return Accelerations(first, self.acceleration, greatest)
 
     def made(self, distance: int) -> ChipsetMove:
+        """Return the move of a distance in steps, 1 or more."""
         phases = profile.s_curve(distance * ONE, *self.limits)
         up, slew = risen(phases) >> 17 + 3 * PLACES, phases.peak * phases.coasting >> 16 + 3 * PLACES
         legs = {"up": up, "slew": slew, "down": distance * ONE - up - slew}
@@ -221,9 +230,11 @@ class ChipsetRamps(Calculator):
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> Trapezoid | SCurvePhases:
+        """Return the ramp of some values, at a crystal in Hz."""
         return PROFILES[str(values[TRAPEZOID[0]])](Units(self.sheet, crystal_hz), values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
+        """Return the commands of a host that makes a number of steps with these values."""
         modes = ["SET_PRFL_S_CRV"] * (values[TRAPEZOID[0]] == S_CURVE[1]) + ["SET_OUTPUT_HIGH"] * (
             values["output"] == "high"
         )
@@ -231,6 +242,7 @@ class ChipsetRamps(Calculator):
         return [*modes, *registers, f"SET_POS {steps}", "UPDATE", "wait motion_complete"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
+        """Return the register value of a rate such as "500 steps/s"; None: the text is no rate."""
         return rates.spoken(self.arg(quantity.name), text, rates.cycles_per_s(self.sheet, crystal_hz))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
@@ -244,6 +256,7 @@ class ChipsetRamps(Calculator):
 
         @cache
         def ramp(value: int) -> Trapezoid | SCurvePhases:
+            """Return the ramp of some values, at a crystal in Hz."""
             return self.ramp({**search.fixed, name: value}, search.crystal_hz)
 
         if wanted.goal == "steps" and name == "SET_ACC":

@@ -147,7 +147,7 @@ class Verbatim(Forms):
         return Instruction(at, bytes(stored[at : at + 1]), None, ())
 
     def shown(self, row: Row, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
-        """Return an instruction as it stands in the memory, without its carriage return."""
+        """Return the text of an instruction in the memory, without its carriage return."""
         return instruction.data.rstrip(b"\r").decode("latin-1")
 
     def longest_instruction(self, sheet: Sheet) -> int:

@@ -65,21 +65,26 @@ class Instructions(instructions.ParameterHandlers):
     in_slope = ""  # what a factor does while there are slopes
 
     def do_athome(self) -> None:
+        """A: set the position to 0."""
         self.declare(0, "A")
 
     def do_doitnow(self) -> None:
+        """D: run the program from its start."""
         self.program.begin(0)
 
     def do_til(self) -> None:
+        """T: run the program from its start while DOWHILE is low."""
         if self.dowhile.level == 0:
             self.do_doitnow()
 
     def do_factor(self, factor: int) -> None:
+        """F: load the divisor of the rate, 1 to 255; with slopes that is a finding."""
         if self.registers.slope:
             self.chip.finding("factor-in-slope", f"F {factor} after S: {self.in_slope}")
         self.registers.load("factor", factor)
 
     def do_halfstep(self) -> None:
+        """H: make half steps until I or RESET."""
         if not self.registers.half:
             self.registers.half = True
             self.registers.phase *= 2

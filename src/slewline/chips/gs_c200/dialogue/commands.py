@@ -105,13 +105,16 @@ class HostDialogue:
 
     # ------------------------------------------------------------------------------------------------- the program
     async def do_program(self) -> None:
+        """Po: clear the program and begin program entry."""
         self.program.entering, self.program.kept = True, False
         self.program.memory.clear()
 
     async def do_program_end(self) -> None:
+        """Px: end program entry without a run."""
         self.program.entering = False
 
     async def do_execute(self) -> str:
+        """E: run the program from its start; return the answer."""
         self.program.entering = False
         missing = self.program.unset_before_motion()
         if not self.program.memory or missing:
@@ -124,13 +127,16 @@ class HostDialogue:
         return "Y"
 
     async def do_kill(self) -> None:
+        """K: end program and motion immediately."""
         if self.interpreter.running:
             await self.interpreter.kill("K")
 
     async def do_zero_speed(self) -> None:
+        """Z: ramp down and end the program."""
         await self.interpreter.come_to_rest()
 
     async def do_home(self, direction: int) -> str:
+        """H: run to the home switch in a direction, 1 or -1; return the answer."""
         speed = self.program.homing_speed
         if not speed:
             return self.mistake("E4", f"H without a start-stop speed; {set_first('S')}")
@@ -144,6 +150,7 @@ class HostDialogue:
 
     # --------------------------------------------------------------------------------------------------- questions
     async def do_feedback(self) -> str:
+        """F: return the state of the module as an answer: busy, ready, or the error of the last run."""
         if self.interpreter.running:
             return "B"
         for flag, answer in (("overflow", "E5"), ("failed", "E6")):
@@ -153,9 +160,11 @@ class HostDialogue:
         return "R"
 
     async def do_query(self) -> str:
+        """Q: return the instructions of the program, a line each, and END."""
         return "\r".join([*(row.text for row in self.program.rows()), "END"])
 
     async def do_verify(self, what: int) -> str:
+        """V: return the position (1), or the levels of user inputs and outputs (2)."""
         if what == 2:
             return f"V{self.user.read_inputs()}{self.user.read_outputs()}"
         if self.counter.wraps:
@@ -164,6 +173,7 @@ class HostDialogue:
 
     # ------------------------------------------------------------------------------------------------------ EEPROM
     async def do_memorize(self) -> str:
+        """M: store the program in the EEPROM; the answer follows when it is written."""
         self.program.kept = True
         self.eeprom.write(self._written)
         return "Y" if self.options.early_y else ""
@@ -176,5 +186,6 @@ class HostDialogue:
             self.answer_later("Y" if good else "E6")
 
     async def do_exchange(self) -> str:
+        """X: load the program from the EEPROM; return the answer."""
         fault = self.eeprom.recall()
         return self.mistake("E6", fault) if fault else "Y"

@@ -66,20 +66,25 @@ class Instructions:
 
     # ------------------------------------------------------------------------------------------- outputs, inputs, time
     async def do_activate(self, output: int) -> None:
+        """A: drive a user output high, 1 to 3."""
         self.user.outputs[output - 1].drive(1)
 
     async def do_clear(self, output: int) -> None:
+        """C: drive a user output low, 1 to 3."""
         self.user.outputs[output - 1].drive(0)
 
     async def do_delay(self, tenths: int) -> None:
+        """D: pause, in tenths of a second."""
         self.chip.waits(f"waiting {tenths / 10:g} s (D{tenths})")
         await until(self.kernel, self.kernel.now + tenths * self.times_ps["delay_unit"])
 
     async def do_wait(self, number: int) -> None:
+        """W: wait until a user input, 1 to 3, is high."""
         self.chip.waits(f"waiting for ui{number}=1 (W{number})")
         await polled(self.kernel, self.user.inputs[number - 1], 1, self.times_ps["instruction"])
 
     async def do_until(self, number: int) -> None:
+        """U: repeat the program from its head until a user input, 1 to 3, is low."""
         program, net = self.program, self.user.inputs[number - 1]
         high = net.level != 0
         if program.pc == self.until_size and not self.chip.options.plain_u:
@@ -89,12 +94,14 @@ class Instructions:
 
     # ---------------------------------------------------------------------------------------------- loops and jumps
     async def do_loop_start(self) -> None:
+        """L0: begin what a loop repeats."""
         program = self.program
         outside = program.pc if self.chip.options.nested_loops else 0
         program.loops = [loop for loop in program.loops if loop[0] < outside]
         program.loops.append([program.pc, 0])
 
     async def do_loop(self, passes: int) -> None:
+        """L: repeat from the loop start until there have been so many passes, 1 to 255."""
         program = self.program
         if not program.loops:
             self._check_start(passes)
@@ -115,26 +122,33 @@ class Instructions:
             self.chip.finding("loop-without-start", f"L{passes} has no L0 of its own: it repeats from location 0")
 
     async def do_jump(self, target: int) -> None:
+        """j: continue at a location, 0 to 118."""
         self.program.pc = target
 
     async def do_jump_on(self, inputs: int, target: int) -> None:
+        """jc: continue at a location if the user inputs have these levels, a bit each."""
         if self.user.read_inputs() == inputs:
             self.program.pc = target
 
     # ------------------------------------------------------------------------------------------------------- motion
     async def do_start_stop(self, speed: int) -> None:
+        """S: load the start-stop speed, in units of 10 steps/s."""
         self.registers.start_stop = speed
 
     async def do_top_speed(self, speed: int) -> None:
+        """T: load the top speed, in units of 10 steps/s."""
         self.registers.top_speed = speed
 
     async def do_ramp(self, length: int) -> None:
+        """R: load the length of both ramps, 1 to 999 steps."""
         self.registers.ramp = length
 
     async def do_move(self, steps: int) -> None:
+        """+ or -: move by a number of steps."""
         await self._move_by(steps, f"{steps:+d}")
 
     async def do_goto(self, position: int) -> None:
+        """G: move to a position."""
         await self._move_by(position - self.counter.position, f"G{position}")
 
     async def _move_by(self, steps: int, text: str) -> None:
@@ -148,9 +162,11 @@ class Instructions:
         await self.motion.move(abs(steps), direction, text)
 
     async def do_velocity(self, direction: int) -> None:
+        """g: run in a direction, 1 or -1, until K or Z."""
         await self._run_endless(direction, None)
 
     async def do_controlled_velocity(self, direction: int, number: int) -> None:
+        """Run in a direction, 1 or -1, until a user input, 1 to 3, is low: g with an input."""
         await self._run_endless(direction, number)
 
     async def _run_endless(self, direction: int, number: int | None) -> None:
@@ -182,9 +198,11 @@ class Instructions:
 
     # ------------------------------------------------------------------------------------------------ position counter
     async def do_force(self, position: int) -> None:
+        """f: load the position counter."""
         self.counter.load(position, f"f{position}")
 
     async def do_initialize(self, what: int) -> None:
+        """I: clear the position counter (1), the user outputs (2), or both (3)."""
         if what & 2:
             self.user.clear()
         if what & 1:

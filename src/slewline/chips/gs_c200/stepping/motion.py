@@ -31,8 +31,9 @@ def input_name(net: Net) -> str:
 
 
 class Motion:
-    """The stepping part of the firmware.  `moving` is true from MOV high to MOV low; `stopped` tells of the last motion
-    whether it came to rest because it was ordered to.
+    """The stepping part of the firmware.
+
+    `moving` is true from MOV high to MOV low; `stopped` is true if the last motion came to rest on an order.
     """
 
     def __init__(

@@ -49,8 +49,10 @@ class ChipsetAxis(AxisOfChip):
         return cycles_of(pulses, first, cycle_clock.begun(end) + 1)
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return velocity, position, acceleration, and jerk if there was an S-curve; of an axis whose encoder has
-        turned, the actual position as well.  All but the first two only where cycles are kept.
+        """Return velocity and position, and where cycles are kept what follows from them.
+
+        These are acceleration, and jerk if there was an S-curve; of an axis whose encoder has turned, the actual
+        position as well.
         """
         found, forces = super().quantities(), self._forces()
         if forces is not None:

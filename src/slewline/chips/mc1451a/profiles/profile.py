@@ -303,7 +303,7 @@ def s_curve(distance: int, velocity: int, acceleration: int, jerk: int) -> Phase
 
 
 def ceil(a: int, b: int) -> int:
-    """a / b rounded up."""
+    """Return a / b, rounded up."""
     return -(-a // b)
 
 

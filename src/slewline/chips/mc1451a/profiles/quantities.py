@@ -134,6 +134,7 @@ class Acceleration(Quantity):
         return stretch.acceleration + stretch.jerk * (ps - stretch.begin_ps) / PS_PER_S
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the values at instants, (n,) int64 ps: (n,) float64."""
         import numpy as np
 
         times = np.asarray(times_ps, np.int64)
@@ -151,6 +152,7 @@ class Acceleration(Quantity):
         return stretch.jerk
 
     def changes(self, start: int, stop: int) -> Outline:
+        """Return the outline between two instants (ps)."""
         import numpy as np
 
         points = [(start, float(self.values_at(np.array([start]))[0]))]
@@ -192,9 +194,11 @@ class Jerk(Acceleration):
     name, unit, held = "jerk", "steps/s³", True
 
     def value(self, stretch: JerkSegment, ps: int) -> float:
+        """Return the jerk of a stretch, which is the same at each instant."""
         return stretch.jerk
 
     def slope(self, stretch: JerkSegment) -> float:
+        """Return 0: within a stretch the jerk does not change."""
         return 0.0
 
 

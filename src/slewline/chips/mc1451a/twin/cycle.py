@@ -24,26 +24,33 @@ class OneCycle(Train):
         self.speed = displaced / ONE * clock.hz / self.length
 
     def begin(self, k: int) -> int:
+        """Return the tick at which step k begins; for the number of steps, the end of the cycle."""
         return self.origin + (self.ticks[k] if k < self.steps else self.length)
 
     def begun_by(self, tick: int) -> int:
+        """Return how many steps have begun by a tick."""
         return sum(at <= tick - self.origin for at in self.ticks)
 
     def begun_counts(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return how many steps have begun by each of some ticks, (n,) int64."""
         return sum(((ticks >= at).astype("i8") for at in self.ticks), ticks * 0)
 
     def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        """Return the ticks at which steps begin, counted from the start of the cycle, (n,) int64."""
         import numpy as np
 
         return np.array(self.ticks[first:last], np.int64)
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return the velocity of the cycle and the start of the window: (1,) int64, (1,) float64 steps/s."""
         import numpy as np
 
         return np.array([since]), np.array([self.speed])
 
     def pieces(self, since: int, to: int) -> int:
+        """Return 1: a cycle has one velocity."""
         return 1
 
     def rests(self, until: int) -> int:
+        """Return how many ticks of the cycle are over before an instant (ps)."""
         return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)

@@ -100,11 +100,11 @@ def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction
 
 
 class TwinSCurve:
-    """An S-curve under way: +J, 0, -J, 0, -J, 0, +J.  A cycle takes the axis from where it is to where the curve has
-    come to at its end.
+    """An S-curve under way: +J, 0, -J, 0, -J, 0, +J.
 
-    Registers with 58 binary places hold position, speed, and how that changes; with every cycle each is added to the
-    one before it.  They are loaded at the first cycle that begins in another phase.
+    A cycle takes the axis from where it is to where the curve has come to at its end.  Registers with 58 binary
+    places hold position, speed, and how that changes; with every cycle each is added to the one before it.  They
+    are loaded at the first cycle that begins in another phase.
     """
 
     def __init__(self, distance: int, velocity: int, acceleration: int, jerk: int) -> None:
