@@ -34,7 +34,8 @@ from queue import SimpleQueue
 
 ROOT = Path(__file__).resolve().parent.parent
 LIST = Path(__file__).with_suffix(".toml")
-COPIED = ("src", "tests", "examples", "conformance", "docs/reference", "docs/tutorial", "pyproject.toml")
+COPIED = ("src", "tests", "examples", "conformance", "templates", "share", "pyproject.toml")
+COPIED += ("docs/reference", "docs/tutorial", "docs/lessons")
 WORKERS = 2
 TEST_TIMEOUT, RUN_TIMEOUT = 30, 120  # seconds for one test, and for a whole selection
 PASSED, FAILED, NONE = 0, 1, 5  # exit status of pytest: all passed, one failed, there are none; any other: an error

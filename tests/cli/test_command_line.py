@@ -122,6 +122,25 @@ def test_who_lacks_one_extra_is_told_of_all_that_are_missing(call, lacks):
     )
 
 
+LACKING = {  # packages that a process lacks from its beginning: the command
+    "click": "chips",
+    "click rich msgspec matplotlib serial": "demo",
+    "rich.console": "describe cy525 A",
+    "msgspec": "run five.cy525",
+}
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(("names", "line"), LACKING.items(), ids=LACKING)
+def test_nothing_else_asks_for_what_is_missing(call, five, lacks, names, line):
+    code = f"sys.modules |= dict.fromkeys({names.split()!r}); sys.stdout.isatty = lambda: {'rich' in names};"
+    ran = python(f"{code} sys.exit(invoke({line.split()!r}))")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.stdout.isatty", lambda: "rich" in names)
+        lacks(*names.split())
+        assert (ran.returncode, ran.stdout, ran.stderr) == call(*line.split())
+
+
 def test_the_extras_are_those_of_the_package():
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
     ours = {extra: [name for name, _ in rows] for extra, rows in EXTRAS.items()}

@@ -31,23 +31,19 @@ IMPORTS = "import os, pathlib, pytest, signal, subprocess, sys, tempfile, time\n
 
 
 # --------------------------------------------------------------------------------------------------------------- marks
-def reals(test: ast.FunctionDef) -> list[str]:
-    """The kinds for which a test is marked."""
-    marks = (mark for mark in test.decorator_list if ast.unparse(mark).startswith("pytest.mark.real"))
-    return [ast.literal_eval(mark.args[0]) for mark in marks if isinstance(mark, ast.Call)]
+def reals(path: Path) -> list[str]:
+    """The kinds for which tests of a file are marked."""
+    calls = (node for node in ast.walk(tree(path)) if isinstance(node, ast.Call))
+    return [ast.literal_eval(call.args[0]) for call in calls if ast.unparse(call.func) == "pytest.mark.real"]
 
 
 def test_one_test_of_each_kind_starts_processes_and_terminals_in_every_run() -> None:
-    found, marks = Counter[str](), 0
-    for path in sorted((ROOT / "tests").rglob("test_*.py")):
-        if path != Path(__file__):
-            marks += path.read_text("utf-8").count("mark.real(")
-            for node in ast.walk(tree(path)):
-                if isinstance(node, ast.FunctionDef) and (kinds := reals(node)):
-                    found.update(kinds)
-                    assert "parametrize" not in "".join(map(ast.unparse, node.decorator_list)), node.name
-    assert found == dict.fromkeys(KINDS, 1)
-    assert marks == len(KINDS), "a mark that is not on a test"
+    files = [path for path in sorted((ROOT / "tests").rglob("*.py")) if "mark.real(" in path.read_text("utf-8")]
+    found = {str(path): reals(path) for path in files if path != Path(__file__)}
+    assert Counter(kind for kinds in found.values() for kind in kinds) == dict.fromkeys(KINDS, 1)
+    command = [sys.executable, "-m", "pytest", "-o", "addopts=", "-q", "--collect-only", "-m", "real", *found]
+    collected = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert collected.count("::") == len(KINDS), "a mark is on several tests, or on none"
 
 
 # ------------------------------------------------------------------------------------------------------- runs of tests

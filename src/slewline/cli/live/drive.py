@@ -174,11 +174,10 @@ class DriveCommand(ServeCommand):
 
         server.loop.ask(begin)
         server.notes.append(lambda: as_line(drive))
-        say(f"slewline: {introduction(drive)}; {be_prompt()}")
-        self._hear_user(server, drive)
+        self._hear_user(server, drive, f"slewline: {introduction(drive)}; {be_prompt()}")
 
-    def _hear_user(self, server: Server, drive: Drive) -> None:
-        """Words that are typed; SIGUSR2 is `clear`."""
+    def _hear_user(self, server: Server, drive: Drive, introduction: str) -> None:
+        """Introduce the drive, as soon as it takes SIGUSR2 for `clear`; take words that are typed."""
         from ...drive.board.rehearsal import TwinPort
         from ...links.sockets.system import numbers
 
@@ -210,11 +209,12 @@ class DriveCommand(ServeCommand):
             except UsageError as error:
                 say(f"slewline: {error}")
 
+        for number in numbers("SIGUSR2"):
+            signal.signal(number, lambda *_: server.loop.ask(lambda: work("clear")))
+        say(introduction)
         if sys.stdin is not None and sys.stdin.isatty():
             server.loop.watch(sys.stdin.fileno(), typed)
             say(f"slewline: type {WORDS}")
-        for number in numbers("SIGUSR2"):
-            signal.signal(number, lambda *_: server.loop.ask(lambda: work("clear")))
 
 
 @contextmanager
