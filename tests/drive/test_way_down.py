@@ -8,7 +8,7 @@ from typing import NamedTuple
 import pytest
 
 import slewline
-from tests.ensembles import members
+from tests.ensembles import few, members
 
 from . import test_rewind
 from .test_rewind import Driven
@@ -53,7 +53,7 @@ each_phase = members("phases", FEW, MANY)
 
 
 @each_phase
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", few(CASES, 4))
 def test_the_board_stops_within_a_step_of_the_chip_in_all_phases(name, phases, tmp_path, monkeypatch):
     case = CASES[name]
     monkeypatch.setitem(test_rewind.CASES, name, (case.part, case.options, case.text, "", case.pin, case.level, (0, 0)))

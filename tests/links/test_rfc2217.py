@@ -11,6 +11,7 @@ import serialx
 
 import slewline
 from slewline.links.serving import DEAF
+from tests.ensembles import in_long_runs
 
 from .conftest import PATIENCE, Threaded, patient
 
@@ -183,8 +184,9 @@ def test_serialx_opens_it_in_asyncio(port):
     assert asyncio.run(ask()) == b"V+0\r"
 
 
+@pytest.mark.parametrize("count", [20, in_long_runs(100)])
 @pytest.mark.parametrize("kind", ["sync", "async"])
-def test_serialx_opens_exchanges_and_closes_a_hundred_times(port, kind):
+def test_serialx_opens_exchanges_and_closes_again_and_again(port, kind, count):
     """One host behind the other, none of which waits before it opens."""
     running, line, net = port
 
@@ -199,11 +201,12 @@ def test_serialx_opens_exchanges_and_closes_a_hundred_times(port, kind):
             return await host.readuntil(b"\r")
 
     async def all_async():
-        return [await exchange_async(number) for number in range(100)]
+        return [await exchange_async(number) for number in range(count)]
 
-    answers = asyncio.run(all_async()) if kind == "async" else [exchange(number) for number in range(100)]
-    assert answers == [b"V+0\r", b"E4\r"] * 50
-    assert running.do(lambda: (line.taken, line.given)) == (50 * 3 + 5 * 3 + 45 * 4, 50 * 4 + 50 * 3)
+    answers = asyncio.run(all_async()) if kind == "async" else [exchange(number) for number in range(count)]
+    half = count // 2
+    assert answers == [b"V+0\r", b"E4\r"] * half
+    assert running.do(lambda: (line.taken, line.given)) == (half * 3 + 5 * 3 + (half - 5) * 4, half * 4 + half * 3)
 
 
 @pytest.mark.parametrize(("option", "mask"), [(10, b"\x00"), (10, b"\x70"), (11, b"\x0f"), (11, b"\xff\xff")])

@@ -35,7 +35,7 @@ SAVED = ["N 513", "S 25", "R 127", "F 3", "Z 1", "A 750", "-", "E", "P 300", "P 
 SENT = b"\xff\r?\r?0\r?3\r?2\r?1\r"  # what pull sends, each question once
 PLACES = [
     (1, 85),
-    (1, 384),
+    (1, 405),  # of the program, the first time it is read: a 0 that becomes a 1
     (0, 11),
     *((0, at) for at in range(0, 50, 3)),
     *((1, at) for at in range(0, 640, 13)),

@@ -83,9 +83,10 @@ def test_the_wrong_part_is_told():
 
 @rarely("straps", ["chs=0", "chs=1", "chs=0&sel0=1&sel1=0&sel2=0"], quick=["chs=0"])
 @rarely("part", ["gs-c200", "gs-c200s"], quick=["gs-c200s"])
-def test_at_no_other_rate_is_the_question_a_command(part, straps):
+@rarely("address", [0, 3], quick=[0])
+def test_at_no_other_rate_is_the_question_a_command(part, straps, address):
     sheet = sheet_of(part)
-    for (levels, rate), sent, checked, address in product(RATES, RATES, (False, True), (0, 3)):
+    for (levels, rate), sent, checked in product(RATES, RATES, (False, True)):
         if rate == sent[1]:
             continue
         speech = speech_of(sheet, sent[1], checked, address)
