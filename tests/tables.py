@@ -12,7 +12,7 @@ cases run with one part, whose choice depends on its name alone, and with all of
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import Any
@@ -24,26 +24,33 @@ import pytest
 APART = {"skip", "skipif", "xfail", "usefixtures", "long", "system", "real"}
 
 
-def pair(items: Iterable[pytest.Item]) -> None:
-    """Mark as long what is left out of each table of cases crossed with parts."""
-    for rows in with_parts(items).values():
+def pair(items: Iterable[pytest.Item], telling: Collection[str]) -> None:
+    """Mark as long what is left out of each table of cases crossed with parts.
+
+    Args:
+        items: the tests.
+        telling: names by which a test tells its parts apart; one with such a name runs with all of them.
+    """
+    for rows in with_parts(items, telling).values():
         for row in left_out(rows):
             row.add_marker("long")
 
 
-def take_turns(items: Iterable[pytest.Item]) -> None:
-    """Mark as long all parts but one of each test that has no other parameter."""
-    for name, rows in with_parts(items).items():
+def take_turns(items: Iterable[pytest.Item], telling: Collection[str]) -> None:
+    """Mark as long all parts but one of each test that has no other parameter; arguments as for `pair`."""
+    for name, rows in with_parts(items, telling).items():
         if parameters(rows[0]).keys() == {"part"}:
             for row in set(rows) - {rows[crc32(name.encode()) % len(rows)]}:
                 row.add_marker("long")
 
 
-def with_parts(items: Iterable[pytest.Item]) -> dict[str, list[pytest.Function]]:
-    """Return the rows of each test that is parametrized with parts, without those of long runs."""
+def with_parts(items: Iterable[pytest.Item], telling: Collection[str]) -> dict[str, list[pytest.Function]]:
+    """Return the rows of each test that runs with several parts and does not tell them apart, but not the long ones."""
     tables: dict[str, list[pytest.Function]] = defaultdict(list)
     for item in items:
-        if isinstance(item, pytest.Function) and "part" in parameters(item) and not item.get_closest_marker("long"):
+        if not isinstance(item, pytest.Function) or item.get_closest_marker("long"):
+            continue
+        if "part" in parameters(item) and not {*telling} & {*item.obj.__code__.co_names}:
             tables[item.nodeid.split("[")[0]].append(item)
     return tables
 
@@ -116,7 +123,7 @@ def joined(rows: list[pytest.Function]) -> pytest.Function:
                 with subtests.test(row.callspec.id):
                     raise
                 # A timeout comes as a failure, and only once.
-                if first.session.shouldfail or isinstance(error, pytest.fail.Exception):
+                if isinstance(error, pytest.fail.Exception):
                     return
 
     test.__signature__ = Signature([Parameter(name, Parameter.KEYWORD_ONLY) for name in names])  # type: ignore[attr-defined]

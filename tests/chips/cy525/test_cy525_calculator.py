@@ -184,7 +184,7 @@ def cases() -> list[tuple[int, int, str, float, dict[str, int]]]:
     return [*found, *edges]
 
 
-@pytest.mark.parametrize("case", few(cases(), 5))
+@pytest.mark.parametrize("case", few(cases(), 8))
 def test_what_is_found_is_the_best_of_all_s_and_z(
     mover: Make, case: tuple[int, int, str, float, dict[str, int]]
 ) -> None:

@@ -115,7 +115,7 @@ def cases() -> list[tuple[int, int, str, str, float]]:
     return found
 
 
-@pytest.mark.parametrize("case", few(cases(), 8))
+@pytest.mark.parametrize("case", few(cases(), 12))
 def test_what_is_found_is_the_best_of_all_ramp_lengths(case: tuple[int, int, str, str, Any]) -> None:
     start, top, law, goal, value = case
     found = slewline.find_ramps(C200, S=start, T=top, law=law, **{goal: value})
