@@ -7,6 +7,7 @@ from collections.abc import Callable
 from cProfile import Profile
 from pathlib import Path
 from pstats import Stats
+from time import process_time
 
 from rows import shown
 
@@ -21,7 +22,7 @@ def bound(name: str, prepare: Callable[[], Callable[[], object]], items: int, it
     """
     if name not in FOUND:
         prepare()()
-        profile = Profile()
+        profile = Profile(process_time)
         profile.runcall(prepare())
         FOUND[name] = sentence(Stats(profile).stats, items, item)  # type: ignore[attr-defined]
     return FOUND[name]
