@@ -88,7 +88,7 @@ def kept(case: str, seconds: int, what: str) -> list[Row]:
     bound = f"Python and slewline {bare:.0f} MB, ten seconds of moves; {moves:,.0f} moves"
     return [
         Row(f"{case}, {CASES[case]}, keep {KEEP}, {what}: memory", most, "MB", 40, False, bound),
-        Row("the same: what a move adds", slope, "B", 20, False, "nothing that is kept"),
+        Row("the same: what a move adds", slope, "B", 20, False, "no object: what Python holds of freed memory"),
     ]
 
 

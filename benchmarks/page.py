@@ -27,8 +27,8 @@ less than 5 % is *at the limit*.
 
 Some goals were set in virtual seconds a second of the processor on one machine, an AMD EPYC (Zen 5). On another machine
 the ratio to commit {short} counts: each goal is divided by what that commit made there, its figure on an Intel Xeon
-over 0.62, the ratio of the two machines; {example}. `python benchmarks/beside.py reference` shows the other ratios to
-that commit.
+over 0.62, the ratio of the two machines. {example}.
+`python benchmarks/beside.py reference` shows the other ratios to that commit.
 
 ## Goals missed
 
@@ -103,7 +103,7 @@ def written(found: dict[str, list[Row]], day: date) -> str:
         python=platform.python_version(),
         numpy=np.__version__,
         short=SHORT,
-        example=f"{asked.goal:g} / {asked.made:.3g} = {asked.ratio:g} for the dialogue with a CY525",
+        example=f"For the dialogue with a CY525 this is {asked.goal:g} / {asked.made:.3g} = {asked.ratio:g}",
         missed=missed(everything),
         hand=f"{how}\n\n{table(hand)}",
         tables="\n".join(f"## {family}\n\n{table(rows)}" for family, rows in found.items()),

@@ -106,8 +106,17 @@ def back() -> Iterator[Row]:
             host.close()
     why = "a fork, the journal from the checkpoint on, and two connections"
     yield Row("back to an instant of ten minutes with 1,000 commands, median", median(took), "ms", None, False, why)
-    yield Row("the same, the slowest of 100", max(took), "ms", 200, False, "the work between two checkpoints")
-    yield Row("the same by replaying all of the journal, median", median(plainly), "ms", None, False, "the session")
+    yield Row(
+        "back to an instant of ten minutes with 1,000 commands, the slowest of 100",
+        max(took),
+        "ms",
+        200,
+        False,
+        "the work between two checkpoints",
+    )
+    yield Row(
+        "the same instant by replaying all of the journal, median", median(plainly), "ms", None, False, "the session"
+    )
 
 
 @contextmanager

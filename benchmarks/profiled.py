@@ -7,6 +7,7 @@ from collections.abc import Callable
 from cProfile import Profile
 from pathlib import Path
 from pstats import Stats
+from time import process_time
 
 from rows import shown
 
@@ -21,7 +22,7 @@ def bound(name: str, prepare: Callable[[], Callable[[], object]], items: int, it
     """
     if name not in FOUND:
         prepare()()
-        profile = Profile()
+        profile = Profile(process_time)
         profile.runcall(prepare())
         FOUND[name] = sentence(Stats(profile).stats, items, item)  # type: ignore[attr-defined]
     return FOUND[name]
@@ -29,15 +30,20 @@ def bound(name: str, prepare: Callable[[], Callable[[], object]], items: int, it
 
 def sentence(stats: dict[tuple[str, int, str], tuple], items: int, item: str) -> str:
     """The sentence about what a profile has found."""
-    calls, times = 0, defaultdict(float)
+    calls, times = 0, defaultdict[str, float](float)
     for (file, _, _), (_, number, own, _, callers) in stats.items():
         calls += number
         if file != "~":
-            times[Path(file).stem] += own
+            times[module(file)] += own
             continue
         for (caller, _, _), (_, _, spent, _) in callers.items():
-            times[Path(caller).stem] += spent
+            times[module(caller)] += spent
     total = sum(times.values())
     largest = sorted(times, key=times.__getitem__, reverse=True)[:MOST]
     shares = ", ".join(f"{name} {times[name] / total:.0%}" for name in largest)
     return f"{shown(calls / items)} calls {item}; of the time {shares}"
+
+
+def module(file: str) -> str:
+    """The name of a module, from its file or from "<frozen posixpath>"."""
+    return Path(file.strip("<>").removeprefix("frozen ")).stem

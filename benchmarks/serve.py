@@ -367,7 +367,7 @@ def module_rows() -> list[Row]:
     times = {name: sorted(found) for name, found in (*single(1000), *many(10.0))}
     switch = "two switches of process, beside the exchange itself"
     timer = "the timer of the system; the wire has one character more"
-    loop = "the exchange in virtual time, see above, and a turn of the loop with the system's calls"
+    loop = "the exchange in virtual time; a turn of the loop with the system's calls"
     found = [
         Row(f"{name}{what}", at(times[name], part), "ms", goal, False, bound)
         for name, what, part, goal, bound in (
@@ -377,8 +377,8 @@ def module_rows() -> list[Row]:
             (f"lockstep, pty: {SERVER}", "", 0, 0.15, loop),
             ("paced, TCP: beyond the wire", ", median", 0.5, 1, timer),
             ("paced, TCP: beyond the wire", ", p99", 0.99, 5, "whatever else the machine does"),
-            ("paced, pty: beyond the wire", ", median", 0.5, 1, "as with TCP"),
-            ("paced, pty: beyond the wire", ", p99", 0.99, 5, "as with TCP"),
+            ("paced, pty: beyond the wire", ", median", 0.5, 1, timer),
+            ("paced, pty: beyond the wire", ", p99", 0.99, 5, "whatever else the machine does"),
         )
     ]
     alone, busy = (at(times[name], 0.99) for name in ("1 module of 100 polled", "100 modules polled, 20 moving"))
