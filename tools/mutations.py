@@ -104,6 +104,7 @@ class Copy:
         """Run Python on this copy."""
         environment = os.environ | {
             "PYTHONPATH": str(self.root / "src"),
+            "TMPDIR": str(self.root.parent),  # a run that fails keeps its files, and here each should
             "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",  # loading them takes longer than most tests
             "COLUMNS": "300",  # room for the reason behind the name of a test
         }
