@@ -371,11 +371,12 @@ def test_a_bench_file_reads_anywhere_when_it_may(secret):
 
 
 @pytest.mark.posix
-def test_what_is_no_regular_file_is_refused_at_once(secret):
+def test_what_is_no_regular_file_is_refused_at_once(secret, monkeypatch):
     os.mkfifo(secret / "fifo")
     (secret / "zero").symlink_to("/dev/zero")
+    monkeypatch.chdir(secret)
     with socket.socket(socket.AF_UNIX) as plug:
-        plug.bind(os.path.relpath(secret / "plug"))
+        plug.bind("plug")  # a path may have some hundred characters at most
         for name, kind in (("fifo", "a FIFO"), ("zero", "a device"), ("plug", "a socket"), ("below", "a directory")):
             with pytest.raises(slewline.errors.BenchFileError, match=f"is {kind}; give a regular file"):
                 slewline.load(made(secret, name), anywhere=True)
