@@ -402,8 +402,8 @@ the same pins and the same firmware, which `make boards` builds: the application
 built.
 """
 TIMES_NOTE = """\
-Times up to 45,000 steps/s, measured in an emulator of the processor; it takes up to 70,000 steps/s, STEP being low for
-0.7 µs then. The times of drivers are those of their data sheets.
+Times up to 45,000 steps/s, measured in an emulator of the Uno's processor; an Uno takes up to 70,000 steps/s, STEP
+being low for 0.7 µs then. The times of drivers are those of their data sheets.
 """
 WIRE_NOTE = """\
 500,000 baud, 8N1. A frame is `number u8, kind u8, payload, CRC-16/X-25 u16`, stuffed by COBS, and a 00 behind it; all
@@ -421,9 +421,8 @@ GPL with the runtime library exception. To pass the .hex on is to pass that noti
 """
 
 
-def boards_page() -> str:
-    """Pins and times of the boards, step drivers, and the messages of the wire."""
-    board = boards.UNO
+def board_pins(board: boards.BoardModel) -> str:
+    """The pins of a board."""
     pins = [
         (board.step, "STEP; high for one step"),
         (board.dir, "DIR"),
@@ -431,15 +430,23 @@ def boards_page() -> str:
         *((pin, f"phase {'ABCD'[n]}, for a driver without STEP") for n, pin in enumerate(board.phases)),
         *((pin, f"output {n}") for n, pin in enumerate(board.outputs)),
         *((pin, f"input {n}, with a pull-up") for n, pin in enumerate(board.inputs)),
+        (board.loop, "counts the pulses of STEP in the self-test, if wired to it"),
         (board.led, "LED: on, unless the motor may stand"),
     ]
-    times = [
-        (what, f"{ticks * 1e6 / board.hz:.1f}")
-        for what, ticks in (
-            ("STEP is high", board.high), ("STEP is low", board.low),
-            ("DIR stands before STEP", board.setup), ("DIR stands after STEP", board.hold),
+    rows = ((pin.printed, pin.port, says) for pin, says in pins)
+    return f"### {board.title}\n\n{table(('pin', 'port of the processor', 'what it is'), rows)}"
+
+
+def boards_page() -> str:
+    """Pins and times of the boards, step drivers, and the messages of the wire."""
+    known = list(boards.BOARDS.values())
+    times = (
+        (what, *(f"{getattr(board, name) * 1e6 / board.hz:.1f}" for board in known))
+        for what, name in (
+            ("STEP is high", "high"), ("STEP is low", "low"),
+            ("DIR stands before STEP", "setup"), ("DIR stands after STEP", "hold"),
         )
-    ]  # fmt: skip
+    )  # fmt: skip
     rows = (
         (
             f"`{row.name}`", *(f"{ps / 1e6:g}" for ps in (row.high_ps, row.low_ps, row.setup_ps, row.hold_ps)),
@@ -458,12 +465,11 @@ def boards_page() -> str:
             ("result", wire.FrameResult), ("reflex", wire.Reflex),
         )
     )  # fmt: skip
-    named_pins = ((pin.printed, pin.port, says) for pin, says in pins)
     columns = ("driver", "high, µs", "low", "DIR before", "DIR after", "ENABLE is active", "source")
     return "\n\n".join(
         (
-            f"{NOTE}{BOARDS_PAGE}\n## Pins", table(("board", "processor", "what it is"), named_pins),
-            "## Drivers", TIMES_NOTE.strip(), table(("the board, at least", "µs"), times), table(columns, rows),
+            f"{NOTE}{BOARDS_PAGE}\n## Pins", *map(board_pins, known), "## Drivers", TIMES_NOTE.strip(),
+            table(("at least, µs", *(board.title for board in known)), times), table(columns, rows),
             "## Messages", WIRE_NOTE.strip(), table(("kind", "frame", "numbered"), kinds),
             table(("numbers of a", ""), named), AVR_LIBC,
         )

@@ -21,19 +21,16 @@ TESTS = Path(__file__).parents[1]
 
 @pytest.fixture(scope="module")
 def marked() -> dict[str, set[str]]:
-    """Of each test function in a file that names a quirk, all texts in its decorators."""
+    """Of each test function in a file that names a quirk, all texts and names of marks in its decorators."""
     named = re.compile("|".join(re.escape(quirk.id) for quirk in QUIRKS))
     found: dict[str, set[str]] = {}
     for source in (path.read_text(encoding="utf-8") for path in TESTS.rglob("test_*.py")):
         for node in ast.walk(ast.parse(source)) if named.search(source) else ():
             if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
-                texts = {
-                    inner.value
-                    for decorator in node.decorator_list
-                    for inner in ast.walk(decorator)
-                    if isinstance(inner, ast.Constant) and isinstance(inner.value, str)
-                }
-                found.setdefault(node.name, set()).update(texts)
+                inner = [each for decorator in node.decorator_list for each in ast.walk(decorator)]
+                texts = {each.value for each in inner if isinstance(each, ast.Constant) and isinstance(each.value, str)}
+                marks = {each.attr for each in inner if isinstance(each, ast.Attribute)}
+                found.setdefault(node.name, set()).update(texts | marks)
     return found
 
 
@@ -42,6 +39,7 @@ def marked() -> dict[str, set[str]]:
 def test_a_quirk_is_pinned_by_a_test_that_names_it(quirk, marked: dict[str, set[str]]) -> None:
     assert quirk.test in marked, f"{quirk.test} does not exist"
     assert quirk.id in marked[quirk.test], f"{quirk.test} does not carry {quirk.id}"
+    assert marked[quirk.test].isdisjoint({"long", "system"}), f"{quirk.test} does not run in make test"
 
 
 def test_quirks_are_told_once_and_whole() -> None:

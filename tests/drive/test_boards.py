@@ -8,7 +8,7 @@ import slewline
 from slewline.cli.main import invoke
 from slewline.drive import drive as drives
 from slewline.drive.board import rehearsal
-from slewline.drive.board.boards import BOARDS, UNO, BoardModel, BoardPin, board_of
+from slewline.drive.board.boards import BOARDS, UNO, BoardModel, BoardPin, board_of, by_number
 from slewline.drive.board.wire import VERSION, BoardState, Ident
 from slewline.errors import UsageError
 
@@ -30,6 +30,12 @@ OTHER = UNO._replace(
 def listed(monkeypatch: pytest.MonkeyPatch) -> BoardModel:
     monkeypatch.setitem(BOARDS, OTHER.number, OTHER)
     return OTHER
+
+
+def test_two_boards_of_one_number_are_refused():
+    assert by_number(UNO, OTHER) == {1: UNO, 7: OTHER}
+    with pytest.raises(ValueError, match="boards uno and mega: both have number 1; give each another"):
+        by_number(UNO, OTHER, UNO._replace(name="mega"))
 
 
 def test_a_second_board_needs_a_row_alone(listed):

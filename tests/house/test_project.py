@@ -23,6 +23,7 @@ SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 PROJECT, GROUPS = SETTINGS["project"], SETTINGS["dependency-groups"]
 CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
 README = (ROOT / "README.md").read_text("utf-8")
+MAKE = re.compile(r"(?:`|^\$ )(?:[A-Z_]+=\S+ )?make ([a-z][a-z-]*)", re.MULTILINE)  # as code, or typed
 
 
 def tool(name):
@@ -53,6 +54,14 @@ def test_one_file_has_the_version_and_the_others_say_the_same():
     assert newest[1] == __version__
     released = newest[2] if newest[2] != "not released" else None
     assert str(CITATION.get("date-released")) == str(released)
+
+
+def test_what_make_is_asked_for_on_a_page_is_a_task():
+    tasks = {"help"} | {f"{name}-env" if name in ("run", "dev") else name for name, *_ in tool("setup").TASKS}
+    pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    named = {(task, page.name) for page in pages for task in MAKE.findall(page.read_text("utf-8"))}
+    assert {"demo", "dev-env", "test", "check", "boards"} <= {task for task, _ in named}
+    assert [(task, page) for task, page in sorted(named) if task not in tasks] == []
 
 
 def test_names_of_all_parts_are_keywords_and_in_the_notice():

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import socket
 from functools import cache
+from pathlib import Path
 
 import fastjsonschema
 import pytest
@@ -447,4 +449,73 @@ def test_every_request_has_a_row_and_every_row_is_done():
 
 
 def test_the_schema_can_be_asked_for(stand):
-    assert stand[2]("schema")["schema"] == schema()
+    ask = stand[2]
+    assert ask("schema")["schema"] == schema()
+
+
+# ------------------------------------------------------------------------------------------------- what each verb does
+CALLED = re.compile(r"""(?:ask|stand|request)\((?:\w+, )?(?:do=)?"(\w+)""")
+
+
+def test_each_verb_is_called_by_a_test_of_what_it_does():
+    """Rows and schema are checked for every verb; what it does, by its own test alone."""
+    here = Path(__file__).parent
+    sources = [*here.glob("test_*.py"), *(here.parent / "panel").glob("test_*.py")]
+    called = {verb for source in sources for verb in CALLED.findall(source.read_text("utf-8"))}
+    assert [row.do for row in REQUESTS if row.do not in called] == []
+
+
+def test_a_pin_that_is_recorded_is_seen_found_and_exported(stand):
+    ask = stand[2]
+    ask("record", pins=["x.ui1"])
+    start = ask("pulse", pin="x.ui1", level=0, width="20 us")["time_ps"]
+    rise = start + 20_000_000
+    window = {"start": start, "stop": ask("advance", time="1 ms")["time_ps"]}
+    assert ask("find", on={"pin": "x.ui1", "edge": "rises"}, **window)["found_ps"] == rise
+    assert ask("find", on={"pin": "x.ui1", "edge": "rises"}, start=rise + 1)["found_ps"] is None
+    seen = ask("window", signals=["x.ui1"], columns=10, **window)["signals"]["x.ui1"]
+    assert (seen["times_ps"], seen["levels"]) == ([start, rise], [0, 1])
+    text = ask("export", signals=["x.ui1"], form="csv", **window)["text"]
+    assert text.splitlines() == ["time_ps,net,level", f"{rise},x.ui1,1"]
+
+
+def test_a_data_sheet_is_described(stand):
+    ask = stand[2]
+    sheet = ask("describe", chip="x")["sheet"]
+    assert (sheet["part"], sheet["axes"], len(sheet["commands"])) == ("gs-c200s", 1, 29)
+    assert [(pin["name"], pin["way"]) for pin in sheet["pins"] if pin["number"] in (1, 28)] == [
+        ("sel0", "in"),
+        ("clock", "out"),
+    ]
+    assert "no chip 'jog'" in ask.refused("describe", chip="jog")
+
+
+def test_parts_are_listed_with_what_they_are_wired_to(stand):
+    ask = stand[2]
+    parts = ask("parts")["parts"]
+    assert {name: (part["kind"], part["to"]) for name, part in parts.items()} == {
+        "x_line": ("SerialPort", ["x"]),
+        "jog": ("JogSwitch", []),
+    }
+    assert parts["jog"]["verbs"] == ["cw", "ccw", "off"]
+
+
+def test_a_program_is_assembled_and_its_mistakes_have_their_places(stand):
+    ask = stand[2]
+    found = ask("assemble", chip="x", text="Po\nS50\nA1\nE")
+    assert [(row["line"], row["address"], row["text"]) for row in found["rows"]] == [(2, 0, "S50"), (3, 4, "A1")]
+    assert (found["bytes"], found["problems"]) == (6, [])
+    wrong = ask("assemble", chip="x", text="Po\nS50000\nE")
+    assert [(one["line"], one["column"]) for one in wrong["problems"] if one["severity"] == "error"] == [(2, 2)]
+    assert (wrong["rows"], wrong["bytes"]) == ([], 0)
+    assert ask("listing", chip="x")["rows"] == []
+
+
+def test_examples_are_listed_and_read(stand):
+    ask = stand[2]
+    found = ask("examples")["examples"]
+    (drill,) = (one for one in found if one["name"] == "drilling_machine.py")
+    assert drill["part"] == "py" and drill["title"].startswith("The drilling machine of the GS-C data sheet: ")
+    text = ask("example", name=drill["name"])["text"]
+    assert text.startswith(f'"""{drill["title"]}"""\n')
+    assert "no example 'drill'" in ask.refused("example", name="drill")

@@ -184,7 +184,7 @@ def _times(sheet: Sheet) -> str:
     ]
     note = "Trust: *stated* by the manual, *derived* from what it states, or *chosen* where it is silent."
     if any(time.trust == "inferred" for time in sheet.times.values()):
-        note += " *Inferred*: no manual is at hand."
+        note += " *Inferred*: none of the sources states it."
     return f"## Times\n\n{table(heads, rows)}\n\n{note}" if rows else ""
 
 

@@ -74,7 +74,7 @@ QUIRKS = (
     _Q("CY545-UND-MEM-FF", "ch.16, CY545B", "an FF where a command belongs is skipped; a memory full of them ends the program; both are reported",
        "the FF of the empty handshake is", "test_ff_is_skipped_and_a_memory_full_of_it_ends_the_program"),
     _Q("CY545-UND-MEM-NONE", "not mentioned", "without a memory FF is read, and what is written reads back wrong",
-       "the bus has pull-ups", "test_without_a_memory_ff_is_read_and_nothing_reads_back"),
+       "the bus has pull-ups", "test_without_a_memory_nothing_reads_back_and_a_program_is_erased_memory"),
     _Q("CY545-UND-PAGE-CROSS", "ch.4", "a program runs on across a page",
        "the pointer has 16 bits", "test_a_program_runs_across_a_page"),
     _Q("CY545-UND-DIRECT-BRANCH", "not mentioned", "J of a host starts the program in the page of the pointer; L, T and Z do if they branch, and are reported",

@@ -1,8 +1,8 @@
 """What a data sheet is made of: pins, arguments, command rows, registers, times.  Data only, no behaviour.
 
 Rules of this file: every number names its source (`where`) and how sure we are (`trust`): "stated" by the manual,
-"derived" from statements of the manual, "chosen" by us where the manual is silent, or "inferred" about a part of which
-no manual is at hand, from what others say of it.
+"derived" from statements of the manual, "chosen" by us where the manual is silent, or "inferred" where no source of a
+part states it, from sister parts and from what others write about it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,12 @@
 """Boards that can be bought: what they can do, and what each of their pins is for.
 
 A board reports in its IDENT which row of `BOARDS` it is.  A row is all that the host needs to know about a board whose
-firmware has the messages of wire.py.
+firmware has the messages of wire.py.  The firmware needs more of the pins: STEP is OC1A, the output of timer 1; `loop`
+is T0, the input of timer 0; the inputs are bits 0 to 5 of one port, all on one pin change interrupt; the phases are the
+high half of one port; IN, OUT and SBIS reach the ports of STEP and of the phases.
+
+tests/firmware measures the limits of the Uno, in cycles of its processor.  They hold for each board with such timers,
+the same clock and the same instruction times; where an interrupt or a call takes longer, they have to be measured.
 """
 
 from __future__ import annotations
@@ -52,7 +57,7 @@ class BoardModel(NamedTuple):
     outputs: tuple[BoardPin, ...]
     inputs: tuple[BoardPin, ...]
     led: BoardPin
-    loop: BoardPin  # counts the pulses of a STEP that is looped back, for the self-test
+    loop: BoardPin  # counts the pulses of a STEP that is wired to it, for the self-test
 
     def pin(self, printed: str) -> str | None:
         """Return what a pin is for, by its printed name in either case: "step", "input 0"; None if for nothing."""
@@ -94,7 +99,24 @@ UNO = BoardModel(  # a Nano has the same processor, pins and firmware
     loop=BoardPin("D4", "PD4"),
 )
 
-BOARDS = {board.number: board for board in (UNO,)}
+
+def by_number(*boards: BoardModel) -> dict[int, BoardModel]:
+    """Return boards by their numbers.
+
+    Raises:
+        ValueError: two of them have the same number.
+    """
+    found: dict[int, BoardModel] = {}
+    for board in boards:
+        other = found.setdefault(board.number, board)
+        if other is not board:
+            raise ValueError(
+                f"boards {other.name} and {board.name}: both have number {board.number}; give each another"
+            )
+    return found
+
+
+BOARDS = by_number(UNO)
 
 
 def board_of(ident: Ident) -> BoardModel:

@@ -3,8 +3,9 @@
     inputs = inputs_of(board, x, {"A0": "abort", "A1": "!home", "A5": "estop"})
     config = configured(config, inputs)
 
-A0 to A5 are the inputs of an Uno, as they are printed beside its pins.  A pin of the chip has the level of the input;
-with "!" before its name, the other one.  An emergency stop has a contact that opens: it is active when its wire breaks.
+The inputs have the names that are printed beside the pins of the board, A0 to A5 on an Uno.  A pin of the chip has the
+level of the input; with "!" before its name, the other one.  An emergency stop has a contact that opens: it is active
+when its wire breaks.
 """
 
 from __future__ import annotations
