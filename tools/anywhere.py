@@ -12,9 +12,7 @@ file may be left.  The ordinary user and the network that is cut need root on Li
 from __future__ import annotations
 
 import ctypes
-import fcntl
 import os
-import pwd
 import shutil
 import signal
 import socket
@@ -25,6 +23,10 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pwd import struct_passwd
 
 ROOT = Path(__file__).resolve().parent.parent
 TASKS = ("test", "test-system")
@@ -40,7 +42,7 @@ VARIABLES = {
     "TZ": "Asia/Kolkata",
 }
 IGNORED = (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
-CLONE_NEWNET, SIOCSIFFLAGS, IFF_UP = 0x40000000, 0x8914, 0x1  # of Linux: sched.h, sockios.h, if.h
+CLONE_NEWNET, SIOCSIFFLAGS, IFF_UP = 0x40000000, 0x8914, 0x1  # of Linux
 
 
 def copy(target: Path) -> None:
@@ -55,7 +57,7 @@ def copy(target: Path) -> None:
             shutil.copytree(ROOT / "build" / boards, target / "build" / boards, symlinks=True)
 
 
-def give(place: Path, person: pwd.struct_passwd) -> None:
+def give(place: Path, person: struct_passwd) -> None:
     """Give a folder to somebody."""
     for folder, _, names in os.walk(place):
         for path in (folder, *(os.path.join(folder, name) for name in names)):
@@ -64,6 +66,8 @@ def give(place: Path, person: pwd.struct_passwd) -> None:
 
 def cut_network() -> None:
     """Leave this process nothing but loopback."""
+    import fcntl
+
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.unshare(CLONE_NEWNET) != 0:
         raise OSError(ctypes.get_errno(), "the network cannot be cut")
@@ -71,7 +75,7 @@ def cut_network() -> None:
         fcntl.ioctl(any_socket, SIOCSIFFLAGS, struct.pack("16sh", b"lo", IFF_UP))
 
 
-def becoming(person: pwd.struct_passwd | None, strange: bool) -> Callable[[], None]:
+def becoming(person: struct_passwd | None, strange: bool) -> Callable[[], None]:
     """Return what a process does before its program begins."""
 
     def become() -> None:
@@ -101,7 +105,7 @@ def busy_loops() -> Iterator[None]:
             loop.wait()
 
 
-def python_for(person: pwd.struct_passwd | None) -> str:
+def python_for(person: struct_passwd | None) -> str:
     """The path of a Python that the user may start: this one, or that of the system."""
     own = os.path.realpath(sys.executable)
     if person and any(not folder.stat().st_mode & 0o001 for folder in Path(own).parents):
@@ -109,7 +113,7 @@ def python_for(person: pwd.struct_passwd | None) -> str:
     return own
 
 
-def owned(person: pwd.struct_passwd | None, place: Path) -> list[str]:
+def owned(person: struct_passwd | None, place: Path) -> list[str]:
     """What is left: the command lines of the user's processes, and what is in the folder for temporary files."""
     found = [path.name for path in place.iterdir()]
     for process in Path("/proc").glob("[0-9]*"):
@@ -123,8 +127,12 @@ def owned(person: pwd.struct_passwd | None, place: Path) -> list[str]:
 
 def main(arguments: list[str]) -> int:
     """Run tasks in such a place; return the exit status: 0 if nothing failed and nothing is left."""
-    person = pwd.getpwnam(USER) if os.geteuid() == 0 and sys.platform == "linux" else None
-    if person is None:
+    person = None
+    if sys.platform == "linux" and os.geteuid() == 0:
+        from pwd import getpwnam
+
+        person = getpwnam(USER)
+    else:
         print("anywhere: without root on Linux the user is you, and the network stays", flush=True)
     calls = [arguments] if arguments else [[task] for task in TASKS]
     with tempfile.TemporaryDirectory(prefix="slewline ä ö ü ", dir="/var/tmp") as name:

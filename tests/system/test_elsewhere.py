@@ -21,6 +21,7 @@ HOME = {  # who may ask what there is
     "src/slewline/folders.py",
     "src/slewline/links/sockets/system.py",
     "src/slewline/links/ports/pty.py",
+    "tools/anywhere.py",
 }
 MODULES = {"fcntl", "termios", "tty", "pty", "resource", "pwd", "grp", "syslog", "readline", "curses", "posix"}
 NAMES = {
