@@ -205,6 +205,20 @@ def test_a_line_that_is_too_long_is_not_sent():
         assert rig.sent == []
 
 
+def test_a_line_that_became_too_long_while_a_branch_was_shown_is_not_sent():
+    with Rig() as rig:
+
+        def resume():
+            assert rig.line.whole(b"A" * 5000) == b""
+            line = rig.line.whole(b"\n")
+            for piece in (line[:-1], line[-1:]):
+                rig.line.feed(piece)
+
+        rig.thread.do(resume)
+        assert rig.codes() == ["gpib-line"]
+        assert rig.sent == []
+
+
 # -------------------------------------------------------------------------------------------------------------- reading
 def test_a_read_ends_at_a_character_or_at_the_end_of_the_group():
     with Rig() as rig:

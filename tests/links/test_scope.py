@@ -89,6 +89,16 @@ def test_few_edges_are_exact_and_columns_are_true_to_a_column(ran):
                 assert not plain.count(max(begin, SINCE), end - 1) and sign == str(plain.level(max(begin, SINCE)))
 
 
+@pytest.mark.parametrize("columns", [1, 7, 50])
+def test_up_to_two_levels_a_column_are_exact(ran, columns):
+    """The first level is that at the start."""
+    bench, scope = ran
+    times = Plain(bench, "x.clock").times
+    last, one_more = times[2 * columns - 2], times[2 * columns - 1]
+    assert shown(scope, "x.clock", SINCE, last, columns)["times_ps"] == [SINCE, *times[: 2 * columns - 1]]
+    assert len(shown(scope, "x.clock", SINCE, one_more, columns)["columns"]) == columns
+
+
 @few_windows(50, 150)
 @pytest.mark.parametrize("name", ["x.clock", "x.mov"])
 def test_what_is_found_is_what_is_there(ran, name, number):

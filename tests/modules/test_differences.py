@@ -10,7 +10,7 @@ import pytest
 from slewline.chips import sheet_of
 from slewline.modules.comparing.differences import DialogueComparison, Tolerance, usual_tolerance
 from slewline.modules.comparing.exchanges import are_checked, commands, exchanges_of
-from slewline.modules.dialogue import RecordedDialogue
+from slewline.modules.dialogue import RecordedDialogue, Said
 from slewline.modules.speech import speech_of
 from tests.ensembles import few
 
@@ -209,6 +209,15 @@ def test_lines_that_are_sent_at_once_share_an_exchange():
     (found,) = exchanges_of([at_once, answer, last], speech(dialogue))
     assert (found.sent, found.answer) == (b"F\rF\r", b"R\rR\r")
     assert commands(speech(dialogue), found.sent) == ["F", "F"]
+
+
+@pytest.mark.parametrize(("pause_us", "sent"), [(0, [b"F\r", b"F\r"]), (-1, [b"F\rF\r"])])
+def test_a_line_sent_when_the_one_before_it_is_over_is_an_exchange_of_its_own(pause_us, sent):
+    """Two characters of 11 bits at 110 baud take 200 ms."""
+    spoken = speech_of(sheet_of("gs-c200s"), 110)
+    at_us = 200_000 + pause_us
+    said = [Said(0, 0, "host", b"F\r"), Said(at_us, at_us, "host", b"F\r")]
+    assert [each.sent for each in exchanges_of(said, spoken)] == sent
 
 
 def test_a_line_feed_belongs_to_the_line_before_it():

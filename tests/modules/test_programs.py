@@ -357,6 +357,21 @@ def test_noise_stops_no_push_and_makes_no_step(found, stores, tmp_path, part, se
     assert (holds(x, wanted(part)), steps(x)) == (True, 0)
 
 
+def test_a_register_that_reads_back_another_value_is_set_again(found, stores, tmp_path):
+    x = found(f"cy545?{stores('cy545')}")
+    ask, altered = x.ask, []
+
+    def ask_altered(command):
+        if command == "N 321" and not altered:
+            altered.append(command)
+            command = "N 322"
+        return ask(command)
+
+    x.ask = ask_altered
+    push(x, ProgramText.read("N 321\nE\nR 5\n0\nQ\n", sheet_of("cy545"), "a"), tmp_path / "a")
+    assert (altered, int(x.value("number"))) == (["N 321"], 321)
+
+
 def test_program_entry_that_was_not_begun_is_noticed_before_a_command_that_steps_is_sent(found, stores, tmp_path):
     x = found(f"cy545?{stores('cy545')}")
     put, lost = x.port.write, []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -56,6 +57,28 @@ def test_what_rings_is_watched_until_it_rests() -> None:
     free = replace(LOAD, friction=0.0)
     found = verdict(150, ways(load=free)[0], 2)
     assert not found.lost and abs(found.error) < 0.6
+
+
+def test_what_never_stops_ringing_is_watched_for_600_ms_after_the_last_step_and_is_lost() -> None:
+    law, stops = judging.law_of(ways()[0]), []
+
+    class Ringing:
+        """A law whose rotor swings by 1 full step without end."""
+
+        lost_at, at_rest = law.lost_at, staticmethod(law.at_rest)
+
+        def integrate(self, times: object, numbers: object, stop: int, **_: object) -> SimpleNamespace:
+            stops.append(stop)
+            ends = np.array([stop - 1_000_000_000, stop])
+            lag, states, commands = np.array([1.0, -1.0]), np.zeros((2, 3)), np.zeros(2, np.int64)
+            return SimpleNamespace(times=ends, lag=lag, states=states, commands=commands, rests=False)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(judging, "law_of", lambda _: Ringing())
+        found = judge(Trial(np.zeros(1, np.int64), ways()[0]))
+    assert found == Verdict(True, -1.0, 1.0)
+    last_step = 1
+    assert stops[-1] - last_step == 600_000_000_000
 
 
 @pytest.mark.parametrize(("off", "lost"), [(0.55, False), (0.65, True)])

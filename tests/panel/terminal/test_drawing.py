@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 
+from slewline.panel.terminal import session
 from slewline.panel.terminal.drawing import clock, figure, line, pair, spread, stamp, strip
-from slewline.panel.terminal.session import CURVE_COLUMNS, columns
+from slewline.panel.terminal.session import CURVE_COLUMNS, DebugSession, columns
 
 
 def test_a_line_has_its_width():
@@ -37,6 +40,31 @@ def test_of_several_values_the_greatest_counts():
 def test_a_quantity_is_held_from_its_time_on(time, first):
     found = columns({"times_ps": [time], "values": [7.0]}, 0, 1000)
     assert found == [None] * first + [7.0] * (CURVE_COLUMNS - first)
+
+
+def test_curves_are_requested_once_for_each_instant(monkeypatch):
+    monkeypatch.setattr(session, "CURVE_EVERY_S", 0)
+    requested = []
+
+    class Client:
+        """The client of a bench whose instant changes at every second look."""
+
+        def __init__(self):
+            self.view, self.looks = {"chips": {"x": {}}}, [1000, 1000, 2000, 2000]
+
+        @property
+        def open(self):
+            self.now_ps = self.looks.pop(0) if self.looks else None
+            return self.now_ps is not None
+
+        async def request(self, verb, **keys):
+            requested.append((verb, keys["signals"], keys["stop"]))
+            return {"signals": {}}
+
+    shown = DebugSession("nowhere")
+    shown.client, shown.quantities = Client(), ["x.velocity"]
+    asyncio.run(shown._draw_curves())
+    assert requested == [("window", ["x.velocity"], stop) for stop in (1000, 2000)]
 
 
 def test_a_break_is_left_out():
