@@ -82,6 +82,13 @@ def test_one_round_trip_by_hand() -> None:
     assert clock.round_trip_ns == (2 * MS, 2 * MS, 2 * MS)
 
 
+def test_in_the_first_seconds_each_round_trip_makes_the_rate_better() -> None:
+    clock, start = BoardClock(), 100 * SECOND
+    for sent, received in ((0, 0), (SECOND, SECOND + 50 * MS), (SECOND + 60 * MS, SECOND + 60 * MS)):
+        clock.note(start + sent, start + received, sent * 16_064 // 1_000_000)  # 0.4 % fast
+    assert clock.offset_ppm == pytest.approx(4000, abs=1)
+
+
 def test_ticks_are_unwrapped_to_the_nearest_one() -> None:
     clock = BoardClock()
     clock.note(0, 10, 2**32 - 5)

@@ -214,6 +214,15 @@ def test_what_the_model_does_behind_a_halt_is_counted_and_not_made():
     assert len(each.wire.pushed) == made and not each.feeder.busy
 
 
+def test_before_the_first_step_and_after_a_halt_there_is_no_last_interval():
+    each = Bench("cy525 top")
+    assert each.feeder.interval16 == 0
+    each.run(1000 * MS)
+    assert each.feeder.interval16 > 0
+    each.feeder.halt()
+    assert each.feeder.interval16 == 0
+
+
 def test_few_records_and_little_time_for_a_long_slew():
     each = Bench("cy525 top")
     each.run(2300 * MS)
@@ -232,7 +241,9 @@ def test_ticks_are_exact_for_a_hundred_days():
     assert ticks.many(np.array(instants)).tolist() == [ticks.at(ps) for ps in instants]
     for ps in instants:
         tick = ticks.at(ps) >> 16
-        assert ticks.ps(tick) <= ps < ticks.ps(tick + 1) + 1
+        last = ticks.ps(tick)
+        assert last <= ps < ticks.ps(tick + 1) + 1
+        assert ticks.at(last) <= tick << 16 < ticks.at(last + 1)
     assert ticks.at(3 * day + 12_345) == 7 << 16
 
 

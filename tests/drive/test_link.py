@@ -201,6 +201,17 @@ def test_a_silent_board_is_asked_again_but_not_often() -> None:
     assert [*pipe.twin.queue] == train(20)
 
 
+@pytest.mark.parametrize(("cut_ms", "asks"), [(0, 0), (100, 1)])
+def test_a_board_that_missed_a_hello_is_asked_for_its_state_as_soon_as_it_is_open(cut_ms: int, asks: int) -> None:
+    pipe = Pipe(4)
+    pipe.link.open(CONFIG)
+    pipe.cut = True
+    pipe.run(cut_ms * MS)
+    pipe.cut = False
+    pipe.run_until(lambda: pipe.link.is_open)
+    assert [each.kind for each in pipe.link._flight].count(FrameKind.ASK) == asks
+
+
 def test_a_heartbeat_comes_each_quarter_of_the_watchdog() -> None:
     pipe = opened(Pipe(5), BoardConfig(20_000, watchdog=800_000))
     told: list[BoardEvent] = []
