@@ -15,6 +15,7 @@ from slewline.errors import BenchFileError, UsageError
 from slewline.links.lines.pace import Lockstep, Paced
 from slewline.links.ports import prologix
 from slewline.links.server import Server
+from tests.rows import rows
 
 from .conftest import PATIENCE, Client, Threaded
 
@@ -203,6 +204,17 @@ def test_a_line_that_is_too_long_is_not_sent():
         assert rig.host.line() == "5"
         assert rig.codes() == ["gpib-line"]
         assert rig.sent == []
+
+
+@rows("length", (4097, 4159, 4160))
+def test_a_line_is_too_long_from_4097_bytes_on_however_it_is_cut(length):
+    with Rig() as rig:
+        rig.host.send(b"A" * 4096 + b"\n++addr\n")
+        assert rig.host.line() == "5"
+        assert [len(bytes(what["args"][0]).rstrip()) for what in rig.sent] == [4096] and rig.codes() == []
+        rig.host.send(b"A" * length + b"\n++addr\n")
+        assert rig.host.line() == "5"
+        assert len(rig.sent) == 1 and rig.codes() == ["gpib-line"]
 
 
 def test_a_line_that_became_too_long_while_a_branch_was_shown_is_not_sent():

@@ -145,14 +145,20 @@ class PrologixLine(RequestLine):
         data, at = self.half + data, 0
         while found := LINE.match(data, at):
             at = found.end()
+            self._bound(found[1])
             if not self.too_long and found[1]:
                 self._line(found[1])
             self.too_long = False
         self.half = data[at:]
-        if len(self.half) > LONGEST:
-            if not self.too_long:
-                self.controller.finding("gpib-line", f"a line of more than {LONGEST} bytes; nothing of it is sent")
-            self.half, self.too_long = b"", True
+        self._bound(self.half)
+        if self.too_long:
+            self.half = b""
+
+    def _bound(self, line: bytes) -> None:
+        """Report a line, or the beginning of one, that is too long, once."""
+        if len(line) > LONGEST and not self.too_long:
+            self.controller.finding("gpib-line", f"a line of more than {LONGEST} bytes; nothing of it is sent")
+            self.too_long = True
 
     def whole(self, data: bytes) -> bytes:
         """Return the whole lines of what has come; the beginning of the next one waits for its end."""
