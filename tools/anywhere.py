@@ -40,7 +40,7 @@ VARIABLES = {
     "TZ": "Asia/Kolkata",
 }
 IGNORED = (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
-CLONE_NEWNET, SIOCSIFFLAGS, IFF_UP = 0x40000000, 0x8914, 0x1  # of Linux: sched.h, sockios.h, if.h
+CLONE_NEWNET, SIOCSIFFLAGS, IFF_UP = 0x40000000, 0x8914, 0x1  # of the headers of Linux
 
 
 def copy(target: Path) -> None:
