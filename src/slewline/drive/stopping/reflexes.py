@@ -3,7 +3,7 @@
     inputs = inputs_of(board, x, {"A0": "abort", "A1": "!home", "A5": "estop"})
     config = configured(config, inputs)
 
-The inputs have the names that are printed beside the pins of the board, A0 to A5 on an Uno.  A pin of the chip has the
+Inputs are named by what is printed beside the pins of the board, A0 to A5 on an Uno.  A pin of the chip has the
 level of the input; with "!" before its name, the other one.  An emergency stop has a contact that opens: it is active
 when its wire breaks.
 """
