@@ -107,6 +107,42 @@ def test_a_level_is_drawn_as_it_is_now():
     assert "6 abort: input, active low, low." in after
 
 
+def package_of(part):
+    """The drawing of a part's package: its body, and each other thing with its place, pins by name."""
+    svg = re.search("<svg.*?</svg>", slewline.Bench().add(part)._repr_html_(), re.DOTALL)[0]
+    body, *others = ElementTree.fromstring(svg)
+    return body, [(each, [float(n) for n in re.findall(r"[-.\d]+", each.get("transform", ""))]) for each in others]
+
+
+@rows("part", ["cy525", "mc1451a"])
+def test_the_name_of_a_part_is_printed_in_the_middle_of_its_package(part):
+    body, others = package_of(part)
+    x, y, wide, high = (float(body.get(name)) for name in ("x", "y", "width", "height"))
+    (printed,) = (place for each, place in others if each.get("text-anchor") == "middle")
+    assert printed[:2] == pytest.approx([x + wide / 2, y + high / 2])
+
+
+@rows("part", ["cy525", "mc1451a"])
+def test_names_of_pins_run_away_from_the_package_and_levels_are_in_the_middle_of_their_boxes(part):
+    body, others = package_of(part)
+    middle = float(body.get("x")) + float(body.get("width")) / 2
+    beside = levels = 0
+    for each, place in others:
+        name = each.findall("text")[-1] if each.find("title") is not None else None
+        if name is not None and not name.get("transform"):
+            beside += 1
+            assert name.get("text-anchor") == ("end" if place[0] < middle else "start")
+            assert (float(name.get("x")) < 0) is (place[0] < middle)
+        box = each.find("rect")
+        if name is not None and box is not None:
+            levels += 1
+            x, y, wide, high = (float(box.get(key)) for key in ("x", "y", "width", "height"))
+            text = each.find("text")
+            assert float(text.get("x")) == x + wide / 2
+            assert y < float(text.get("y")) < y + high
+    assert beside > 20 and levels > 20
+
+
 def test_of_a_long_program_a_few_instructions_around_the_counter_are_shown():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
@@ -158,6 +194,13 @@ def test_any_number_of_steps_is_shown(count):
     read = Read(steps._repr_html_())
     assert ("\u22ee" in read.cells) is (count > 6)
     assert len(read.cells) == (0 if not count else 4 + 4 * min(count, 6))
+
+
+def test_the_thumbnail_of_steps_has_the_same_margin_on_all_sides():
+    steps = Steps(np.arange(3) * 10**9, np.ones(3, np.int8), np.arange(3))
+    (svg,) = (attrs for attrs in Read(steps._repr_html_()).attributes if "viewbox" in attrs)
+    assert svg["viewbox"] == "-4 -4 248 98"  # around 240 by 90
+    assert (svg["width"], svg["height"]) == ("248", "98")
 
 
 def test_a_shaft_turns_as_it_has_turned_and_stays_where_it_is_without_motion():

@@ -51,6 +51,12 @@ def test_long_quiet_stretches_are_cut_short_and_nothing_else():
     assert scale([0, 20 * MS]).tolist() == [0, 8]
 
 
+def test_each_cut_is_drawn_as_long_as_the_others():
+    scale = TimeScale(bursts(), 0, 8)
+    drawn = [np.diff(scale(list(cut)))[0] * scale.ps_per_inch for cut in scale.cuts]
+    assert drawn == pytest.approx([scale.room] * 3)
+
+
 def test_how_long_a_stretch_must_be_can_be_chosen():
     assert TimeScale(bursts(quiet=0), 0, 8).cuts == []
     assert len(TimeScale(bursts(quiet=5 * MS), 0, 8).cuts) == 2
@@ -89,6 +95,12 @@ def test_arrows_and_their_texts_do_not_overlap():
     assert layout.height > 0.2 * len(rows)
 
 
+def test_the_text_of_a_long_arrow_is_in_the_middle_of_it():
+    diagram = Diagram("", 0, 100, [lane("a", 20, 90)], [Interval("x.a falls", "x.a rises", 20, 90)])
+    (arrow,) = DiagramLayout.of(diagram, TimeScale(diagram, 1, 11)).arrows
+    assert (arrow.first, arrow.second, arrow.place, arrow.beside) == pytest.approx((3, 10, 6.5, ""))
+
+
 def test_an_arrow_stands_under_the_lower_one_of_its_lanes():
     lanes = [lane("a", 10), lane("b", 20), lane("c", 30)]
     diagram = Diagram("", 0, 40, lanes, [Interval("x.b falls", "x.a falls", 10, 20), Interval("x.c", "x.c", 1, 2)])
@@ -109,6 +121,15 @@ def test_levels_cross_the_middle_at_the_instants_of_their_edges():
     left = 0.16 + 0.012 * 8.5 + 0.08
     scale = TimeScale(diagram, left, 9.6 - 0.28)
     assert crossings == pytest.approx(scale([20, 60]).tolist())
+
+
+def test_edges_are_slanted_unless_a_level_is_too_narrow_for_it():
+    def width(first, last):
+        across = draw(Diagram("", 0, 1000, [lane("a", first, last)])).axes[0].lines[0].get_xdata()
+        return across[2] - across[1]
+
+    assert width(200, 600) == pytest.approx(0.045)
+    assert width(200, 210) == 0
 
 
 def test_what_floats_is_a_line_in_the_middle():

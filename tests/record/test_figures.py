@@ -106,6 +106,15 @@ def test_axes_and_runs_share_one_column_of_panels_and_are_told_apart():
     assert {f"axis {n}" for n in (1, 2, 3, 4)} <= set(texts(shown))  # the legend
 
 
+def test_lines_are_solid_dashed_dotted_and_both_by_turns(tmp_path):
+    shown = figure(contents(*(track(f"axis {n}", top=1000.0 * n) for n in (1, 2, 3, 4))))
+    save(shown, tmp_path / "axes.svg", "Axes", "Four axes.")
+    groups = {each.get("id"): each for each in ElementTree.parse(tmp_path / "axes.svg").iter()}
+    styles = [groups[f"velocity of axis {n}"][0].get("style") for n in (1, 2, 3, 4)]
+    dashes = [re.search("stroke-dasharray: ([0-9.,]+)", style) for style in styles]
+    assert [each and each[1] for each in dashes] == [None, "7.5,2.4", "1.8,1.8", "9,2.25,1.8,2.25"]  # points
+
+
 def test_a_run_is_laid_over_at_its_own_zero():
     late = Track(
         "late", [Told("velocity", "steps/s", [(0, 0), (30 * MS, 7), (80 * MS, 0)])], zero=20 * MS, until=90 * MS
@@ -226,6 +235,15 @@ def test_what_happens_is_flagged_and_thinned():
     flags = marks.flags_of([track(marks=many)], axis, 8.0)
     assert len(flags) <= 8.0 / marks.SIDE_BY_SIDE + 1
     assert sum(flag.row is not None for flag in flags) < 60
+
+
+def test_what_happens_in_each_run_is_flagged_from_its_own_zero():
+    runs = [
+        track("early", marks=[Mark(20 * MS, "finding", "lost")]),
+        track("late", zero=50 * MS, marks=[Mark(120 * MS, "finding", "stalled")]),
+    ]
+    flags = marks.flags_of(runs, TimeAxis(0, 100 * MS), 8.0)
+    assert [(flag.at, flag.text) for flag in flags] == [(20, "lost"), (70, "stalled")]
 
 
 def test_marks_outside_the_window_and_those_that_are_not_wanted_are_not_drawn():

@@ -29,9 +29,18 @@ def test_a_search_that_ends_at_what_holds() -> None:
     picture = StripPicture("Chip", "Acceleration", VALUES, HOLDS, (2, 3), 2)
     assert texts(picture) == ["1. holds: faster", "2. fails: slower", "the answer: 2000 holds"]
     axes = draw(picture).axes[0]
-    assert axes.get_xticklabels()[0].get_text() == "500"
+    ticks = [each.get_text().replace("\u2009", " ") for each in axes.get_xticklabels()]
+    assert ticks == ["500", "1 000", "2 000", "5 000", "10 000"]
     low, high = axes.get_xlim()
     assert low == pytest.approx(500 / 2**0.5) and high == pytest.approx(8000 * 2**0.5)
+
+
+def test_its_title_is_larger_than_all_other_text() -> None:
+    figure = draw(StripPicture("Chip", "Acceleration", VALUES, HOLDS, (2, 3), 2))
+    (axes,) = figure.axes
+    others = [*axes.texts, *axes.get_xticklabels(), axes.xaxis.label, *figure.legends[0].get_texts()]
+    assert figure.get_suptitle() == "Chip"
+    assert figure._suptitle.get_fontsize() == 11 > max(each.get_fontsize() for each in others)
 
 
 def test_a_strip_alone_is_saved(tmp_path: Path) -> None:

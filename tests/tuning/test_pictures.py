@@ -10,6 +10,7 @@ import pytest
 from slewline.chips import ramps_of
 from slewline.parts.motors.data import DriverData, LoadData
 from slewline.parts.motors.motors import read_motor
+from slewline.record.pictures.tuned import draw
 from slewline.tuning.curves import demand, pull_out, resonance
 from slewline.tuning.pictures import outline, picture_of
 from slewline.tuning.tune import perform
@@ -63,3 +64,8 @@ def test_what_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     faster = [each.time_ps for each in found.map if each.killer and (each.time_ps or 0) < found.chosen.time_ps]
     assert not chosen.fails and len(others) == bool(faster) and all(each.fails for each in others)
     assert "Lag of F" in picture.description and picture.lag.limit == 1.8
+    drawn = draw(picture)
+    captions = [axes._left_title for axes in drawn.axes]
+    assert captions[1].get_text().startswith("The curve is not the judge")
+    legends = [text for axes in drawn.axes if axes.get_legend() for text in axes.get_legend().get_texts()]
+    assert {each.get_fontsize() for each in [*captions, *legends]} == {8}
