@@ -42,11 +42,7 @@ VARIABLES = {
     "TZ": "Asia/Kolkata",
 }
 IGNORED = (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
-<<<<<<< HEAD
 CLONE_NEWNET, SIOCSIFFLAGS, IFF_UP = 0x40000000, 0x8914, 0x1  # of Linux
-=======
-CLONE_NEWNET, SIOCSIFFLAGS, IFF_UP = 0x40000000, 0x8914, 0x1  # of the headers of Linux
->>>>>>> tour
 
 
 def copy(target: Path) -> None:

@@ -209,12 +209,11 @@ def test_a_line_that_is_too_long_is_not_sent():
 @rows("length", (4097, 4159, 4160))
 def test_a_line_is_too_long_from_4097_bytes_on_however_it_is_cut(length):
     with Rig() as rig:
-        rig.host.send(b"A" * 4096 + b"\n++addr\n")
-        assert rig.host.line() == "5"
-        assert [len(bytes(what["args"][0]).rstrip()) for what in rig.sent] == [4096] and rig.codes() == []
-        rig.host.send(b"A" * length + b"\n++addr\n")
-        assert rig.host.line() == "5"
-        assert len(rig.sent) == 1 and rig.codes() == ["gpib-line"]
+        for size in (4096, length):
+            rig.host.send(b"A" * size + b"\n++addr\n")
+            assert rig.host.line() == "5"
+        assert [len(bytes(what["args"][0]).rstrip()) for what in rig.sent] == [4096]
+        assert rig.codes().count("gpib-line") == 1
 
 
 def test_a_line_that_became_too_long_while_a_branch_was_shown_is_not_sent():
