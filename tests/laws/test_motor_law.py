@@ -280,7 +280,7 @@ def test_an_abort_drops_all_the_stretches_foreseen_after_it(monkeypatch: pytest.
         return it.motor.place, it.encoder.counts, [part.tolist() for part in it.bench.edges("e.a")]
 
     whole = played()
-    monkeypatch.setattr(runs, "STRETCH", 4)
+    monkeypatch.setattr(runs, "STRETCH", 16)
     assert played() == whole and len(whole[2][0]) > 50
 
 
