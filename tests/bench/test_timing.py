@@ -255,6 +255,19 @@ def test_a_host_waits_between_two_strobes_of_a_word(symbol, strobe, pause, kept)
     assert violated(bench) == (set() if kept else {symbol})
 
 
+@pytest.mark.parametrize(("lasts", "kept"), [("480 ns", True), ("479 ns", False)])
+def test_a_home_level_shorter_than_480_ns_is_found_on_each_axis(lasts, kept):
+    bench = slewline.Bench()
+    x = bench.add("mc1451a", name="x")
+    bench.record()
+    bench.run("10 ms")
+    for axis in range(1, 5):
+        x.pin(f"home{axis}").pulse(0, lasts)
+        bench.run("1 us")
+    found = [row.bound.limit.end for row in bench.check_timing().violated]
+    assert found == ([] if kept else [f"home{axis} changes" for axis in range(1, 5)])
+
+
 def test_strobes_of_another_chip_on_the_same_wires_are_none_of_this_one():
     bench = ports("x", "y")
     for chip, strobe in (("x", "write"), ("y", "read"), ("x", "read"), ("y", "write"), ("x", "read")):

@@ -321,3 +321,7 @@ def test_a_sheet_without_a_dialect_or_with_another_one_says_so():
     assert PROBE.channel(HostPort) is None
     with pytest.raises(SheetError, match="command LOOP: no role 'lop'"):
         row("L", "LOOP", role="lop")
+
+
+def test_the_opcode_of_a_form_of_several_letters_is_its_first_letter():
+    assert Row("AB", "ABSOLUTE", (), 0, "move to a position", "s.1").code == ord("A")

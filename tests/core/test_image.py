@@ -57,6 +57,11 @@ def test_a_base_moves_the_addresses_behind_it(base: str, address: int) -> None:
     assert image[address + 0x10] == 0x41 and len(image) == address + 0x11
 
 
+def test_an_address_is_added_to_the_base_with_its_carry() -> None:
+    image = from_hex(":020000020018E4\n:01018000413D\n:00000001FF\n", "x.hex")
+    assert image[0x180 + 0x180] == 0x41 and len(image) == 0x301
+
+
 @rows(
     ("text", "says"),
     [

@@ -117,6 +117,7 @@ def test_integers_of_numpy_are_whole_numbers_and_become_plain_ones():
         ("pins", 3, "x: pins 3; allowed whole numbers, each 1..8"),
         ("pins", "12", "x: pins '12'; allowed whole numbers, each 1..8"),
         ("image", [256], "x: image [256]; allowed text, bytes, or whole numbers from 0 to 255"),
+        ("image", [-1], "x: image [-1]; allowed text, bytes, or whole numbers from 0 to 255"),
         ("image", 5, "x: image 5; allowed text, bytes, or whole numbers from 0 to 255"),
         ("law", "quick", "x: law 'quick'; no law"),
         ("address", -1, "x: address -1; allowed 0 and more, None"),

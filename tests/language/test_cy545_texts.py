@@ -229,6 +229,7 @@ def test_of_text_and_binary_the_linter_says_what_a_run_does(text, says):
         (" /", [(2, 1)]),  # nor is one alone
         (" /R 5", [(2, 1)]),  # a slash where none belongs
         (' "done"now', [(8, 3)]),  # what stands behind a string
+        (' "done"x', [(8, 1)]),
         (" [38H,3,65,66", [(3, 11)]),  # fewer values than announced
         (" N 70000000", [(4, 8)]),
     ],

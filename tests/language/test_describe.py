@@ -1,5 +1,7 @@
 """The reference that is made from the sheet."""
 
+from dataclasses import replace
+
 import pytest
 
 from slewline.chips.cy525.sheet import SHEET
@@ -80,6 +82,12 @@ def test_forms(command, line):
 def test_unknown_command():
     with pytest.raises(UnknownName, match=r"cy525 has no command 'K'; it has A \(ABSOLUTE\), B"):
         describe(SHEET, "K")
+
+
+@pytest.mark.parametrize(("most_ps", "explained"), [(-1, True), (0, False), (1, False)])
+def test_a_limit_below_zero_is_explained(most_ps, explained):
+    page = describe(replace(SHEET, limits=(replace(SHEET.limits[0], most=most_ps),)))
+    assert (" Below zero: it has to come first.\n" in page) == explained
 
 
 def test_bars_are_escaped():

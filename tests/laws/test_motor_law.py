@@ -270,6 +270,20 @@ def test_a_long_time_is_integrated_in_stretches() -> None:
     assert max(stretch.count for stretch in it.motor._run.stretches) < 2 * runs.STRETCH + 1000
 
 
+def test_an_abort_drops_all_the_stretches_foreseen_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def played() -> Any:
+        it = moving(steps=2000)
+        watch(it)
+        it.bench.run("60 ms")
+        it.chip.pin("abort").pulse(0, "1 ms")
+        it.bench.run("60 ms")
+        return it.motor.place, it.encoder.counts, [part.tolist() for part in it.bench.edges("e.a")]
+
+    whole = played()
+    monkeypatch.setattr(runs, "STRETCH", 16)
+    assert played() == whole and len(whole[2][0]) > 50
+
+
 def test_keep_forgets_nothing_that_is_still_to_come() -> None:
     def played(**options: Any) -> Any:
         it = moving(slewline.Bench(**options), steps=2000)
