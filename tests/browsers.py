@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 
@@ -22,13 +26,27 @@ def needed():
     return path
 
 
-@pytest.fixture(scope="module")
-def browser():
+@contextmanager
+def own_folder() -> Iterator[dict[str, str]]:
+    """An environment in which temporary files go to a folder that is deleted: Chromium leaves some behind."""
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        yield os.environ | {"TMPDIR": folder}
+
+
+@contextmanager
+def opened():
     """Chromium without a window.  What drives it is a package, and has to be there."""
-    path = needed()
     from playwright.sync_api import sync_playwright
 
-    with sync_playwright() as running:
-        opened = running.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield opened
-        opened.close()
+    with own_folder() as environment, sync_playwright() as running:
+        browser = running.chromium.launch(executable_path=needed(), args=["--no-sandbox"], env=environment)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Chromium, for the tests of a file; where it is missing they are skipped."""
+    needed()
+    with opened() as running:
+        yield running

@@ -50,7 +50,7 @@ def subject(module: str, name: str) -> object:
 
 def top(module: str, name: str) -> object:
     """Return what an entry is about: a class, a function, or the class of a member."""
-    return getattr(import_module(module), name.partition(".")[0])
+    return getattr(import_module(module), name.partition(".")[0], None)
 
 
 def _members() -> Mapping[type, set[str]]:

@@ -15,7 +15,7 @@ import pytest
 import slewline
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
-from tests.browsers import needed
+from tests.browsers import needed, own_folder
 
 from .conftest import PATIENCE, STRAPS, Threaded
 
@@ -41,15 +41,17 @@ def browser(tmp_path):
     """Open a page; where there is no browser, the test is skipped."""
     path = needed()
     started = []
+    with own_folder() as environment:
 
-    def opened(url):
-        command = [path, *QUIET.split(), f"--user-data-dir={tmp_path / 'profile'}", url]
-        started.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+        def opened(url):
+            command = [path, *QUIET.split(), f"--user-data-dir={tmp_path / 'profile'}", url]
+            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+            started.append(subprocess.Popen(command, env=environment, **quiet))
 
-    yield opened
-    for one in started:
-        one.kill()
-        one.wait()
+        yield opened
+        for one in started:
+            one.kill()
+            one.wait()
 
 
 class Site:

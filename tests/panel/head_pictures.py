@@ -10,12 +10,11 @@ import ast
 import re
 import subprocess
 import sys
-import tempfile
 from html import escape
 from pathlib import Path
 
 from slewline.cli.live.debug import server_process
-from tests.browsers import chromium
+from tests.browsers import chromium, opened, own_folder
 
 from .conftest import PanelProcess
 from .terminal.walks import EXAMPLES, ROOT, walked, weld
@@ -40,11 +39,8 @@ def made_small(path):
 
 def draw_panel(path):
     """Draw the page."""
-    from playwright.sync_api import sync_playwright
-
-    with server_process([str(MACHINE)]) as (address, token), sync_playwright() as playwright:
+    with server_process([str(MACHINE)]) as (address, token), opened() as browser:
         panel = PanelProcess(address, token=token)
-        browser = playwright.chromium.launch(executable_path=chromium(), args=["--no-sandbox"])
         try:
             page = browser.new_page(viewport={"width": WIDE, "height": HIGH}, color_scheme="light")
             page.goto(panel.url)
@@ -58,7 +54,6 @@ def draw_panel(path):
             page.screenshot(path=path)
             made_small(path)
         finally:
-            browser.close()
             panel.close()
 
 
@@ -73,34 +68,31 @@ def draw_debugger(path):
     walked([str(EXAMPLES / "programs/weld.cy525")], (120, 34), way)
     svg = re.sub(r"@font-face \{.*?\}", "", pictures[0], flags=re.DOTALL)
     width, height = (round(float(size)) for size in re.findall(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', svg)[0])
-    with tempfile.TemporaryDirectory() as folder:
+    with own_folder() as environment:
+        folder = environment["TMPDIR"]
         source = Path(folder) / "debugger.svg"
         source.write_text(svg, "utf-8")
         command = [chromium(), "--headless", "--no-sandbox", "--hide-scrollbars", "--disable-gpu"]
         size = f"--window-size={width},{height}"
-        subprocess.run([*command, size, f"--screenshot={path}", source.as_uri()], check=True, capture_output=True)
+        subprocess.run(
+            [*command, size, f"--screenshot={path}", source.as_uri()], check=True, capture_output=True, env=environment
+        )
     made_small(path)
 
 
 def draw_notebook(path):
     """Draw the first cells of the page as a notebook: each with what its last line shows."""
-    from playwright.sync_api import sync_playwright
-
     names, shown = {}, []
     for code in re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)[:CELLS]:
         *statements, last = ast.parse(code).body
         exec(compile(ast.Module(statements, []), PAGE.name, "exec"), names)
         value = eval(compile(ast.Expression(last.value), PAGE.name, "eval"), names)
         shown.append(f'<pre style="{CELL}">{escape(code.strip())}</pre>{value._repr_html_()}')
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium(), args=["--no-sandbox"])
-        try:
-            page = browser.new_page(viewport={"width": 980, "height": 600}, reduced_motion="reduce")
-            page.set_content(f"<body style='margin:4px 24px 16px'>{''.join(shown)}")
-            page.screenshot(path=path, full_page=True)
-            made_small(path)
-        finally:
-            browser.close()
+    with opened() as browser:
+        page = browser.new_page(viewport={"width": 980, "height": 600}, reduced_motion="reduce")
+        page.set_content(f"<body style='margin:4px 24px 16px'>{''.join(shown)}")
+        page.screenshot(path=path, full_page=True)
+        made_small(path)
 
 
 if __name__ == "__main__":
