@@ -140,6 +140,9 @@ def test_who_waits_in_a_branch_is_told_when_another_one_is_shown(module):
     found = other.answer()
     assert found["id"] == 7 and found["error"] == "until: another branch is shown now"
     assert other("view")["view"]["pace"]["branch"] == 0
+    worlds = x.worlds()
+    x.server.kill()
+    until(lambda: not any(alive(world) for world in worlds))  # though the branch still owed a reply
 
 
 @pytest.mark.parametrize("shown", [True, False])
