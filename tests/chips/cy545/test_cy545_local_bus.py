@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from cy545 import CC10, MS, US, Rig545
+from cy545 import CC10, MS, US, Rig545, S
 
 import slewline
 from slewline.parts.front_panel.panel_parts import switch_address
@@ -420,3 +420,16 @@ def test_a_serial_host_is_faster_than_an_eeprom(cts: bool) -> None:
     lost = eeprom.content[:18] != b"P 100\rP 0\rL 3,0\r0\r"
     assert lost is not cts
     assert ("serial-overrun" in [found.code for found in x.findings]) is not cts
+
+
+@pytest.mark.fact("CY545-XMEM-2")
+def test_a_listing_reads_its_memory_after_the_pointer_has_gone_out_on_txd() -> None:
+    rig = Rig545("txd", "xmem_sel", replies=False, serial=True)
+    rig.serial.send("Y 10\rE\rN 1\r+\rQY 10\r")
+    rig.bench.run_until_idle()
+    begin = rig.bench.now_ps
+    rig.serial.send("? M,1\r")
+    rig.bench.run_until_idle()
+    sent = rig.falls("txd", begin)[0] + len("Y=00010\r") * 10 * S // 9600
+    assert rig.serial.received.endswith(b"Y=00010\rN 1\r")
+    assert rig.falls("xmem_sel", begin)[0] >= sent
