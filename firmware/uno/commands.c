@@ -13,6 +13,7 @@
 #include "motion.h"
 #include "outputs.h"
 #include "pins.h"
+#include "power.h"
 #include "protocol.h"
 #include "wire.h"
 
@@ -31,6 +32,7 @@ static struct {
     uint8_t state;
     uint8_t events;
     uint8_t inputs;
+    uint8_t flags;
     int32_t position;
     uint32_t tick;
 } answer;
@@ -38,6 +40,7 @@ static struct {
 static uint8_t wanted;      /* number of the next numbered frame */
 static uint8_t told;        /* number of the next event to be sent */
 static uint32_t last_heard; /* tick of the last sound frame */
+static uint8_t is_silent;   /* there has been none for as long as the watchdog allows */
 static uint32_t watchdog;
 
 /* Say in the answer how things are, and let the steps go on. */
@@ -47,12 +50,15 @@ static __attribute__((noinline)) void settle(uint8_t result, uint32_t tick)
     answer.state = state;
     answer.events = next_event;
     answer.inputs = levels;
+    answer.flags = power_flags();
     answer.position = position_now();
     leave();
     answer.result = result;
     answer.tick = tick;
-    if (result != DAMAGED)
+    if (result != DAMAGED) {
         last_heard = tick;
+        is_silent = 0;
+    }
 }
 
 static void refuse(uint8_t result)
@@ -129,7 +135,7 @@ static uint8_t is_good_record(const struct record *record)
     if (record->flags & IS_PAUSE) {
         uint8_t mask = record->count >> 8, value = record->count;
 
-        if (record->flags & SETS_OUTPUTS ? (mask | value) >= 32 : record->count != 0)
+        if (record->flags & SETS_OUTPUTS ? (mask | value) > USER_OUTPUTS : record->count != 0)
             return 0;
         return record->flags < 32 && record->interval >= 256 && record->interval < 0x80000000;
     }
@@ -166,12 +172,12 @@ static void take_push(void)
     uint32_t tick;
 
     if (n < 1 || n > 5 || LENGTH != n * sizeof(struct record)) {
-        refuse(state > RUN && state != HOLD ? NOT_NOW : BAD_CONTENT);
+        refuse(state > RUN ? NOT_NOW : BAD_CONTENT);
         return;
     }
     for (i = 0; i < n; i++)
         if (!is_good_record(&records[i])) {
-            refuse(state > RUN && state != HOLD ? NOT_NOW : BAD_CONTENT);
+            refuse(state > RUN ? NOT_NOW : BAD_CONTENT);
             return;
         }
     /* The queue only gets shorter behind our back, so there is room if there seems to be; but a halt may forget it, and
@@ -182,7 +188,7 @@ static void take_push(void)
     else
         n = 0;
     tick = enter();
-    if (state > RUN && state != HOLD) {
+    if (state > RUN) {
         settle(NOT_NOW, tick);
     } else if (!n) {
         settle(NO_ROOM, tick);
@@ -203,6 +209,7 @@ static void take_start(void)
     } else if ((int32_t)(first_due(begin) - tick) < LEAD_LEAST) {
         settle(TOO_LATE, tick);
     } else {
+        begin_motion();
         start(begin, tick);
         settle(TAKEN, tick);
     }
@@ -237,7 +244,11 @@ struct config {
     uint8_t polarity;
     uint8_t active;
     uint8_t report;
+    uint8_t driver;
     uint8_t enable_off;
+    uint16_t enable_hold;
+    uint8_t filter;
+    uint8_t lamps; /* low half: number + 1 of the output that shows a halt; high half: of that for the driver */
     uint8_t reflex[6];
     uint8_t pattern[8];
     uint8_t phase;
@@ -248,7 +259,9 @@ static uint8_t is_good_config(const struct config *config)
     uint8_t i;
 
     if (LENGTH != sizeof *config || config->start_stop >= 0x80000000 || config->polarity > 3 ||
-        (config->active | config->report) > INPUTS_MASK || config->enable_off > 3 || config->phase > 7)
+        (config->active | config->report) > INPUTS_MASK || config->driver > 3 ||
+        config->enable_off > OFF_AT_REST || config->filter > 15 || (config->lamps & 15) > 4 || config->lamps >> 4 > 4 ||
+        config->phase > 7)
         return 0;
     for (i = 0; i < 6; i++) {
         uint8_t kind = config->reflex[i] & 15, only = config->reflex[i] >> 4;
@@ -262,10 +275,16 @@ static uint8_t is_good_config(const struct config *config)
     return 1;
 }
 
+/* Return the bit of an output by its number + 1; 0: none. */
+static uint8_t bit_of(uint8_t number)
+{
+    return number ? 1 << (number - 1) : 0;
+}
+
 static void take_config(void)
 {
     const struct config *config = (const struct config *)PAYLOAD;
-    uint8_t i, is_good = is_good_config(config);
+    uint8_t i, is_good = is_good_config(config), driver_before, polarity_before;
     uint32_t tick = enter();
 
     if (state != BOOT && state != IDLE && state != HALT) {
@@ -278,10 +297,17 @@ static void take_config(void)
     }
     set_start_stop(config->start_stop);
     watchdog = config->watchdog;
+    driver_before = driver;
+    polarity_before = polarity;
+    driver = config->driver;
     polarity = config->polarity;
     active = config->active;
     reported = config->report;
     enable_off = config->enable_off;
+    enable_hold = config->enable_hold;
+    filter = config->filter;
+    fault_output = bit_of(config->lamps & 15);
+    power_output = bit_of(config->lamps >> 4);
     for (i = 0; i < 6; i++)
         reflexes[i] = config->reflex[i];
     for (i = 0; i < 8; i++)
@@ -289,6 +315,7 @@ static void take_config(void)
     phase = config->phase; /* as it is now */
     phase_step = 0;
     sort_reflexes();
+    power_configured(driver_before, polarity_before);
     configure_outputs();
     set_phase_step();
     show_direction(down);
@@ -338,11 +365,12 @@ static void take_reset(void)
 
     if ((state != IDLE && state != HALT) || is_estop_active()) {
         settle(NOT_NOW, tick);
-    } else if (LENGTH != 5 || PAYLOAD[0] > 1) {
+    } else if (LENGTH != 5 || PAYLOAD[0] > (SETS_POSITION | IS_KNOWN | MAY_POWER)) {
         settle(BAD_CONTENT, tick);
     } else {
         forget_queue();
-        if (PAYLOAD[0])
+        unlock(PAYLOAD[0]);
+        if (PAYLOAD[0] & SETS_POSITION)
             place(*(const int32_t *)(PAYLOAD + 1));
         set_state(IDLE);
         settle(TAKEN, tick);
@@ -355,8 +383,10 @@ static void take_outputs(void)
 
     if (state == BOOT) {
         settle(NOT_NOW, tick);
-    } else if (LENGTH != 2 || (PAYLOAD[0] | PAYLOAD[1]) >= 32) {
+    } else if (LENGTH != 2 || (PAYLOAD[0] | PAYLOAD[1]) > (USER_OUTPUTS | ENABLE_OUTPUT)) {
         settle(BAD_CONTENT, tick);
+    } else if (!may_switch(PAYLOAD[0], PAYLOAD[1])) {
+        settle(NOT_NOW, tick);
     } else {
         choose_outputs(PAYLOAD[0], PAYLOAD[1]);
         settle(TAKEN, tick);
@@ -386,7 +416,7 @@ static void check(uint16_t pulses, uint16_t interval)
             sei();
         } while ((int32_t)(tick - next) < 0);
         cli(); /* a look may arm nothing, but disarms */
-        TCCR1A = ARMED;
+        TCCR1A = RISING;
         TCCR1C = _BV(FOC1A);
         __asm__ volatile("nop\n\tnop\n\tnop\n\tnop\n\tnop\n\tnop\n\tnop\n\tnop");
         TCCR1A = DISARMED;
@@ -428,7 +458,7 @@ static void take_check(void)
     uint32_t tick = enter();
     const uint16_t *words = (const uint16_t *)PAYLOAD;
 
-    if (state != IDLE)
+    if (state != IDLE || driver & IS_DRY || is_enabled())
         settle(NOT_NOW, tick);
     else if (LENGTH != 4 || !words[0] || words[1] < 256)
         settle(BAD_CONTENT, tick);
@@ -503,17 +533,18 @@ void watch_for_silence(void)
 {
     uint32_t tick;
 
-    if (!watchdog || (state != RUN && state != HOLD))
-        return;
     cli();
     tick = now();
     sei();
-    if (tick - last_heard < watchdog)
+    if (watchdog && tick - last_heard >= watchdog)
+        is_silent = 1;
+    watch_power(is_silent);
+    if (!is_silent || state != RUN)
         return;
     enter_to_stop(BY_BRAKE, &tick);
     if (begins_brake())
         note_in_passing(SILENT, NOBODY, tick);
-    else if (state == RUN || state == HOLD)
+    else if (state == RUN)
         brake(SILENT, NOBODY, tick);
     leave();
 }

@@ -4,6 +4,7 @@
  * a look does, it does at one instant: levels first, then the tick, then all that follows from it.
  */
 #include <avr/io.h>
+#include <util/delay_basic.h>
 
 #include "clock.h"
 #include "events.h"
@@ -11,6 +12,7 @@
 #include "motion.h"
 #include "outputs.h"
 #include "pins.h"
+#include "power.h"
 #include "protocol.h"
 #include "wire.h"
 
@@ -22,10 +24,10 @@ uint8_t reflexes[6];
 /* Bit n: input n has this reflex; for the first two by direction, up and down. */
 static uint8_t stops[2] = {BY_STOP, BY_STOP};
 static uint8_t brakes[2] = {BY_BRAKE, BY_BRAKE};
-static uint8_t holds;
 static uint8_t marks;
 static uint8_t estops;
 static uint8_t may_stop[2] = {BY_STOP, BY_STOP}; /* all but brakes and marks, by direction */
+uint8_t filter;
 
 void set_up_inputs(void)
 {
@@ -41,7 +43,7 @@ void sort_reflexes(void)
 
     stops[0] = stops[1] = BY_STOP;
     brakes[0] = brakes[1] = BY_BRAKE;
-    holds = marks = estops = 0;
+    marks = estops = 0;
     for (i = 0, bit = 1; i < 6; i++, bit <<= 1) {
         uint8_t goes_up = !(reflexes[i] & ONLY_DOWN), goes_down = !(reflexes[i] & ONLY_UP);
 
@@ -54,9 +56,6 @@ void sort_reflexes(void)
             brakes[0] |= goes_up ? bit : 0;
             brakes[1] |= goes_down ? bit : 0;
             break;
-        case REFLEX_HOLD:
-            holds |= bit;
-            break;
         case REFLEX_MARK:
             marks |= bit;
             break;
@@ -65,8 +64,8 @@ void sort_reflexes(void)
             break;
         }
     }
-    may_stop[0] = stops[0] | holds | estops;
-    may_stop[1] = stops[1] | holds | estops;
+    may_stop[0] = stops[0] | estops;
+    may_stop[1] = stops[1] | estops;
 }
 
 /* Return the inputs that are active, as of the last look. */
@@ -80,21 +79,13 @@ uint8_t is_estop_active(void)
     return active_now() & estops;
 }
 
-/* Is the match that is due not to come, if `causes` act now, in ascending order?  Interrupts are off. */
+/* Is the match that is due not to come, if `causes` act now?  Interrupts are off. */
 uint8_t takes_away(uint8_t causes)
 {
-    uint8_t braking, holding;
-
     if (causes & (stops[down] | estops))
         return 1;
-    if (state != RUN)
-        return 0;
-    braking = causes & brakes[down];
-    holding = causes & holds;
-    if (!braking)
-        return holding;
-    /* Brakes make a step that is due; in a hold they do not. */
-    return is_in_pause() || (holding && (holding & -holding) < (braking & -braking));
+    /* Brakes make a step that is due. */
+    return state == RUN && causes & brakes[down] && is_in_pause();
 }
 
 uint8_t enter_to_stop(uint8_t causes, uint32_t *tick)
@@ -111,7 +102,7 @@ uint8_t enter_to_stop(uint8_t causes, uint32_t *tick)
         /* A match may come until the next line has been run; then STEP is high and the step counts. */
         TCCR1A = DISARMED;
         __asm__ volatile("nop\n\tnop"); /* what PINB shows is a cycle and a half old */
-        if (!(PINB & _BV(STEP_BIT))) {
+        if (!is_made()) {
             TIFR1 = _BV(OCF1A);
             return 1;
         }
@@ -124,9 +115,8 @@ uint8_t enter_to_stop(uint8_t causes, uint32_t *tick)
 static uint8_t act(uint8_t bit, uint8_t which, uint32_t tick)
 {
     if (bit & estops) {
+        cut_power(state == RUN || state == BRAKE);
         halt();
-        if (enable_off & 1)
-            set_outputs(ENABLE_OUTPUT, 0);
         note(ESTOPPED, which, tick);
         return 1;
     }
@@ -135,21 +125,16 @@ static uint8_t act(uint8_t bit, uint8_t which, uint32_t tick)
         return 1;
     }
     if (bit & stops[down]) {
-        if (state != RUN && state != BRAKE && state != HOLD)
+        if (state != RUN && state != BRAKE)
             return 0;
         halt();
         note(STOPPED, which, tick);
         return 1;
     }
     if (bit & brakes[down]) {
-        if (state != RUN && state != HOLD)
+        if (state != RUN)
             return 0;
         brake(BRAKED, which, tick);
-        return 1;
-    }
-    if (bit & holds && state == RUN) {
-        hold(tick);
-        note(HELD, which, tick);
         return 1;
     }
     return 0;
@@ -163,7 +148,7 @@ void command(uint8_t bit, uint32_t tick)
 /* What an input that is active does to a record that has been loaded. */
 static uint8_t acting_at_load(uint8_t at_start)
 {
-    return active_now() & (stops[down] | brakes[down] | (at_start ? holds | estops : 0));
+    return active_now() & (stops[down] | brakes[down] | (at_start ? estops : 0));
 }
 
 uint8_t acts_at_load(uint8_t at_start)
@@ -183,8 +168,7 @@ void act_at_load(uint32_t tick, uint8_t at_start)
         }
 }
 
-/* Do what follows from `changed` inputs, in ascending order, where no step waits: in a hold, or behind what stops or
-   holds the motor. */
+/* Do what follows from `changed` inputs, in ascending order, where no step waits: behind what stops the motor. */
 static void act_in_peace(uint8_t changed, uint8_t becoming, uint32_t tick)
 {
     uint8_t i, bit;
@@ -197,9 +181,6 @@ static void act_in_peace(uint8_t changed, uint8_t becoming, uint32_t tick)
         if (becoming & bit) {
             if (act(bit, i, tick))
                 continue;
-        } else if (bit & holds && state == HOLD && !(active_now() & holds)) {
-            note(RELEASED, i, release(tick));
-            continue;
         }
         if (bit & reported)
             note(INPUT_CHANGED, i, tick);
@@ -215,11 +196,35 @@ static uint8_t bits_of(uint8_t set)
     return count;
 }
 
+#define LOOK_APART 16 /* turns of 4 cycles between two looks of the filter */
+
+/* Return the inputs; those that do not remain as they are for as many looks as the filter has count as before, but for
+   an emergency stop.  An edge meanwhile leads to another look. */
+static uint8_t steady(void)
+{
+    uint8_t seen = PINC & INPUTS_MASK, doubtful = 0, n;
+
+    if (!((seen ^ levels) & ~estops))
+        return seen;
+    for (n = filter; n; n--) {
+        uint8_t differs;
+
+        _delay_loop_2(LOOK_APART);
+        differs = (PINC & INPUTS_MASK) ^ seen;
+        if (differs & estops) { /* at once, and the others later */
+            PCIFR = _BV(PCIF1);
+            return (levels & ~estops) | ((seen ^ differs) & estops);
+        }
+        doubtful |= differs;
+    }
+    return (seen & ~doubtful) | (levels & doubtful);
+}
+
 /* Steps go on while inputs do no more than to be told, or to begin a brake, which the first of several does.  Then
    interrupts are off for as long only as it takes to fix what the events say; they are written behind that. */
 void look(void)
 {
-    uint8_t seen = PINC & INPUTS_MASK, inputs = levels, changed = seen ^ inputs;
+    uint8_t seen = steady(), inputs = levels, changed = seen ^ inputs;
     uint8_t becoming = changed & ~(seen ^ active), marking = becoming & marks, told = (changed & reported) | marking;
     uint8_t many = bits_of(told), braking = 0, number, state_then, i, bit;
     int32_t position;
@@ -227,7 +232,7 @@ void look(void)
 
     if (!changed)
         return;
-    if (enter_to_stop(becoming, &tick) || state == HOLD) {
+    if (enter_to_stop(becoming, &tick)) {
         act_in_peace(changed, becoming, tick);
         leave();
         return;

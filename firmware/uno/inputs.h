@@ -12,6 +12,7 @@ extern volatile uint8_t levels; /* as of the last look */
 extern uint8_t active;    /* bit n: input n is active when high */
 extern uint8_t reported;  /* bit n: each edge of input n is told */
 extern uint8_t reflexes[6];
+extern uint8_t filter; /* looks at an input that has changed, before it counts; not of an emergency stop */
 
 void set_up_inputs(void);
 void sort_reflexes(void);                                     /* after `reflexes` or `active` have changed */

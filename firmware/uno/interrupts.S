@@ -10,7 +10,6 @@
 
 #include "sizes.h"
 
-#define ARMED ((1 << COM1A1) | (1 << COM1A0))
 #define DISARMED (1 << COM1A1)
 
 /* Bits of `mode`, as in motion.c. */
@@ -102,7 +101,7 @@
         sts TCCR1A, r24
         ldi r24, 1 << FOC1A
         sts TCCR1C, r24
-        ldi r24, ARMED
+        lds r24, armed
         sts TCCR1A, r24
         .endm
 
@@ -121,6 +120,15 @@
 
 /* ------------------------------------------------------------------------------------------------------- the step */
         .text
+/* In a dry run STEP stays low, and the flag of the match shows that a step is made: zero if it is not. */
+is_dry_match:
+        lds r24, armed
+        cpi r24, DISARMED
+        in r24, TIFR1
+        breq 1f
+        clr r24
+1:      andi r24, 1 << OCF1A
+        ret
 too_late:
         pop r23
         pop r22
@@ -215,9 +223,11 @@ back:   pop r23
         out SREG, r24
         pop r24
         reti
-past:   sbis PINB, PORTB1
-        rjmp too_late
+past:   sbic PINB, PORTB1
         rjmp back
+        rcall is_dry_match      ; r24 is free
+        brne back
+        rjmp too_late
 
 one_more:                       ; before a way down: it begins behind the next step
         subi r25, (1 << ONE_MORE) - (1 << BRAKING)
@@ -328,7 +338,10 @@ can:    push r20
         sbc r23, r25
         ldi r22, 0              ; 1: too late
         brpl 1f
-        sbis PINB, PORTB1
+        sbic PINB, PORTB1
+        rjmp 1f
+        rcall is_dry_match
+        brne 1f
         ldi r22, 1
 1:      ld r23, Z
         sts flags, r23

@@ -5,6 +5,7 @@
  *   interrupts.S   every step, each byte, each edge of an input: short, by hand
  *   motion.c       records, the way down, the queue: what a match of the timer needs beyond the ordinary step
  *   inputs.c       reflexes
+ *   power.c        who switches the driver on and off
  *   commands.c     what a frame does, at which instant, and what it is answered
  *   wire.c         bytes become frames, and the reverse
  *   events.c, outputs.c, clock.h, pins.h, protocol.h
@@ -46,5 +47,6 @@ int main(void)
         tell_events();
         refresh_hint();
         watch_for_silence();
+        refresh_lamps();
     }
 }

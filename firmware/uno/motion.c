@@ -51,6 +51,7 @@ struct record *out = queue; /* the next one to play */
 uint16_t count;             /* steps of the record; in a pause the word with mask and value */
 uint8_t flags;              /* of the record */
 int32_t end;
+uint8_t armed = DISARMED;
 uint8_t stepped;            /* there is a last step that a pace may count from */
 uint16_t way;               /* steps of a way down from the first step of the record, if it has one */
 int8_t way_slope;           /* and how many more from each next one: -1, 0, 1 */
@@ -61,7 +62,6 @@ static uint32_t far;              /* ticks from the next hop to `due` */
 static uint8_t paced;             /* there have been two */
 static uint32_t pace;             /* ticks between them, as of the end of a record */
 uint8_t follows;                  /* behind a record comes the next one */
-static uint32_t held_at;
 static uint8_t overdue; /* the end of a pause has passed by unseen */
 
 const struct tail_entry *tail_end = TAIL_ENTRIES; /* behind the last entry */
@@ -105,8 +105,6 @@ void halt(void)
 {
     stand(HALT);
     forget_queue();
-    if (enable_off & 2)
-        set_outputs(ENABLE_OUTPUT, 0);
 }
 
 /* What the step that is due does to the phases; until it is made they remain. */
@@ -174,7 +172,7 @@ void late(void)
     note(LATE, NOBODY, tick);
 }
 
-/* Has the timer gone past what it has just been set to?  Then a step has been made behind ARMED, or never will be; the
+/* Has the timer gone past what it has just been set to?  Then a step has been made, or never will be; the
    end of a pause can be made up for. */
 static void look_back(void)
 {
@@ -182,7 +180,7 @@ static void look_back(void)
         return;
     if (mode & PAUSE)
         overdue = !(TIFR1 & _BV(OCF1A));
-    else if (!(PINB & _BV(STEP_BIT)))
+    else if (!is_made())
         late();
 }
 
@@ -211,7 +209,7 @@ static void aim(uint32_t from)
     if (mode & HOP)
         return;
     if (!(mode & PAUSE))
-        TCCR1A = ARMED;
+        TCCR1A = armed;
     if (ahead < HOP_TICKS)
         look_back();
 }
@@ -223,7 +221,7 @@ static void aim_anew(uint32_t from)
     set_timer(from);
     TIFR1 = _BV(OCF1A);
     if (!(mode & (HOP | PAUSE)))
-        TCCR1A = ARMED;
+        TCCR1A = armed;
 }
 
 static inline void end_pulse(void)
@@ -575,7 +573,7 @@ static void play_next(uint32_t tick)
     end_pulse();
     if (!turns && !(new_flags & IS_PAUSE) && interval.tick < LONG_LEAST) {
         OCR1A = due.tick;
-        TCCR1A = ARMED;
+        TCCR1A = armed;
         armed = 1;
     }
     if (was_step)
@@ -665,7 +663,7 @@ static __attribute__((noinline)) uint8_t go_down_in_peace(void)
     }
     if (ticks < LONG_LEAST) {
         OCR1A = (uint16_t)due.tick + (uint16_t)ticks;
-        TCCR1A = ARMED;
+        TCCR1A = armed;
     }
     interval.fraction = (uint16_t)fraction << 8;
     interval.tick = ticks;
@@ -715,7 +713,7 @@ static __attribute__((noinline)) void play_piece(void)
 
         ticks = (uint16_t)interval.tick + ((uint8_t)(past + fraction) < past);
         OCR1A = (uint16_t)due.tick + ticks;
-        TCCR1A = ARMED;
+        TCCR1A = armed;
     }
     last = due.tick;
     advance();
@@ -753,31 +751,6 @@ static __attribute__((noinline)) void go_on(uint32_t tick)
     }
 }
 
-/* ---------------------------------------------------------------------------------------------------------- the hold */
-void hold(uint32_t tick)
-{
-    TCCR1A = DISARMED;
-    mode |= STILL;
-    held_at = tick;
-    set_state(HOLD);
-}
-
-/* Go on, and return by how much all that follows has moved. */
-uint32_t release(uint32_t tick)
-{
-    uint32_t moved = tick - held_at;
-
-    if ((int32_t)moved < 0)
-        moved = 0; /* held at a START that had not come */
-    if ((int32_t)(due.tick + moved - tick) < (int32_t)SOON)
-        moved = tick + SOON - due.tick;
-    due.tick += moved;
-    mode &= ~STILL;
-    set_state(RUN);
-    aim_anew(tick);
-    return held_at + moved;
-}
-
 /* --------------------------------------------------------------------------------------------------------- the match */
 static void hop(void)
 {
@@ -789,7 +762,7 @@ static void hop(void)
     OCR1A = due.tick;
     mode &= ~HOP;
     if (!(mode & PAUSE))
-        TCCR1A = ARMED;
+        TCCR1A = armed;
 }
 
 static __attribute__((noinline)) void ordinary_step(void)

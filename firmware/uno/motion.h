@@ -55,8 +55,6 @@ void set_start_stop(uint32_t ticks); /* the motor may stand behind steps that ar
 void start(uint32_t tick, uint32_t present);
 uint8_t begins_brake(void); /* if steps are played; then only the event is left to be noted */
 void brake(uint8_t happening, uint8_t which, uint32_t tick);
-void hold(uint32_t tick);
-uint32_t release(uint32_t tick);
 
 #define PAUSE 0x02 /* a bit of `mode`: what is due is the end of a pause */
 extern volatile uint8_t mode;
@@ -64,6 +62,15 @@ extern volatile uint8_t mode;
 static inline uint8_t is_in_pause(void)
 {
     return mode & PAUSE;
+}
+
+/* What OC1A does at the match of a step: it rises, or, in a dry run, stays low. */
+extern uint8_t armed;
+
+/* The match of a step has been prepared, and has passed: has it been made?  STEP shows it, or in a dry run the flag. */
+static inline uint8_t is_made(void)
+{
+    return PINB & _BV(STEP_BIT) || (armed == DISARMED && TIFR1 & _BV(OCF1A));
 }
 
 /* The step that is due may be made while interrupts are off for long: its phases do not wait for the interrupt, which

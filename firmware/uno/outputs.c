@@ -1,12 +1,15 @@
 #include <avr/io.h>
 #include <util/atomic.h>
 
+#include "motion.h"
 #include "outputs.h"
 #include "pins.h"
+#include "power.h"
 #include "protocol.h"
 
 uint8_t polarity;
-uint8_t enable_off;
+uint8_t fault_output;
+uint8_t power_output;
 uint8_t pattern[8];
 uint8_t phase;
 uint8_t phases_due;
@@ -31,13 +34,28 @@ void set_up_outputs(void)
             port &= ~_BV(bit);                                                                                         \
     }
 
+/* Return the user outputs, with the lamps among them. */
+static uint8_t user_outputs(void)
+{
+    uint8_t levels = outputs & ~(fault_output | power_output);
+
+    if (state > BRAKE)
+        levels |= fault_output;
+    if (outputs & ENABLE_OUTPUT)
+        levels |= power_output;
+    return levels;
+}
+
 void show_outputs(void)
 {
-    SHOW(outputs & 1, PORTD, OUT0_BIT);
-    SHOW(outputs & 2, PORTD, OUT1_BIT);
-    SHOW(outputs & 4, PORTB, OUT2_BIT);
-    SHOW(outputs & 8, PORTB, OUT3_BIT);
-    SHOW(!(outputs & ENABLE_OUTPUT) != !(polarity & ENABLE_IS_LOW), PORTB, ENABLE_BIT);
+    uint8_t levels = user_outputs();
+
+    SHOW(levels & 1, PORTD, OUT0_BIT);
+    SHOW(levels & 2, PORTD, OUT1_BIT);
+    SHOW(levels & 4, PORTB, OUT2_BIT);
+    SHOW(levels & 8, PORTB, OUT3_BIT);
+    if (driver & HAS_ENABLE)
+        SHOW(!(outputs & ENABLE_OUTPUT) != !(polarity & ENABLE_IS_LOW), PORTB, ENABLE_BIT);
 }
 
 void choose_outputs(uint8_t mask, uint8_t value)
@@ -49,6 +67,22 @@ void set_outputs(uint8_t mask, uint8_t value)
 {
     choose_outputs(mask, value);
     show_outputs();
+}
+
+uint8_t is_enabled(void)
+{
+    return outputs & ENABLE_OUTPUT;
+}
+
+void refresh_lamps(void)
+{
+    static uint8_t shown;
+    uint8_t is = user_outputs();
+
+    if (is != shown) {
+        shown = is;
+        show_outputs();
+    }
 }
 
 void show_direction(uint8_t is_down)
@@ -65,10 +99,17 @@ void configure_outputs(void)
     uint8_t i;
 
     has_phases = 0;
-    for (i = 0; i < 8; i++)
-        has_phases |= pattern[i];
+    if (!(driver & IS_DRY))
+        for (i = 0; i < 8; i++)
+            has_phases |= pattern[i];
     show_outputs();
-    PORTD = (PORTD & ~PHASES_MASK) | pattern[phase];
-    DDRB |= _BV(ENABLE_BIT) | _BV(OUT2_BIT) | _BV(OUT3_BIT);
+    PORTD = (PORTD & ~PHASES_MASK) | (has_phases ? pattern[phase] : 0);
+    DDRB |= _BV(OUT2_BIT) | _BV(OUT3_BIT);
+    if (driver & HAS_ENABLE) {
+        DDRB |= _BV(ENABLE_BIT);
+    } else { /* no level: what the driver does is up to its resistor */
+        DDRB &= ~_BV(ENABLE_BIT);
+        PORTB &= ~_BV(ENABLE_BIT);
+    }
     DDRD = (has_phases ? PHASES_MASK : 0) | _BV(OUT0_BIT) | _BV(OUT1_BIT);
 }

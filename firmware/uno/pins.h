@@ -6,7 +6,7 @@
 
 #define STEP_BIT PORTB1   /* D9, which is OC1A: the timer raises it, to the cycle */
 #define DIR_BIT PORTB2    /* D10 */
-#define ENABLE_BIT PORTB3 /* D11: an input, so without a level, until CONFIG has said which one is active */
+#define ENABLE_BIT PORTB3 /* D11: an input, so without a level, unless CONFIG has said which one is active */
 #define LED_BIT PORTB5    /* D13: lit while the board is not at rest */
 
 #define PHASES_MASK 0xF0 /* D4..D7: phases A..D in the high half of PORTD */
@@ -20,7 +20,7 @@
 #define INPUTS_MASK 0x3F /* A0..A5 are inputs 0..5, all on pin change interrupt 1 */
 
 /* Timer 1 runs freely, a tick a cycle. What OC1A does at a match: */
-#define ARMED (_BV(COM1A1) | _BV(COM1A0)) /* rise: a step is due */
-#define DISARMED _BV(COM1A1)              /* fall, that is stay low */
+#define RISING (_BV(COM1A1) | _BV(COM1A0)) /* rise: a step is due */
+#define DISARMED _BV(COM1A1)               /* fall, that is stay low */
 
 #endif

@@ -103,7 +103,7 @@ static void transmit(uint8_t byte)
     sei();
 }
 
-#define PAYLOAD_MOST 15
+#define PAYLOAD_MOST 16
 
 void send(uint8_t number, uint8_t kind, const void *payload, uint8_t length)
 {

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...errors import UsageError
-from .wire import RECORD_BYTES
+from .wire import RECORD_BYTES, USER_OUTPUTS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -97,7 +97,7 @@ class Record(NamedTuple):
         """Return whether a board takes it whose steps have at least so many ticks between them."""
         if self.flags & PAUSE:
             masks = self.count >> 8, self.count & 255
-            sets = max(masks) < 32 if self.flags & OUT else self.count == 0
+            sets = max(masks) <= USER_OUTPUTS if self.flags & OUT else self.count == 0
             return sets and self.flags < 32 and SHORTEST_PAUSE <= self.interval <= LONGEST
         ends = self.first >> 16, self.last >> 16
         if self.flags & WAY:

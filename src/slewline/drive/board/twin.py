@@ -5,36 +5,39 @@ from __future__ import annotations
 from . import wire
 from .boards import UNO, BoardModel
 from .records import MOST_WAY, unpack
-from .twin_motion import BOOT, BRAKE, HALT, HOLD, HOST, IDLE, RUN, MovingTwin
+from .twin_motion import BOOT, BRAKE, HALT, HOST, IDLE, RUN, MovingTwin
 from .wire import (
+    ENABLE,
     NUMBERED,
     RECORD_BYTES,
     RECORDS_A_FRAME,
     SIZES,
+    USER_OUTPUTS,
     VERSION,
     Answer,
     BoardConfig,
     Damaged,
     Decoder,
+    DriverFlag,
     Frame,
     FrameKind,
     FrameResult,
     Happening,
     Ident,
-    Reflex,
+    ResetFlag,
 )
 
 SOON = 1600  # ticks from START to the first step
 LEAST_CHECK = 256  # ticks between the pulses of a self-test
-ALL_OUTPUTS = 31
+ALL_OUTPUTS = USER_OUTPUTS | ENABLE
 FROM_HOST = frozenset(kind for kind in FrameKind if kind < FrameKind.ANSWER)
 ALLOWED = {  # in which states a frame is taken; the others in any
-    FrameKind.PUSH: {IDLE, RUN, HOLD},
+    FrameKind.PUSH: {IDLE, RUN},
     FrameKind.START: {IDLE},
     FrameKind.CONFIG: {BOOT, IDLE, HALT},
-    FrameKind.TAIL: {IDLE, RUN, HOLD, HALT},
+    FrameKind.TAIL: {IDLE, RUN, HALT},
     FrameKind.RESET: {IDLE, HALT},
-    FrameKind.OUTPUTS: {IDLE, RUN, BRAKE, HOLD, HALT},
+    FrameKind.OUTPUTS: {IDLE, RUN, BRAKE, HALT},
     FrameKind.CHECK: {IDLE},
 }
 
@@ -59,6 +62,7 @@ class BoardTwin(MovingTwin):
         self._decoder = Decoder()
         self.wanted = 0
         self.last_frame = tick
+        self._silent = False
         self._repeated = b""  # an event that goes behind the answer
         super().power_up(tick)
 
@@ -76,10 +80,12 @@ class BoardTwin(MovingTwin):
             self._take(frame, tick)
 
     def look_for_silence(self, tick: int) -> None:
-        """Let the main loop look for how long no frame has come."""
+        """Let the main loop look for how long no frame has come, and for how long the driver has not been needed."""
         self.run(tick)
         limit = self.config.watchdog
-        if self.state in (RUN, HOLD) and limit and tick - self.last_frame >= limit:
+        self._silent |= bool(limit) and tick - self.last_frame >= limit
+        self.power.watch(tick, self.state, self.config, self._silent)
+        if self._silent and self.state == RUN:
             self._brake(Happening.WATCHDOG, HOST, tick)
 
     def checked(self, counted: int, right: bool, tick: int) -> None:
@@ -93,7 +99,7 @@ class BoardTwin(MovingTwin):
             echo, kind, result = 0, 0, FrameResult.DAMAGED
         else:
             echo, kind = frame.number, frame.kind
-            self.last_frame = tick
+            self.last_frame, self._silent = tick, False
             result = self._judge(frame, tick)
             if result == FrameResult.TAKEN:
                 result = self._obey(frame, tick)
@@ -113,6 +119,7 @@ class BoardTwin(MovingTwin):
             self.state,
             self._event % 256,
             self.inputs,
+            self.power.flags(self.estop),
             self.position,
             tick,
         )
@@ -130,7 +137,9 @@ class BoardTwin(MovingTwin):
             return FrameResult.WRONG_STATE
         if kind == FrameKind.START and not self.queue:
             return FrameResult.WRONG_STATE
-        if kind == FrameKind.RESET and any(self._is(Reflex.ESTOP, each) for each in self._active()):
+        if kind == FrameKind.RESET and self.estop:
+            return FrameResult.WRONG_STATE
+        if kind == FrameKind.CHECK and (self.config.driver & DriverFlag.DRY or self.power.on):
             return FrameResult.WRONG_STATE
         if kind in SIZES and len(payload) != SIZES[FrameKind(kind)]:
             return FrameResult.BAD_CONTENT
@@ -150,8 +159,9 @@ class BoardTwin(MovingTwin):
         if kind == FrameKind.TAIL:
             return self._set_table(payload)
         if kind == FrameKind.RESET:
-            if payload[0] > 1:
+            if payload[0] > ResetFlag.POSITION | ResetFlag.KNOWN | ResetFlag.POWER:
                 return FrameResult.BAD_CONTENT
+            self.power.unlock(payload[0])
             self._forget_the_run()
             self.state = IDLE
             if (position := wire.reset_position(payload)) is not None:
@@ -159,6 +169,8 @@ class BoardTwin(MovingTwin):
         if kind == FrameKind.OUTPUTS:
             if max(payload) > ALL_OUTPUTS:
                 return FrameResult.BAD_CONTENT
+            if not self.power.may_switch(*payload, self.state, self.config, self.estop):
+                return FrameResult.WRONG_STATE
             self._set_outputs(payload[0], payload[1], tick)
         if kind == FrameKind.REPEAT:
             age = (self._event - payload[0]) % 256
@@ -189,6 +201,7 @@ class BoardTwin(MovingTwin):
         start = tick + lead - first
         self.time = start << 16
         self.state = RUN
+        self.power.begin_motion()
         self._load()
         for number in self._active():
             self._active_edge(number, start, starting=True)
@@ -197,17 +210,23 @@ class BoardTwin(MovingTwin):
     def _stop(self, how: int, tick: int) -> FrameResult:
         if how > 1:
             return FrameResult.BAD_CONTENT
-        if how == 0 and self.state in (RUN, BRAKE, HOLD):
+        if how == 0 and self.state in (RUN, BRAKE):
             self._halt()
             self._event_told(Happening.STOPPED, HOST, tick)
-        if how == 1 and self.state in (RUN, HOLD):
+        if how == 1 and self.state == RUN:
             self._brake(Happening.BRAKED, HOST, tick)
         return FrameResult.TAKEN
 
     def _configure(self, config: BoardConfig, tick: int) -> FrameResult:
         if not config.good:
             return FrameResult.BAD_CONTENT
-        self.config = config
+        before, self.config = self.config, config
+        if (before.driver, before.polarity & 2) != (config.driver, config.polarity & 2):
+            self._set_outputs(ENABLE, 0, tick)
+        if self.estop:
+            self.power.cut(False, tick)
+            if self.state == IDLE:
+                self._halt()
         self.index = config.phase
         self._set_phases(tick)
         if self.state == BOOT:

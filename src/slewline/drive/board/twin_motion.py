@@ -1,4 +1,4 @@
-r"""The motion of a board step by step: records, brake and tail, reflexes, holds, outputs; and the events of all that.
+r"""The motion of a board step by step: records, brake and tail, reflexes, outputs; and the events of all that.
 
 A brake makes the step that is scheduled, and one more if that comes less than 640 ticks later (an underrun none, for
 there is none), and then the tail: steps of the table that the host has sent last.  How many,
@@ -32,20 +32,24 @@ from collections import deque
 from . import wire
 from .boards import AT_ONCE_TICKS, FAST_TICKS, BoardModel
 from .records import DOWN, HALF, OUT, PAUSE, REST, Record
-from .wire import BoardConfig, BoardEvent, BoardState, Happening, Reflex
+from .twin_power import TwinPower
+from .wire import ENABLE, BoardConfig, BoardEvent, BoardState, DriverFlag, Happening, Reflex
 
-IDLE, RUN, BRAKE, HOLD, HALT, BOOT = BoardState
+IDLE, RUN, BRAKE, HALT, BOOT = BoardState
 KEPT_EVENTS = 8
 HOST = 255  # `which` of an event that no input caused
-ENABLE = 16  # among the outputs
 
 
 class MovingTwin:
-    """What moves by itself: `steps`, `phases`, `outputs` and events in `sent`, all by their ticks."""
+    """What moves by itself: `steps`, `phases`, `outputs` and events in `sent`, all by their ticks.
+
+    `pulses`: the ticks of those steps that have an edge on STEP: none in a dry run.
+    """
 
     def __init__(self, model: BoardModel) -> None:
         self.model = model
         self.steps: list[tuple[int, int, int]] = []
+        self.pulses: list[int] = []
         self.phases: list[tuple[int, int]] = []
         self.outputs: list[tuple[int, int]] = []
         self.sent = bytearray()
@@ -58,6 +62,7 @@ class MovingTwin:
         self.sent.clear()
         self.state: BoardState = BOOT
         self.position = self.output = self.phase = self.index = 0
+        self.power = TwinPower(lambda on, at: self._set_outputs(ENABLE, ENABLE * on, at))
         self.config = BoardConfig(0)
         self.queue: deque[Record] = deque()
         self.table: list[tuple[int, int]] = []
@@ -74,7 +79,6 @@ class MovingTwin:
         self.last_step: int | None = None  # of this run
         self.pace: int | None = None
         self.tail: deque[int] | None = None  # ticks of the steps to come, once it is known
-        self.held_at = 0
         self.one_more = False  # step, behind the one that was scheduled, before the tail begins
 
     def run(self, tick: int) -> None:
@@ -165,19 +169,21 @@ class MovingTwin:
         way = -1 if self.record.flags & DOWN else 1
         self.position = (self.position + way + 2**31) % 2**32 - 2**31
         self.steps.append((tick, way, self.position))
+        if not self.config.driver & DriverFlag.DRY:
+            self.pulses.append(tick)
         self.pace = None if self.last_step is None else tick - self.last_step
         self.last_step = tick
         self.index = (self.index + way * (1 if self.record.flags & HALF else 2)) % wire.PHASES
         self._set_phases(tick)
 
     def _brake(self, kind: Happening, which: int, tick: int) -> None:
-        """Come to a halt by the tail, in RUN and HOLD."""
+        """Come to a halt by the tail, in RUN."""
         assert self.record is not None  # noqa: S101
-        playing = self.state == RUN and not self.record.flags & PAUSE and self.left
+        playing = not self.record.flags & PAUSE and self.left
         if playing:
             self.state = BRAKE  # the step that is scheduled is made, then the tail begins
             self.one_more = self._following() < FAST_TICKS
-        elif self.state == RUN and self.last_step is not None:
+        elif self.last_step is not None:
             # behind the last step of a record the first step of the tail may be near; in and behind a pause it may not
             earliest = tick + AT_ONCE_TICKS if self.record.flags & PAUSE else tick
             self._begin_tail(self.last_step, earliest)
@@ -231,13 +237,16 @@ class MovingTwin:
     def _halt(self) -> None:
         self._forget_the_run()
         self.state = HALT
-        if self.config.enable_off & 2:
-            self._set_outputs(ENABLE, 0, self.now)
 
     # ------------------------------------------------------------------------------------------------------- inputs
     def _active(self) -> list[int]:
         """Return the inputs that are active."""
         return [number for number in range(wire.INPUTS) if self._is_active(number)]
+
+    @property
+    def estop(self) -> bool:
+        """Whether an emergency stop is active."""
+        return any(self._is(Reflex.ESTOP, each) for each in self._active())
 
     def _is_active(self, number: int) -> bool:
         return not (self.inputs ^ self.config.active) >> number & 1
@@ -256,47 +265,31 @@ class MovingTwin:
             return
         if self._is_active(number):
             self._active_edge(number, tick)
-        elif self._is(Reflex.HOLD, number) and not any(self._is(Reflex.HOLD, each) for each in self._active()):
-            self._release(number, tick)
 
     def _active_edge(self, number: int, tick: int, *, starting: bool = False) -> None:
         reflex = self.config.reflex[number] & 15
         if reflex == Reflex.ESTOP:
+            self.power.cut(self.state in (RUN, BRAKE), self.now)
             self._halt()
-            if self.config.enable_off & 1:
-                self._set_outputs(ENABLE, 0, self.now)
             self._event_told(Happening.ESTOP, number, tick)
-        elif reflex == Reflex.STOP and self.state in (RUN, BRAKE, HOLD) and self._fits(number):
+        elif reflex == Reflex.STOP and self.state in (RUN, BRAKE) and self._fits(number):
             self._halt()
             self._event_told(Happening.STOPPED, number, tick)
-        elif reflex == Reflex.BRAKE and self.state in (RUN, HOLD) and self._fits(number):
+        elif reflex == Reflex.BRAKE and self.state == RUN and self._fits(number):
             self._brake(Happening.BRAKED, number, tick)
-        elif reflex == Reflex.HOLD and self.state == RUN:
-            self.state, self.held_at = HOLD, tick
-            self._event_told(Happening.HELD, number, tick)
         elif reflex == Reflex.MARK and not starting:
             self._event_told(Happening.MARK, number, tick)
-
-    def _release(self, number: int, tick: int) -> None:
-        """Go on behind a hold; everything to come is later by as long as it lasted, or a little more."""
-        if self.state != HOLD:
-            return
-        delay = max(0, tick - self.held_at)
-        due = (self.time + self.interval) >> 16
-        delay = max(delay, tick + AT_ONCE_TICKS - due)
-        self.time += delay << 16
-        self.state = RUN
-        self._event_told(Happening.RELEASED, number, self.held_at + delay)
 
     # ------------------------------------------------------------------------------------------------------ outwards
     def _set_outputs(self, mask: int, value: int, tick: int) -> None:
         output = self.output & ~mask | value & mask
+        self.power.on = bool(output & ENABLE)
         if output != self.output:
             self.output = output
             self.outputs.append((tick, output))
 
     def _set_phases(self, tick: int) -> None:
-        phase = self.config.pattern[self.index] & 15
+        phase = 0 if self.config.driver & DriverFlag.DRY else self.config.pattern[self.index] & 15
         if phase != self.phase:
             self.phase = phase
             self.phases.append((tick, phase))

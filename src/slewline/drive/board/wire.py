@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import IntEnum, IntFlag
 from struct import Struct
 from typing import NamedTuple
 
@@ -15,8 +15,9 @@ __all__ = ["Damaged", "Decoder", "Frame", "crc", "encode", "stuff", "unstuff"]  
 
 RECORD_BYTES, RECORDS_A_FRAME = 13, 5
 ENTRIES_A_FRAME = 10  # of a tail
-VERSION = 1  # of the messages: that of the firmware
+VERSION = 2  # of the messages: that of the firmware
 INPUTS, PHASES = 6, 8
+USER_OUTPUTS, ENABLE = 15, 16  # bits of the outputs
 
 
 class FrameKind(IntEnum):
@@ -58,9 +59,8 @@ class BoardState(IntEnum):
     IDLE = 0
     RUN = 1
     BRAKE = 2
-    HOLD = 3
-    HALT = 4
-    BOOT = 5
+    HALT = 3
+    BOOT = 4
 
 
 class Happening(IntEnum):
@@ -71,15 +71,13 @@ class Happening(IntEnum):
     HALTED = 3
     STOPPED = 4
     BRAKED = 5
-    HELD = 6
-    RELEASED = 7
-    MARK = 8
-    INPUT = 9
-    LATE = 10
-    WATCHDOG = 11
-    ESTOP = 12
-    BOOT = 13
-    CHECKED = 14
+    MARK = 6
+    INPUT = 7
+    LATE = 8
+    WATCHDOG = 9
+    ESTOP = 10
+    BOOT = 11
+    CHECKED = 12
 
 
 class FrameResult(IntEnum):
@@ -100,11 +98,46 @@ class Reflex(IntEnum):
     NONE = 0
     STOP = 1
     BRAKE = 2
-    HOLD = 3
-    MARK = 4
-    ESTOP = 5
+    MARK = 3
+    ESTOP = 4
     UPWARDS = 16
     DOWNWARDS = 32
+
+
+class DriverFlag(IntFlag):
+    """What is known of the driver: ENABLE leads to one whose level is known; the run is dry, so STEP has no edges."""
+
+    ENABLE = 1
+    DRY = 2
+
+
+class EnableOff(IntEnum):
+    """When a board switches the driver off by itself; at an emergency stop it always does."""
+
+    NEVER = 0
+    HALT = 1
+    REST = 2
+
+
+class ResetFlag(IntFlag):
+    """What RESET says: a position; that it is where the motor is; that the driver may be switched on again."""
+
+    POSITION = 1
+    KNOWN = 2
+    POWER = 4
+
+
+class PowerFlag(IntFlag):
+    """What ANSWER says of the driver.
+
+    UNSURE: the motor may be elsewhere than the count says, for it made steps without current, or was stopped dead, or
+    the board has switched its driver off.  LOCKED: the board has, and only RESET unlocks it.
+    """
+
+    ENERGISED = 1
+    ESTOP = 2
+    UNSURE = 4
+    LOCKED = 8
 
 
 class Answer(NamedTuple):
@@ -118,6 +151,7 @@ class Answer(NamedTuple):
     state: int
     events: int
     inputs: int
+    flags: int  # PowerFlag
     position: int
     tick: int
 
@@ -151,9 +185,9 @@ class Ident(NamedTuple):
     hz: int
 
 
-_ANSWER, _EVENT, _IDENT = Struct("<BBBBBBBiI"), Struct("<BBBBiI"), Struct("<BBBBBHI")
+_ANSWER, _EVENT, _IDENT = Struct("<BBBBBBBBiI"), Struct("<BBBBiI"), Struct("<BBBBBHI")
 _START, _RESET, _OUTPUTS, _CHECK, _ENTRY = Struct("<I"), Struct("<Bi"), Struct("<BB"), Struct("<HH"), Struct("<IH")
-_CONFIG = Struct("<IIBBBB6s8sB")
+_CONFIG = Struct("<IIBBBBBHBB6s8sB")
 SIZES = {  # of the payloads that have one size
     FrameKind.HELLO: 0,
     FrameKind.START: _START.size,
@@ -176,7 +210,12 @@ MOST = {  # of the numbers of CONFIG
     "polarity": 3,
     "active": 63,
     "report": 63,
-    "enable_off": 3,
+    "driver": 3,
+    "enable_off": 2,
+    "enable_hold": 2**16 - 1,
+    "filter": 15,
+    "fault_output": 4,
+    "power_output": 4,
     "phase": 7,
 }
 
@@ -186,9 +225,11 @@ class BoardConfig:
     """How a board is to act; times in its ticks.
 
     `polarity`: 1, DIR high is up; 2, ENABLE is active low.  `active`: bit n, input n is active when high.  `report`:
-    bit n, each edge of input n is reported.  `enable_off`: 1, at an emergency stop; 2, at every halt.  `reflex`: one
-    for each input.  `pattern`: phases A to D in bits 0 to 3 by the index of half steps, all zero without phases;
-    `phase`: the index now.
+    bit n, each edge of input n is reported.  `driver`: DriverFlag.  `enable_off`: EnableOff, after `enable_hold` times
+    65,536 ticks.  `filter`: looks, 4 us apart, for which an input remains as it is before it counts; not of an
+    emergency stop.  `fault_output`, `power_output`: number + 1 of the outputs that show a halt, and the driver's
+    current; 0: none.  `reflex`: one for each input.  `pattern`: phases A to D in bits 0 to 3 by the index of half
+    steps, all zero without phases; `phase`: the index now.
     """
 
     start_stop: int
@@ -196,7 +237,12 @@ class BoardConfig:
     polarity: int = 1
     active: int = 0
     report: int = 0
-    enable_off: int = 1
+    driver: int = DriverFlag.DRY
+    enable_off: int = EnableOff.HALT
+    enable_hold: int = 0
+    filter: int = 0
+    fault_output: int = 0
+    power_output: int = 0
     reflex: tuple[int, ...] = (0,) * INPUTS
     pattern: tuple[int, ...] = (0,) * PHASES
     phase: int = 0
@@ -214,7 +260,11 @@ class BoardConfig:
             self.polarity,
             self.active,
             self.report,
+            self.driver,
             self.enable_off,
+            self.enable_hold,
+            self.filter,
+            self.fault_output | self.power_output << 4,
             bytes(self.reflex),
             bytes(self.pattern),
             self.phase,
@@ -223,8 +273,8 @@ class BoardConfig:
     @classmethod
     def unpack(cls, payload: bytes) -> BoardConfig:
         """Return what a payload of CONFIG says; its fields may be out of range (`check`)."""
-        start_stop, watchdog, polarity, active, report, off, reflex, pattern, phase = _CONFIG.unpack(payload)
-        return cls(start_stop, watchdog, polarity, active, report, off, tuple(reflex), tuple(pattern), phase)
+        *numbers, lamps, reflex, pattern, phase = _CONFIG.unpack(payload)
+        return cls(*numbers, lamps & 15, lamps >> 4, tuple(reflex), tuple(pattern), phase)
 
     def check(self) -> None:
         """Complain if a board would refuse it.
@@ -315,15 +365,21 @@ def tail_entries(payload: bytes) -> tuple[int, list[tuple[int, int]]] | None:
     return payload[0], [(interval, count) for interval, count in _ENTRY.iter_unpack(payload[1:])]
 
 
-def reset_payload(position: int | None) -> bytes:
-    """Return the payload of RESET; without a position the board keeps its own."""
-    return _RESET.pack(position is not None, position or 0)
+def reset_payload(position: int | None, *, known: bool = False, power: bool = False) -> bytes:
+    """Return the payload of RESET; without a position the board keeps its own.
+
+    Args:
+        known: the count is where the motor is.
+        power: the driver may be switched on again.
+    """
+    flags = ResetFlag.POSITION * (position is not None) | ResetFlag.KNOWN * known | ResetFlag.POWER * power
+    return _RESET.pack(flags, position or 0)
 
 
 def reset_position(payload: bytes) -> int | None:
     """Return the position that RESET sets; None if it sets none."""
     flags, position = _RESET.unpack(payload)
-    return position if flags & 1 else None
+    return position if flags & ResetFlag.POSITION else None
 
 
 def check_payload(count: int, interval: int) -> bytes:

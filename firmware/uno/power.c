@@ -1,0 +1,109 @@
+/* The driver's current.
+ *
+ *     off -> on    OUTPUTS, in IDLE, with every emergency stop closed, if a driver is known, the run is not dry, and the
+ *                  board has not switched it off by itself since the last RESET that allows it
+ *     on -> off    OUTPUTS at rest; an emergency stop, in any state; behind a halt, at rest or without a host as CONFIG
+ *                  says, after a time
+ *
+ * In motion nobody but an emergency stop takes the current away, for the motor would coast and the count be wrong.
+ */
+#include <avr/interrupt.h>
+
+#include "clock.h"
+#include "inputs.h"
+#include "motion.h"
+#include "outputs.h"
+#include "power.h"
+#include "protocol.h"
+
+uint8_t driver;
+uint8_t enable_off;
+uint16_t enable_hold;
+
+static uint8_t is_unsure; /* the motor may be elsewhere than the count says */
+static uint8_t is_locked; /* the board has switched the driver off by itself */
+
+uint8_t power_flags(void)
+{
+    return (is_enabled() ? IS_ENERGISED : 0) | (is_estop_active() ? IN_ESTOP : 0) | (is_unsure ? IS_UNSURE : 0) |
+           (is_locked ? IS_LOCKED : 0);
+}
+
+uint8_t may_switch(uint8_t mask, uint8_t value)
+{
+    uint8_t turns_on = value & ENABLE_OUTPUT;
+
+    if (!(mask & ENABLE_OUTPUT) || !turns_on == !is_enabled())
+        return 1;
+    if (!turns_on)
+        return state == IDLE || state == HALT;
+    return state == IDLE && driver == HAS_ENABLE && !is_locked && !is_estop_active();
+}
+
+void unlock(uint8_t reset_flags)
+{
+    if (reset_flags & (IS_KNOWN | MAY_POWER))
+        is_locked = 0;
+    if (reset_flags & IS_KNOWN)
+        is_unsure = 0;
+}
+
+void begin_motion(void)
+{
+    if (!is_enabled())
+        is_unsure = 1;
+}
+
+static void lock(void)
+{
+    if (is_enabled())
+        is_locked = is_unsure = 1;
+    set_outputs(ENABLE_OUTPUT, 0);
+}
+
+void cut_power(uint8_t in_motion)
+{
+    if (in_motion)
+        is_unsure = 1;
+    lock();
+}
+
+/* Another driver, or another level that enables: nobody has asked for its current yet.  A stop that the inputs mean now
+   counts at once. */
+void power_configured(uint8_t before, uint8_t polarity_before)
+{
+    armed = driver & IS_DRY ? DISARMED : RISING;
+    if (before != driver || (polarity_before ^ polarity) & ENABLE_IS_LOW)
+        set_outputs(ENABLE_OUTPUT, 0);
+    if (is_estop_active()) {
+        lock();
+        if (state == IDLE)
+            halt();
+    }
+}
+
+void watch_power(uint8_t is_host_silent)
+{
+    static uint16_t seen, resting;
+    uint16_t high, passed;
+
+    cli();
+    high = overflows;
+    sei();
+    passed = high - seen;
+    seen = high;
+    if (!is_enabled() || enable_off == OFF_NEVER ||
+        !(state == HALT || (state == IDLE && (enable_off == OFF_AT_REST || is_host_silent)))) {
+        resting = 0;
+        return;
+    }
+    resting = passed > 0xFFFF - resting ? 0xFFFF : resting + passed;
+    if (resting < enable_hold)
+        return;
+    cli();
+    if (state == HALT || (state == IDLE && is_host_silent))
+        lock();
+    else if (state == IDLE)
+        set_outputs(ENABLE_OUTPUT, 0);
+    sei();
+}

@@ -1,0 +1,95 @@
+"""Who switches the driver of a board on and off: the rules of ENABLE that no host can go around.
+
+    off -> on    OUTPUTS, in IDLE, with every emergency stop closed, if a driver is known, the run is not dry, and the
+                 board has not switched it off by itself since the last RESET that allows it
+    on -> off    OUTPUTS at rest; an emergency stop, in any state; after a halt, at rest or without a host as CONFIG
+                 says, after a time
+
+In motion nothing but an emergency stop takes the current away, for the motor would coast and the count be wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from .wire import BoardConfig, BoardState, DriverFlag, EnableOff, PowerFlag, ResetFlag
+
+IDLE, HALT = BoardState.IDLE, BoardState.HALT
+ENABLE = 16  # among the outputs
+HOLD_SHIFT = 16  # `enable_hold` counts 65,536 ticks
+
+
+class TwinPower:
+    """The current of the driver of a twin.
+
+    Args:
+        switch: called with True or False and a tick: sets ENABLE.
+
+    Attributes:
+        on: whether the driver is enabled.
+        unsure: whether the motor may be elsewhere than the count says.
+        locked: whether the board has switched the driver off by itself.
+    """
+
+    def __init__(self, switch: Callable[[bool, int], object]) -> None:
+        self._switch = switch
+        self.on = self.unsure = self.locked = False
+        self._seen = self._resting = 0
+
+    def flags(self, estop: bool) -> int:
+        """Return the flags of ANSWER; `estop`: an emergency stop is active."""
+        flags = (
+            (PowerFlag.ENERGISED, self.on),
+            (PowerFlag.ESTOP, estop),
+            (PowerFlag.UNSURE, self.unsure),
+            (PowerFlag.LOCKED, self.locked),
+        )
+        return sum(flag for flag, is_set in flags if is_set)
+
+    def may_switch(self, mask: int, value: int, state: BoardState, config: BoardConfig, estop: bool) -> bool:
+        """Return whether the board takes what OUTPUTS asks of ENABLE."""
+        wanted = bool(value & ENABLE)
+        if not mask & ENABLE or wanted == self.on:
+            return True
+        if not wanted:
+            return state in (IDLE, HALT)
+        return state == IDLE and config.driver == DriverFlag.ENABLE and not self.locked and not estop
+
+    def switch(self, on: bool, tick: int) -> None:
+        """Switch the driver."""
+        if on != self.on:
+            self.on = on
+            self._switch(on, tick)
+
+    def unlock(self, flags: int) -> None:
+        """Take the flags of RESET."""
+        if flags & (ResetFlag.KNOWN | ResetFlag.POWER):
+            self.locked = False
+        if flags & ResetFlag.KNOWN:
+            self.unsure = False
+
+    def begin_motion(self) -> None:
+        """Note that steps come: without current the count says nothing of the motor."""
+        self.unsure |= not self.on
+
+    def cut(self, moving: bool, tick: int) -> None:
+        """Switch off by itself; `moving`: steps were under way."""
+        self.unsure |= moving or self.on
+        self.locked |= self.on
+        self.switch(False, tick)
+
+    def watch(self, tick: int, state: BoardState, config: BoardConfig, silent: bool) -> None:
+        """Let the main loop look: after a halt, at rest or without a host the driver goes off, as CONFIG says."""
+        passed, self._seen = (tick >> HOLD_SHIFT) - self._seen, tick >> HOLD_SHIFT
+        off = config.enable_off
+        abandoned = state == HALT or (state == IDLE and silent)
+        if not self.on or off == EnableOff.NEVER or not (abandoned or (state == IDLE and off == EnableOff.REST)):
+            self._resting = 0
+            return
+        self._resting += passed
+        if self._resting < config.enable_hold:
+            return
+        if abandoned:
+            self.cut(False, tick)
+        else:
+            self.switch(False, tick)
