@@ -72,7 +72,3 @@ class Cable:
         while self._calls and self._calls[-1][0] > tick:
             self._calls.pop()
         return before - len(self._calls)
-
-    def lengthen(self, ticks: int) -> None:
-        """Make every call that is under way later: the board has been held so long."""
-        self._calls = deque((tick + ticks, call) for tick, call in self._calls)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from time import perf_counter_ns, sleep
@@ -32,16 +33,18 @@ from .board.rehearsal import TwinPort
 from .board.wire import BoardConfig, BoardEvent
 from .cable import Cable
 from .driven import DriveState, Exchanger, Stopping, Telling
+from .drivers import STEP_DRIVERS
 from .feeder import Feeder, LaidOutput
 from .live import Live
+from .power import USUAL_HOLD, USUAL_OFF, Power, hold_of, off_policy
 from .stopping.alone import Alone
 from .stopping.halting import StopChip
 from .stopping.reflexes import configured, inputs_of
 from .stopping.rewind import Rewind
 from .stopping.troubles import Troubles, signed
 from .stopping.ways import WaysDown
-from .talk import ENABLE, Talk, identified
-from .terminals import outputs_of, steps_a_second, usual_config
+from .talk import WAY_DOWN_S, Talk, identified
+from .terminals import LAMPS, outputs_of, steps_a_second, usual_config
 from .ticks import TickMap
 
 if TYPE_CHECKING:
@@ -55,7 +58,6 @@ if TYPE_CHECKING:
 STEADY_TURNS = 20
 SHADOWS = 3  # of the past, each for one more try
 SILENT = ("drive", "run", "power", "conclude")  # inputs that tell a chip nothing
-STOP_NS = 5 * 10**9  # in which a way down ends
 LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
 
 
@@ -83,20 +85,30 @@ class Drive:
         horizon: the delay from a step of the chip to that of the motor, 10 ms to 2 s; a pause of this computer does no
             harm as long as it is shorter.
         axis: the number of the axis, counted from 1.
-        enable: switch the driver on; without it the drive is a dry run: the board makes the steps, and the motor has
-            no current.
-        stop: how the chip is stopped when the board has stopped by itself: "abort", "reset" or "power"; by default the
-            first of these that the chip has.
+        enable: switch the driver on, which is to be named; without it the drive is a dry run: the board counts the
+            steps, and STEP has no edges.
+        pulses: let STEP have edges in a dry run too; a driver whose ENABLE is not wired moves the motor then.
+        enable_off: when the board switches the driver off by itself, after `enable_hold`: "rest", whenever the motor is
+            at rest; "halt", after a halt, and at rest when its host is silent; "never".  An emergency stop always
+            does, at once.  The end of a session does, but with "never", as soon as the motor is at rest.
+        enable_hold: the time for which the driver stays on then, up to 268 s.
+        stop: how the chip is stopped when the board has stopped by itself: "abort", "kill" (K of a GS-C), "reset" or
+            "power"; by default the first of these that the chip has.
         start_stop: the rate from which the motor can stop at once, such as "500 steps/s"; by default the first rate of
             the motion.
-        driver: the name of the driver, such as "DM542", which gives polarities and minimum pulse times.
+        driver: the name of the driver, such as "DM542", which gives the level of ENABLE and minimum pulse times;
+            without it ENABLE has no level.
+        invert_dir: let DIR have the other level than the direction pin of the chip.
         inputs: the wiring of inputs of the board, by their printed names: a pin of the chip, or "estop"; "!" before it
             inverts the level.
-        outputs: the pins of the chip for outputs of the board, by their printed names; by default the pins that
-            programs set.
+        filter: how often an input is looked at, 4 us apart, before a change counts, 0 to 15; an emergency stop counts
+            at once.
+        outputs: what outputs of the board show, by their printed names: pins of the chip, "fault" (the board has
+            halted) or "energised"; by default the pins that programs set.
         self_start: allow a program that the chip starts by itself to move the motor.
         keep_count: take over the count of a board that has kept running since an earlier session, as the position
-            register.
+            register; refused where the motor may be elsewhere.
+        homed: the user says that the motor is where the board has counted it to be.
         config: the configuration of the board, instead of the one that follows from chip and driver.
         black_box: the folder for the record of the session; True: a new folder in the state directory of this system;
             False: no record.
@@ -106,12 +118,13 @@ class Drive:
     Attributes:
         board: the model of the board, which is looked up by what the board reports.
         state: "ok", "halted", "unknown" (the board has lost its count) or "closed".
+        power: the current of the driver: `power.on`, and `power.known`, whether the position is.
         troubles: what has gone wrong since the start, in words.
         on_event: hook, called with each event that the board reports.
 
     Raises:
-        UsageError: an argument is out of range or does not fit chip or board; the port does not exist or is busy; no
-            board answers, or one that this version does not know.
+        UsageError: an argument is out of range or does not fit chip or board; `enable` without `driver`; the port does
+            not exist or is busy; no board answers, or one that this version does not know.
         UnknownName: there is no such chip, axis or driver.
         TimeError: `horizon` is not a time.
     """
@@ -125,13 +138,19 @@ class Drive:
         horizon: Time = "100 ms",
         axis: int = 1,
         enable: bool = False,
+        pulses: bool = False,
+        enable_off: str = USUAL_OFF,
+        enable_hold: Time = USUAL_HOLD,
         stop: str | None = None,
         start_stop: str | int | None = None,
         driver: str | None = None,
+        invert_dir: bool = False,
         inputs: Mapping[str, str] | None = None,
+        filter: int = 0,  # the word of data sheets
         outputs: Mapping[str, str] | None = None,
         self_start: bool = False,
         keep_count: bool = False,
+        homed: bool = False,
         config: BoardConfig | None = None,
         black_box: str | PathLike[str] | bool = True,
         clock: Callable[[], int] = perf_counter_ns,
@@ -143,7 +162,12 @@ class Drive:
         self.kernel = bench.kernel
         self.horizon_ps = checked_horizon(horizon)
         self.start_stop = None if start_stop is None else steps_a_second(start_stop)
-        self.enable = enable
+        if enable and driver is None:
+            raise UsageError(
+                "enable needs the name of the driver, which says the level of its ENABLE: driver='DM542' (--driver); "
+                "known: " + ", ".join(STEP_DRIVERS)
+            )
+        self.enable, self.homed = enable, homed
         self.counted_from = self.count_origin = 0
         self.keep_count = keep_count
         # Has anything been said to the chip, so that it may move?
@@ -151,6 +175,7 @@ class Drive:
         self.state: DriveState = "closed"
         self.on_event: Hook[[BoardEvent]] = Hook()
         self.wall = clock
+        self.power = Power(self, off_policy(enable_off))
         self.stopping: Stopping = StopChip(self, stop)
         self.rewind: Rewind | None = None
         self.ways = WaysDown(self)
@@ -162,8 +187,25 @@ class Drive:
             board = self.board = identified(port, clock, wait or sleep)
             self.horizon = self.horizon_ps * board.hz // PS_PER_S
             self.board_inputs = inputs_of(board, self.chip, inputs or {})
-            self.outputs = outputs_of(board, self.chip, outputs)
-            usual = config or usual_config(board, self.chip, self.horizon_ps, self.start_stop, driver)
+            shown = outputs_of(board, self.chip, outputs)
+            self.outputs = {number: name for number, name in shown.items() if name not in LAMPS}
+            usual = config or replace(
+                usual_config(
+                    board,
+                    self.chip,
+                    axis,
+                    shown,
+                    self.horizon_ps,
+                    self.start_stop,
+                    driver,
+                    dry=not (enable or pulses),
+                    invert_dir=invert_dir,
+                ),
+                enable_off=self.power.off,
+                enable_hold=hold_of(board, enable_hold),
+                filter=filter,
+            )
+            usual.check()
             self.config = configured(usual, self.board_inputs) if inputs else usual
             if by_name and isinstance(port, TwinPort):
                 port.close_contacts(each.number for each in self.board_inputs if not each.pin)
@@ -180,6 +222,7 @@ class Drive:
                 self._put,
                 self._half,
                 self.ways.pieces,
+                self.power.before_start,
             )
             self.cable = Cable(self.horizon, lambda: self.ticks.at(self.kernel.now) >> 16, self._under_way)
             self.watch: Telling = (troubles := Troubles(self))
@@ -197,7 +240,7 @@ class Drive:
         return BlackBox(port, folder, self.wall, self.clock.ticks)
 
     def __repr__(self) -> str:
-        dry = "" if self.enable else ", without current"
+        dry = "" if self.enable else ", a dry run"
         return f"<Drive of {self.chip.name} axis {self.axis_number}, {self.board.name}: {self.state}{dry}>"
 
     # ------------------------------------------------------------------------------------------------ open and closed
@@ -221,7 +264,9 @@ class Drive:
         self.bench.run(0)
         if self.rewind is None and self.bench.journal is not None:
             self.go_back_by(Alone(self))
-        self.watch.goes_on(self.talk.set_up(), self.keep_count)
+        found = self.talk.set_up(known=self.homed, power=True)
+        self.power.began(known=self.homed)
+        self.watch.goes_on(found, self.keep_count)
         for net, _ in self.nets():
             net.watch(self._output)
         self.kernel.outside.on_input.add(self._heard)
@@ -262,23 +307,38 @@ class Drive:
         self.talk.begin()
 
     def close(self) -> None:
-        """Let the motor come to rest, and close the port; a motion without an end is stopped by ramping down."""
+        """Let the motor come to rest, take its count over, switch the driver off as `enable_off` says, close the port.
+
+        A motion that is under way is stopped by ramping down.  The current is not taken from a motor that moves: if it
+        does not come to rest, or this is interrupted, the board stops it, and switches off by itself.
+        """
+        try:
+            if self.state != "closed":
+                self._come_to_rest()
+                self.cable.flush()
+                self.power.switch_off()
+                self.talk.finish()
+        finally:
+            if self.state != "closed":
+                for net, _ in self.nets():
+                    net.unwatch(self._output)
+                self.kernel.outside.on_input.remove(self._heard)
+                self.bench.run(0)  # a journal learns how far time has gone
+            self.state = "closed"
+            self.port.close()
+
+    def _come_to_rest(self) -> None:
+        """Ramp down what moves, until the board stands and the register of the chip is where the motor is."""
+        if self.state == "ok" and self.feeder.busy and self.axis.moving:
+            self.link.stop(1)
+        limit = self.wall() + 2 * self.horizon_ps // 1000 + int(WAY_DOWN_S * 10**9)
+        while self._comes_to_rest() and self.wall() < limit:
+            self._live.keep_up(self.kernel.now + picoseconds("5 ms"), None)
+
+    def _comes_to_rest(self) -> bool:
         if self.state == "ok":
-            if self.feeder.busy and self.axis.moving:
-                self.link.stop(1)
-            limit = self.wall() + 2 * self.horizon_ps // 1000 + STOP_NS
-            while self.cable.under_way and self.state == "ok" and self.wall() < limit:
-                self._live.keep_up(self.kernel.now + picoseconds("5 ms"), None)
-        if self.state != "closed":
-            self.cable.flush()
-            self.link.outputs(ENABLE, 0)
-            self.talk.finish()
-            for net, _ in self.nets():
-                net.unwatch(self._output)
-            self.kernel.outside.on_input.remove(self._heard)
-            self.bench.run(0)  # a journal learns how far time has gone
-        self.state = "closed"
-        self.port.close()
+            return self.cable.under_way
+        return self.state == "halted" and not (self.watch.final and self.stopping.settled)
 
     # ----------------------------------------------------------------------------------------------------------- time
     def nanoseconds(self) -> int:
@@ -290,6 +350,7 @@ class Drive:
         self.ticks.align(self.kernel.now, self.clock.ticks(self.wall()))
         self._steady = 0  # turns since which the model is as far off as now
         self._looked = (-1, 0)  # where the model was at the last turn, ps, and how far off, ticks
+        self._jumps = self.clock.jumps
 
     def turn(self) -> None:
         """Hear the board, lay what the model has done, let what is due leave, and speak.
@@ -300,6 +361,10 @@ class Drive:
         if self.rewind is not None:
             self.rewind.before_turn()
         self.talk.hear(now)
+        if self.clock.jumps != self._jumps:
+            self.watch.clock_jumped()
+            self.align()
+        self.power.turn()
         if not self.spoken and self.state == "ok" and (self.axis.moving or self.axis.travel):
             self.watch.moved_by_itself()
         if self.state == "ok":
@@ -310,6 +375,9 @@ class Drive:
                 self.feeder.turn(tick)
             except UsageError as error:  # faster than the board can
                 self.watch.too_fast(error)
+            started = self.feeder.started
+            if started is not None and self.link.starting and tick > started + self.horizon:
+                self.watch.not_started()
         elif self.state != "closed":
             self.feeder.turn(0)
             self.stopping.turn()
@@ -451,16 +519,22 @@ class Drive:
         self.link.stop(0 if at_once else 1)
         self.talk.say(self.wall())
 
-    def clear(self) -> None:
+    def clear(self, *, homed: bool = False, homing: bool = False) -> None:
         """Continue after a halt: the board counts on from the position of the chip, and the chip is released.
 
-        After a reset of the board that position is a guess: home the motor then.
+        A driver that the board has switched off remains off, unless the user says one of these:
+
+        Args:
+            homed: the motor is where the position register says.
+            homing: the motor is homed now; until that has ended the position is unknown (`power.known`).
 
         Raises:
             UsageError: the drive is closed or not halted, the chip is in motion, the port is still missing, or an
-                emergency stop is active.
+                emergency stop is active; homed and homing.
         """
         self._check_open()
+        if homed and homing:
+            raise UsageError("clear: homed and homing; give one of them")
         if self.state == "ok":
             raise UsageError("the drive is not halted: there is nothing to clear")
         if self.axis.moving:
@@ -469,7 +543,8 @@ class Drive:
         if self.feeder.lost and self.state == "halted":
             self.take_over(signed(self.axis.travel - self.feeder.lost))
         self.talk.reopen()
-        self.talk.set_up()
+        self.talk.set_up(known=homed, power=homed or homing)
+        self.power.began(known=homed)
         self._begin()
         self.stopping.clear()
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .board.wire import BoardConfig, BoardEvent
     from .cable import Cable
     from .feeder import Feeder
+    from .power import Power
     from .ticks import TickMap
 
 DriveState = Literal["closed", "ok", "halted", "unknown"]
@@ -43,6 +44,10 @@ class Stopping(Protocol):
     def turn(self) -> None:
         """Do what is to be done while the drive is halted; called each turn."""
 
+    @property
+    def settled(self) -> bool:
+        """Whether the chip is at rest where the motor is."""
+
     def clear(self) -> None:
         """Let the chip go on."""
 
@@ -61,15 +66,23 @@ class Exchanger(Protocol):
 
 
 class FoundBoard(NamedTuple):
-    """What a board was as it was opened: its state, its count, and whether it was in motion."""
+    """What a board was as it was opened.
+
+    Its state, its count, whether it was in motion, and whether the motor may be elsewhere than it has counted.
+    """
 
     state: int
     counted: int
     moving: bool
+    unsure: bool
 
 
 class Telling(Protocol):
     """Reports troubles of a drive."""
+
+    @property
+    def final(self) -> bool:
+        """Whether a drive that is halted has heard the board's count at rest."""
 
     def report(self, code: str, text: str, position: int | None = None) -> None:
         """Report a trouble as a finding of the chip, and, with a position, set its register."""
@@ -85,6 +98,15 @@ class Telling(Protocol):
 
     def moved_by_itself(self) -> None:
         """Halt the drive: the chip moves, and nobody has told it to."""
+
+    def not_started(self) -> None:
+        """Halt the drive: the board has not taken the start of a motion."""
+
+    def switched_off(self) -> None:
+        """Halt the drive: the board has switched the driver off."""
+
+    def clock_jumped(self) -> None:
+        """Go on, or halt the drive: the clock of this computer stood, and that of the board did not."""
 
 
 class Driven(Protocol):
@@ -103,6 +125,7 @@ class Driven(Protocol):
     count_origin: int  # the count of the board where the travel of the model is 0
     counted_from: int  # the count of the board that belongs to a feeder that has laid nothing
     enable: bool
+    keep_count: bool
     state: DriveState
     clock: BoardClock
     link: Link
@@ -113,6 +136,7 @@ class Driven(Protocol):
     wall: Callable[[], int]  # ns
     on_event: Hook[[BoardEvent]]
     stopping: Stopping
+    power: Power
     watch: Telling
 
     def nets(self) -> list[tuple[Net, int]]:

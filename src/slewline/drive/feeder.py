@@ -82,6 +82,7 @@ class Feeder:
         put: called with outputs that change while the motor stands, or between steps too close for a pause.
         half: returns whether the chip makes half steps now.
         ways: yields the steps of a stretch in pieces: first, end, way down from the first, more from each (`WayPiece`).
+        wake: called before a motion is started.
     """
 
     def __init__(
@@ -95,11 +96,12 @@ class Feeder:
         put: Callable[[LaidOutput], object] = lambda _output: None,
         half: Callable[[], bool] = lambda: False,
         ways: Callable[[Segment, int, int], Iterable[tuple[int, int, int, int]]] = lambda _, a, b: [(a, b, -1, 0)],
+        wake: Callable[[], object] = lambda: None,
     ) -> None:
         import numpy as np
 
         self.axis, self.kernel, self.link, self.ticks, self.horizon = axis, kernel, link, ticks, horizon
-        self._put, self._half, self._ways = put, half, ways
+        self._put, self._half, self._ways, self._wake = put, half, ways, wake
         self.shortest = shortest
         self._none: NDArray[np.int64] = np.empty(0, np.int64)
         self.taken_ps = kernel.now  # the steps before this instant are taken
@@ -134,6 +136,11 @@ class Feeder:
             return False
         now = self.kernel.now
         return self.running or bool(self._items) or (now >= self.taken_ps and self.axis.count(self.taken_ps, now) > 0)
+
+    @property
+    def started(self) -> int | None:
+        """The tick of the last START; None: nothing has been started since the board was opened, or has halted."""
+        return self._started
 
     @property
     def interval16(self) -> int:
@@ -177,7 +184,7 @@ class Feeder:
             self.running = False
 
     def delay(self, ticks: int) -> None:
-        """Let all that is to come be so many ticks later: the board was held, or could not start in time."""
+        """Let all that is to come be so many ticks later: the board could not start in time."""
         more = ticks << 16
         self.ticks.origin16 += more
         self.base16 += more
@@ -393,6 +400,7 @@ class Feeder:
         batch, self._batch = self._batch, []
         self.records += len(batch)
         if batch and self._start is not None:
+            self._wake()
             self.link.push(batch[:FIRST_RECORDS])
             self.link.start(self._start)
             self._started, self._start, batch = self._start, None, batch[FIRST_RECORDS:]

@@ -11,7 +11,7 @@ from ..core.time.timebase import readable
 from ..errors import UsageError
 from .blackbox import reopen
 from .board.boards import BAUD, BOARDS, BoardModel, board_of
-from .board.wire import BoardState, Damaged, Decoder, FrameKind, Ident, encode, read
+from .board.wire import ENABLE, BoardState, Damaged, Decoder, FrameKind, Ident, PowerFlag, encode, read
 from .driven import FoundBoard
 from .stopping.troubles import MOVING, signed
 
@@ -21,12 +21,11 @@ if TYPE_CHECKING:
     from .stopping.troubles import Troubles
 
 TURN_S, POLL_S = 0.005, 0.001
-SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 0.1
+SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 1.0
 WAY_DOWN_S = 20.0  # of a motion whose host is gone
 SAMPLES = 8  # round trips before the clock of the board is believed
 SILENT_NS = 500_000_000
 HELLO_NS = 250_000_000  # between attempts to identify a board: its boot loader takes 1.6 s
-ENABLE = 16  # its bit among the outputs
 
 
 class Talk:
@@ -123,19 +122,24 @@ class Talk:
         return met()
 
     def finish(self) -> None:
-        """Let the board take what it has been sent, for a moment."""
+        """Let the board take what it has been sent, for a second at most."""
         limit = self.drive.wall() + int(FINISH_S * 10**9)
-        while not self._comes(lambda: self.drive.link.idle) and self.drive.wall() < limit:
+        while not (self._gone or self._comes(lambda: self.drive.link.idle)) and self.drive.wall() < limit:
             self.wait(POLL_S)
 
-    def set_up(self, position: int | None = None) -> FoundBoard:
+    def set_up(self, position: int | None = None, *, known: bool = False, power: bool = False) -> FoundBoard:
         """Configure the board, and return what it was; a board that has a count keeps it.
+
+        The driver is switched on last of all, when the board is seen to be idle, or remains as it is.
 
         Args:
             position: the travel of the model that belongs to this count; None: its travel now.
+            known: the user says that the motor is where the count says.
+            power: the driver may be switched on.
 
         Raises:
-            UsageError: nothing answers as a board, or another version of it; or it does not leave its halt.
+            UsageError: nothing answers as a board, or another version of it; it does not leave its halt, or does not
+                switch the driver on; its count is to be kept, and is not that of the motor.
         """
         drive, link = self.drive, self.drive.link
         link.open(drive.config)
@@ -148,20 +152,36 @@ class Talk:
             link.open(drive.config)
             self.until(lambda: link.is_open, SET_UP_S, "no board answers")
         answer, travel = link.answer, drive.axis.travel if position is None else position
-        found = FoundBoard(self._state(), answer.position if answer is not None else 0, moving)
+        counted, flags = (answer.position, answer.flags) if answer is not None else (0, 0)
+        found = FoundBoard(self._state(), counted, moving, bool(flags & PowerFlag.UNSURE) and not known)
+        if drive.keep_count and found.unsure:
+            raise UsageError(
+                f"the count of the board, {counted}, is not to be kept (--keep-count): it made steps without current, "
+                "or has switched the driver off by itself, so the motor may be elsewhere; home it, or say that it is "
+                "there (--homed)"
+            )
         # A new board counts from 0, as its chip does; another one goes on: its count is that of the motor.
         drive.count_origin = found.counted - travel
-        link.reset(signed(found.counted))
+        power = power and drive.enable
+        link.reset(signed(found.counted), known=known, power=power)
         drive.counted_from = travel - drive.feeder.net
         value = sum((net.level or 0) << number for net, number in drive.nets())
         mask = sum(1 << number for _, number in drive.nets())
-        link.outputs(mask | ENABLE, value | (ENABLE if drive.enable else 0))
+        link.outputs(mask, value)
         self.until(lambda: link.is_open and link.idle, SETTLE_S, "the board does not take its configuration")
         if self._state() != BoardState.IDLE:
             raise UsageError(
                 "the board does not leave its halt: the input of an emergency stop is active; close its contact, then "
                 "clear the drive"
             )
+        if power:
+            link.outputs(ENABLE, ENABLE)
+            self.until(lambda: link.idle, SETTLE_S, "the board does not answer")
+            if not drive.power.on:
+                raise UsageError(
+                    "the board does not switch the driver on: the input of an emergency stop is active; close its "
+                    "contact, then begin again"
+                )
         for _ in range(SAMPLES):
             link.ask()
             before = link.answer

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ..core.messages.near import hint
 from ..core.time.timebase import PS_PER_S
 from ..errors import UsageError
-from .board.wire import BoardConfig
+from .board.wire import BoardConfig, DriverFlag
 from .drivers import check_pulse, step_driver
 
 if TYPE_CHECKING:
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 START_STOP = 500  # steps/s, of the way down of a board that has no table
 WATCHDOG_PS = 50 * 10**9  # beyond the horizon, without a word from the host
-ACTIVE_LOW_ENABLE = 2  # a bit of the polarity
+UP_IS_HIGH, ACTIVE_LOW_ENABLE = 1, 2  # bits of the polarity
+LAMPS = ("fault", "energised")  # what an output of the board can show by itself
 
 
 def steps_a_second(rate: str | int) -> int:
@@ -34,10 +35,11 @@ def steps_a_second(rate: str | int) -> int:
 
 
 def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) -> dict[int, str]:
-    """Return the pins of a chip by the number of the board's output that shows them.
+    """Return what the outputs of a board show, by their numbers: pins of a chip, or lamps.
 
     Args:
-        wiring: pins by the printed names of outputs, such as {"D2": "uo1"}; None: those that programs set.
+        wiring: pins by the printed names of outputs, such as {"D2": "uo1"}, "fault" or "energised"; None: the pins
+            that programs set.
 
     Raises:
         UsageError: no such output of the board, or no such output of the chip.
@@ -53,16 +55,29 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
     for name, pin in wiring.items():
         if name.upper() not in printed:
             raise UsageError(f"output {name!r} of the board; allowed {', '.join(printed)}")
-        if pin not in rows:
+        if pin not in rows and pin not in LAMPS:
+            allowed = (*rows, *LAMPS)
             raise UsageError(
-                f"output {name}: {pin!r} is no output of {chip.name}; allowed {', '.join(rows)}{hint(pin, rows)}"
+                f"output {name}: {pin!r} is no output of {chip.name}; allowed {', '.join(allowed)}{hint(pin, allowed)}"
             )
+        if pin in LAMPS and pin in found.values():
+            raise UsageError(f"output {name}: {pin} has another output already")
         found[printed.index(name.upper())] = pin
     return found
 
 
-def polarity_of(board: BoardModel, driver: str | None) -> int:
-    """Return the polarity of a board for a driver; without one, ENABLE is active high.
+def direction_polarity(chip: Chip, axis: int, *, invert: bool = False) -> int:
+    """Return the polarity of DIR: the level of the chip's own pin in each direction, or the other one.
+
+    A chip without such a pin has DIR high clockwise, that is upwards.
+    """
+    row = next((row for row in chip.sheet.pins if row.plays("direction", axis)), None)
+    clockwise = 1 if row is None or row.sense is None else row.sense
+    return UP_IS_HIGH if bool(clockwise) != invert else 0
+
+
+def driver_polarity(board: BoardModel, driver: str | None) -> int:
+    """Return the polarity of ENABLE for a driver.
 
     Raises:
         UnknownName: no such driver.
@@ -85,17 +100,37 @@ def pattern_of(chip: Chip) -> tuple[int, ...]:
     )
 
 
+def lamp(outputs: Mapping[int, str], name: str) -> int:
+    """Return the number + 1 of the output that is a lamp; 0: none is."""
+    return next((number + 1 for number, shows in outputs.items() if shows == name), 0)
+
+
 def usual_config(
-    board: BoardModel, chip: Chip, horizon_ps: int, start_stop: int | None, driver: str | None
+    board: BoardModel,
+    chip: Chip,
+    axis: int,
+    outputs: Mapping[int, str],
+    horizon_ps: int,
+    start_stop: int | None,
+    driver: str | None,
+    *,
+    dry: bool,
+    invert_dir: bool,
 ) -> BoardConfig:
-    """Return the configuration of a board for a chip and a driver, without inputs.
+    """Return the configuration of a board for a chip and a driver, without inputs and without a policy of its current.
 
     Args:
         start_stop: steps/s; None: the usual one.
+        driver: its name; None: its ENABLE is left alone.
+        dry: no step makes an edge.
+        invert_dir: DIR has the other level than the chip's own pin.
     """
     return BoardConfig(
         start_stop=board.hz // (start_stop or START_STOP),
         watchdog=(horizon_ps + WATCHDOG_PS) * board.hz // PS_PER_S,
-        polarity=polarity_of(board, driver),
+        polarity=direction_polarity(chip, axis, invert=invert_dir) | driver_polarity(board, driver),
+        driver=(DriverFlag.DRY if dry else 0) | (0 if driver is None else DriverFlag.ENABLE),
+        fault_output=lamp(outputs, "fault"),
+        power_output=lamp(outputs, "energised"),
         pattern=pattern_of(chip),
     )

@@ -47,7 +47,7 @@ PULL_DOWN = "txpd"  # the name of its driver on a line
 class GsC(InLines, Chip):
     """A GS-C module on a bench."""
 
-    _for_users = ("powered", "eeprom_fault", "fail_eeprom")
+    _for_users = ("powered", "eeprom_fault", "fail_eeprom", "kill")
     straps: Straps
     _wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
     _homing_erases: bool  # a homing sent by the host erases the program
@@ -314,6 +314,15 @@ class GsC(InLines, Chip):
             raise UsageError(f"{self.name}: eeprom_fault {on!r}; allowed True, False")
         self.input("fail_eeprom", on)
         self._eeprom.fails = on
+
+    def kill(self) -> None:
+        """End program and motion at once, as command K does, without a line of a host and without an answer.
+
+        It is an input from outside, which a journal keeps.  Registers and program remain.
+        """
+        self.input("kill")
+        if self._interpreter.running:
+            self.kernel.spawn(self._interpreter.kill, "K", name=f"{self.name} is killed")
 
     @property
     def program(self) -> bytes:

@@ -20,6 +20,7 @@ EACH, EACH_AT_FIRST = 1_000_000_000, 100_000_000  # ns that they are apart at le
 SOON = 6_000_000_000  # ns; before, they are nearer, and the rate is computed at each round trip
 ROUND_TRIPS = 64
 WRAP = 2**32
+JUMP_S = 0.1  # by which a board is never ahead or behind, but for what a crystal may be off since it was last heard
 
 
 @dataclass(slots=True)
@@ -41,7 +42,8 @@ def _nearest(tick: int, other: int) -> int:
 class BoardClock:
     """Board ticks, which do not wrap here, and host nanoseconds.
 
-    `known` is whether a round trip has been noted since the board's power-up.
+    `known` is whether a round trip has been noted since the board's power-up.  `jumps` counts how often the board was
+    elsewhere than it could be: a computer that sleeps stops its own clock, and not that of the board.
     """
 
     def __init__(self, hz: int = 16_000_000) -> None:
@@ -50,6 +52,8 @@ class BoardClock:
         self._bounds: deque[TickBounds] = deque(maxlen=KEPT)
         self._trips: deque[int] = deque(maxlen=ROUND_TRIPS)
         self.worst_round_trip_ns = 0
+        self.jumps = 0
+        self._heard_ns = 0  # the last round trip
         self._lives = 0  # ns of board time before this power-up
         self._told = 0  # ns of board time
         self._forget()
@@ -72,12 +76,21 @@ class BoardClock:
         self._trips.append(received_ns - sent_ns)
         self.worst_round_trip_ns = max(self.worst_round_trip_ns, received_ns - sent_ns)
         if self.known:
-            tick = _nearest(tick, self._at((sent_ns + received_ns) // 2))  # the silence may have been long
+            expected = self._at((sent_ns + received_ns) // 2)
+            unwrapped = _nearest(tick, expected)  # the silence may have been long
+            apart = JUMP_S + (received_ns - sent_ns + (received_ns - self._heard_ns) * WIDEST_PPM / 1e6) / 1e9
+            if abs(unwrapped - expected) > apart * self.hz:
+                self.jumps += 1
+                self.restart()
+            else:
+                tick = unwrapped
+        if self.known:
             self._newest = max(self._newest, tick)
         else:
             self.known = True
             self._newest = self._first = self._last = tick
             self._origin = sent_ns
+        self._heard_ns = received_ns
         self._keep(sent_ns, received_ns, tick)
         while not self._drawn() and len(self._bounds) > 1:
             # the rate changed, or the clock of the host jumped: what is older is of no use

@@ -11,6 +11,7 @@ from . import wire
 from .records import Record
 from .wire import ENTRIES_A_FRAME, BoardConfig, FrameKind
 
+MOTION = (FrameKind.PUSH, FrameKind.START)
 AT_ONCE = 4  # records of a frame: two such frames are in the room of 127 bytes, with what is reserved; of 5 it is one
 
 
@@ -75,6 +76,16 @@ class Outbox:
         if self.is_open:
             self._commands.insert(self._sent, BoardCommand(FrameKind.START, wire.start_payload(tick)))
 
+    @property
+    def starting(self) -> bool:
+        """Whether the board has not taken a START yet."""
+        return any(command.kind == FrameKind.START for command in self._commands)
+
+    def abandon(self) -> None:
+        """Forget what has not been sent of a motion; what is under way may still be taken, and then waits for RESET."""
+        later = [self._commands.pop() for _ in range(len(self._commands) - self._sent)]
+        self._commands.extend(each for each in reversed(later) if each.kind not in MOTION)
+
     def stop(self, how: int) -> None:
         """Stop: 0, at once; 1, by the tail.  It goes first; nothing numbered goes out until it is answered.
 
@@ -91,9 +102,14 @@ class Outbox:
         for first in range(0, len(entries), ENTRIES_A_FRAME):
             self._put(FrameKind.TAIL, wire.tail_payload(first, entries[first : first + ENTRIES_A_FRAME]))
 
-    def reset(self, position: int | None = None) -> None:
-        """Leave HALT, or forget the queue; set the position, if one is given."""
-        self._put(FrameKind.RESET, wire.reset_payload(position))
+    def reset(self, position: int | None = None, *, known: bool = False, power: bool = False) -> None:
+        """Leave HALT, or forget the queue; set the position, if one is given.
+
+        Args:
+            known: the count is where the motor is.
+            power: the driver may be switched on again, though the board has switched it off.
+        """
+        self._put(FrameKind.RESET, wire.reset_payload(position, known=known, power=power))
 
     def outputs(self, mask: int, value: int) -> None:
         """Set outputs: bits 0 to 3 are the user's, bit 4 is ENABLE."""

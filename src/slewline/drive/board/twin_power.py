@@ -1,7 +1,7 @@
 """Who switches the driver of a board on and off: the rules of ENABLE that no host can go around.
 
     off -> on    OUTPUTS, in IDLE, with every emergency stop closed, if a driver is known, the run is not dry, and the
-                 board has not switched it off by itself since the last RESET that allows it
+                 board has been allowed to by RESET since power-up, and since it last switched it off by itself
     on -> off    OUTPUTS at rest; an emergency stop, in any state; after a halt, at rest or without a host as CONFIG
                  says, after a time
 
@@ -33,7 +33,8 @@ class TwinPower:
 
     def __init__(self, switch: Callable[[bool, int], object]) -> None:
         self._switch = switch
-        self.on = self.unsure = self.locked = False
+        self.on = self.unsure = False
+        self.locked = True  # RESET is to unlock it after power-up as well
         self._seen = self._resting = 0
 
     def flags(self, estop: bool) -> int:

@@ -11,22 +11,25 @@ if TYPE_CHECKING:
     from ..board.wire import BoardEvent
     from ..driven import Driven
 
-WAYS = ("abort", "reset", "power")  # in which a chip can be stopped
+WAYS = ("abort", "kill", "reset", "power")  # in which a chip can be stopped
+KEEPING = ("abort", "kill")  # by which it keeps its registers
 
 
 def ways_of(chip: Chip) -> list[str]:
     """Return in which of the ways a chip can be stopped."""
     roles = {row.role for row in chip.sheet.pins if row.way in ("in", "both")}
-    return [way for way in WAYS if way in roles or way == "power"]
+    return [way for way in WAYS if way in roles or way == "power" or (way == "kill" and hasattr(chip, "kill"))]
 
 
 class StopChip:
-    """Stops the chip by one of its inputs, or its supply, and takes the count of the board over when it is at rest.
+    """Stops the chip, and takes the count of the board over when it is at rest.
+
+    By one of its inputs, by what its command to end all does (K of a GS-C), or by its supply.
 
     After a reset or without supply its registers are those of power-up, and the user homes.
 
     Args:
-        how: "abort", "reset" or "power"; None: the first of them that the chip has.
+        how: "abort", "kill", "reset" or "power"; None: the first of them that the chip has.
 
     Raises:
         UsageError: the chip has no such input.
@@ -54,6 +57,8 @@ class StopChip:
         if self.how == "abort":
             for pin in self._pins():
                 chip.pin(pin).drive(self._active(pin))
+        elif self.how == "kill":
+            chip.kill()  # type: ignore[attr-defined]  # a chip that can be stopped so
         elif self.how == "reset":
             chip.reset()
         else:
@@ -88,7 +93,12 @@ class StopChip:
                 self._let_go()
         if self._position is not None:
             position, self._position = self._position, None
-            drive.take_over(position, self.how == "abort")
+            drive.take_over(position, self.how in KEEPING)
+
+    @property
+    def settled(self) -> bool:
+        """Whether the chip is at rest, and has taken the count over."""
+        return self._position is None and (self._stands or not self._acting)
 
     def clear(self) -> None:
         """Let go of the input, or switch the supply on."""

@@ -12,7 +12,8 @@ back would cost more time than is allowed, or the stamp is older than the last r
 and takes the count of the board over: the finding is `late-input`.
 
 A command of the host that acts at once (`at_once` of its row) goes to the board past the horizon, and is moved as well.
-An input that holds the motor makes all that is to come later, on the board and in the cable; the chip need not know.
+An input that holds the motor is one that stops it: in the other run the chip holds it by its own law, and goes on
+when it is let go.
 """
 
 from __future__ import annotations
@@ -144,7 +145,7 @@ class Rewind:
                 self.edges.append((each, level, instant))
             elif event.kind == Happening.MARK and event.which == number and drive.cable.under_way:
                 self._mark(each, level, instant)
-            elif event.kind not in (Happening.HELD, Happening.RELEASED) and not self._stops(event):
+            elif not self._stops(event):
                 drive.chip.pin(each.pin).drive(level)
 
     def _stops(self, event: BoardEvent) -> bool:
@@ -225,6 +226,11 @@ class Rewind:
     def _forget(self) -> None:
         """Nothing is to be gone back to any more."""
         self.stop, self.final, self.edges, self.command = None, None, [], None
+
+    @property
+    def settled(self) -> bool:
+        """Whether nothing is to be gone back to, and the chip is at rest where the motor is."""
+        return self.stop is None and self.otherwise.settled
 
     def clear(self) -> None:
         """Let the chip go on that was stopped otherwise; inputs may have changed while the board told nothing."""

@@ -28,7 +28,7 @@ TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by what a board 
     Happening.ESTOP: ("e-stop", "emergency stop at {cause}; close its contact again, then clear the drive"),
     Happening.LATE: ("board-late", "a step came too soon for the board, which stopped before it; choose a lower rate"),
 }
-MOVING = (BoardState.RUN, BoardState.BRAKE, BoardState.HOLD)
+MOVING = (BoardState.RUN, BoardState.BRAKE)
 AT_ONCE = (Happening.STOPPED, Happening.ESTOP, Happening.LATE)  # the motor has no way down
 RESULTS = {
     FrameResult.WRONG_STATE: "not in this state",
@@ -51,7 +51,6 @@ class Troubles:
 
     def __init__(self, drive: Driven) -> None:
         self.drive, self.told = drive, list[str]()
-        self._held: int | None = None  # the tick since which the board holds
         drive.link.on_event.add(self.event)
         drive.link.on_boot.add(self.booted)
         drive.link.on_refused.add(self.refused)
@@ -73,12 +72,6 @@ class Troubles:
             if event.kind == Happening.REST:
                 drive.feeder.rest(tick)
                 self._check_count(event)
-            elif event.kind == Happening.HELD:
-                self._held = tick
-            elif event.kind == Happening.RELEASED and self._held is not None:
-                late, self._held = tick - self._held, None
-                drive.feeder.delay(late)
-                drive.cable.lengthen(late)
             elif event.kind in TROUBLES:
                 self._stopped(event, tick)
         elif drive.state == "halted" and not self._final and event.kind in AT_ONCE:
@@ -98,21 +91,26 @@ class Troubles:
         if not expected:
             self._report_stop(event)
         if event.kind in AT_ONCE and rate > (allowed := self._start_stop()):
-            self.report(
-                "position-uncertain",
+            self.uncertain(
                 f"the motor stood at once at {rate:.0f} steps/s, and may do so up to {allowed:.0f}: it may have lost "
                 "steps; home it",
             )
+        elif event.kind == Happening.ESTOP:
+            drive.power.doubt()
         drive.feeder.halt()
         drive.stopping.stopped(event)
 
     def _cut_short(self, event: BoardEvent) -> None:
         """Something has stopped the motor at once on its way down."""
         self._report_stop(event)
-        self.report(
-            "position-uncertain",
-            "the motor stood at once on its way down, at a rate that is not known: it may have lost steps; home it",
+        self.uncertain(
+            "the motor stood at once on its way down, at a rate that is not known: it may have lost steps; home it"
         )
+
+    def uncertain(self, text: str) -> None:
+        """Report that nobody knows any more where the motor is."""
+        self.drive.power.doubt()
+        self.report("position-uncertain", text)
 
     def _report_stop(self, event: BoardEvent) -> None:
         """Report what has stopped the motor, and where."""
@@ -167,6 +165,8 @@ class Troubles:
         axis = self.drive.axis
         stood = "was in motion, and has been stopped" if found.moving else "stands"
         has = f"the board has kept its supply since it was used last: the motor {stood} at its count {found.counted}"
+        if found.unsure:
+            has += ", and may be elsewhere"
         if keep_count and axis.low <= found.counted < axis.low + axis.modulus:
             self.report("board-went-on", f"{has}; the position register is set to that", found.counted)
             return
@@ -181,7 +181,7 @@ class Troubles:
         """The chip is at rest, and has made steps that the motor has not: so many, net."""
         axis = self.drive.axis
         if not known:
-            self.report("position-uncertain", "the chip was stopped by reset or supply: its position is lost; home it")
+            self.uncertain("the chip was stopped by reset or supply: its position is lost; home it")
         elif missing:
             register = self._register(axis, missing)
             self.report(
@@ -205,6 +205,7 @@ class Troubles:
         """The count of the board is lost: stop the chip."""
         drive = self.drive
         before, drive.state = drive.state, "unknown"
+        drive.power.doubt()
         drive.feeder.halt()
         drive.cable.flush()  # its ticks are those of the board's life before
         if before == "ok" or not self._final:
@@ -280,10 +281,47 @@ class Troubles:
 
     def too_fast(self, error: Exception) -> None:
         """The model makes steps faster than the board can."""
+        self._halted("too-fast", f"{error}; steps were not made")
+
+    def not_started(self) -> None:
+        """The board has not taken the start of a motion a horizon after it was due."""
+        self.drive.link.abandon()
+        self._halted(
+            "not-started",
+            "the board has not taken the start of a motion: the line damages too much, or is too slow; the motor "
+            "stands. Look at the cable, or choose a longer horizon (--check recommends one)",
+        )
+
+    def switched_off(self) -> None:
+        """The board has switched the driver off by itself, at rest."""
+        self._halted(
+            "driver-off",
+            "the board has switched the driver off, for it had not heard its host: the motor may have moved; clear the "
+            "drive, and home",
+        )
+
+    def clock_jumped(self) -> None:
+        """The clock of this computer stood, and that of the board did not: the computer slept, at rest or in a motion."""
+        drive = self.drive
+        if drive.state == "ok" and drive.cable.under_way:
+            self._halted(
+                "computer-slept",
+                "the clock of this computer stood while the board went on: it slept in a motion, which the board has "
+                "ended; keep it awake",
+            )
+        drive.cable.flush()  # its ticks are those of before
+
+    def _halted(self, code: str, text: str) -> None:
+        """Halt the drive for a reason of which the board has told nothing."""
         drive = self.drive
         drive.link.stop(1)
         drive.state, self._final = "halted", False
         self._before_halt = drive.link.answer  # of a board that stands already no event comes
-        self.report("too-fast", f"{error}; steps were not made")
+        self.report(code, text)
         drive.feeder.halt()
         drive.stopping.stopped(self._unknown())
+
+    @property
+    def final(self) -> bool:
+        """Whether a drive that is halted has heard the board's count at rest."""
+        return self._final
