@@ -23,6 +23,7 @@ WORDS = (
     "-O2",
     "-Wall",
     "-Wextra",
+    "-Wshadow",
     "-Werror",
     "-fno-strict-aliasing",  # frames are read where they lie
     "-ffunction-sections",
@@ -37,7 +38,8 @@ class FirmwareError(Exception):
 class Firmware(NamedTuple):
     """What was built: the file, bytes of flash and RAM that it takes, and where the RAM that it names ends.
 
-    `levels`: where it keeps the levels of its inputs as of its last look, for tests.
+    `levels`, `looked_at`: where it keeps the levels of its inputs as of its last look, and the time of the last round of
+    its main loop, for tests.
     """
 
     path: Path
@@ -45,6 +47,7 @@ class Firmware(NamedTuple):
     ram: int
     end: int
     levels: int
+    looked_at: int
 
 
 def missing() -> list[str]:
@@ -85,8 +88,9 @@ def build(folder: Path) -> Firmware:
     symbols = {
         line.split()[2]: int(line.split()[0], 16) for line in called("avr-nm", "--defined-only", elf).splitlines()
     }
-    end, levels = (symbols[name] & 0xFFFF for name in ("_end", "levels"))  # addresses of data have a bit of their own
-    return Firmware(out, sizes["text"] + sizes["data"], sizes["data"] + sizes["bss"], end, levels)
+    # addresses of data have a bit of their own
+    end, levels, looked_at = (symbols[name] & 0xFFFF for name in ("_end", "levels", "looked_at"))
+    return Firmware(out, sizes["text"] + sizes["data"], sizes["data"] + sizes["bss"], end, levels, looked_at)
 
 
 def report(made: Firmware) -> str:

@@ -258,7 +258,8 @@ static uint8_t is_good_config(const struct config *config)
 {
     uint8_t i;
 
-    if (LENGTH != sizeof *config || config->start_stop >= 0x80000000 || config->polarity > 3 ||
+    if (LENGTH != sizeof *config || config->start_stop >= 0x80000000 || config->watchdog >= 0x80000000 ||
+        config->polarity > 3 ||
         (config->active | config->report) > INPUTS_MASK || config->driver > 3 ||
         config->enable_off > OFF_AT_REST || config->filter > 15 || (config->lamps & 15) > 4 || config->lamps >> 4 > 4 ||
         config->phase > 7)
@@ -311,11 +312,14 @@ static void take_config(void)
     for (i = 0; i < 6; i++)
         reflexes[i] = config->reflex[i];
     for (i = 0; i < 8; i++)
-        pattern[i] = config->pattern[i] << 4;
+        pattern[i] = driver & IS_DRY ? 0 : config->pattern[i] << 4;
+    serve_line();
     phase = config->phase; /* as it is now */
     phase_step = 0;
     sort_reflexes();
+    serve_line();
     power_configured(driver_before, polarity_before);
+    serve_line();
     configure_outputs();
     set_phase_step();
     show_direction(down);
@@ -531,14 +535,12 @@ void take_frame(void)
 /* ----------------------------------------------------------------------------------------------------------- watchdog */
 void watch_for_silence(void)
 {
-    uint32_t tick;
+    uint32_t tick = enter();
 
-    cli();
-    tick = now();
-    sei();
     if (watchdog && tick - last_heard >= watchdog)
         is_silent = 1;
-    watch_power(is_silent);
+    watch_power(tick >> 16, is_silent);
+    leave();
     if (!is_silent || state != RUN)
         return;
     enter_to_stop(BY_BRAKE, &tick);

@@ -198,40 +198,37 @@ static uint8_t bits_of(uint8_t set)
 
 #define LOOK_APART 16 /* turns of 4 cycles between two looks of the filter */
 
-/* Return the inputs; those that do not remain as they are for as many looks as the filter has count as before, but for
-   an emergency stop.  An edge meanwhile leads to another look. */
+/* Return the inputs.  An emergency stop that has changed counts at once, and before the others.  What does not remain as
+   it is for as many looks as the filter has counts as before; behind its edge there is another look. */
 static uint8_t steady(void)
 {
     uint8_t seen = PINC & INPUTS_MASK, doubtful = 0, n;
 
-    if (!((seen ^ levels) & ~estops))
+    if (!filter)
         return seen;
-    for (n = filter; n; n--) {
-        uint8_t differs;
+    for (n = filter; n && !((seen ^ levels) & estops) && seen != levels; n--) {
+        uint8_t is;
 
         _delay_loop_2(LOOK_APART);
-        differs = (PINC & INPUTS_MASK) ^ seen;
-        if (differs & estops) { /* at once, and the others later */
-            PCIFR = _BV(PCIF1);
-            return (levels & ~estops) | ((seen ^ differs) & estops);
-        }
-        doubtful |= differs;
+        is = PINC & INPUTS_MASK;
+        doubtful |= (is ^ seen) & ~estops;
+        seen = (seen & ~estops) | (is & estops);
     }
+    if ((seen ^ levels) & estops)
+        return (levels & ~estops) | (seen & estops);
     return (seen & ~doubtful) | (levels & doubtful);
 }
 
 /* Steps go on while inputs do no more than to be told, or to begin a brake, which the first of several does.  Then
    interrupts are off for as long only as it takes to fix what the events say; they are written behind that. */
-void look(void)
+static void act_on(uint8_t seen)
 {
-    uint8_t seen = steady(), inputs = levels, changed = seen ^ inputs;
+    uint8_t inputs = levels, changed = seen ^ inputs;
     uint8_t becoming = changed & ~(seen ^ active), marking = becoming & marks, told = (changed & reported) | marking;
     uint8_t many = bits_of(told), braking = 0, number, state_then, i, bit;
     int32_t position;
     uint32_t tick;
 
-    if (!changed)
-        return;
     if (enter_to_stop(becoming, &tick)) {
         act_in_peace(changed, becoming, tick);
         leave();
@@ -261,4 +258,12 @@ void look(void)
         }
         write_event(number++, kind, i, state_then, inputs, position, tick);
     }
+}
+
+void look(void)
+{
+    uint8_t seen;
+
+    while ((seen = steady()) != levels)
+        act_on(seen);
 }

@@ -566,7 +566,7 @@ static void remember(uint32_t tick)
 /* Behind a record, at `tick`, there is another one. */
 static void play_next(uint32_t tick)
 {
-    uint8_t new_flags = out->flags, was_step = !(mode & PAUSE), turns, armed = 0;
+    uint8_t new_flags = out->flags, was_step = !(mode & PAUSE), turns, is_set = 0;
 
     turns = (new_flags ^ down) & DOWN;
     begin_record();
@@ -574,12 +574,12 @@ static void play_next(uint32_t tick)
     if (!turns && !(new_flags & IS_PAUSE) && interval.tick < LONG_LEAST) {
         OCR1A = due.tick;
         TCCR1A = armed;
-        armed = 1;
+        is_set = 1;
     }
     if (was_step)
         remember(tick);
     load_record();
-    if (armed) {
+    if (is_set) {
         look_back();
         return;
     }

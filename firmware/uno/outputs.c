@@ -23,6 +23,18 @@ void set_up_outputs(void)
     DDRB = _BV(STEP_BIT) | _BV(DIR_BIT) | _BV(LED_BIT);
 }
 
+/* Return the user outputs, with the lamps among them. */
+static inline uint8_t user_outputs(void)
+{
+    uint8_t levels = outputs & ~(fault_output | power_output);
+
+    if (state > BRAKE)
+        levels |= fault_output;
+    if (outputs & ENABLE_OUTPUT)
+        levels |= power_output;
+    return levels;
+}
+
 /* The pins are written one by one by sbi and cbi, for the main loop writes others of the same ports; and each with its
    level in one piece, for an interrupt may change that. */
 #define SHOW(level, port, bit)                                                                                         \
@@ -34,26 +46,12 @@ void set_up_outputs(void)
             port &= ~_BV(bit);                                                                                         \
     }
 
-/* Return the user outputs, with the lamps among them. */
-static uint8_t user_outputs(void)
-{
-    uint8_t levels = outputs & ~(fault_output | power_output);
-
-    if (state > BRAKE)
-        levels |= fault_output;
-    if (outputs & ENABLE_OUTPUT)
-        levels |= power_output;
-    return levels;
-}
-
 void show_outputs(void)
 {
-    uint8_t levels = user_outputs();
-
-    SHOW(levels & 1, PORTD, OUT0_BIT);
-    SHOW(levels & 2, PORTD, OUT1_BIT);
-    SHOW(levels & 4, PORTB, OUT2_BIT);
-    SHOW(levels & 8, PORTB, OUT3_BIT);
+    SHOW(user_outputs() & 1, PORTD, OUT0_BIT);
+    SHOW(user_outputs() & 2, PORTD, OUT1_BIT);
+    SHOW(user_outputs() & 4, PORTB, OUT2_BIT);
+    SHOW(user_outputs() & 8, PORTB, OUT3_BIT);
     if (driver & HAS_ENABLE)
         SHOW(!(outputs & ENABLE_OUTPUT) != !(polarity & ENABLE_IS_LOW), PORTB, ENABLE_BIT);
 }
@@ -76,13 +74,18 @@ uint8_t is_enabled(void)
 
 void refresh_lamps(void)
 {
-    static uint8_t shown;
-    uint8_t is = user_outputs();
+    uint8_t shown = 0;
 
-    if (is != shown) {
-        shown = is;
+    if (PORTD & _BV(OUT0_BIT))
+        shown |= 1;
+    if (PORTD & _BV(OUT1_BIT))
+        shown |= 2;
+    if (PORTB & _BV(OUT2_BIT))
+        shown |= 4;
+    if (PORTB & _BV(OUT3_BIT))
+        shown |= 8;
+    if (shown != (user_outputs() & USER_OUTPUTS))
         show_outputs();
-    }
 }
 
 void show_direction(uint8_t is_down)

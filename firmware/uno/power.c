@@ -1,7 +1,7 @@
 /* The driver's current.
  *
  *     off -> on    OUTPUTS, in IDLE, with every emergency stop closed, if a driver is known, the run is not dry, and the
- *                  board has not switched it off by itself since the last RESET that allows it
+ *                  board has been allowed to by RESET since power-up, and since it last switched it off by itself
  *     on -> off    OUTPUTS at rest; an emergency stop, in any state; behind a halt, at rest or without a host as CONFIG
  *                  says, after a time
  *
@@ -21,7 +21,7 @@ uint8_t enable_off;
 uint16_t enable_hold;
 
 static uint8_t is_unsure; /* the motor may be elsewhere than the count says */
-static uint8_t is_locked; /* the board has switched the driver off by itself */
+static uint8_t is_locked = 1; /* nobody has allowed current since power-up, or since the board took it away */
 
 uint8_t power_flags(void)
 {
@@ -82,28 +82,24 @@ void power_configured(uint8_t before, uint8_t polarity_before)
     }
 }
 
-void watch_power(uint8_t is_host_silent)
-{
-    static uint16_t seen, resting;
-    uint16_t high, passed;
+static uint16_t looked_at; /* in 65,536 ticks */
 
-    cli();
-    high = overflows;
-    sei();
-    passed = high - seen;
-    seen = high;
-    if (!is_enabled() || enable_off == OFF_NEVER ||
-        !(state == HALT || (state == IDLE && (enable_off == OFF_AT_REST || is_host_silent)))) {
+void watch_power(uint16_t high, uint8_t is_host_silent)
+{
+    static uint16_t resting;
+    uint16_t passed = high - looked_at;
+    uint8_t is_abandoned = state == HALT || (state == IDLE && is_host_silent);
+
+    looked_at = high;
+    if (!is_enabled() || enable_off == OFF_NEVER || !(is_abandoned || (state == IDLE && enable_off == OFF_AT_REST))) {
         resting = 0;
         return;
     }
     resting = passed > 0xFFFF - resting ? 0xFFFF : resting + passed;
     if (resting < enable_hold)
         return;
-    cli();
-    if (state == HALT || (state == IDLE && is_host_silent))
+    if (is_abandoned)
         lock();
-    else if (state == IDLE)
+    else
         set_outputs(ENABLE_OUTPUT, 0);
-    sei();
 }

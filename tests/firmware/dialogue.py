@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from random import Random
 
 from slewline.drive.board import wire
@@ -14,14 +15,25 @@ from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, BoardStat
 from .emulated import EmulatedBoard, Emulator
 
 DOWN, REST, PAUSE, OUT, HALF = 1, 2, 4, 8, 16
+ENABLED = wire.ENABLE
 WHOLE, HALVES = (1, 1, 2, 2, 4, 4, 8, 8), (1, 3, 2, 6, 4, 12, 8, 9)
 
 # Bounds, in ticks of 62.5 ns; measured, and rounded up.
 TAKEN_WITHIN = 60_000  # of the end of a frame, or of the answer before it; eight events may be told first
 SEEN_WITHIN = 2_500  # of an edge of an input; usually some 200
+FILTERED_WITHIN = 250  # more for each look of the filter
 SILENT_WITHIN = 3_500  # silence is noticed
 SHOWN_WITHIN = 2_000  # phases and outputs; these are longest behind a START at which inputs act
+LAMPS_WITHIN = 60_000  # lamps: the main loop shows them, and eight events may be told first
+MOMENT = 400  # from the level of a pin to its direction
 PULSE_LEAST = 80
+
+
+BEYOND = [  # bytes of CONFIG, and values that are none: None, any
+    (7, 0x80), (8, 4), (9, 64), (10, 128), (11, 4), (12, 3), (15, 16), (16, 5), (16, 0x50), (17, None), (17, None),
+    (22, None), (23, 16), (31, 8),
+]  # fmt: skip
+ROUND, SILENCE = object(), object()  # what a board does by its main loop
 
 
 class Dialogue:
@@ -30,7 +42,7 @@ class Dialogue:
     `fastest`: least interval in ticks.
     """
 
-    def __init__(self, emulator: Emulator, seed: int, ticks: int = 800_000, fastest: int = 400) -> None:
+    def __init__(self, emulator: Emulator, seed: int, ticks: int = 1_000_000, fastest: int = 400) -> None:
         self.random = Random(seed)
         self.ticks = ticks
         self.fastest = fastest
@@ -42,10 +54,15 @@ class Dialogue:
     def play(self) -> EmulatedBoard:
         """Talk to a board for some time, and return it; what was sent is in `chunks`."""
         random = self.random
-        self.board = board = EmulatedBoard(self.emulator, polarity=random.randrange(4))
+        self.board = board = EmulatedBoard(self.emulator, polarity=random.randrange(2), rounds=True)
         self.restless = random.choice((0.02, 0.02, 0.08, 0.3))  # how often an input changes in a turn
         self.sprints = random.random() < 0.5  # long records, fast, few of other kinds
         self.ways = random.random() < 0.5  # records say how long their way down is
+        self.dry = random.random() < 0.15  # most runs are
+        self.lamps = tuple(random.choice((0, 0, 1, 2, 3, 4)) for _ in range(2))  # output + 1: of a halt, of power
+        self.filter = random.choice((0, 0, 0, 0, 3, 8, 15))
+        self.mute_until = 0
+        self.is_on = False
         board.run(1_000)  # it has looked at its inputs
         self.chunks: list[tuple[int, bytes]] = []  # tick of the last byte, bytes without the zero
         self.edges: list[tuple[int, int]] = []
@@ -82,6 +99,7 @@ class Dialogue:
             if isinstance(said, Answer):
                 self.unanswered.pop(0)
                 self.state, self.free = BoardState(said.state), said.free
+                self.is_on = bool(said.flags & wire.PowerFlag.ENERGISED)
                 if said.result:
                     self.gentle = True
                 if not self.unanswered or said.result:
@@ -137,21 +155,24 @@ class Dialogue:
 
     def _configure(self) -> None:
         random = self.random
-        kinds = [0, 0, 0, *[Reflex.STOP, Reflex.BRAKE, Reflex.HOLD, Reflex.MARK] * 2, Reflex.ESTOP]
+        kinds = [0, 0, 0, *[Reflex.STOP, Reflex.BRAKE, Reflex.MARK] * 2, Reflex.STOP, Reflex.ESTOP]
         reflexes = []
         for _ in range(6):
             kind = random.choice(kinds)
             only = random.choice((0, 0, 16, 32)) if kind in (Reflex.STOP, Reflex.BRAKE) else 0
             reflexes.append(int(kind) + only)
-        if random.random() < 0.03:
-            reflexes[0] = random.randrange(64)
         config = BoardConfig(
             start_stop=random.choice((2_000, 8_000, 16_000, 30_000)),
             watchdog=random.choice((0, 0, 0, 60_000, 150_000)),
-            polarity=self.board.polarity,
+            polarity=self.board.polarity | random.choice((0, 2)),
             active=random.choice((0, 63, random.randrange(64))),
             report=random.choice((63, 0, random.randrange(64))),
-            enable_off=random.randrange(4),
+            driver=random.choice((2, 2, 2, 3, 1) if self.dry else (1, 1, 1, 1, 1, 1, 0, 2)),
+            enable_off=random.choice((0, 1, 1, 2, 2)),
+            enable_hold=random.choice((0, 1, 2, 3, 6, 65_535)),
+            filter=self.filter,
+            fault_output=self.lamps[0],
+            power_output=self.lamps[1],
             reflex=tuple(reflexes),
             pattern=random.choice((WHOLE, HALVES, (0,) * 8, tuple(random.randrange(16) for _ in range(8)))),
             phase=random.randrange(8),
@@ -161,16 +182,13 @@ class Dialogue:
             for n in range(6):
                 if reflexes[n] and not (self.levels ^ config.active) >> n & 1:
                     self._edge(n, self.board.now + 10)
-        payload = (
-            config.pack()
-            if config.good
-            else wire._CONFIG.pack(
-                config.start_stop, 0, config.polarity, config.active, 0, 0, bytes(reflexes), bytes(config.pattern), 0
-            )
-        )
-        if config.good:
-            self.reflexes, self.active = reflexes, config.active
-        self._say(FrameKind.CONFIG, payload)
+        payload = bytearray(config.pack())
+        if random.random() < 0.05:
+            at, value = random.choice(BEYOND)
+            payload[at] = random.randrange(64) if value is None else value
+        if BoardConfig.unpack(bytes(payload)).good:
+            self.reflexes, self.active = [*payload[17:23]], config.active
+        self._say(FrameKind.CONFIG, bytes(payload))
 
     def _edge(self, number: int, tick: int) -> None:
         self.levels ^= 1 << number
@@ -246,6 +264,10 @@ class Dialogue:
 
     def _turn(self) -> None:
         random, state = self.random, self.state
+        if self.board.now < self.mute_until:
+            return
+        if random.random() < 0.003:
+            self.mute_until = self.board.now + random.choice((60_000, 150_000, 300_000))
         if sum(self.unanswered) > 60 and random.random() < 0.9:
             return
         chance = random.random()
@@ -255,12 +277,15 @@ class Dialogue:
         elif state == BoardState.HALT and chance < 0.8:
             position = random.choice((None, None, random.randrange(-(2**31), 2**31)))
             self._release_stops()
-            self._say(FrameKind.RESET, wire.reset_payload(position))
+            known, power = random.random() < 0.5, random.random() < 0.5
+            self._say(FrameKind.RESET, wire.reset_payload(position, known=known, power=power))
+        elif state == BoardState.IDLE and not self.is_on and chance < 0.12:
+            self._say(FrameKind.OUTPUTS, bytes((ENABLED | random.randrange(16), ENABLED)))
         elif state == BoardState.IDLE and chance < 0.4 and self.free < UNO.slots - 4:
             start = self.board.now + random.choice((-10_000, 5_000, 20_000, 20_000, 40_000))
             self._say(FrameKind.START, wire.start_payload(start))
         elif chance < (0.6 if state != BoardState.RUN or self.free < 30 else 0.8):
-            if state == BoardState.RUN and random.random() < 0.04:
+            if state == BoardState.RUN and random.random() < 0.08:
                 self.thirsty_until = self.board.now + 300_000
                 if random.random() < 0.5:
                     self._say(FrameKind.PUSH, Record(PAUSE | REST | DOWN * self.down, 0, 1_000).pack())
@@ -274,13 +299,14 @@ class Dialogue:
             return
         chance = random.uniform(0.55, 1.1)
         if chance < 0.56 and state == BoardState.IDLE:
-            self._say(FrameKind.RESET, wire.reset_payload(7))
+            self._say(FrameKind.RESET, bytes((random.randrange(10), 7, 0, 0, 0)))
         elif chance < 0.65:
             self._say(FrameKind.ASK, number=random.randrange(256))
         elif chance < 0.70:
             self._tail()
         elif chance < 0.73:
-            self._say(FrameKind.OUTPUTS, bytes((random.randrange(33), random.randrange(32))))
+            mask = random.choice((15, 31)) if random.random() < 0.6 else random.randrange(33)
+            self._say(FrameKind.OUTPUTS, bytes((mask, random.randrange(32) if random.random() < 0.98 else 32)))
         elif chance < 0.75:
             self._say(FrameKind.REPEAT, bytes((random.randrange(12),)), number=random.randrange(256))
         elif chance < 0.765:
@@ -313,18 +339,24 @@ class Dialogue:
         self._say(FrameKind.TAIL, wire.tail_payload(first, entries))
 
 
-def told_to_twin(board: EmulatedBoard, chunks: list[tuple[int, bytes]]) -> BoardTwin:
-    """Return a twin that has been told the same, at the instants at which the board took it."""
-    twin = BoardTwin()
+def told_to_twin(
+    board: EmulatedBoard, chunks: list[tuple[int, bytes]], counts: Counter[str] | None = None
+) -> BoardTwin:
+    """Return a twin that has been told the same, at the instants at which the board took it.
+
+    `counts`: by what the driver was switched, and how often.
+    """
+    twin, counts = BoardTwin(), Counter() if counts is None else counts
     told: list[tuple[int, int, object]] = []
     left = [chunk for _, chunk in chunks if chunk]
+    told += [(tick, -2, ROUND) for tick in board.rounds]
     boot = None
     for at, (_, frame) in enumerate(board.frames):
         said = wire.read(decode(frame[:-1]))  # type: ignore[arg-type]
         if isinstance(said, Answer):
             told.append((said.tick, at, left.pop(0)))
         elif isinstance(said, BoardEvent) and said.kind == Happening.WATCHDOG:
-            told.append((said.tick, at, None))
+            told.append((said.tick, at, SILENCE))
         elif isinstance(said, BoardEvent) and said.kind == Happening.BOOT and boot is None:
             boot = said.tick
     levels = 0x3F
@@ -334,13 +366,22 @@ def told_to_twin(board: EmulatedBoard, chunks: list[tuple[int, bytes]]) -> Board
         levels = after
     twin.power_up(boot or 0)
     for tick, _, what in sorted(told, key=lambda row: row[0]):
+        twin.run(tick)
+        was_on, state = twin.power.on, twin.state
         if isinstance(what, bytes):
             twin.receive(what + b"\0", tick)
         elif isinstance(what, int):
             number = (what ^ twin.inputs).bit_length() - 1
             twin.set_input(number, what >> number & 1, tick)
+        elif what is ROUND:
+            twin.look(tick)
         else:
             assert 0 <= tick - twin.last_frame - twin.config.watchdog <= SILENT_WITHIN
-            twin.look_for_silence(tick)
+            if not board.rounds:
+                twin.look(tick)
+            twin.brake_if_silent(tick)
+        if was_on != twin.power.on:
+            kind = "round" if what is ROUND else "frame" if isinstance(what, bytes) else "input"
+            counts[f"{'off' if was_on else 'on'} by {kind}, {state.name}{', locked' if twin.power.locked else ''}"] += 1
     twin.run(board.now)
     return twin

@@ -30,7 +30,7 @@ class Emulator:
         self.firmware = firmware
         words = ["node", str(HERE / "emulator.js"), str(AVR8JS), str(firmware.path)]
         self._node = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        self.ask(watch=firmware.levels)
+        self.ask(watch=firmware.levels, rounds=firmware.looked_at)
 
     def ask(self, **request: Any) -> dict[str, Any]:
         """Return the answer to a request."""
@@ -65,14 +65,15 @@ class EmulatedBoard:
     `rises`, `falls`: ticks of the edges of STEP.  `steps`: tick and direction, by the level of DIR.  `ports`: tick and
     the registers PORTB, DDRB, PORTD, DDRD behind each change.  `frames`: tick at which the last byte of each frame was
     out, and the frame with its zero.  `looks`: tick of each look at the inputs that found a change, and the levels (one
-    row for each input that had changed).  `polarity` is what CONFIG said.
+    row for each input that had changed).  `rounds`: ticks of the rounds of the main loop, if they are `told`.
+    `polarity` is what CONFIG said.
     """
 
-    def __init__(self, emulator: Emulator, polarity: int = 0) -> None:
+    def __init__(self, emulator: Emulator, polarity: int = 0, *, rounds: bool = False) -> None:
         self.emulator = emulator
         self.polarity = polarity
         self.inputs = 0x3F
-        self._first(emulator.ask(power=True, inputs=[[n, 1, 0] for n in range(6)]))
+        self._first(emulator.ask(power=True, telling=rounds, inputs=[[n, 1, 0] for n in range(6)]))
 
     def _first(self, told: dict[str, Any]) -> None:
         self.rises: list[int] = []
@@ -80,6 +81,7 @@ class EmulatedBoard:
         self.ports: list[tuple[int, ...]] = []
         self.frames: list[tuple[int, bytes]] = []
         self.looks: list[tuple[int, int]] = []
+        self.rounds: list[int] = []
         self._taken = 0
         self._frame = bytearray()
         self._bytes: list[list[Any]] = []
@@ -94,6 +96,7 @@ class EmulatedBoard:
         self.falls += told["falls"]
         self.ports += map(tuple, told["ports"])
         self.looks += map(tuple, told["looks"])
+        self.rounds += told["rounds"]
         for tick, byte in told["sent"]:
             self._frame.append(byte)
             if not byte:
@@ -129,8 +132,8 @@ class EmulatedBoard:
         return b"".join(frame for _, frame in new)
 
     # ----------------------------------------------------------------------------------------------- what it showed
-    def _changes(self, value: Any) -> list[tuple[int, int]]:
-        out: list[tuple[int, int]] = []
+    def _changes(self, value: Any) -> list[tuple[int, Any]]:
+        out: list[tuple[int, Any]] = []
         before = value(0, 0, 0, 0)
         for tick, *registers in self.ports:
             after = value(*registers)
@@ -159,6 +162,11 @@ class EmulatedBoard:
             return users | (16 if driven and bool(portb & ENABLE) != bool(self.polarity & 2) else 0)
 
         return self._changes(value)
+
+    @property
+    def enable(self) -> list[tuple[int, int | None]]:
+        """Changes of D11: tick and level; None without one."""
+        return self._changes(lambda portb, ddrb, portd, ddrd: int(bool(portb & ENABLE)) if ddrb & ENABLE else None)
 
     @property
     def steps(self) -> list[tuple[int, int]]:

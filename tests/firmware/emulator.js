@@ -74,6 +74,7 @@ class Board {
     this.cpu = new CPU(program, RAM - 0x100);
     this.levels = 0x3f; // of the inputs: nothing is connected, pull-ups
     this.looped = false; // STEP to D4
+    this.telling = false; // of rounds of the main loop: many
     this.#hook();
     this.powerUp();
   }
@@ -125,6 +126,7 @@ class Board {
     this.ports = []; // [tick, PORTB, DDRB, PORTD, DDRD]
     this.sent = []; // [tick, byte]
     this.looks = []; // [tick, levels]
+    this.rounds = []; // ticks of the main loop
   }
 
   /** Tell of each look at the inputs, which is where the firmware writes `address`: the tick that it read before. */
@@ -134,6 +136,14 @@ class Board {
       this.watched = this.offSince;
       for (let bit = 1; bit < 0x40 && this.lastRead !== null; bit <<= 1) // null: the start of the program
         if ((value ^ before) & bit) this.looks.push([this.lookTick, (before ^= bit)]);
+      return false;
+    };
+  }
+
+  /** Tell of each round of the main loop that looks at the time, and notes it at `address`. */
+  watchRounds(address) {
+    this.cpu.writeHooks[address] = () => {
+      if (this.telling && this.lastRead !== null) this.rounds.push(this.lastRead);
       return false;
     };
   }
@@ -401,6 +411,8 @@ function answer(board, request) {
   const told = {};
   if (request.power) board.powerUp();
   if (request.watch !== undefined) board.watch(request.watch);
+  if (request.rounds !== undefined) board.watchRounds(request.rounds);
+  if (request.telling !== undefined) board.telling = request.telling;
   if (request.loop !== undefined) board.looped = request.loop;
   for (const [input, level, tick] of request.inputs || []) board.setInput(input, level, tick);
   told.until = (request.bytes || []).map(([hex, tick]) => board.receive(Buffer.from(hex, "hex"), tick));
@@ -418,6 +430,7 @@ function answer(board, request) {
   told.ports = board.ports;
   told.sent = board.sent;
   told.looks = board.looks;
+  told.rounds = board.rounds;
   told.overruns = board.overruns;
   return told;
 }

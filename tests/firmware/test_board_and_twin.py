@@ -7,6 +7,7 @@ ticks that the board itself names.  How late those may be has bounds of its own.
 from __future__ import annotations
 
 from collections import Counter
+from itertools import pairwise
 
 import pytest
 
@@ -14,7 +15,17 @@ from slewline.drive.board import wire
 from slewline.drive.board.frames import decode
 from slewline.drive.board.wire import Answer, BoardEvent, Happening
 
-from .dialogue import PULSE_LEAST, SEEN_WITHIN, SHOWN_WITHIN, TAKEN_WITHIN, Dialogue, told_to_twin
+from .dialogue import (
+    FILTERED_WITHIN,
+    LAMPS_WITHIN,
+    MOMENT,
+    PULSE_LEAST,
+    SEEN_WITHIN,
+    SHOWN_WITHIN,
+    TAKEN_WITHIN,
+    Dialogue,
+    told_to_twin,
+)
 
 pytestmark = pytest.mark.system
 
@@ -22,11 +33,24 @@ SOME, ALL = 40, 1_000
 FASTEST = (640, 700, 900, 1_500)  # ticks between steps, by seed; test_brakes.py has the faster ones
 
 
+SWITCHED = (  # how the driver is: by a frame, an input or a round of the main loop, in which state before
+    "on by frame, IDLE",
+    "off by frame, IDLE",
+    "off by frame, HALT",
+    "off by input, IDLE, locked",
+    "off by input, RUN, locked",
+    "off by round, IDLE",
+    "off by round, IDLE, locked",
+    "off by round, HALT, locked",
+)
+
+
 def compare(emulator, seed):
     """Play a dialogue, and compare what came of it; return how often what happened."""
     dialogue = Dialogue(emulator, seed, fastest=FASTEST[seed % len(FASTEST)])
     board = dialogue.play()
-    twin = told_to_twin(board, dialogue.chunks)
+    power = Counter()
+    twin = told_to_twin(board, dialogue.chunks, power)
     end = dialogue.end  # what is near the end may be on the way
     assert board.overruns == 0
 
@@ -37,31 +61,54 @@ def compare(emulator, seed):
     assert all(said.tick >= end for said in expected[len(frames) :]), f"seed {seed}"
     assert bytes(twin.sent).startswith(b"".join(frame for _, frame in board.frames))
 
-    steps = [(tick, way) for tick, way, _ in twin.steps if tick < end]
+    edges = set(twin.pulses)
+    steps = [(tick, way) for tick, way, _ in twin.steps if tick < end and tick in edges]
     assert [step for step in board.steps if step[0] < end] == steps, f"seed {seed}"
     for rise, fall in zip(board.rises, board.falls, strict=False):
         assert fall - rise >= PULSE_LEAST, f"seed {seed}: a pulse of {fall - rise} ticks at {rise}"
 
     shown(board.phases, twin.phases, end, f"seed {seed}: phases")
-    shown(board.outputs, twin.outputs, end, f"seed {seed}: outputs")
+    lamps = sum(1 << number - 1 for number in set(dialogue.lamps) if number)
+    later = 2 * FILTERED_WITHIN * dialogue.filter  # of the main loop, while looks are taken
+    for bits, within in ((15 & ~lamps, SHOWN_WITHIN + later), (lamps, LAMPS_WITHIN)):
+        shown(only(bits, board.outputs), only(bits, twin.outputs), end, f"seed {seed}: outputs {bits}", within)
+    shown(board.enable, twin.enable, end, f"seed {seed}: ENABLE", SHOWN_WITHIN + later, first=None)
+    undriven(board, f"seed {seed}")
     in_time(dialogue, board)
     kinds = Counter(Happening(said.kind) for said in frames if isinstance(said, BoardEvent))
-    return kinds, len(steps)
+    power["steps of dry runs"] += len(twin.steps) - len(twin.pulses)
+    return kinds + power, len(steps)
 
 
-def shown(found, expected, end, what):
+def only(bits, changes):
+    """Some bits of outputs: tick and value of each change."""
+    out, before = [], 0
+    for tick, value in changes:
+        if value & bits != before:
+            out.append((tick, before := value & bits))
+    return out
+
+
+def undriven(board, what):
+    """Pins of phases that are no outputs have no pull-up, but for the moment before they become outputs."""
+    rows = [*board.ports, (board.now, 0, 0, 0, 0xF0)]
+    for (tick, _, _, portd, ddrd), (until, *_) in pairwise(rows):
+        assert ddrd & 0xF0 in (0, 0xF0) and (ddrd & 0xF0 or not portd & 0xF0 or until - tick < MOMENT), (what, tick)
+
+
+def shown(found, expected, end, what, within=SHOWN_WITHIN, first=0):
     """Values, in their order, each within its bound; in between one pin may be before the other."""
     for at, (tick, value) in enumerate(expected):
         if tick >= end:
             break
-        later = expected[at + 1][0] if at + 1 < len(expected) else end + SHOWN_WITHIN
-        if later - tick > SHOWN_WITHIN:
-            now = [each for when, each in found if when <= tick + SHOWN_WITHIN]
-            assert (now[-1] if now else 0) == value, f"{what}, from {tick} on"
+        later = expected[at + 1][0] if at + 1 < len(expected) else end + within
+        if later - tick > within:
+            now = [each for when, each in found if when <= tick + within]
+            assert (now[-1] if now else first) == value, f"{what}, from {tick} on"
     instants = [tick for tick, _ in expected]
     for tick, _ in found:
         if tick < end:
-            assert any(each <= tick <= each + SHOWN_WITHIN for each in instants), f"{what}: something at {tick}"
+            assert any(each <= tick <= each + within for each in instants), f"{what}: something at {tick}"
 
 
 def in_time(dialogue, board):
@@ -71,7 +118,7 @@ def in_time(dialogue, board):
     for answer, (tick, _) in zip(answers, [chunk for chunk in dialogue.chunks if chunk[1]], strict=False):
         assert tick <= answer.tick <= max(tick, before) + TAKEN_WITHIN
         before = answer.tick
-    levels, looks = 0x3F, []
+    levels, looks, within = 0x3F, [], SEEN_WITHIN + FILTERED_WITHIN * dialogue.filter
     for tick, after in board.looks:
         looks.append((tick, (levels ^ after).bit_length() - 1))
         levels = after
@@ -79,8 +126,8 @@ def in_time(dialogue, board):
         edges = [tick for tick, each in dialogue.edges if each == number]
         seen = [tick for tick, each in looks if each == number]
         for edge in edges:
-            alone = sum(abs(each - edge) <= 2 * SEEN_WITHIN for each in edges) == 1
-            assert not alone or any(edge <= look <= edge + SEEN_WITHIN for look in seen), (number, edge)
+            alone = sum(abs(each - edge) <= 2 * within for each in edges) == 1
+            assert not alone or any(edge <= look <= edge + within for look in seen), (number, edge)
 
 
 def read(row):
@@ -93,7 +140,9 @@ def enough(kinds, steps, runs):
         if happening not in (Happening.LATE, Happening.CHECKED):
             assert kinds[happening] >= runs // 200, happening
     assert kinds[Happening.LATE] == 0
-    assert steps > 40 * runs
+    assert steps > 40 * runs and kinds["steps of dry runs"] > 2 * runs
+    for switched in SWITCHED:
+        assert kinds[switched] >= runs // 200, switched
 
 
 def test_some_dialogues(emulator):

@@ -36,7 +36,7 @@ class TwinPort:
         tick = (self.clock() - self.began_ns) * self.model.hz // 10**9
         self.twin.run(tick)
         self.twin.look_for_silence(tick)
-        for past in (self.twin.steps, self.twin.phases, self.twin.outputs):
+        for past in (self.twin.steps, self.twin.pulses, self.twin.phases, self.twin.outputs, self.twin.enable):
             if len(past) > 2 * KEPT_STEPS:
                 del past[:-KEPT_STEPS]
         return tick

@@ -51,7 +51,8 @@ class BoardTwin(MovingTwin):
     """A board from its power-up on.
 
     `steps`: tick, direction and position behind each step.  `phases`, `outputs`: tick and value of each change; bits
-    0 to 3 of `outputs` are the user outputs, bit 4 is ENABLE.  `sent`: frames for the host.
+    0 to 3 of `outputs` are the user outputs, with the lamps among them, bit 4 is ENABLE.  `enable`: tick and level of
+    its pin, None without one.  `sent`: frames for the host.
     """
 
     def __init__(self, model: BoardModel = UNO) -> None:
@@ -78,15 +79,26 @@ class BoardTwin(MovingTwin):
         for frame in self._decoder.feed(data):
             self.run(tick)
             self._take(frame, tick)
+            self._show(tick)
 
     def look_for_silence(self, tick: int) -> None:
         """Let the main loop look for how long no frame has come, and for how long the driver has not been needed."""
+        self.look(tick)
+        self.brake_if_silent(tick)
+
+    def look(self, tick: int) -> None:
+        """Let the main loop look, and switch the driver off where it is due."""
         self.run(tick)
         limit = self.config.watchdog
         self._silent |= bool(limit) and tick - self.last_frame >= limit
         self.power.watch(tick, self.state, self.config, self._silent)
+
+    def brake_if_silent(self, tick: int) -> None:
+        """Brake where the last look has found the host silent."""
+        self.run(tick)
         if self._silent and self.state == RUN:
             self._brake(Happening.WATCHDOG, HOST, tick)
+            self._show(tick)
 
     def checked(self, counted: int, right: bool, tick: int) -> None:
         """End a self-test: so many pulses came back."""
@@ -169,7 +181,7 @@ class BoardTwin(MovingTwin):
         if kind == FrameKind.OUTPUTS:
             if max(payload) > ALL_OUTPUTS:
                 return FrameResult.BAD_CONTENT
-            if not self.power.may_switch(*payload, self.state, self.config, self.estop):
+            if not self.power.may_switch(payload[0], payload[1], self.state, self.config, self.estop):
                 return FrameResult.WRONG_STATE
             self._set_outputs(payload[0], payload[1], tick)
         if kind == FrameKind.REPEAT:

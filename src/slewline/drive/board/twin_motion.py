@@ -52,6 +52,7 @@ class MovingTwin:
         self.pulses: list[int] = []
         self.phases: list[tuple[int, int]] = []
         self.outputs: list[tuple[int, int]] = []
+        self.enable: list[tuple[int, int | None]] = []
         self.sent = bytearray()
         self.inputs = 0x3F  # levels; open ones are high
         self.power_up()
@@ -62,6 +63,7 @@ class MovingTwin:
         self.sent.clear()
         self.state: BoardState = BOOT
         self.position = self.output = self.phase = self.index = 0
+        self._shown: tuple[int, int | None] = (0, None)
         self.power = TwinPower(lambda on, at: self._set_outputs(ENABLE, ENABLE * on, at))
         self.config = BoardConfig(0)
         self.queue: deque[Record] = deque()
@@ -86,6 +88,7 @@ class MovingTwin:
         while (at := self.next_time()) is not None and at <= tick:
             self.now = at
             self._happen(at)
+            self._show(at)
         self.now = max(self.now, tick)
 
     def next_time(self) -> int | None:
@@ -106,6 +109,7 @@ class MovingTwin:
         self._edge(number, tick)
         if self._event == before and self.config.report >> number & 1:
             self._event_told(Happening.INPUT, number, tick)
+        self._show(tick)
 
     # ------------------------------------------------------------------------------------------------------- motion
     def _load(self) -> None:
@@ -282,11 +286,21 @@ class MovingTwin:
 
     # ------------------------------------------------------------------------------------------------------ outwards
     def _set_outputs(self, mask: int, value: int, tick: int) -> None:
-        output = self.output & ~mask | value & mask
-        self.power.on = bool(output & ENABLE)
-        if output != self.output:
-            self.output = output
+        self.output = self.output & ~mask | value & mask
+        self.power.on = bool(self.output & ENABLE)
+        self._show(tick)
+
+    def _show(self, tick: int) -> None:
+        """Let the pins show outputs, lamps and ENABLE as they are now."""
+        config, (outputs, level) = self.config, self._shown
+        fault, power = (1 << number >> 1 for number in (config.fault_output, config.power_output))
+        output = self.output & ~(fault | power) | fault * (self.state in (HALT, BOOT)) | power * self.power.on
+        now = int(self.power.on) ^ config.polarity >> 1 if config.driver & DriverFlag.ENABLE else None
+        if output != outputs:
             self.outputs.append((tick, output))
+        if now != level:
+            self.enable.append((tick, now))
+        self._shown = output, now
 
     def _set_phases(self, tick: int) -> None:
         phase = 0 if self.config.driver & DriverFlag.DRY else self.config.pattern[self.index] & 15

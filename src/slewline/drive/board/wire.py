@@ -206,7 +206,7 @@ SIZES = {  # of the payloads that have one size
 
 MOST = {  # of the numbers of CONFIG
     "start_stop": 2**31 - 1,
-    "watchdog": 2**32 - 1,
+    "watchdog": 2**31 - 1,
     "polarity": 3,
     "active": 63,
     "report": 63,
@@ -274,7 +274,7 @@ class BoardConfig:
     def unpack(cls, payload: bytes) -> BoardConfig:
         """Return what a payload of CONFIG says; its fields may be out of range (`check`)."""
         *numbers, lamps, reflex, pattern, phase = _CONFIG.unpack(payload)
-        return cls(*numbers, lamps & 15, lamps >> 4, tuple(reflex), tuple(pattern), phase)
+        return cls(*numbers, lamps & 15, lamps >> 4, tuple(reflex), tuple(pattern), phase)  # type: ignore[call-arg]
 
     def check(self) -> None:
         """Complain if a board would refuse it.
