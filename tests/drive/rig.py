@@ -136,6 +136,7 @@ class Pulses:
 def drive_of(bench, x, line, **options):
     """A drive on a line."""
     options.setdefault("black_box", False)
+    options.setdefault("pulses", True)
     return Drive(bench, x, line, clock=line.wall, wait=line.wait, **options)
 
 

@@ -69,8 +69,9 @@ def test_a_command_of_a_host_on_the_fly_and_a_motion_without_end():
 def test_a_drive_says_in_a_line_what_it_drives_and_how():
     bench, x, *_ = furnished("cy525 to and fro")
     drive = drive_of(bench, x, TwinLine())
-    current = "" if drive.enable else ", without current"
-    assert repr(drive) == f"<Drive of {x.name} axis 1, {UNO.name}: closed{current}>"
+    assert repr(drive) == f"<Drive of {x.name} axis 1, {UNO.name}: closed, a dry run>"
+    drive = drive_of(bench, x, TwinLine(), enable=True, driver="A4988")
+    assert repr(drive) == f"<Drive of {x.name} axis 1, {UNO.name}: closed>"
 
 
 def test_a_live_rate_of_a_cy525():
@@ -87,14 +88,31 @@ def test_a_live_rate_of_a_cy525():
         assert len(steps) == len(made) > 500
 
 
-def test_the_dry_run_gives_the_driver_no_current():
-    for enable in (False, True):
-        bench, x, *_ = furnished("cy525 five steps")
-        line = TwinLine()
-        with drive_of(bench, x, line, enable=enable) as drive:
-            drive.run("300 ms")
-            assert bool(line.twin.output & 16) is enable
-        assert not line.twin.output & 16 and line.closed
+@pytest.mark.parametrize("driver", [None, "A4988"])
+def test_the_dry_run_has_no_edges_and_gives_the_driver_no_current(driver):
+    bench, x, *_ = furnished("cy525 five steps")
+    line = TwinLine()
+    with drive_of(bench, x, line, driver=driver, pulses=False) as drive:
+        drive.run("300 ms")
+        assert not line.twin.output & 16 and not line.twin.pulses
+        assert drive.count == x.position == len(line.twin.steps) == 5
+    assert all(not value & 16 for _, value in line.twin.outputs) and line.closed
+
+
+def test_the_driver_is_on_in_a_session_that_enables_it():
+    bench, x, *_ = furnished("cy525 five steps")
+    line = TwinLine()
+    with drive_of(bench, x, line, enable=True, driver="A4988", pulses=False) as drive:
+        assert line.twin.output & 16 and drive.power.on and drive.power.known
+        drive.run("300 ms")
+        assert len(line.twin.pulses) == 5
+    assert not line.twin.output & 16 and line.closed
+
+
+def test_nothing_is_enabled_without_the_name_of_its_driver():
+    bench, x, *_ = furnished("cy525 five steps")
+    with pytest.raises(UsageError, match="enable needs the name of the driver"):
+        drive_of(bench, x, TwinLine(), enable=True)
 
 
 # -------------------------------------------------------------------------------------------------------------- cable
@@ -340,8 +358,8 @@ def test_below_the_start_stop_rate_it_is_certain():
         drive.run("600 ms")
         drive.stop(at_once=True)
         drive.run("800 ms")
-        assert codes(x)[0] == "board-stopped" and "position-uncertain" in codes(x)  # its supply is off: reset
-        assert not any("lost steps" in found.text for found in x.findings)
+        assert codes(x) == ["board-stopped", "position-taken-over"] and drive.power.known
+        assert x.position == line.twin.position
 
 
 def test_steps_that_are_too_fast_for_the_board_stop_it():

@@ -35,6 +35,9 @@ CASES = {  # part, options, text, text at 200 ms, pin, level, ms
         0,
         (300, 700),
     ),
+    "gs-c200s hold": ("gs-c200s", GSC, SET_UP % "+900\r", "", "enable", 0, (200, 900)),
+    "cy525 hold": ("cy525", {}, "A 0\rF 40\rR 75\rS 200\rZ 1\rN 1200\rG\r", "", "step_inhibit", 1, (150, 330)),
+    "cy500 hold": ("cy500", {}, "R 200\rF 10\rN 900\rG\r", "", "trigger", 1, (150, 600)),
     "gs-c200s homing": ("gs-c200s", GSC, SET_UP % "", "H\r", "eot", 0, (300, 700)),
 }
 
@@ -57,12 +60,13 @@ class Driven:
         wired = wiring or {"A0": self.pin}
         self.wired = inputs_of(UNO, x, wired)
         self.drive: Drive = drive_of(
-            self.bench, x, self.line, inputs=wired, start_stop=30000 if "stop" in self.wired[0].reflex else None
+            self.bench, x, self.line, inputs=wired, start_stop=30000 if any(word in self.wired[0].reflex for word in ("stop", "hold")) else None
         )
         self.drive.go_back_by(self)
         self.rewind = self.drive.rewind
         for number, each in enumerate(self.wired):
-            self.line.twin.inputs |= (1 - each.acts ^ each.inverted) << number
+            at_rest = (1 - each.acts) ^ each.inverted
+            self.line.twin.inputs = self.line.twin.inputs & ~(1 << number) | at_rest << number
         self.exchanged = 0
 
     def exchange(self, bench, _since_ps):
@@ -241,20 +245,51 @@ def test_an_emergency_stop_is_not_the_chips(tmp_path):
         assert any(each.startswith("e-stop") for each in drive.troubles)
 
 
-def test_an_input_that_holds_makes_all_later(tmp_path):
-    rig = Driven(tmp_path, "cy525 abort", Random(5), wiring={"A0": "abort", "A1": "step_inhibit"})
+@pytest.mark.parametrize("held_ms", [3, 150, 3000])
+def test_while_an_input_holds_the_motor_its_host_hears_where_it_stands(tmp_path, held_ms):
+    rig = Driven(tmp_path, "gs-c200s hold", Random(held_ms))
+    drive, line = rig.drive, rig.line
+
+    def say(text):
+        heard = len(rig.bench["h"].received)
+        rig.bench["h"].send(text + "\r")
+        drive.run("30 ms")
+        return bytes(rig.bench["h"].received[heard:])
+
+    with drive:
+        drive.run("350 ms")
+        rig.edge(0)
+        stood = line.twin.position
+        drive.run(f"{held_ms} ms")
+        if held_ms > 100:
+            assert line.twin.position == stood == rig.x.travel and 0 < stood < 900
+            assert say("F") == b"B\r" and say("V1") == b"B\r"
+            assert rig.x.position == stood
+        rig.edge(1)
+        drive.run("1900 ms")
+        assert drive.state == "ok" and not drive.troubles and 1 <= rig.exchanged <= 2
+        assert line.twin.position == rig.x.travel == len(line.twin.steps) == 900
+        assert say("F") == b"R\r" and say("V1") == b"V+900\r"
+    assert slewline.replay(tmp_path / "journal")["x"].travel == 900
+
+
+def test_a_motor_is_held_again_and_again_and_makes_all_its_steps(tmp_path, monkeypatch):
+    rnd = Random(7)
+    part, options, text, *rest = CASES["cy525 hold"]
+    monkeypatch.setitem(CASES, "cy525 hold", (part, options, text.replace("N 1200", "N 6000"), *rest))
+    rig = Driven(tmp_path, "cy525 hold", rnd)
     with rig.drive as drive:
-        drive.run("250 ms")
-        rig.edge(1, 1)
-        drive.run("40 ms")
-        made = len(rig.line.twin.steps)
-        drive.run("10 ms")
-        assert len(rig.line.twin.steps) == made
-        rig.edge(0, 1)
-        drive.run("500 ms")
-        assert not drive.troubles and not rig.exchanged and drive.state == "ok"
-        assert len(rig.line.twin.steps) == rig.x.travel == 1200
-        assert rig.line.twin.state == 0
+        drive.run("200 ms")
+        while rig.x.moving and rig.exchanged < 12:
+            rig.edge(1)
+            drive.run(f"{rnd.randrange(1, 400)} ms")
+            rig.edge(0)
+            drive.run(f"{rnd.randrange(1, 200)} ms")
+        drive.run("4 s")
+        assert rig.exchanged >= 4 and drive.state == "ok"
+        assert all("taken-over" in each for each in drive.troubles), drive.troubles
+        assert rig.line.twin.position == len(rig.line.twin.steps)
+        assert abs(rig.x.travel - 6000) <= len(drive.troubles) and not rig.x.moving
 
 
 def test_a_mark_is_seen_where_the_motor_was_and_the_motor_goes_on(tmp_path, monkeypatch):
@@ -296,7 +331,7 @@ def test_inputs_that_are_wired_wrongly_are_refused():
             inputs_of(UNO, x, wiring)
     inputs = inputs_of(UNO, x, {"A1": "!abort", "A0": "step_inhibit", "A5": "estop", "A2": "wait"})
     config = configured(BoardConfig(1000), inputs)
-    assert config.reflex == (Reflex.HOLD, Reflex.BRAKE, 0, 0, 0, Reflex.ESTOP)
+    assert config.reflex == (Reflex.STOP, Reflex.BRAKE, 0, 0, 0, Reflex.ESTOP)
     assert config.active & 0b100011 == 0b100011 and config.report == 0b100111
     g = inputs_of(UNO, slewline.Bench().add("gs-c200s", "x"), {"A0": "eot", "A1": "home"})
     assert configured(BoardConfig(1000), g).reflex[:2] == (0, 0)

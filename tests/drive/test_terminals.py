@@ -7,24 +7,52 @@ import pytest
 import slewline
 from slewline.drive.board.boards import UNO
 from slewline.drive.promptness import recommended_ms
-from slewline.drive.terminals import outputs_of, polarity_of
+from slewline.drive.power import ENABLE_OFF, hold_of
+from slewline.drive.terminals import driver_polarity, outputs_of
 from slewline.errors import UnknownName, UsageError
+
+from .rig import TwinLine, drive_of
 
 
 def test_a_driver_says_how_it_is_enabled_and_what_its_pulses_must_be():
-    assert polarity_of(UNO, "DM542") == polarity_of(UNO, "a4988") == 2  # ENABLE is active low
-    assert polarity_of(UNO, "L297") == polarity_of(UNO, None) == 0
+    assert driver_polarity(UNO, "DM542") == driver_polarity(UNO, "a4988") == 2  # ENABLE is active low
+    assert driver_polarity(UNO, "L297") == driver_polarity(UNO, None) == 0
     with pytest.raises(UnknownName, match="did you mean DM542"):
-        polarity_of(UNO, "DM524")
+        driver_polarity(UNO, "DM524")
     for short in ("high", "low", "setup", "hold"):  # 1 us, and a DM542 needs 2.5 and 5
         with pytest.raises(UsageError, match=r"driver DM542: .* 1 µs at least, and it needs"):
-            polarity_of(UNO._replace(**{short: 16}), "DM542")
+            driver_polarity(UNO._replace(**{short: 16}), "DM542")
+
+
+@pytest.mark.parametrize("enabled", ["halt", "rest", "never"])
+def test_the_board_is_told_when_the_driver_goes_off(enabled):
+    bench = slewline.Bench()
+    drive = drive_of(bench, bench.add("cy525", "x"), TwinLine(), enable_off=enabled, enable_hold="2 s")
+    assert drive.config.enable_off == ENABLE_OFF[enabled] and drive.config.enable_hold == 488  # of 4.096 ms
+
+
+@pytest.mark.parametrize(("hold", "counted"), [("0 s", 0), ("268 s", 65429), ("4096 us", 1), ("4095 us", 0)])
+def test_a_hold_is_counted_in_65536_ticks(hold, counted):
+    assert hold_of(UNO, hold) == counted
+
+
+def test_what_no_board_can_do_is_refused():
+    x = slewline.Bench().add("cy525", "x")
+    for options, told in (
+        ({"enable_off": "always"}, "enable_off 'always'; allowed rest, halt, never"),
+        ({"enable_hold": "269 s"}, "enable_hold '269 s'; allowed 0 s to 268 s"),
+        ({"filter": 16}, "filter 16; expected 0 to 15"),
+        ({"outputs": {"D2": "fault", "D3": "fault"}}, "fault has another output already"),
+    ):
+        with pytest.raises(UsageError, match=told):
+            drive_of(x.bench, x, TwinLine(), **options)
 
 
 def test_outputs_are_those_that_programs_set_or_those_that_are_wired():
     x = slewline.Bench().add("gs-c200s", "x")
     assert outputs_of(UNO, x, None) == {0: "uo1", 1: "uo2", 2: "uo3"}
     assert outputs_of(UNO, x, {"d12": "mov"}) == {3: "mov"}
+    assert outputs_of(UNO, x, {"d12": "fault", "D8": "energised"}) == {3: "fault", 2: "energised"}
     with pytest.raises(UsageError, match="allowed D2, D3, D8, D12"):
         outputs_of(UNO, x, {"D4": "uo1"})
 

@@ -95,15 +95,8 @@ class Power:
         drive = self.drive
         if drive.state != "ok":
             return
-        if self.homing and not drive.cable.under_way and not drive.axis.moving:
-            before, self._homed_from = self._homed_from, self._seen()
-            if self._homed_from[0] == 0 and (
-                (before[0] and drive.axis.position == 0) or before[1] != self._homed_from[1]
-            ):
-                self.known = True
-                drive.link.reset(None, known=True)
-        elif self.homing and (homing := drive.axis.homing):
-            self._homed_from = homing, self._homed_from[1]
+        if not self.known and self.on:
+            self._look_for_homing()
         if self._was_on and not self.on and self.off != EnableOff.REST:
             self._was_on = False
             self.doubt()

@@ -51,7 +51,7 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
         return {
             number: roles[f"output{number + 1}"] for number in range(len(printed)) if f"output{number + 1}" in roles
         }
-    found = {}
+    found: dict[int, str] = {}
     for name, pin in wiring.items():
         if name.upper() not in printed:
             raise UsageError(f"output {name!r} of the board; allowed {', '.join(printed)}")

@@ -315,6 +315,7 @@ class GsC(InLines, Chip):
         self.input("fail_eeprom", on)
         self._eeprom.fails = on
 
+    @from_outside
     def kill(self) -> None:
         """End program and motion at once, as command K does, without a line of a host and without an answer.
 

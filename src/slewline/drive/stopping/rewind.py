@@ -113,11 +113,12 @@ class Rewind:
             drive.link.configure(drive.config)
 
     def _see(self, inputs: int) -> None:
-        """Put the pins to the levels that the inputs of the board have, as bits."""
+        """Put the pins to the levels that the inputs of the board have, as bits, where they have others."""
         for number, each in self.inputs.items():
-            self.levels[number] = each.level(inputs)
-            if each.pin:
-                self.drive.chip.pin(each.pin).drive(self.levels[number])
+            level = each.level(inputs)
+            if each.pin and self.levels.get(number) != level:
+                self.drive.chip.pin(each.pin).drive(level)
+            self.levels[number] = level
 
     def commanded(self, text: str) -> None:
         """Hear of a command of the host; one that acts at once goes to the board at once."""
@@ -245,7 +246,12 @@ class Rewind:
             UsageError: the bytes of a command are not to be found.
         """
         if stop.which != HOST or self.command is None:
-            return Cause([driven(f"{self.drive.chip.name}.{each.pin}", level, at) for each, level, at in self.edges])
+            held = self._held
+            if (kept := self._kept(stop, held)) is not None:
+                offset, at = kept
+                return Cause([driven(f"{self.drive.chip.name}.{held.pin}", held.acts, at)], (offset,), instant - at)
+            edges = [edge for number, edge in enumerate(self.edges) if not number or edge[0] is not held]
+            return Cause([driven(f"{self.drive.chip.name}.{each.pin}", level, at) for each, level, at in edges])
         heard, text = self.command
         found = None
         for offset, entry in self.past.entries():
@@ -256,6 +262,29 @@ class Rewind:
         offset, entry = found
         moved = given(entry["part"], entry["verb"], entry["args"], instant)
         return Cause([moved], (offset,), max(heard - int(entry["t"]), 0))
+
+    @property
+    def _held(self) -> BoardInput | None:
+        """The input that holds the motor, if one does: it is let go of at the present, for the motor stands until then."""
+        each = None if self.stop is None else self.inputs.get(self.stop.which)
+        return each if each is not None and each.reflex == "hold" else None
+
+    def _kept(self, stop: BoardEvent, held: BoardInput | None) -> tuple[int, int] | None:
+        """Return the entry by which an input let go that holds the motor again before it has made a step, and its instant.
+
+        In the other run it does not let go.
+        """
+        if held is None:
+            return None
+        drive, name, found = self.drive, f"{self.drive.chip.name}.{held.pin}", None
+        for offset, entry in self.past.entries():
+            if entry["do"] == "drive" and entry["pin"] == name and entry["level"] != held.acts:
+                found = offset, int(entry["t"])
+        if found is None:
+            return None
+        times, travel, sign = travelled(drive.axis, found[1] + 1, drive.kernel.now)
+        before = travel[0] - sign if times else drive.axis.travel
+        return found if before == stop.position else None
 
     def _go_back(self, stop: BoardEvent, position: int) -> str | None:
         """Put the chip to where the board is, by going back; return why that cannot be done, or ""; None: not yet."""
@@ -321,14 +350,18 @@ class Rewind:
 
     def _take(self, found: Rewound, sign: int) -> str:
         """Go on with another bench, where the motor stands."""
-        drive = self.drive
+        drive, held = self.drive, self._held
         self._move(found.bench, found.since_ps)
+        if held is not None and self.levels[held.number] != held.acts:
+            drive.chip.pin(held.pin).drive(self.levels[held.number])
         self.homing = Homing.of(drive.axis)
         drive.config = configured(self.config, self.inputs.values(), self.homing)
         if found.missing:
             drive.watch.taken_over(-found.missing * sign, True)
         times, travel, _ = travelled(drive.axis, found.rest_ps, drive.kernel.now)
         drive.resume(travel[0] if times else drive.axis.travel, found.rest_ps)
+        if (answer := drive.link.answer) is not None:
+            self._see(answer.inputs)  # of what changed while the board was opened again there is no event
         return ""
 
     def _move(self, bench: Bench, since_ps: int) -> None:

@@ -301,7 +301,7 @@ class Troubles:
         )
 
     def clock_jumped(self) -> None:
-        """The clock of this computer stood, and that of the board did not: the computer slept, at rest or in a motion."""
+        """The clock of this computer stood, and that of the board did not: the computer slept."""
         drive = self.drive
         if drive.state == "ok" and drive.cable.under_way:
             self._halted(
