@@ -38,8 +38,8 @@ class FirmwareError(Exception):
 class Firmware(NamedTuple):
     """What was built: the file, bytes of flash and RAM that it takes, and where the RAM that it names ends.
 
-    `levels`, `looked_at`: where it keeps the levels of its inputs as of its last look, and the time of the last round of
-    its main loop, for tests.
+    For tests, `levels`, `looked_at`: where it keeps the levels of its inputs as of its last look, and the time of the
+    last round of its main loop.
     """
 
     path: Path

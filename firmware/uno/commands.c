@@ -50,7 +50,7 @@ static __attribute__((noinline)) void settle(uint8_t result, uint32_t tick)
     answer.state = state;
     answer.events = next_event;
     answer.inputs = levels;
-    answer.flags = power_flags();
+    answer.flags = power;
     answer.position = position_now();
     leave();
     answer.result = result;
@@ -59,6 +59,8 @@ static __attribute__((noinline)) void settle(uint8_t result, uint32_t tick)
         last_heard = tick;
         is_silent = 0;
     }
+    if (has_estop(answer.inputs)) /* last: whatever had to outlast a call would be saved before the steps go on */
+        answer.flags |= IN_ESTOP;
 }
 
 static void refuse(uint8_t result)
@@ -536,10 +538,13 @@ void take_frame(void)
 void watch_for_silence(void)
 {
     uint32_t tick = enter();
+    uint8_t state_then = state;
 
+    if (state_then == RUN || state_then == BRAKE)
+        leave(); /* steps may be fast */
     if (watchdog && tick - last_heard >= watchdog)
         is_silent = 1;
-    watch_power(tick >> 16, is_silent);
+    watch_power(tick >> 16, state_then, is_silent);
     leave();
     if (!is_silent || state != RUN)
         return;

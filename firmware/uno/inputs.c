@@ -74,9 +74,14 @@ static inline uint8_t active_now(void)
     return ~(levels ^ active) & INPUTS_MASK;
 }
 
+uint8_t has_estop(uint8_t inputs)
+{
+    return ~(inputs ^ active) & estops;
+}
+
 uint8_t is_estop_active(void)
 {
-    return active_now() & estops;
+    return has_estop(levels);
 }
 
 /* Is the match that is due not to come, if `causes` act now?  Interrupts are off. */

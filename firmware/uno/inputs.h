@@ -16,6 +16,7 @@ extern uint8_t filter; /* looks at an input that has changed, before it counts; 
 
 void set_up_inputs(void);
 void sort_reflexes(void);                                     /* after `reflexes` or `active` have changed */
+uint8_t has_estop(uint8_t inputs); /* is an emergency stop active, with these levels? */
 uint8_t is_estop_active(void);
 /* As enter(), and return whether `causes` take the match away that is due; then it does not come. */
 uint8_t enter_to_stop(uint8_t causes, uint32_t *tick);

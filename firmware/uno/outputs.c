@@ -59,6 +59,12 @@ void show_outputs(void)
 void choose_outputs(uint8_t mask, uint8_t value)
 {
     outputs = (outputs & ~mask) | (value & mask);
+    if (!(mask & ENABLE_OUTPUT))
+        return;
+    if (value & ENABLE_OUTPUT)
+        power |= IS_ENERGISED;
+    else
+        power &= ~IS_ENERGISED;
 }
 
 void set_outputs(uint8_t mask, uint8_t value)

@@ -20,14 +20,9 @@ uint8_t driver;
 uint8_t enable_off;
 uint16_t enable_hold;
 
-static uint8_t is_unsure; /* the motor may be elsewhere than the count says */
-static uint8_t is_locked = 1; /* nobody has allowed current since power-up, or since the board took it away */
-
-uint8_t power_flags(void)
-{
-    return (is_enabled() ? IS_ENERGISED : 0) | (is_estop_active() ? IN_ESTOP : 0) | (is_unsure ? IS_UNSURE : 0) |
-           (is_locked ? IS_LOCKED : 0);
-}
+/* IS_ENERGISED as the outputs have it.  IS_UNSURE: the motor may be elsewhere than the count says.  IS_LOCKED: nobody has
+   allowed current since power-up, or since the board took it away. */
+volatile uint8_t power = IS_LOCKED;
 
 uint8_t may_switch(uint8_t mask, uint8_t value)
 {
@@ -37,34 +32,34 @@ uint8_t may_switch(uint8_t mask, uint8_t value)
         return 1;
     if (!turns_on)
         return state == IDLE || state == HALT;
-    return state == IDLE && driver == HAS_ENABLE && !is_locked && !is_estop_active();
+    return state == IDLE && driver == HAS_ENABLE && !(power & IS_LOCKED) && !is_estop_active();
 }
 
 void unlock(uint8_t reset_flags)
 {
     if (reset_flags & (IS_KNOWN | MAY_POWER))
-        is_locked = 0;
+        power &= ~IS_LOCKED;
     if (reset_flags & IS_KNOWN)
-        is_unsure = 0;
+        power &= ~IS_UNSURE;
 }
 
 void begin_motion(void)
 {
     if (!is_enabled())
-        is_unsure = 1;
+        power |= IS_UNSURE;
 }
 
 static void lock(void)
 {
     if (is_enabled())
-        is_locked = is_unsure = 1;
+        power |= IS_LOCKED | IS_UNSURE;
     set_outputs(ENABLE_OUTPUT, 0);
 }
 
 void cut_power(uint8_t in_motion)
 {
     if (in_motion)
-        is_unsure = 1;
+        power |= IS_UNSURE;
     lock();
 }
 
@@ -84,14 +79,15 @@ void power_configured(uint8_t before, uint8_t polarity_before)
 
 static uint16_t looked_at; /* in 65,536 ticks */
 
-void watch_power(uint16_t high, uint8_t is_host_silent)
+void watch_power(uint16_t high, uint8_t state_then, uint8_t is_host_silent)
 {
     static uint16_t resting;
     uint16_t passed = high - looked_at;
-    uint8_t is_abandoned = state == HALT || (state == IDLE && is_host_silent);
+    uint8_t is_abandoned = state_then == HALT || (state_then == IDLE && is_host_silent);
 
     looked_at = high;
-    if (!is_enabled() || enable_off == OFF_NEVER || !(is_abandoned || (state == IDLE && enable_off == OFF_AT_REST))) {
+    if (!is_enabled() || enable_off == OFF_NEVER ||
+        !(is_abandoned || (state_then == IDLE && enable_off == OFF_AT_REST))) {
         resting = 0;
         return;
     }

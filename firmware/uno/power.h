@@ -4,20 +4,20 @@
 
 #include <stdint.h>
 
+extern volatile uint8_t power; /* flags of ANSWER, but for IN_ESTOP */
 extern uint8_t driver;       /* HAS_ENABLE, IS_DRY */
 extern uint8_t enable_off;   /* OFF_NEVER, OFF_AT_HALT, OFF_AT_REST */
 extern uint16_t enable_hold; /* in 65,536 ticks, for which it stays on */
 
 /* All of these are called with interrupts off. */
-uint8_t power_flags(void);                           /* of ANSWER */
 uint8_t may_switch(uint8_t mask, uint8_t value);     /* as a frame of OUTPUTS asks */
 void unlock(uint8_t reset_flags);                    /* by RESET */
 void begin_motion(void);                             /* steps come: with current, or the count is unsure */
 void cut_power(uint8_t in_motion);                   /* an emergency stop */
 void power_configured(uint8_t before, uint8_t polarity_before);
 
-/* For the main loop: the driver goes off behind a halt, at rest, or where the host is silent, as CONFIG says.
-   `high`: of the tick. */
-void watch_power(uint16_t high, uint8_t is_host_silent);
+/* For the main loop: the driver goes off behind a halt, at rest, or where the host is silent, as CONFIG says.  `high` of
+   the tick, and the state at that; in RUN and BRAKE interrupts may be on. */
+void watch_power(uint16_t high, uint8_t state_then, uint8_t is_host_silent);
 
 #endif

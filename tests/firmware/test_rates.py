@@ -12,7 +12,16 @@ from slewline.drive.board import wire
 from slewline.drive.board.boards import UNO
 from slewline.drive.board.frames import decode
 from slewline.drive.board.records import Record
-from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, FrameKind, Happening, Reflex, encode
+from slewline.drive.board.wire import (
+    Answer,
+    BoardConfig,
+    BoardEvent,
+    DriverFlag,
+    FrameKind,
+    Happening,
+    Reflex,
+    encode,
+)
 from tests.ensembles import in_long_runs
 from tools.firmware import FLASH, RAM, build
 
@@ -42,6 +51,7 @@ class Host:
         self.records, self.busy = list(records), busy
         self.number, self.slots, self.sent, self.answered = 0, UNO.slots, [], 0
         self.say(FrameKind.HELLO)
+        config = {"driver": DriverFlag.ENABLE, **config}
         self.say(FrameKind.CONFIG, BoardConfig(16_000, **config).pack())
         self.settle()
         self.say(FrameKind.RESET, wire.reset_payload(0))
@@ -157,7 +167,7 @@ def nudged(board, random):
 
 
 FRAMES = {
-    FrameKind.OUTPUTS: lambda random: bytes((31, random.randrange(32))),
+    FrameKind.OUTPUTS: lambda random: bytes((15, random.randrange(32))),
     FrameKind.REPEAT: lambda random: bytes((random.randrange(8),)),
     FrameKind.TAIL: lambda random: wire.tail_payload(0, [(100_000 + n, 3) for n in range(random.randint(1, 3))]),
     FrameKind.ASK: lambda random: b"",
@@ -237,7 +247,7 @@ def test_an_underrun_is_followed_by_the_way_down(emulator, rate, steps, table):
 
 def test_what_it_takes(firmware, emulator):
     assert firmware.flash <= FLASH * 5 // 8
-    host = Host(emulator, ramp(HZ / 30_000), busy=True, pattern=HALVES, reflex=(4,) * 6, report=63)
+    host = Host(emulator, ramp(HZ / 30_000), busy=True, pattern=HALVES, reflex=(Reflex.MARK,) * 6, report=63)
     for number in range(6):
         host.board.set_input(number, 0, host.board.now + 400_000 + 3 * number)
     host.start(1_000_000)
