@@ -37,7 +37,8 @@ def test_a_hold_is_counted_in_65536_ticks(hold, counted):
 
 
 def test_what_no_board_can_do_is_refused():
-    x = slewline.Bench().add("cy525", "x")
+    bench = slewline.Bench()
+    x = bench.add("cy525", "x")
     for options, told in (
         ({"enable_off": "always"}, "enable_off 'always'; allowed rest, halt, never"),
         ({"enable_hold": "269 s"}, "enable_hold '269 s'; allowed 0 s to 268 s"),
@@ -45,7 +46,7 @@ def test_what_no_board_can_do_is_refused():
         ({"outputs": {"D2": "fault", "D3": "fault"}}, "fault has another output already"),
     ):
         with pytest.raises(UsageError, match=told):
-            drive_of(x.bench, x, TwinLine(), **options)
+            drive_of(bench, x, TwinLine(), **options)
 
 
 def test_outputs_are_those_that_programs_set_or_those_that_are_wired():

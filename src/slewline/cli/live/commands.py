@@ -116,9 +116,34 @@ def serve_command(**options: Any) -> int:
 @PORTS
 @path("--board", metavar="PORT", required=True, help="The serial port of the board; twin: a board of software.")
 @click.option("--of", metavar="CHIP[.AXIS]", help="Whose motor it is, where a bench has several.")
-@click.option("--enable", is_flag=True, help="Switch the driver on; else it is a dry run: pulses, and no current.")
+@click.option("--enable", is_flag=True, help="Energise the driver. Without it: dry run, no pulses and no current.")
+@click.option("--pulses", is_flag=True, help="Pulses in a dry run too; a driver whose ENABLE is not wired moves then.")
 @click.option(
-    "--driver", metavar="NAME", help="The driver, such as DM542: its polarity, and whether its times are met."
+    "--driver",
+    metavar="NAME",
+    help="The driver, such as DM542: the level of its ENABLE, and whether its times are met; --enable needs it.",
+)
+@click.option(
+    "--enable-off",
+    type=click.Choice(["rest", "halt", "never"]),
+    default="halt",
+    show_default=True,
+    help="When the board switches the driver off: at every rest; after a halt or without its host; never. "
+    "All but never: at the end. An E-stop always does.",
+)
+@click.option(
+    "--enable-hold",
+    metavar="TIME",
+    default="60 s",
+    show_default=True,
+    help="How long the driver stays on at such a rest or halt.",
+)
+@click.option("--invert-dir", is_flag=True, help="DIR has the other level than the direction pin of the chip.")
+@click.option(
+    "--filter",
+    type=click.IntRange(0, 15),
+    default=0,
+    help="How often an input is looked at, 4 us apart, before it counts; an E-stop counts at once.",
 )
 @click.option(
     "--input",
@@ -130,7 +155,8 @@ def serve_command(**options: Any) -> int:
     "--output",
     type=SettingText(),
     multiple=True,
-    help="What an output of the board is, such as D2=uo1; by default those that programs set. May be repeated.",
+    help="What an output of the board shows: D2=uo1, D12=fault, D8=energised; by default what programs set. "
+    "May be repeated.",
 )
 @click.option(
     "--horizon",
@@ -142,7 +168,7 @@ def serve_command(**options: Any) -> int:
 @click.option("--start-stop", metavar="RATE", help="Up to which the motor may stand at once, such as '500 steps/s'.")
 @click.option(
     "--stop",
-    type=click.Choice(["abort", "reset", "power"]),
+    type=click.Choice(["abort", "kill", "reset", "power"]),
     help="What stops the chip when the board has stopped by itself.",
 )
 @click.option("--self-start", is_flag=True, help="A program that the chip starts by itself may move the motor.")
@@ -151,6 +177,7 @@ def serve_command(**options: Any) -> int:
     is_flag=True,
     help="The position register begins at the count of a board that has gone on since a session before.",
 )
+@click.option("--homed", is_flag=True, help="You say that the motor is where the board has counted it to be.")
 @click.option("--check", is_flag=True, help="Look at link, machine and board for ten seconds; D9 is wired to D4 alone.")
 @click.option(
     "--black-box", metavar="DIR", type=DIRECTORY, help="Where sessions are recorded, instead of the usual place."
@@ -166,7 +193,8 @@ def drive_command(**options: Any) -> int:
     The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host speaks to the chip on one
     of the ports, as with `slewline serve`.  What goes out, steps and characters, does so a horizon later while the
     motor moves.  A board that stops by itself, by an input, an E-stop, or because it hears nothing, says where; the
-    drive is halted then, until `clear` is typed, or SIGUSR2 comes.
+    drive is halted then, until `clear` is typed, or SIGUSR2 comes.  A driver that the board has switched off stays off
+    then: `clear homing` switches it on, to home the motor, and `clear homed` if you know where it is.
     """
     from .drive import DriveCommand
 

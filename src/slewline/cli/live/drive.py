@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ...links.server import Server
 
 CHECK_S = 10.0
-WORDS = "clear: go on after a halt; stop: stop the motor; status; end"
+WORDS = "clear: go on after a halt, clear homing, clear homed: with current; stop: stop the motor; status; end"
 
 
 @dataclass(kw_only=True)
@@ -36,7 +36,12 @@ class DriveCommand(ServeCommand):
     board: str
     of: str | None
     enable: bool
+    pulses: bool
     driver: str | None
+    enable_off: str
+    enable_hold: str
+    invert_dir: bool
+    filter: int
     input: tuple[tuple[str, str], ...]
     output: tuple[tuple[str, str], ...]
     horizon: str
@@ -44,6 +49,7 @@ class DriveCommand(ServeCommand):
     stop: str | None
     self_start: bool
     keep_count: bool
+    homed: bool
     check: bool
     black_box: str | None
     no_black_box: bool
@@ -109,13 +115,19 @@ class DriveCommand(ServeCommand):
             axis=axis,
             horizon=self.horizon,
             enable=self.enable,
+            pulses=self.pulses or self.check,
             driver=self.driver,
+            enable_off=self.enable_off,
+            enable_hold=self.enable_hold,
+            invert_dir=self.invert_dir,
+            filter=self.filter,
             inputs=dict(self.input),
             outputs=dict(self.output) or None,
             start_stop=self.start_stop,
             stop=self.stop,
             self_start=self.self_start,
             keep_count=self.keep_count,
+            homed=self.homed,
             black_box=False if self.no_black_box or self.check else folder,
         )
 
@@ -140,7 +152,7 @@ class DriveCommand(ServeCommand):
         return Server(bench, pace, self.log, self.allow_remote, lambda text: say(f"slewline: {text}"))
 
     def _open(self, stack: ExitStack, server: Server, drive: Drive) -> None:
-        """Make friends with the board; without one, the ports are closed again."""
+        """Open the session with the board; without one, the ports are closed again."""
         try:
             stack.enter_context(drive)
         except BaseException:
@@ -181,12 +193,15 @@ class DriveCommand(ServeCommand):
         from ...drive.board.rehearsal import TwinPort
         from ...links.sockets.system import numbers
 
-        def clear() -> None:
-            drive.clear()
-            say("slewline: the drive goes on")
+        def clear(homed: bool = False, homing: bool = False) -> None:
+            drive.clear(homed=homed, homing=homing)
+            off = drive.enable and not drive.power.on
+            say(f"slewline: the drive goes on{', and the driver is off' if off else ''}")
 
         words: dict[str, Any] = {
             "clear": clear,
+            "clear homed": lambda: clear(homed=True),
+            "clear homing": lambda: clear(homing=True),
             "stop": drive.stop,
             "status": lambda: show(server),
             "end": server.stop,
@@ -196,7 +211,7 @@ class DriveCommand(ServeCommand):
             line = sys.stdin.readline()
             if not line:  # closed
                 server.loop.watch(sys.stdin.fileno())
-            elif word := line.strip().lower():
+            elif word := " ".join(line.lower().split()):
                 work(word)
 
         def work(word: str) -> None:
