@@ -316,7 +316,6 @@ class Drive:
             if self.state != "closed":
                 self._come_to_rest()
                 self.cable.flush()
-                self.power.switch_off()
                 self.talk.finish()
         finally:
             if self.state != "closed":
@@ -328,17 +327,23 @@ class Drive:
             self.port.close()
 
     def _come_to_rest(self) -> None:
-        """Ramp down what moves, until the board stands and the register of the chip is where the motor is."""
+        """Ramp down what moves, switch the driver off, and let the register of the chip be where the motor is."""
         if self.state == "ok" and self.feeder.busy and self.axis.moving:
             self.link.stop(1)
         limit = self.wall() + 2 * self.horizon_ps // 1000 + int(WAY_DOWN_S * 10**9)
-        while self._comes_to_rest() and self.wall() < limit:
-            self._live.keep_up(self.kernel.now + picoseconds("5 ms"), None)
+        self._pass_while(self._motor_moves, limit)
+        if not self._motor_moves():
+            self.power.switch_off()
+        self._pass_while(lambda: self.state == "halted" and not self.stopping.settled, limit)
 
-    def _comes_to_rest(self) -> bool:
-        if self.state == "ok":
-            return self.cable.under_way
-        return self.state == "halted" and not (self.watch.final and self.stopping.settled)
+    def _motor_moves(self) -> bool:
+        """May the board still make steps?"""
+        return self.cable.under_way if self.state == "ok" else self.state == "halted" and not self.watch.final
+
+    def _pass_while(self, goes_on: Callable[[], bool], limit: int) -> None:
+        """Let time pass while something is so, up to a limit on the wall clock (ns)."""
+        while goes_on() and self.wall() < limit:
+            self._live.keep_up(self.kernel.now + picoseconds("5 ms"), None)
 
     # ----------------------------------------------------------------------------------------------------------- time
     def nanoseconds(self) -> int:

@@ -109,7 +109,7 @@ class Power:
             self._homed_from = drive.axis.homing, offset
         elif not drive.cable.under_way and not drive.axis.moving:
             seen = self._seen()
-            if (homing and drive.axis.position == 0) or seen[1] != offset:
+            if drive.axis.position == 0 if homing else seen[1] != offset:  # a register need not count a homing
                 self.known = True
                 drive.link.reset(None, known=True)
             self._homed_from = seen
