@@ -6,7 +6,6 @@ from random import Random
 
 import pytest
 
-import slewline
 from slewline.drive.board.wire import ENABLE, BoardState, FrameKind
 from slewline.errors import UsageError
 from tests.ensembles import few, members
@@ -205,8 +204,8 @@ def test_a_driver_that_goes_off_at_rest_is_on_again_before_the_first_step():
             drive.run("600 ms")
             assert len(line.twin.steps) == made and not is_on(line)
         assert not drive.troubles and drive.power.known and not line.twin.power.unsure
-    (first, *more) = [tick for tick, on in switched(line) if on]
-    assert len(more) == 2 and all(tick < step for tick, step in zip(more, [line.twin.steps[n][0] for n in (5, 10)]))
+    on = [tick for tick, on in switched(line) if on]
+    assert len(on) == 3 and on[1] < line.twin.steps[5][0] and on[2] < line.twin.steps[10][0]
 
 
 def test_a_count_without_current_is_not_kept():

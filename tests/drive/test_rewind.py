@@ -59,9 +59,8 @@ class Driven:
         self.line = TwinLine(rnd)
         wired = wiring or {"A0": self.pin}
         self.wired = inputs_of(UNO, x, wired)
-        self.drive: Drive = drive_of(
-            self.bench, x, self.line, inputs=wired, start_stop=30000 if any(word in self.wired[0].reflex for word in ("stop", "hold")) else None
-        )
+        dead = any(word in self.wired[0].reflex for word in ("stop", "hold"))
+        self.drive: Drive = drive_of(self.bench, x, self.line, inputs=wired, start_stop=30000 if dead else None)
         self.drive.go_back_by(self)
         self.rewind = self.drive.rewind
         for number, each in enumerate(self.wired):

@@ -6,8 +6,8 @@ import pytest
 
 import slewline
 from slewline.drive.board.boards import UNO
-from slewline.drive.promptness import recommended_ms
 from slewline.drive.power import ENABLE_OFF, hold_of
+from slewline.drive.promptness import recommended_ms
 from slewline.drive.terminals import driver_polarity, outputs_of
 from slewline.errors import UnknownName, UsageError
 

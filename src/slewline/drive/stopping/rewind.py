@@ -247,7 +247,7 @@ class Rewind:
         """
         if stop.which != HOST or self.command is None:
             held = self._held
-            if (kept := self._kept(stop, held)) is not None:
+            if held is not None and (kept := self._kept(stop, held)) is not None:
                 offset, at = kept
                 return Cause([driven(f"{self.drive.chip.name}.{held.pin}", held.acts, at)], (offset,), instant - at)
             edges = [edge for number, edge in enumerate(self.edges) if not number or edge[0] is not held]
@@ -265,17 +265,15 @@ class Rewind:
 
     @property
     def _held(self) -> BoardInput | None:
-        """The input that holds the motor, if one does: it is let go of at the present, for the motor stands until then."""
+        """The input that holds the motor, if one does; it lets go at the present, for the motor stands until then."""
         each = None if self.stop is None else self.inputs.get(self.stop.which)
         return each if each is not None and each.reflex == "hold" else None
 
-    def _kept(self, stop: BoardEvent, held: BoardInput | None) -> tuple[int, int] | None:
-        """Return the entry by which an input let go that holds the motor again before it has made a step, and its instant.
+    def _kept(self, stop: BoardEvent, held: BoardInput) -> tuple[int, int] | None:
+        """Return an entry, and its instant: the input let go, and held the motor again before that had made a step.
 
         In the other run it does not let go.
         """
-        if held is None:
-            return None
         drive, name, found = self.drive, f"{self.drive.chip.name}.{held.pin}", None
         for offset, entry in self.past.entries():
             if entry["do"] == "drive" and entry["pin"] == name and entry["level"] != held.acts:
