@@ -38,8 +38,8 @@ class FirmwareError(Exception):
 class Firmware(NamedTuple):
     """What was built: the file, bytes of flash and RAM that it takes, and where the RAM that it names ends.
 
-    For tests, `levels`, `looked_at`: where it keeps the levels of its inputs as of its last look, and the time of the
-    last round of its main loop.
+    For tests, addresses: `levels` of its inputs as of its last look, the time `looked_at` by the last round of its main
+    loop, and the `overflows` of its timer, the high half of its time.
     """
 
     path: Path
@@ -48,6 +48,7 @@ class Firmware(NamedTuple):
     end: int
     levels: int
     looked_at: int
+    overflows: int
 
 
 def missing() -> list[str]:
@@ -89,8 +90,8 @@ def build(folder: Path) -> Firmware:
         line.split()[2]: int(line.split()[0], 16) for line in called("avr-nm", "--defined-only", elf).splitlines()
     }
     # addresses of data have a bit of their own
-    end, levels, looked_at = (symbols[name] & 0xFFFF for name in ("_end", "levels", "looked_at"))
-    return Firmware(out, sizes["text"] + sizes["data"], sizes["data"] + sizes["bss"], end, levels, looked_at)
+    places = (symbols[name] & 0xFFFF for name in ("_end", "levels", "looked_at", "overflows"))
+    return Firmware(out, sizes["text"] + sizes["data"], sizes["data"] + sizes["bss"], *places)
 
 
 def report(made: Firmware) -> str:

@@ -47,6 +47,7 @@ void sort_reflexes(void)
     for (i = 0, bit = 1; i < 6; i++, bit <<= 1) {
         uint8_t goes_up = !(reflexes[i] & ONLY_DOWN), goes_down = !(reflexes[i] & ONLY_UP);
 
+        serve_line();
         switch (reflexes[i] & 15) {
         case REFLEX_STOP:
             stops[0] |= goes_up ? bit : 0;

@@ -22,7 +22,7 @@ WHOLE, HALVES = (1, 1, 2, 2, 4, 4, 8, 8), (1, 3, 2, 6, 4, 12, 8, 9)
 TAKEN_WITHIN = 60_000  # of the end of a frame, or of the answer before it; eight events may be told first
 SEEN_WITHIN = 2_500  # of an edge of an input; usually some 200
 FILTERED_WITHIN = 250  # more for each look of the filter
-SILENT_WITHIN = 3_500  # silence is noticed
+SILENT_WITHIN = 6_000  # silence is noticed: a round of the main loop that took records while steps were made
 SHOWN_WITHIN = 2_000  # phases and outputs; these are longest behind a START at which inputs act
 LAMPS_WITHIN = 60_000  # lamps: the main loop shows them, and eight events may be told first
 MOMENT = 400  # from the level of a pin to its direction
@@ -191,6 +191,7 @@ class Dialogue:
         self._say(FrameKind.CONFIG, bytes(payload))
 
     def _edge(self, number: int, tick: int) -> None:
+        tick = max([tick, *(each + 1 for each, other in self.edges[-12:] if other == number)])
         self.levels ^= 1 << number
         self.board.set_input(number, self.levels >> number & 1, tick)
         self.edges.append((tick, number))

@@ -112,6 +112,10 @@ class EmulatedBoard:
         self._bytes, self._edges = [], []
         return told
 
+    def skip(self, count: int) -> None:
+        """Let so many times 65,536 ticks pass at once, while nothing happens and the processor stands."""
+        self._take(self.emulator.ask(skip=[count, self.emulator.firmware.overflows]))
+
     def receive(self, data: bytes, tick: int) -> None:
         """Put bytes on the line, from a tick on, or behind those that are on it; a byte takes 320 ticks."""
         if data:

@@ -148,6 +148,15 @@ class Board {
     };
   }
 
+  /** Let so many times 65,536 ticks pass at once, in which the processor does nothing: `address` is its count of them. */
+  skip(count, address) {
+    const { data } = this.cpu;
+    const high = (data[address] | (data[address + 1] << 8)) + count;
+    data[address] = high & 0xff;
+    data[address + 1] = (high >> 8) & 0xff;
+    this.origin -= count * 0x10000;
+  }
+
   tick(cycle) {
     return cycle - this.origin;
   }
@@ -414,6 +423,7 @@ function answer(board, request) {
   if (request.rounds !== undefined) board.watchRounds(request.rounds);
   if (request.telling !== undefined) board.telling = request.telling;
   if (request.loop !== undefined) board.looped = request.loop;
+  if (request.skip !== undefined) board.skip(...request.skip);
   for (const [input, level, tick] of request.inputs || []) board.setInput(input, level, tick);
   told.until = (request.bytes || []).map(([hex, tick]) => board.receive(Buffer.from(hex, "hex"), tick));
   if (request.run !== undefined) board.run(request.run);
