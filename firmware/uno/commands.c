@@ -539,12 +539,14 @@ void watch_for_silence(void)
 {
     uint32_t tick = enter();
     uint8_t state_then = state;
+    uint16_t passed = (uint16_t)(tick >> 16) - looked_at;
 
+    looked_at = tick >> 16;
     if (state_then == RUN || state_then == BRAKE)
         leave(); /* steps may be fast */
     if (watchdog && tick - last_heard >= watchdog)
         is_silent = 1;
-    watch_power(tick >> 16, state_then, is_silent);
+    watch_power(passed, state_then, is_silent);
     leave();
     if (!is_silent || state != RUN)
         return;

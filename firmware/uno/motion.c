@@ -806,8 +806,10 @@ static __attribute__((noinline)) void match_in_peace(void)
         if (was & HOP) {
             hop();
         } else {
-            if (was & PAUSE && flags & SETS_OUTPUTS)
+            if (was & PAUSE && flags & SETS_OUTPUTS) {
                 set_outputs(count >> 8, count);
+                serve_line();
+            }
             go_on(due.tick);
         }
         if (overdue)

@@ -77,15 +77,13 @@ void power_configured(uint8_t before, uint8_t polarity_before)
     }
 }
 
-static uint16_t looked_at; /* in 65,536 ticks */
+uint16_t looked_at;
 
-void watch_power(uint16_t high, uint8_t state_then, uint8_t is_host_silent)
+void watch_power(uint16_t passed, uint8_t state_then, uint8_t is_host_silent)
 {
     static uint16_t resting;
-    uint16_t passed = high - looked_at;
     uint8_t is_abandoned = state_then == HALT || (state_then == IDLE && is_host_silent);
 
-    looked_at = high;
     if (!is_enabled() || enable_off == OFF_NEVER ||
         !(is_abandoned || (state_then == IDLE && enable_off == OFF_AT_REST))) {
         resting = 0;

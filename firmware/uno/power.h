@@ -16,8 +16,10 @@ void begin_motion(void);                             /* steps come: with current
 void cut_power(uint8_t in_motion);                   /* an emergency stop */
 void power_configured(uint8_t before, uint8_t polarity_before);
 
-/* For the main loop: the driver goes off behind a halt, at rest, or where the host is silent, as CONFIG says.  `high` of
-   the tick, and the state at that; in RUN and BRAKE interrupts may be on. */
-void watch_power(uint16_t high, uint8_t state_then, uint8_t is_host_silent);
+extern uint16_t looked_at; /* the high half of the tick of the last round of the main loop */
+
+/* For the main loop: the driver goes off behind a halt, at rest, or where the host is silent, as CONFIG says.  `passed`:
+   in 65,536 ticks, since the round before; `state_then`: in RUN and BRAKE interrupts may be on. */
+void watch_power(uint16_t passed, uint8_t state_then, uint8_t is_host_silent);
 
 #endif

@@ -56,10 +56,21 @@ def compare(emulator, seed):
 
     frames = [wire.read(decode(frame[:-1])) for _, frame in board.frames]
     expected = [wire.read(decode(chunk)) for chunk in bytes(twin.sent).split(b"\0")[:-1]]
-    for at, (one, other) in enumerate(zip(frames, expected, strict=False)):
+    sent = [chunk + b"\0" for chunk in bytes(twin.sent).split(b"\0")[:-1]]
+    at, skipped = 0, 0
+    while at < min(len(frames), len(expected)):
+        one, other = frames[at], expected[at]
+        # with a filter the main loop may be late, and of many events only the last eight are kept
+        gone = one != other and dialogue.filter and isinstance(one, BoardEvent) and isinstance(other, BoardEvent)
+        if gone and one.number != other.number:
+            skipped += 1
+            del expected[at], sent[at]
+            continue
         assert one == other, f"seed {seed}, frame {at}"
+        at += 1
+    assert skipped <= 4, f"seed {seed}: {skipped} events"
     assert all(said.tick >= end for said in expected[len(frames) :]), f"seed {seed}"
-    assert bytes(twin.sent).startswith(b"".join(frame for _, frame in board.frames))
+    assert b"".join(sent).startswith(b"".join(frame for _, frame in board.frames))
 
     edges = set(twin.pulses)
     steps = [(tick, way) for tick, way, _ in twin.steps if tick < end and tick in edges]
@@ -116,7 +127,7 @@ def in_time(dialogue, board):
     answers = [said for said in map(read, board.frames) if isinstance(said, Answer)]
     before = 0
     for answer, (tick, _) in zip(answers, [chunk for chunk in dialogue.chunks if chunk[1]], strict=False):
-        assert tick <= answer.tick <= max(tick, before) + TAKEN_WITHIN
+        assert tick <= answer.tick <= max(tick, before) + TAKEN_WITHIN * (2 if dialogue.filter else 1)
         before = answer.tick
     levels, looks, within = 0x3F, [], SEEN_WITHIN + FILTERED_WITHIN * dialogue.filter
     for tick, after in board.looks:

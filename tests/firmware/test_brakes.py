@@ -38,7 +38,7 @@ class BrakedHost(Host):
         self.chunks.append((0, wire.encode(number, kind, payload)[:-1]))
 
 
-def braked(emulator, rate, cause, phase, way, length, pattern=(0,) * 8, slope=0):
+def braked(emulator, rate, cause, phase, way, length, pattern=(0,) * 8, slope=0, **config):
     """A board at a rate that brakes for a cause; it has a way down from any rate."""
     top = HZ / rate
     up = ramp(top, 800)[:40]
@@ -51,8 +51,9 @@ def braked(emulator, rate, cause, phase, way, length, pattern=(0,) * 8, slope=0)
         up + slew,
         busy=not silent,
         watchdog=WATCHDOG if silent else 0,
-        reflex=(Reflex.BRAKE, 0, 0, 0, 0, 0),
+        reflex=(Reflex.BRAKE, Reflex.ESTOP, 0, 0, 0, 0),
         pattern=pattern,
+        **config,
     )
     table = spread(224, 16_000, 40)
     for first in range(0, len(table), wire.ENTRIES_A_FRAME):
@@ -73,6 +74,8 @@ def braked(emulator, rate, cause, phase, way, length, pattern=(0,) * 8, slope=0)
         host.hear()
     if cause == "input":
         host.board.set_input(0, 0, host.board.now + 1)
+    elif cause == "emergency stop":
+        host.board.set_input(1, 0, host.board.now + 1)
     elif cause == "stop":
         host.say(FrameKind.STOP, b"\1")
     host.busy = False

@@ -115,9 +115,7 @@ def cause_it(talk, cause):
 @pytest.mark.parametrize("state", [IDLE, RUN, BRAKE, HALT], ids=lambda each: each.name)
 def test_what_switches_the_driver_off_and_what_does_not(emulator, state, cause):
     for policy, polarity in product(EnableOff, (1, 1 | LOW)):
-        talk = energised(
-            emulator, state, enable_off=policy, polarity=polarity, enable_hold=HOLDS, watchdog=WATCHDOG
-        )
+        talk = energised(emulator, state, enable_off=policy, polarity=polarity, enable_hold=HOLDS, watchdog=WATCHDOG)
         on = 0 if polarity & LOW else 1
         assert talk.level == on
         cause_it(talk, cause)

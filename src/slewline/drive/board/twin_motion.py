@@ -119,7 +119,7 @@ class MovingTwin:
         if record.flags & PAUSE and self.last_step is not None:
             end = (self.time + record.first) >> 16
             if end - self.last_step >= self.config.start_stop:
-                self.pace = None  # the motor stands
+                self.pace = self.last_step = None  # the motor stands: the next step is as the first one of a run
 
     def _happen(self, tick: int) -> None:
         """Do what is due at a tick: a step, or the end of a pause."""
