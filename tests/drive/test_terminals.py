@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 
 import slewline
 from slewline.drive.board.boards import UNO
+from slewline.drive.check import under_load
 from slewline.drive.power import ENABLE_OFF, hold_of
 from slewline.drive.promptness import recommended_ms
 from slewline.drive.terminals import driver_polarity, outputs_of
 from slewline.errors import UnknownName, UsageError
+from tests.ensembles import few
 
+from .families import GSC
 from .rig import TwinLine, drive_of
+
+MOVERS = {  # part, options, text, and what makes it move 900 steps
+    "cy525": ("cy525", {}, "A 0\rF 10\rR 120\rS 120\rZ 1\rN 900\r", "G\r"),
+    "gs-c200s": ("gs-c200s", GSC, "I3\rPo\rS50\rT900\rR90\r+900\rPx\r", "E\r"),
+}
 
 
 def test_a_driver_says_how_it_is_enabled_and_what_its_pulses_must_be():
@@ -58,5 +68,36 @@ def test_outputs_are_those_that_programs_set_or_those_that_are_wired():
         outputs_of(UNO, x, {"D4": "uo1"})
 
 
-def test_a_horizon_is_three_times_the_worst_that_was_seen():
-    assert [recommended_ms(late, 2) for late in (1, 10, 20, 60, 900)] == [20, 50, 100, 250, 1000]
+def test_a_horizon_is_three_times_the_lateness_and_a_quarter_more_than_a_start_takes():
+    assert [recommended_ms(late, 6.4) for late in (1, 10, 20, 60, 300)] == [20, 50, 100, 250, 1000]
+    assert [recommended_ms(0, load) for load in (16, 17, 1600, 1601)] == [20, 50, 2000, None]
+
+
+@pytest.mark.parametrize("round_trip_ms", few([1, 5, 16, 31, 60], 3))
+@pytest.mark.parametrize("moves", few([10, 100], 1))
+@pytest.mark.parametrize("name", MOVERS)
+def test_with_the_horizon_that_a_check_recommends_moves_are_made(name, round_trip_ms, moves):
+    part, options, text, go = MOVERS[name]
+    way = round_trip_ms * 10**6 // 2
+    line = TwinLine(Random(round_trip_ms), latency_ns=(way * 9 // 10, way * 11 // 10))
+    bench = slewline.Bench()
+    x = bench.add(part, "x", **options)
+    host = bench.host(x)
+    host.send(text)
+    with drive_of(bench, x, line, horizon="2 s") as drive:
+        load_ms = under_load(drive)
+        assert not line.twin.steps and line.twin.position == 0
+    horizon = recommended_ms(0, load_ms)
+    assert horizon <= 10 * round_trip_ms + 20
+    bench = slewline.Bench()
+    x = bench.add(part, "x", **options)
+    host = bench.host(x)
+    host.send(text)
+    line = TwinLine(Random(round_trip_ms), latency_ns=(way * 9 // 10, way * 11 // 10))
+    with drive_of(bench, x, line, horizon=f"{horizon} ms") as drive:
+        drive.run("300 ms")
+        for _ in range(moves):
+            host.send(go)
+            drive.run("30 ms")  # characters take their time
+            drive.run_until_rest("10 s")
+        assert not drive.troubles and len(line.twin.steps) == 900 * moves == x.travel

@@ -7,8 +7,8 @@ from time import perf_counter_ns, sleep
 from typing import NamedTuple
 
 NAP_S = 0.002
-HORIZONS_MS = (20, 50, 100, 250, 500, 1000)
-SAFETY = 3  # times the worst that was seen in some seconds: a day has worse
+HORIZONS_MS = (20, 50, 100, 250, 500, 1000, 2000)
+LATE_SAFETY, LOAD_SAFETY = 3, 1.25  # times the worst that was seen in some seconds: a day has worse
 
 
 class WakingDelays(NamedTuple):
@@ -49,7 +49,12 @@ def measured(
     return of_many(late)
 
 
-def recommended_ms(late_ms: float, round_trip_ms: float) -> int:
-    """Return the horizon that a machine needs, ms: three times the worst lateness and round trip that were seen."""
-    needs = SAFETY * (late_ms + round_trip_ms)
-    return next((horizon for horizon in HORIZONS_MS if horizon >= needs), HORIZONS_MS[-1])
+def recommended_ms(late_ms: float, load_ms: float) -> int | None:
+    """Return the horizon that a machine and a link need, ms; None: more than any that is allowed.
+
+    Args:
+        late_ms: by how much this process woke late, at worst.
+        load_ms: how long the link takes for all that goes before the first step of a motion, at worst.
+    """
+    needs = LATE_SAFETY * late_ms + LOAD_SAFETY * load_ms
+    return next((horizon for horizon in HORIZONS_MS if horizon >= needs), None)
