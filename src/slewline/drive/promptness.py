@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 NAP_S = 0.002
 HORIZONS_MS = (20, 50, 100, 250, 500, 1000, 2000)
-LATE_SAFETY, LOAD_SAFETY = 3, 1.25  # times the worst that was seen in some seconds: a day has worse
+LONGEST_LOAD_MS = 200  # for twenty records: a ramp at high rates needs a hundred a second
+LATE_SAFETY, LOAD_SAFETY = 3, 2  # times the worst that was seen in some seconds: a day has worse, a ramp more records
 
 
 class WakingDelays(NamedTuple):
@@ -50,11 +51,13 @@ def measured(
 
 
 def recommended_ms(late_ms: float, load_ms: float) -> int | None:
-    """Return the horizon that a machine and a link need, ms; None: more than any that is allowed.
+    """Return the horizon that a machine and a link need, ms; None: no horizon helps, as the link carries too little.
 
     Args:
         late_ms: by how much this process woke late, at worst.
         load_ms: how long the link takes for all that goes before the first step of a motion, at worst.
     """
+    if load_ms > LONGEST_LOAD_MS:
+        return None
     needs = LATE_SAFETY * late_ms + LOAD_SAFETY * load_ms
     return next((horizon for horizon in HORIZONS_MS if horizon >= needs), None)
