@@ -199,7 +199,10 @@ def test_a_session_and_its_black_box(folder, enable, call):
             host.until_ready()
         line = driven.status()
         current = "on" if enable else "off"
-        assert f"board ok at 250 | driver {current} | lead 0 ms | 64 of 64 slots free" in line and " ms there and back, worst " in line
+        assert (
+            f"board ok at 250 | driver {current} | lead 0 ms | 64 of 64 slots free" in line
+            and " ms there and back, worst " in line
+        )
         assert driven.end() == 0
         assert "late-start" not in driven.text
     (box,) = Path("boxes").iterdir()
@@ -293,4 +296,10 @@ def test_check_needs_no_port_and_leaves_nothing(call, monkeypatch, folder):
     ran = call("drive", "gs-c200s", "--board", "twin", "--check")
     assert ran.status == 0 and ran.out.splitlines()[-1] == "pulses    1000 pulses sent, 1000 counted"
     assert "slewline: looking for 0.1 s" in ran.err
+    monkeypatch.setattr("slewline.drive.check.ESTOP_S", 0.2)
+    words = ("--enable", "--driver", "A4988", "--input", "A0=estop")
+    ran = call("drive", "gs-c200s", "--board", "twin", "--check", *words)
+    assert ran.status == 1 and [line.split()[0] for line in ran.out.splitlines()[-2:]] == ["jog", "e-stop"]
+    assert "10 steps up and 10 back" in ran.out and "not seen within 0.2 s: look at its wire" in ran.out
+    assert "open the contact of the emergency stop" in ran.err
     assert not list(folder.iterdir())

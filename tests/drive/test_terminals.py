@@ -8,7 +8,7 @@ import pytest
 
 import slewline
 from slewline.drive.board.boards import UNO
-from slewline.drive.check import under_load
+from slewline.drive.check import jog, under_load
 from slewline.drive.power import ENABLE_OFF, hold_of
 from slewline.drive.promptness import recommended_ms
 from slewline.drive.terminals import driver_polarity, outputs_of
@@ -107,3 +107,13 @@ def test_with_the_horizon_that_a_check_recommends_moves_are_made(name, round_tri
             drive.run("30 ms")  # characters take their time
             drive.run_until_rest("10 s")
         assert not drive.troubles and len(line.twin.steps) == 900 * moves == x.travel
+
+
+def test_a_jog_is_ten_steps_up_and_ten_back_with_current():
+    bench = slewline.Bench()
+    line = TwinLine()
+    with drive_of(bench, bench.add("cy525", "x"), line, enable=True, driver="A4988") as drive:
+        assert jog(drive)
+        assert [way for _, way, _ in line.twin.steps] == [1] * 10 + [-1] * 10 and line.twin.output & 16
+        drive.run("100 ms")
+        assert drive.state == "ok" and not drive.troubles and line.twin.position == 0

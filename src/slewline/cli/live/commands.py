@@ -178,7 +178,12 @@ def serve_command(**options: Any) -> int:
     help="The position register begins at the count of a board that has gone on since a session before.",
 )
 @click.option("--homed", is_flag=True, help="You say that the motor is where the board has counted it to be.")
-@click.option("--check", is_flag=True, help="Look at link, machine and board for ten seconds; D9 is wired to D4 alone.")
+@click.option(
+    "--check",
+    is_flag=True,
+    help="Look at link, machine and board for ten seconds; D9 is wired to D4 alone. With --enable, jog the motor by "
+    "ten steps instead; with an E-stop among the inputs, see it open.",
+)
 @click.option(
     "--black-box", metavar="DIR", type=DIRECTORY, help="Where sessions are recorded, instead of the usual place."
 )
