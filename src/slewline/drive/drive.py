@@ -30,7 +30,7 @@ from .board.clock import BoardClock
 from .board.link import Link
 from .board.port import BoardPort, opened
 from .board.rehearsal import TwinPort
-from .board.wire import BoardConfig, BoardEvent
+from .board.wire import BoardConfig, BoardEvent, BoardState
 from .cable import Cable
 from .driven import DriveState, Exchanger, Stopping, Telling
 from .drivers import STEP_DRIVERS
@@ -121,6 +121,7 @@ class Drive:
         power: the current of the driver: `power.on`, and `power.known`, whether the position is.
         troubles: what has gone wrong since the start, in words.
         on_event: hook, called with each event that the board reports.
+        on_wake: hook, called when something comes from outside while nothing is to be done: a turn is due now.
 
     Raises:
         UsageError: an argument is out of range or does not fit chip or board; `enable` without `driver`; the port does
@@ -174,6 +175,7 @@ class Drive:
         self.spoken = self_start or bench.now_ps > 0 or any(not part.idle for part in bench.parts.values())
         self.state: DriveState = "closed"
         self.on_event: Hook[[BoardEvent]] = Hook()
+        self.on_wake: Hook[[]] = Hook()
         self.wall = clock
         self.power = Power(self, off_policy(enable_off))
         self.stopping: Stopping = StopChip(self, stop)
@@ -294,6 +296,9 @@ class Drive:
         """Something comes from outside; levels and time do not let a chip move."""
         if do not in SILENT:
             self.spoken = True
+        if self.link.at_rest:
+            self.link.at_rest = False
+            self.on_wake()
 
     def nets(self) -> list[tuple[Net, int]]:
         """Return the nets that set outputs of the board, and the number of each output."""
@@ -388,7 +393,17 @@ class Drive:
             self.stopping.turn()
         present, until = self.clock.ticks(now), None if self.rewind is None else self.rewind.going_back_to
         self.cable.turn(present if until is None else min(present, until))
+        self.link.at_rest = self._rests()
         self.talk.say(now)
+
+    def _rests(self) -> bool:
+        """Is nothing to be done until something comes from outside?"""
+        if self.state != "ok" or self.axis.moving or self.cable.under_way or abs(self._looked[1]) > self.horizon // 4:
+            return False
+        answer = self.link.answer
+        if answer is None or answer.state != BoardState.IDLE or not self.link.idle:
+            return False
+        return all(each.idle for each in (*self.bench.chips.values(), *self.bench.parts.values()))
 
     def _under_way(self) -> bool:
         """Are steps under way, or is it open where the motor comes to rest, and what its host is told then?"""
@@ -423,8 +438,9 @@ class Drive:
             self.align()
 
     def due(self) -> float:
-        """Return in how many seconds the next turn is due at the latest."""
-        return self.talk.due()
+        """Return in how many seconds the next turn is due at the latest, unless it is to wake before (`on_wake`)."""
+        due, following = self.talk.due(), self.kernel.next_time() if self.link.at_rest else None
+        return due if following is None else min(due, max(following - self.kernel.now, 0) / PS_PER_S)
 
     def run(self, duration: Time) -> None:
         """Let time pass, in step with the board.

@@ -145,6 +145,9 @@ class Driven(Protocol):
     def turn(self) -> None:
         """Hear the board, lay what the model has done, let what is due leave, and speak."""
 
+    def due(self) -> float:
+        """Return in how many seconds the next turn is due at the latest, unless something comes from outside before."""
+
     def catch_up(self) -> None:
         """Align the model if, at rest, the program has done something else meanwhile."""
 

@@ -32,9 +32,10 @@ class Live:
             goal = min(max(drive.ticks.ps(drive.clock.ticks(drive.wall())), drive.kernel.now), until)
             met = self._pass(goal, wait)
             drive.turn()
+            met = met or (wait is not None and wait.met())  # by what the board has said
             if met or drive.kernel.now >= until:
                 return met
-            self.talk.wait(min(self.talk.due(), max((until - drive.kernel.now) / PS_PER_S, LEAST_WAIT_S)))
+            self.talk.wait(min(drive.due(), max((until - drive.kernel.now) / PS_PER_S, LEAST_WAIT_S)))
 
     def until(self, condition: Condition | Callable[[], bool], timeout: Time) -> None:
         """Let the model keep up with the board until a condition is met.

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .driven import Driven
     from .stopping.troubles import Troubles
 
-TURN_S, POLL_S = 0.005, 0.001
+TURN_S, IDLE_S, POLL_S = 0.005, 0.5, 0.001
 SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 1.0
 WAY_DOWN_S = 20.0  # of a motion whose host is gone
 SAMPLES = 8  # round trips before the clock of the board is believed
@@ -38,32 +38,32 @@ class Talk:
     def __init__(self, drive: Driven, watch: Troubles, wait: Callable[[float], object] | None) -> None:
         self.drive, self.watch, self.wait = drive, watch, wait or self._wait
         self.nap = wait or sleep  # whatever comes meanwhile
-        self._heard_ns = self._looked_ns = 0
+        self._since_ns = 0  # the session goes on: whatever was unanswered before is not the board's silence
         self._silent = self._gone = False  # the board; its port
 
     # ----------------------------------------------------------------------------------------------------- each turn
     def begin(self) -> None:
         """Note that the board has just been heard."""
-        self._heard_ns, self._silent = self.drive.wall(), False
+        self._since_ns, self._silent = self.drive.wall(), False
 
     def hear(self, now: int) -> None:
         """Take what the board has said; report that it is silent, once."""
         drive = self.drive
-        if now - self._looked_ns > SILENT_NS // 4:  # the program has done something else: nothing was asked
-            self._heard_ns = now
-        self._looked_ns = now
         try:
             data = b"" if self._gone else drive.port.read()
         except OSError as error:
             self._lost(error)
             return
         if data:
-            self._heard_ns, self._silent = now, False
+            self._silent = False
             drive.link.receive(data, now)
             self.watch.heard()
-        elif drive.state != "closed" and not (self._silent or self._gone) and now - self._heard_ns > SILENT_NS:
+        elif drive.state != "closed" and not (self._silent or self._gone) and self._unanswered(now):
             self._silent = True
             self.watch.silent(readable(SILENT_NS * 1000))
+
+    def _unanswered(self, now: int) -> bool:
+        return min(self.drive.link.unanswered_ns(now), now - self._since_ns) > SILENT_NS
 
     def say(self, now: int) -> None:
         """Send what is to be sent."""
@@ -91,9 +91,9 @@ class Talk:
             self.drive.clock.restart()  # its supply comes through the cable
 
     def due(self) -> float:
-        """Return in how many seconds the next turn is due at the latest."""
-        due = self.drive.link.due_ns()
-        return TURN_S if due is None else min(max(due - self.drive.wall(), 0) / 10**9, TURN_S)
+        """Return in how many seconds the next turn is due at the latest, if nothing comes from outside before."""
+        due, most = self.drive.link.due_ns(), IDLE_S if self.drive.link.at_rest else TURN_S
+        return most if due is None else min(max(due - self.drive.wall(), 0) / 10**9, most)
 
     def _wait(self, seconds: float) -> None:
         number = self.drive.port.fileno()

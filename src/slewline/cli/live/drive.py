@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from shutil import rmtree
 from tempfile import TemporaryDirectory
@@ -168,8 +169,11 @@ class DriveCommand(ServeCommand):
             line.gate = drive.gate
 
         watched: list[int] = []
+        turns = [0]
 
-        def again() -> None:
+        def again(number: int | None = None) -> None:
+            if number not in (None, turns[0]):
+                return  # something has come from outside before this was due
             drive.turn()
             number = drive.port.fileno()  # another one after a cable was pulled and put back
             if watched != ([] if number is None else [number]):
@@ -178,13 +182,15 @@ class DriveCommand(ServeCommand):
                 watched[:] = [] if number is None else [number]
                 for new in watched:
                     server.loop.watch(new, drive.turn)
-            server.loop.after(drive.due(), again)
+            turns[0] += 1
+            server.loop.after(drive.due(), partial(again, turns[0]))
 
         def begin() -> None:
             drive.align()  # the server has begun later than the board was opened
             again()
 
         server.loop.ask(begin)
+        drive.on_wake.add(lambda: server.loop.ask(again))
         server.notes.append(lambda: as_line(drive))
         self._hear_user(server, drive, f"slewline: {introduction(drive)}; {be_prompt()}")
 

@@ -30,6 +30,7 @@ from .wire import (
 
 MS = 1_000_000
 HEARTBEAT = 100 * MS  # ns between round trips, or a quarter of the watchdog
+HEARTBEAT_AT_REST = 500 * MS  # a board at rest needs none; its clock is looked at
 REFILL = 5 * MS  # while records wait for slots
 PATIENCE, LONGEST_PATIENCE = 5 * MS, 500 * MS  # without an answer; or three median round trips
 UNKNOWN = 20 * MS  # for a round trip, before there was one
@@ -45,7 +46,7 @@ class Link(Outbox):
 
     `answer` is the last one, its tick unwrapped; `free` the slots that nothing is on its way to; `backlog` the records
     that the board has not taken yet.  `damaged` counts frames of the board that were, `resent` those of the host that
-    went out again.
+    went out again.  `at_rest`: the motor stands, and nothing is to come.
 
     `on_event` has each event of the board once, in order, its tick unwrapped.  `on_boot`: the board began again; what
     was to be sent is forgotten, and the board is to be opened again.  `on_open`: it is open, and what it is.
@@ -64,6 +65,7 @@ class Link(Outbox):
         self.counted: int | None = None  # by the board, as it last said: signed 32 bits
         self.damaged = self.resent = 0
         self.heard_ns: int | None = None  # when the last frame came
+        self.at_rest = False
         self._decoder = Decoder()
         self._token = 0
         self._now = 0
@@ -77,6 +79,7 @@ class Link(Outbox):
         self._ask = False
         self._silences = 0
         self._waits_since = 0  # for the first answer that is missing
+        self._asked_ns = 0  # when the first frame went out since which nothing has been answered
         self._events = EventOrder(0)
         self._last_ask = 0
 
@@ -102,6 +105,12 @@ class Link(Outbox):
         """Whether all that was to be sent has been taken, and every event reported."""
         return not (self._commands or self._stops or self._opening) and self._events.complete
 
+    def unanswered_ns(self, now_ns: int) -> int:
+        """Return for how long a frame has been under way, and nothing has come, in ns; 0: there is none."""
+        if not self._flight:
+            return 0
+        return now_ns - max(self.heard_ns or 0, self._asked_ns)
+
     @property
     def free(self) -> int:
         """The slots of the board, minus what is on its way to them."""
@@ -119,6 +128,8 @@ class Link(Outbox):
 
     @property
     def _heartbeat(self) -> int:
+        if self.at_rest:
+            return HEARTBEAT_AT_REST
         watchdog = self._config.watchdog if self._config else 0
         return min(HEARTBEAT, watchdog * 1_000_000_000 // self.clock.hz // 4) if watchdog else HEARTBEAT
 
@@ -221,7 +232,7 @@ class Link(Outbox):
 
     def _note_sent(self, frame: bytes, number: int, kind: int, command: BoardCommand | None = None) -> None:
         if not self._flight:
-            self._waits_since = self._now
+            self._waits_since = self._asked_ns = self._now
         copy = command.copies if command else 0
         self._flight.append(SentFrame(number, kind, len(frame), self._now, command, copy))
 
