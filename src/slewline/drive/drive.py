@@ -90,7 +90,7 @@ class Drive:
         pulses: let STEP have edges in a dry run too; a driver whose ENABLE is not wired moves the motor then.
         enable_off: when the board switches the driver off by itself, after `enable_hold`: "rest", whenever the motor is
             at rest; "halt", after a halt, and at rest when its host is silent; "never".  An emergency stop always
-            does, at once.  The end of a session does, but with "never", as soon as the motor is at rest.
+            does, immediately.  So does the end of a session, unless "never", when the motor is at rest.
         enable_hold: the time for which the driver stays on then, up to 268 s.
         stop: how the chip is stopped when the board has stopped by itself: "abort", "kill" (K of a GS-C), "reset" or
             "power"; by default the first of these that the chip has.
@@ -101,8 +101,8 @@ class Drive:
         invert_dir: let DIR have the other level than the direction pin of the chip.
         inputs: the wiring of inputs of the board, by their printed names: a pin of the chip, or "estop"; "!" before it
             inverts the level.
-        filter: how often an input is looked at, 4 us apart, before a change counts, 0 to 15; an emergency stop counts
-            at once.
+        filter: how often an input is looked at, 4 us apart, before a change counts, 0 to 15; an emergency stop is not
+            filtered.
         outputs: what outputs of the board show, by their printed names: pins of the chip, "fault" (the board has
             halted) or "energised"; by default the pins that programs set.
         self_start: allow a program that the chip starts by itself to move the motor.
@@ -403,7 +403,8 @@ class Drive:
         answer = self.link.answer
         if answer is None or answer.state != BoardState.IDLE or not self.link.idle:
             return False
-        return all(each.idle for each in (*self.bench.chips.values(), *self.bench.parts.values()))
+        chips, parts = self.bench.chips.values(), self.bench.parts.values()
+        return all(chip.idle for chip in chips) and all(part.idle for part in parts)
 
     def _under_way(self) -> bool:
         """Are steps under way, or is it open where the motor comes to rest, and what its host is told then?"""

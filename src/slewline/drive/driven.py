@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from .board.wire import BoardConfig, BoardEvent
     from .cable import Cable
     from .feeder import Feeder
-    from .power import Power
     from .ticks import TickMap
 
 DriveState = Literal["closed", "ok", "halted", "unknown"]
@@ -77,12 +76,23 @@ class FoundBoard(NamedTuple):
     unsure: bool
 
 
+class Current(Protocol):
+    """The current of the driver, and what is known of the position."""
+
+    @property
+    def on(self) -> bool:
+        """Whether the driver is enabled."""
+
+    def doubt(self) -> None:
+        """Record that the motor may be elsewhere than the register."""
+
+
 class Telling(Protocol):
     """Reports troubles of a drive."""
 
     @property
     def final(self) -> bool:
-        """Whether a drive that is halted has heard the board's count at rest."""
+        """Whether the count of a halted board at rest is known."""
 
     def report(self, code: str, text: str, position: int | None = None) -> None:
         """Report a trouble as a finding of the chip, and, with a position, set its register."""
@@ -106,7 +116,7 @@ class Telling(Protocol):
         """Halt the drive: the board has switched the driver off."""
 
     def clock_jumped(self) -> None:
-        """Go on, or halt the drive: the clock of this computer stood, and that of the board did not."""
+        """Continue, or halt the drive: this computer slept, and the board did not."""
 
 
 class Driven(Protocol):
@@ -136,8 +146,11 @@ class Driven(Protocol):
     wall: Callable[[], int]  # ns
     on_event: Hook[[BoardEvent]]
     stopping: Stopping
-    power: Power
     watch: Telling
+
+    @property
+    def power(self) -> Current:
+        """The current of the driver."""
 
     def nets(self) -> list[tuple[Net, int]]:
         """Return the nets that set outputs of the board, and the number of each output."""

@@ -4,13 +4,12 @@
     board     | START ... base: all that is laid .....|..... H ....|
                                [open record, held]
 
-Each turn takes the steps that the model has made since, and fits records to them.  The last record is held as long as
-the board has three quarters of the horizon before it, so that steps of the next turns may join it.  Where the model
+Each turn fits records to the steps that the model has made since the last one.  The last record is held as long as the
+board has three quarters of the horizon before it, so that steps of the next turns may join it.  Where the model
 makes no steps, pauses lead up to its present, so that a queue that runs dry always means trouble.  Behind the end of
 a motion stands a pause behind which the motor may stand (REST).
 
-Ticks with the suffix 16 are 1/65536 tick.  `base16` is where the board's own arithmetic will be behind all that is
-laid, so errors of rounding do not add up.
+Ticks with the suffix 16 are 1/65536 tick.  `base16` is where the board will be by its own arithmetic: no error adds up.
 """
 
 from __future__ import annotations
@@ -101,8 +100,7 @@ class Feeder:
         import numpy as np
 
         self.axis, self.kernel, self.link, self.ticks, self.horizon = axis, kernel, link, ticks, horizon
-        self._put, self._half, self._ways, self._wake = put, half, ways, wake
-        self.shortest = shortest
+        self._put, self._half, self._ways, self._wake, self.shortest = put, half, ways, wake, shortest
         self._none: NDArray[np.int64] = np.empty(0, np.int64)
         self.taken_ps = kernel.now  # the steps before this instant are taken
         self.running = False  # something is laid that the board has not come to rest behind
@@ -115,7 +113,6 @@ class Feeder:
         self._forget()
 
     def _forget(self) -> None:
-        """Nothing is laid any more."""
         self.base16 = 0
         self.running = self._rested = False  # the last record that is laid is REST
         self._flags = 0
@@ -126,7 +123,7 @@ class Feeder:
         self._rests: deque[int] = deque()
         self._batch: list[Record] = []
         self._start: int | None = None
-        self._started: int | None = None  # the tick of the last START
+        self.started: int | None = None  # the tick of the last START; None: none since the board was opened or halted
 
     # ------------------------------------------------------------------------------------------------ what is outside
     @property
@@ -136,11 +133,6 @@ class Feeder:
             return False
         now = self.kernel.now
         return self.running or bool(self._items) or (now >= self.taken_ps and self.axis.count(self.taken_ps, now) > 0)
-
-    @property
-    def started(self) -> int | None:
-        """The tick of the last START; None: nothing has been started since the board was opened, or has halted."""
-        return self._started
 
     @property
     def interval16(self) -> int:
@@ -178,7 +170,7 @@ class Feeder:
         self._rests.popleft()
         if self._rests or not self._rested:  # what has been laid behind it came too late to join
             self._send()
-            self._started = tick
+            self.started = tick
             self.link.start(tick)
         else:
             self.running = False
@@ -200,13 +192,13 @@ class Feeder:
 
     def restart(self, tick: int) -> None:
         """Start at a tick what the board has queued, because it was told too late; all that is to come is later."""
-        if self._started is not None:
-            self.delay(tick - self._started)
-            self._started = tick
+        if self.started is not None:
+            self.delay(tick - self.started)
+            self.started = tick
             self.link.restart(tick)
 
     def counted(self) -> None:
-        """Count the steps that are lost from now on: the model stands where the motor does."""
+        """Count lost steps from now on: the model is where the motor is."""
         self._take()
         self.lost = 0
 
@@ -403,6 +395,6 @@ class Feeder:
             self._wake()
             self.link.push(batch[:FIRST_RECORDS])
             self.link.start(self._start)
-            self._started, self._start, batch = self._start, None, batch[FIRST_RECORDS:]
+            self.started, self._start, batch = self._start, None, batch[FIRST_RECORDS:]
         if batch:
             self.link.push(batch)

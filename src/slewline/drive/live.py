@@ -32,7 +32,7 @@ class Live:
             goal = min(max(drive.ticks.ps(drive.clock.ticks(drive.wall())), drive.kernel.now), until)
             met = self._pass(goal, wait)
             drive.turn()
-            met = met or (wait is not None and wait.met())  # by what the board has said
+            met = met or (wait is not None and wait.met())  # by an answer of the board
             if met or drive.kernel.now >= until:
                 return met
             self.talk.wait(min(drive.due(), max((until - drive.kernel.now) / PS_PER_S, LEAST_WAIT_S)))

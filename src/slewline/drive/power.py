@@ -1,7 +1,7 @@
 """The current of the driver, as the host asks for it; the board decides (`board/twin_power.py` has its rules).
 
     open    on, if the drive is to enable its driver: a word of the user
-    clear   as it is; on again only if the user says that the position is known (homed), or homes now (homing)
+    clear   unchanged; on again only if the user says that the position is known (homed), or homes now (homing)
     close   off when the motor has come to rest and is counted; "never" leaves it on
 
 A position is unknown where steps may have been lost, where they were made without current, and where the board has
@@ -66,13 +66,13 @@ class Power:
 
     @property
     def flags(self) -> int:
-        """What the board said last of the driver: PowerFlag."""
+        """The flags of the last answer of the board: PowerFlag."""
         answer = self.drive.link.answer
         return 0 if answer is None else answer.flags
 
     @property
     def on(self) -> bool:
-        """Whether the driver is enabled, as the board said last."""
+        """Whether the driver is enabled, by the last answer of the board."""
         return bool(self.flags & PowerFlag.ENERGISED)
 
     def began(self, *, known: bool) -> None:
@@ -82,7 +82,7 @@ class Power:
         self._homed_from = self._seen()
 
     def doubt(self) -> None:
-        """Note that the motor may be elsewhere than the register says."""
+        """Record that the motor may be elsewhere than the register."""
         self.known = False
 
     def before_start(self) -> None:

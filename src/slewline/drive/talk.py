@@ -130,7 +130,7 @@ class Talk:
     def set_up(self, position: int | None = None, *, known: bool = False, power: bool = False) -> FoundBoard:
         """Configure the board, and return what it was; a board that has a count keeps it.
 
-        The driver is switched on last of all, when the board is seen to be idle, or remains as it is.
+        The driver is switched on last, once the board is known to be idle, or not at all.
 
         Args:
             position: the travel of the model that belongs to this count; None: its travel now.

@@ -317,7 +317,7 @@ class GsC(InLines, Chip):
 
     @from_outside
     def kill(self) -> None:
-        """End program and motion at once, as command K does, without a line of a host and without an answer.
+        """End program and motion immediately, as command K does, without a line of a host and without an answer.
 
         It is an input from outside, which a journal keeps.  Registers and program remain.
         """

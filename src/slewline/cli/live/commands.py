@@ -143,7 +143,7 @@ def serve_command(**options: Any) -> int:
     "--filter",
     type=click.IntRange(0, 15),
     default=0,
-    help="How often an input is looked at, 4 us apart, before it counts; an E-stop counts at once.",
+    help="How often an input is looked at, 4 us apart, before it counts; an E-stop is not filtered.",
 )
 @click.option(
     "--input",

@@ -20,7 +20,7 @@ EACH, EACH_AT_FIRST = 1_000_000_000, 100_000_000  # ns that they are apart at le
 SOON = 6_000_000_000  # ns; before, they are nearer, and the rate is computed at each round trip
 ROUND_TRIPS = 64
 WRAP = 2**32
-JUMP_S = 0.1  # by which a board is never ahead or behind, but for what a crystal may be off since it was last heard
+JUMP_S = 0.1  # by which a board is never ahead or behind, but for the error of a crystal since the last round trip
 
 
 @dataclass(slots=True)
@@ -53,7 +53,7 @@ class BoardClock:
         self._trips: deque[int] = deque(maxlen=ROUND_TRIPS)
         self.worst_round_trip_ns = 0
         self.jumps = 0
-        self._heard_ns = 0  # the last round trip
+        self._noted_ns = 0  # the last round trip
         self._lives = 0  # ns of board time before this power-up
         self._told = 0  # ns of board time
         self._forget()
@@ -78,7 +78,7 @@ class BoardClock:
         if self.known:
             expected = self._at((sent_ns + received_ns) // 2)
             unwrapped = _nearest(tick, expected)  # the silence may have been long
-            apart = JUMP_S + (received_ns - sent_ns + (received_ns - self._heard_ns) * WIDEST_PPM / 1e6) / 1e9
+            apart = JUMP_S + (received_ns - sent_ns + (received_ns - self._noted_ns) * WIDEST_PPM / 1e6) / 1e9
             if abs(unwrapped - expected) > apart * self.hz:
                 self.jumps += 1
                 self.restart()
@@ -90,7 +90,7 @@ class BoardClock:
             self.known = True
             self._newest = self._first = self._last = tick
             self._origin = sent_ns
-        self._heard_ns = received_ns
+        self._noted_ns = received_ns
         self._keep(sent_ns, received_ns, tick)
         while not self._drawn() and len(self._bounds) > 1:
             # the rate changed, or the clock of the host jumped: what is older is of no use

@@ -46,7 +46,7 @@ class Link(Outbox):
 
     `answer` is the last one, its tick unwrapped; `free` the slots that nothing is on its way to; `backlog` the records
     that the board has not taken yet.  `damaged` counts frames of the board that were, `resent` those of the host that
-    went out again.  `at_rest`: the motor stands, and nothing is to come.
+    went out again.  `at_rest`: the motor is at rest, and nothing is to come.
 
     `on_event` has each event of the board once, in order, its tick unwrapped.  `on_boot`: the board began again; what
     was to be sent is forgotten, and the board is to be opened again.  `on_open`: it is open, and what it is.

@@ -291,7 +291,7 @@ class MovingTwin:
         self._show(tick)
 
     def _show(self, tick: int) -> None:
-        """Let the pins show outputs, lamps and ENABLE as they are now."""
+        """Let the pins show outputs, lamps and ENABLE."""
         config, (outputs, level) = self.config, self._shown
         fault, power = (1 << number >> 1 for number in (config.fault_output, config.power_output))
         output = self.output & ~(fault | power) | fault * (self.state in (HALT, BOOT)) | power * self.power.on

@@ -70,7 +70,7 @@ class TwinPower:
             self.unsure = False
 
     def begin_motion(self) -> None:
-        """Note that steps come: without current the count says nothing of the motor."""
+        """Note that steps come: without current the motor does not make them."""
         self.unsure |= not self.on
 
     def cut(self, moving: bool, tick: int) -> None:

@@ -226,7 +226,7 @@ class BoardConfig:
 
     `polarity`: 1, DIR high is up; 2, ENABLE is active low.  `active`: bit n, input n is active when high.  `report`:
     bit n, each edge of input n is reported.  `driver`: DriverFlag.  `enable_off`: EnableOff, after `enable_hold` times
-    65,536 ticks.  `filter`: looks, 4 us apart, for which an input remains as it is before it counts; not of an
+    65,536 ticks.  `filter`: looks, 4 us apart, for which an input remains unchanged before it counts; not of an
     emergency stop.  `fault_output`, `power_output`: number + 1 of the outputs that show a halt, and the driver's
     current; 0: none.  `reflex`: one for each input.  `pattern`: phases A to D in bits 0 to 3 by the index of half
     steps, all zero without phases; `phase`: the index now.

@@ -31,7 +31,7 @@ REFLEX: Mapping[str, int] = {  # of a board, by the reflex of a pin
     "stop down": Reflex.STOP | Reflex.DOWNWARDS,
     "brake": Reflex.BRAKE,
     "brake back": Reflex.BRAKE,
-    "hold": Reflex.STOP,  # the chip holds the motor by its own law, once it has heard of it
+    "hold": Reflex.STOP,  # the model then holds the motor by its own law
     "mark": Reflex.MARK,
 }
 HOMING = {"stop out": 1, "stop back": -1, "stop sought": 1}  # in a homing; in which direction, seen from its way out

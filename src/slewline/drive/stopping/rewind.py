@@ -265,7 +265,7 @@ class Rewind:
 
     @property
     def _held(self) -> BoardInput | None:
-        """The input that holds the motor, if one does; it lets go at the present, for the motor stands until then."""
+        """The input that holds the motor, if one does; its release takes effect at the present."""
         each = None if self.stop is None else self.inputs.get(self.stop.which)
         return each if each is not None and each.reflex == "hold" else None
 

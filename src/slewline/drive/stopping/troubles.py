@@ -288,31 +288,30 @@ class Troubles:
         self.drive.link.abandon()
         self._halted(
             "not-started",
-            "the board has not taken the start of a motion: the line damages too much, or is too slow; the motor "
-            "stands. Look at the cable, or choose a longer horizon (--check recommends one)",
+            "the board has not taken the start of a motion: the line damages too much, or is too slow; the motor does "
+            "not move. Check the cable, or choose a longer horizon (--check recommends one)",
         )
 
     def switched_off(self) -> None:
         """The board has switched the driver off by itself, at rest."""
         self._halted(
             "driver-off",
-            "the board has switched the driver off, for it had not heard its host: the motor may have moved; clear the "
-            "drive, and home",
+            "the board has switched the driver off, as no message came from its host: the motor may have moved; clear "
+            "the drive, and home",
         )
 
     def clock_jumped(self) -> None:
-        """The clock of this computer stood, and that of the board did not: the computer slept."""
+        """This computer slept, so its clock did not run, and the board's did."""
         drive = self.drive
         if drive.state == "ok" and drive.cable.under_way:
             self._halted(
                 "computer-slept",
-                "the clock of this computer stood while the board went on: it slept in a motion, which the board has "
-                "ended; keep it awake",
+                "this computer slept during a motion, which the board has ended; keep it awake",
             )
         drive.cable.flush()  # its ticks are those of before
 
     def _halted(self, code: str, text: str) -> None:
-        """Halt the drive for a reason of which the board has told nothing."""
+        """Halt the drive for a reason that the board does not know."""
         drive = self.drive
         drive.link.stop(1)
         drive.state, self._final = "halted", False
@@ -323,5 +322,5 @@ class Troubles:
 
     @property
     def final(self) -> bool:
-        """Whether a drive that is halted has heard the board's count at rest."""
+        """Whether the count of a halted board at rest is known."""
         return self._final
