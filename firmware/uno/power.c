@@ -63,8 +63,8 @@ void cut_power(uint8_t in_motion)
     lock();
 }
 
-/* Another driver, or another level that enables: nobody has asked for its current yet.  A stop that the inputs mean now
-   counts at once. */
+/* Another driver, or another level that enables: nobody has asked for its current yet.  An active emergency stop
+   counts immediately. */
 void power_configured(uint8_t before, uint8_t polarity_before)
 {
     armed = driver & IS_DRY ? DISARMED : RISING;

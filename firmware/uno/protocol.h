@@ -44,7 +44,7 @@ enum { OFF_NEVER, OFF_AT_HALT, OFF_AT_REST };
 
 /* Flags of RESET. */
 #define SETS_POSITION 1
-#define IS_KNOWN 2  /* the count is where the motor is: somebody says so */
+#define IS_KNOWN 2  /* the count is where the motor is: the user says so */
 #define MAY_POWER 4 /* the driver may be switched on, though the board has switched it off */
 
 /* Flags of ANSWER. */

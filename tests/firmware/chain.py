@@ -148,8 +148,8 @@ class EmulatedLine:
 
 
 def drive_of(bench: Bench, x: Chip, line: EmulatedLine, **options: Any) -> Drive:
-    """A drive on a line."""
-    options = {"black_box": False, "self_start": True, **options}
+    """A drive on a line; STEP has edges, unless an option says otherwise."""
+    options = {"black_box": False, "self_start": True, "pulses": True, **options}
     drive = Drive(bench, x, line, clock=line.wall, wait=line.wait, **options)
     line.polarity = line.board.polarity = drive.config.polarity
     return drive

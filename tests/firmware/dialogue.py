@@ -19,12 +19,12 @@ ENABLED = wire.ENABLE
 WHOLE, HALVES = (1, 1, 2, 2, 4, 4, 8, 8), (1, 3, 2, 6, 4, 12, 8, 9)
 
 # Bounds, in ticks of 62.5 ns; measured, and rounded up.
-TAKEN_WITHIN = 60_000  # of the end of a frame, or of the answer before it; eight events may be told first
+TAKEN_WITHIN = 80_000  # of the end of a frame, or of the answer before it; a full ring and eight events may go first
 SEEN_WITHIN = 2_500  # of an edge of an input; usually some 200
 FILTERED_WITHIN = 250  # more for each look of the filter
 SILENT_WITHIN = 6_000  # silence is noticed: a round of the main loop that took records while steps were made
 SHOWN_WITHIN = 2_000  # phases and outputs; these are longest behind a START at which inputs act
-LAMPS_WITHIN = 60_000  # lamps: the main loop shows them, and eight events may be told first
+LAMPS_WITHIN = 80_000  # lamps: the main loop shows them, and eight events may be told first
 MOMENT = 400  # from the level of a pin to its direction
 PULSE_LEAST = 80
 

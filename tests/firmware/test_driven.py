@@ -41,14 +41,14 @@ def board(firmware):
 
 @contextmanager
 def driven(board, folder, *words, chip=GSC, **options):
-    """A drive on the board, and the address of its port."""
-    with Slewline("drive", *chip, "--board", board.port, *words, folder=folder, **options) as drive:
+    """A drive on the board, whose STEP has edges, and the address of its port."""
+    with Slewline("drive", *chip, "--board", board.port, "--pulses", *words, folder=folder, **options) as drive:
         yield drive, drive.ready()
 
 
 def net(board):
-    """Where the motor is, by the edges of STEP since the last power-up: DIR is low upwards."""
-    return sum(1 if level == 0 else -1 for _, level in board.steps())
+    """Where the motor is, by the edges of STEP since the last power-up: DIR is high upwards."""
+    return sum(1 if level else -1 for _, level in board.steps())
 
 
 def until_it_moves(board, steps, seconds=20):
@@ -154,12 +154,13 @@ def test_two_hundred_hosts_are_killed_in_motion(board, tmp_path, seed):
 
 # ------------------------------------------------------------------------------------------ line, supply, and machine
 def clear_and_move(drive, host, board, count):
-    """Let a drive go on whose module has been stopped by its supply, and move its motor from a count on."""
+    """Let a drive go on whose module was stopped by K, and move its motor from a count on."""
     drive.clear()
+    before = host.position()
     host.program(*FAST, "-25")
     host.until_ready()
     assert drive.stands() == count - 25 == net(board)
-    assert host.position() == -25
+    assert host.position() == before - 25
     assert "count-differs" not in drive.text
 
 
@@ -173,8 +174,8 @@ def test_a_host_that_stands_for_half_a_second_runs_the_board_dry_and_the_count_i
         assert stood_by_its_way_down(board), gaps(board)
         said = drive.hears(r"gs_c200s: (underrun: the board ran dry|host-silent: the board has not heard)")
         assert "underrun" in said[0], "it ran dry before its watchdog was due"
-        drive.hears("position-uncertain: the chip was stopped by reset or supply: its position is lost; home it")
-        assert drive.stands() == made == net(board) == len(board.steps())
+        drive.hears(f"position-taken-over: the motor stands at {made}: ")
+        assert drive.stands() == made == net(board) == len(board.steps()) == host.position()
         clear_and_move(drive, host, board, made)
         assert drive.end() == 0
 
@@ -317,7 +318,7 @@ def test_an_old_program_does_not_notice_that_a_motor_has_taken_the_place_of_the_
     words = ("gs-c200s", "--strap", "chs=0", "--pty", "driven", "--input", "A0=eot", "--input", "A1=home")
     words += ("--horizon", "500 ms")  # an emulator that shares its machine is late now and then
     places, over = [], threading.Event()
-    words += ("--board", board.port, "--no-black-box")
+    words += ("--board", board.port, "--pulses", "--no-black-box")
     with (
         Slewline("serve", "--bench", "served.toml", folder=tmp_path) as served,
         Slewline("drive", *words, folder=tmp_path) as drive,
@@ -381,7 +382,7 @@ def busy(number):
 
 def in_time(board, folder, seconds):
     """Move at 9,700 steps/s for so long beside two busy processes; return figures of the turns of the host."""
-    words = ("drive", *GSC, "--board", board.port, "--no-black-box")
+    words = ("drive", *GSC, "--board", board.port, "--pulses", "--no-black-box")
     program = ("tests.firmware.lateness", str(folder / "figures.json"))
     with busy(2), Slewline(*words, folder=folder, program=program) as drive, ModuleHost(drive.ready()) as host:
         host.program(*FAST, "g+")

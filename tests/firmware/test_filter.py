@@ -26,10 +26,9 @@ def moving(emulator, looks, interval=8_000, **config):
     talk = Talk(
         emulator,
         filter=looks,
-        report=1 << OTHER,
         reflex=(Reflex.STOP, Reflex.ESTOP, 0, Reflex.MARK, Reflex.BRAKE, 0),
         start_stop=16_000,
-        **config,
+        **{"report": 1 << OTHER, **config},
     )
     talk.play(
         [Record(0, 60_000, 2_000), Record(0, 60_000, interval)] if interval < 1_000 else [Record(0, 60_000, interval)]
@@ -98,7 +97,8 @@ def test_an_input_that_bounces_counts_when_it_is_quiet(emulator):
 def test_an_emergency_stop_is_not_delayed_by_it(emulator, looks, seeds):
     for seed in seeds:
         random = Random(f"stop {looks} {seed}")
-        talk = moving(emulator, looks)
+        # Without a filter the events of the one that bounces would be more than the board keeps.
+        talk = moving(emulator, looks, report=(1 << OTHER) * bool(looks))
         tick = talk.board.now + 2_000 + random.randrange(9_000)
         # The other bounces before it, in the same instant, or after it.
         begin, apart = tick - random.choice((0, 0, 1, 30, 200, 900)), random.choice((25, 90, 400))

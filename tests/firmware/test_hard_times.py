@@ -23,7 +23,7 @@ AGAIN = {  # what a host sends for 50 more steps, by part
     "mc1451a": "SET_VEL 1000 steps/s\nSET_ACC 20000 steps/s2\nSET_POS 50\nUPDATE",
 }
 STREAMS = ["cy525 top", "gs-c200s to 10 k", "cy545 to 27 k", "mc1451a to 45 k"]
-GUESS = ("gs-c200s", "mc1451a")  # a reset or the supply has stopped them: what they had is lost
+GUESS = ("mc1451a",)  # its supply has stopped it: what it had is lost
 
 
 def codes(x):

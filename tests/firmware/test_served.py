@@ -75,7 +75,7 @@ class Host:
 
     def begin(self, **config):
         self.ask(0, FrameKind.HELLO)
-        self.ask(0, FrameKind.CONFIG, BoardConfig(16_000, **config).pack())
+        self.ask(0, FrameKind.CONFIG, BoardConfig(16_000, driver=0, **config).pack())
         self.ask(1, FrameKind.RESET, wire.reset_payload(0))
 
 
