@@ -105,7 +105,7 @@ def test_a_board_that_becomes_another_one_is_refused(listed):
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"version": VERSION + 1}, "has version 2 of the firmware, and this slewline needs 1"),
+        ({"version": VERSION + 1}, "has version 3 of the firmware, and this slewline needs 2"),
         ({"hz": 8_000_000}, "has 8000000 ticks a second; expected 16000000, of a uno"),
     ],
 )

@@ -6,14 +6,23 @@ import pytest
 
 from slewline.drive.board import wire
 from slewline.drive.board.records import PAUSE, REST, Record
-from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, BoardState, FrameKind, FrameResult, Happening
+from slewline.drive.board.wire import (
+    Answer,
+    BoardConfig,
+    BoardEvent,
+    BoardState,
+    FrameKind,
+    FrameResult,
+    Happening,
+    Reflex,
+)
 from slewline.errors import UsageError
 from tests.ensembles import few
 
 from .pipe import MS, Pipe
 
-MARK = 4
-CONFIG = BoardConfig(20_000, reflex=(MARK, 0, 0, 0, 0, 0), active=1)
+MARK = Reflex.MARK
+CONFIG = BoardConfig(20_000, reflex=(int(MARK), 0, 0, 0, 0, 0), active=1)
 LINES = {
     "clean": {},
     "late": {"late": (1 * MS, 30 * MS)},

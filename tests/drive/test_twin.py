@@ -16,13 +16,15 @@ from slewline.drive.board.wire import (
     BoardEvent,
     BoardState,
     Decoder,
+    DriverFlag,
     Frame,
     FrameKind,
     Happening,
     Ident,
+    PowerFlag,
 )
 
-STOP, BRAKE, HOLD, MARK, ESTOP = range(1, 6)
+STOP, BRAKE, MARK, ESTOP = range(1, 5)
 UPWARDS, DOWNWARDS = 16, 32
 FULL = (0b0101, 0b0100, 0b0110, 0b0010, 0b1010, 0b1000, 0b1001, 0b0001)
 
@@ -37,12 +39,13 @@ class Rig:
         self.twin.inputs = 0
         self.heard: list[Answer | BoardEvent | Ident] = []
         reflex = (*reflex, *(0,) * (6 - len(reflex)))
+        more = {"driver": DriverFlag.ENABLE, **more}
         self.config = BoardConfig(start_stop, reflex=reflex, active=active, **more)  # type: ignore[arg-type]
 
     def ready(self, tick: int = 100) -> Rig:
         """Configured and reset."""
         assert self.tell(FrameKind.CONFIG, self.config.pack(), tick).result == 0
-        assert self.tell(FrameKind.RESET, wire.reset_payload(0), tick).result == 0
+        assert self.tell(FrameKind.RESET, wire.reset_payload(0, known=True), tick).result == 0
         self.heard.clear()
         return self
 
@@ -104,8 +107,8 @@ def test_hello_is_answered_behind_an_ident_and_numbers_begin_again() -> None:
     rig = Rig().ready()
     answer = rig.tell(FrameKind.HELLO, tick=500, number=77)
     ident = rig.heard[-2]
-    assert ident == Ident(0, 1, 1, UNO.slots, UNO.tail, UNO.room, 224, 16_000_000)
-    assert answer == Answer(0, 77, 1, 0, UNO.slots, 0, 1, 0, 0, 500)
+    assert ident == Ident(0, 2, 1, UNO.slots, UNO.tail, UNO.room, 224, 16_000_000)
+    assert answer == Answer(0, 77, 1, 0, UNO.slots, 0, 1, 0, 0, 0, 500)
     assert rig.tell(FrameKind.PUSH, pack([END]), 600, number=0).result == 0
     assert rig.tell(FrameKind.HELLO, b"x", 700).result == 5
 
@@ -143,7 +146,7 @@ def test_damaged_chunks_are_answered_and_empty_ones_are_not() -> None:
     rig.twin.receive(b"\0\0\0", 300)
     assert rig.listen() == []
     rig.twin.receive(b"\1\2\3\0" + b"\x22" * 81 + b"\0", 300)
-    assert rig.listen() == [Answer(2, 0, 0, 1, UNO.slots, 0, 1, 0, 0, 300)] * 2
+    assert rig.listen() == [Answer(2, 0, 0, 1, UNO.slots, 0, 1, 0, 0, 0, 300)] * 2
 
 
 def test_start_near_the_wrap_of_ticks_and_a_start_in_the_past() -> None:
@@ -162,9 +165,9 @@ def test_start_near_the_wrap_of_ticks_and_a_start_in_the_past() -> None:
 def test_reset_keeps_or_sets_the_position_and_forgets_the_queue() -> None:
     rig = Rig().ready()
     rig.tell(FrameKind.PUSH, pack([END, END]), 200)
-    assert rig.tell(FrameKind.RESET, wire.reset_payload(-5), 300)[4:9] == (UNO.slots, 0, 1, 0, -5)
+    assert rig.tell(FrameKind.RESET, wire.reset_payload(-5), 300)[4:10] == (UNO.slots, 0, 1, 0, 0, -5)
     assert rig.tell(FrameKind.RESET, wire.reset_payload(None), 300).position == -5
-    assert rig.tell(FrameKind.RESET, b"\2\0\0\0\0", 300).result == 5
+    assert rig.tell(FrameKind.RESET, b"\x08\0\0\0\0", 300).result == 5
 
 
 def test_an_event_that_was_never_there_is_not_repeated() -> None:
@@ -204,7 +207,7 @@ def test_a_slot_is_free_when_its_record_is_loaded() -> None:
     rig = Rig().ready()
     assert rig.play(Record(0, 2, 1000), Record(0, 1, 1000), END).free == UNO.slots - 2
     assert rig.tell(FrameKind.ASK, tick=11_999).free == UNO.slots - 2
-    assert rig.tell(FrameKind.ASK, tick=12_000)[4:9] == (UNO.slots - 1, 1, 1, 0, 2)
+    assert rig.tell(FrameKind.ASK, tick=12_000)[4:10] == (UNO.slots - 1, 1, 1, 0, PowerFlag.UNSURE, 2)
 
 
 def test_phases_go_by_half_steps_or_by_full_steps() -> None:
@@ -328,7 +331,7 @@ def test_stop_at_once_and_by_the_tail() -> None:
     rig = Rig(start_stop=1100).ready()
     rig.play(Record(0, 100, 1000), END)
     answer = rig.tell(FrameKind.STOP, b"\0", 12_000, number=200)
-    assert answer[3:] == (0, UNO.slots, BoardState.HALT, 2, 0, 2, 12_000)
+    assert answer[3:] == (0, UNO.slots, BoardState.HALT, 2, 0, PowerFlag.UNSURE, 2, 12_000)
     assert rig.events() == [("STOPPED", 255, "HALT", 2, 12_000)]
     assert isinstance(rig.heard[-2], BoardEvent)  # the answer counts the event, and comes behind it
     rig.twin.run(50_000)
@@ -432,51 +435,6 @@ def test_at_start_the_inputs_that_are_active_act_at_the_tick_of_start() -> None:
     assert rig.events() == [("STOPPED", 1, "HALT", 0, 10_000)]
 
 
-def test_a_hold_moves_everything_by_as_long_as_it_lasts() -> None:
-    rig = Rig(reflex=[HOLD, HOLD], start_stop=3000).ready()
-    rig.play(Record(0, 3, 2000, 0x8000))
-    rig.twin.set_input(0, 1, 12_300)
-    rig.twin.set_input(1, 1, 12_400)
-    rig.twin.set_input(0, 0, 12_500)
-    assert rig.twin.next_time() is None and rig.twin.state == BoardState.HOLD
-    rig.twin.set_input(1, 0, 13_800)
-    rig.twin.run(90_000)
-    # 12000.5, 14001 + 1500 = 15501, 17501.5; pace 2000
-    assert rig.ticks()[:4] == [12_000, 15_501, 17_501, 17_501 + 2125]
-    assert rig.events()[:2] == [("HELD", 0, "HOLD", 1, 12_300), ("RELEASED", 1, "RUN", 1, 13_800)]
-
-
-def test_after_a_hold_the_next_step_is_not_at_once() -> None:
-    rig = Rig(reflex=[HOLD]).ready()
-    rig.play(Record(0, 3, 1000), END)
-    rig.twin.set_input(0, 1, 11_900)
-    rig.twin.set_input(0, 0, 12_950)  # 12000 + 1050 is less than 12950 + 1200
-    rig.twin.run(14_500)
-    assert rig.ticks() == [11_000, 14_150]
-    assert rig.events()[1] == ("RELEASED", 0, "RUN", 1, 11_900 + 2150)
-
-
-def test_a_hold_at_start_that_ends_before_it_moves_nothing() -> None:
-    rig = Rig(reflex=[HOLD]).ready()
-    rig.twin.set_input(0, 1, 500)
-    assert rig.play(Record(0, 1, 1000), END).state == BoardState.HOLD
-    rig.twin.set_input(0, 0, 9000)
-    rig.twin.run(13_500)
-    assert rig.ticks() == [11_000]
-    assert rig.events() == [("HELD", 0, "HOLD", 0, 10_000), ("RELEASED", 0, "RUN", 0, 10_000)]
-
-
-def test_a_brake_or_a_stop_in_a_hold_halts_at_once() -> None:
-    for reflex, name in ((BRAKE, "BRAKED"), (STOP, "STOPPED")):
-        rig = Rig(reflex=[HOLD, reflex]).ready()
-        rig.play(Record(0, 3, 1000), END)
-        rig.twin.set_input(0, 1, 12_500)
-        rig.twin.set_input(1, 1, 12_700)
-        rig.twin.run(90_000)
-        assert len(rig.ticks()) == 2
-        assert rig.events() == [("HELD", 0, "HOLD", 2, 12_500), (name, 1, "HALT", 2, 12_700)]
-
-
 def test_mark_tells_the_count_and_changes_nothing() -> None:
     rig = Rig(reflex=[MARK], report=1).ready()
     rig.play(Record(0, 3, 1000), END)
@@ -502,24 +460,28 @@ def test_an_emergency_stop_halts_from_everywhere_and_is_not_reset_while_it_is_ac
     assert rig.twin.state == BoardState.HALT
 
 
-@pytest.mark.parametrize(("off", "halted", "stopped"), [(0, 16, 16), (1, 16, 0), (2, 0, 0)])
-def test_when_enable_goes_off(off: int, halted: int, stopped: int) -> None:
-    for number, expected in ((0, stopped), (1, halted)):
-        rig = Rig(reflex=[ESTOP, STOP], enable_off=off).ready()
-        rig.tell(FrameKind.OUTPUTS, b"\x10\x10", 200)
+@pytest.mark.parametrize("off", [0, 1, 2])
+def test_when_enable_goes_off(off: int) -> None:
+    for number, expected in ((0, 0), (1, 16)):  # an emergency stop, and what halts
+        rig = Rig(reflex=[ESTOP, STOP], enable_off=off, enable_hold=3).ready()
+        assert rig.tell(FrameKind.OUTPUTS, b"\x10\x10", 200).flags == PowerFlag.ENERGISED
         rig.play(Record(0, 3, 1000), END)
         rig.twin.set_input(number, 1, 11_500)
         assert rig.twin.output == expected
+        rig.twin.look_for_silence(3 * 65_536 - 1)
+        assert rig.twin.output == expected
+        rig.twin.look_for_silence(3 * 65_536)
+        assert rig.twin.output == (expected if off == 0 else 0)
 
 
 def test_an_edge_that_causes_nothing_else_is_told_if_it_is_to_be() -> None:
-    rig = Rig(reflex=[STOP, HOLD, BRAKE], report=0b111, active=0b1110).ready()
+    rig = Rig(reflex=[STOP, STOP, BRAKE], report=0b111, active=0b1110).ready()
     rig.twin.set_input(1, 1, 500)  # in IDLE
     rig.twin.set_input(1, 1, 600)  # no edge
     rig.twin.set_input(1, 0, 700)
     rig.twin.set_input(5, 1, 800)  # not reported
     assert rig.events() == [("INPUT", 1, "IDLE", 0, 500), ("INPUT", 1, "IDLE", 0, 700)]
-    assert rig.heard[0] == BoardEvent(1, 9, 1, 0, 0b10, 0, 500)
+    assert rig.heard[0] == BoardEvent(1, 7, 1, 0, 0b10, 0, 500)
 
 
 def test_in_boot_nothing_is_told() -> None:

@@ -115,7 +115,7 @@ def test_too_short_chunks_are_damaged() -> None:
 
 
 def test_messages_of_the_board_are_read_as_they_were_written() -> None:
-    answer = Answer(3, 200, 2, 0, 79, 1, 9, 0x3F, -70000, 0xFFFFFFF0)
+    answer = Answer(3, 200, 2, 0, 79, 1, 9, 0x3F, 0x0F, -70000, 0xFFFFFFF0)
     event = BoardEvent(255, 12, 5, 4, 1, -1, 12)
     ident = Ident(0, 1, 1, 79, 48, 128, 224, 16_000_000)
     for said, frame in (
@@ -134,15 +134,19 @@ def test_messages_of_the_board_are_read_as_they_were_written() -> None:
 
 def test_sizes_of_the_payloads() -> None:
     assert {kind.name: size for kind, size in wire.SIZES.items()} == {
-        "HELLO": 0, "START": 4, "STOP": 1, "CONFIG": 27, "ASK": 0, "RESET": 5, "OUTPUTS": 2, "REPEAT": 1, "CHECK": 4,
-        "ANSWER": 15, "IDENT": 11, "EVENT": 12,
+        "HELLO": 0, "START": 4, "STOP": 1, "CONFIG": 32, "ASK": 0, "RESET": 5, "OUTPUTS": 2, "REPEAT": 1, "CHECK": 4,
+        "ANSWER": 16, "IDENT": 11, "EVENT": 12,
     }  # fmt: skip
 
 
 def test_payloads_of_the_host() -> None:
-    config = BoardConfig(160_000, 1_600_000, 3, 5, 63, 2, (1, 2 + 16, 3, 4, 5, 1 + 32), (1, 3, 2, 6, 4, 12, 8, 9), 7)
+    reflex, pattern = (1, 2 + 16, 3, 4, 0, 1 + 32), (1, 3, 2, 6, 4, 12, 8, 9)
+    config = BoardConfig(160_000, 1_600_000, 3, 5, 63, 1, 2, 0x1234, 8, 1, 4, reflex, pattern, 7)
     assert BoardConfig.unpack(config.pack()) == config
-    assert config.pack()[:9].hex() == "00710200" + "006a1800" + "03"
+    assert (
+        config.pack()[:18].hex()
+        == "00710200" + "006a1800" + "03" + "05" + "3f" + "01" + "02" + "3412" + "08" + "41" + "01"
+    )
     assert wire.start_payload(2**32 + 258).hex() == "02010000" and wire.start_tick(b"\2\1\0\0") == 258
     assert wire.tail_entries(wire.tail_payload(3, [(70_000, 2), (2**32 - 1, 65_535)])) == (
         3,
@@ -161,8 +165,9 @@ def test_payloads_of_the_host() -> None:
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("start_stop", 2**31), ("watchdog", -1), ("polarity", 4), ("active", 64), ("enable_off", 4), ("phase", 8),
-        ("reflex", (6, 0, 0, 0, 0, 0)), ("reflex", (0,) * 5), ("reflex", (49, 0, 0, 0, 0, 0)), ("pattern", (0,) * 7),
+        ("start_stop", 2**31), ("watchdog", -1), ("watchdog", 2**31), ("driver", 4), ("enable_hold", 65_536), ("filter", 16),
+        ("fault_output", 5), ("power_output", 5), ("polarity", 4), ("active", 64), ("enable_off", 3), ("phase", 8),
+        ("reflex", (5, 0, 0, 0, 0, 0)), ("reflex", (0,) * 5), ("reflex", (49, 0, 0, 0, 0, 0)), ("pattern", (0,) * 7),
         ("reflex", (19, 0, 0, 0, 0, 0)), ("pattern", (16,) * 8),
     ],
 )  # fmt: skip

@@ -377,7 +377,8 @@ def told_to_twin(
         elif what is ROUND:
             twin.look(tick)
         else:
-            assert 0 <= tick - twin.last_frame - twin.config.watchdog <= SILENT_WITHIN
+            within = SILENT_WITHIN + 4 * FILTERED_WITHIN * twin.config.filter
+            assert 0 <= tick - twin.last_frame - twin.config.watchdog <= within
             if not board.rounds:
                 twin.look(tick)
             twin.brake_if_silent(tick)
