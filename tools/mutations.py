@@ -6,8 +6,9 @@
 
 A mutation says what is wrong with it (`name`), which text becomes which (`old`, `new`), and which tests should notice
 (`tests`: files below tests/, and options such as -k).  `old` must stand exactly once in src/slewline, or in the folder
-or file of it that `within` names, since sister parts read alike.  Every file of tests is first run on the unbroken
-source.  The tests of `make test` run first, then those of `make test-system`; what is printed says which noticed.
+or file of it that `within` names, since sister parts read alike; a file of the firmware is ../../firmware/uno/NAME.
+Every file of tests is first run on the unbroken source.  The tests of `make test` run first, then those of
+`make test-system`; what is printed says which noticed.
 The work is done in copies; the checkout is never touched.
 """
 
@@ -35,7 +36,7 @@ from queue import SimpleQueue
 ROOT = Path(__file__).resolve().parent.parent
 LIST = Path(__file__).with_suffix(".toml")
 COPIED = ("src", "tests", "examples", "conformance", "templates", "share", "pyproject.toml")
-COPIED += ("docs/reference", "docs/tutorial", "docs/lessons")
+COPIED += ("docs/reference", "docs/tutorial", "docs/lessons", "firmware", "tools")
 WORKERS = 2
 TEST_TIMEOUT, RUN_TIMEOUT = 30, 120  # seconds for one test, and for a whole selection
 PASSED, FAILED, NONE = 0, 1, 5  # exit status of pytest: all passed, one failed, there are none; any other: an error

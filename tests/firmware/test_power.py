@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 from random import Random
 
 import pytest
@@ -216,9 +216,9 @@ def test_enable_is_never_on_while_an_emergency_stop_is_open(emulator, seeds):
             talk.board.run(max(talk.board.now, opened[-1][0]) + random.choice((10, 3_000)))
         opened.append([talk.board.now, False])
         lit = [*talk.board.enable, (talk.board.now, 0)]
-        for (begin, level), (end, _) in zip(lit, lit[1:], strict=False):
+        for (begin, level), (end, _) in pairwise(lit):
             was_on += level == 1
-            for (since, is_open), (until, _) in zip(opened, opened[1:], strict=False):
+            for (since, is_open), (until, _) in pairwise(opened):
                 if is_open and level == 1:
                     common = min(end, until) - max(begin, since)
                     assert common <= OFF_WITHIN, (seed, since, common)
