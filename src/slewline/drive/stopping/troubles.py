@@ -281,12 +281,14 @@ class Troubles:
 
     def too_fast(self, error: Exception) -> None:
         """The model makes steps faster than the board can."""
-        self._halted("too-fast", f"{error}; steps were not made")
+        self._halt()
+        self.report("too-fast", f"{error}; steps were not made")
 
     def not_started(self) -> None:
         """The board has not taken the start of a motion a horizon after it was due."""
         self.drive.link.abandon()
-        self._halted(
+        self._halt()
+        self.report(
             "not-started",
             "the board has not taken the start of a motion: the line damages too much, or is too slow; the motor does "
             "not move. Check the cable, or choose a longer horizon (--check recommends one)",
@@ -294,7 +296,8 @@ class Troubles:
 
     def switched_off(self) -> None:
         """The board has switched the driver off by itself, at rest."""
-        self._halted(
+        self._halt()
+        self.report(
             "driver-off",
             "the board has switched the driver off, as no message came from its host: the motor may have moved; clear "
             "the drive, and home",
@@ -304,19 +307,19 @@ class Troubles:
         """This computer slept, so its clock did not run, and the board's did."""
         drive = self.drive
         if drive.state == "ok" and drive.cable.under_way:
-            self._halted(
+            self._halt()
+            self.report(
                 "computer-slept",
                 "this computer slept during a motion, which the board has ended; keep it awake",
             )
         drive.cable.flush()  # its ticks are those of before
 
-    def _halted(self, code: str, text: str) -> None:
+    def _halt(self) -> None:
         """Halt the drive for a reason that the board does not know."""
         drive = self.drive
         drive.link.stop(1)
         drive.state, self._final = "halted", False
         self._before_halt = drive.link.answer  # of a board that stands already no event comes
-        self.report(code, text)
         drive.feeder.halt()
         drive.stopping.stopped(self._unknown())
 
