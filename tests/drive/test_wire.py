@@ -144,7 +144,8 @@ def test_payloads_of_the_host() -> None:
     config = BoardConfig(160_000, 1_600_000, 3, 5, 63, 1, 2, 0x1234, 8, 1, 4, reflex, pattern, 7)
     assert BoardConfig.unpack(config.pack()) == config
     assert (
-        config.pack()[:18].hex()
+    assert config.pack()[:9].hex() == "00710200" + "006a1800" + "03"
+    assert config.pack()[9:18].hex() == "05" + "3f" + "01" + "02" + "3412" + "08" + "41" + "01"
         == "00710200" + "006a1800" + "03" + "05" + "3f" + "01" + "02" + "3412" + "08" + "41" + "01"
     )
     assert wire.start_payload(2**32 + 258).hex() == "02010000" and wire.start_tick(b"\2\1\0\0") == 258
