@@ -2,15 +2,42 @@
 
 from __future__ import annotations
 
+from itertools import product
 from random import Random
 
 import pytest
 
-from tests.ensembles import members
+from tests.ensembles import few, members
 
-from .trials import FAMILIES, SET_UP, Followed, least_set_up, levels_at_edges, moves, prepared
+from .chain import said
+from .trials import (
+    DRIVERS,
+    FAMILIES,
+    HZ,
+    OFF_WITHIN,
+    SET_UP,
+    Followed,
+    edges_after,
+    least_set_up,
+    levels_at_edges,
+    moves,
+    prepared,
+    spans_on,
+)
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+OFF_AFTER_REST = HZ // 10  # ticks from the last step to ENABLE off, at the end of a session
+
+
+def codes(drive):
+    """The troubles of a drive, without their texts."""
+    return {trouble.partition(":")[0] for trouble in drive.troubles}
+
+
+def instant(rnd, trial):
+    """An instant at which the motor of a trial is in motion."""
+    first, last = trial.family.span
+    return f"{rnd.randrange(first * 1000, last * 1000)} us"
 
 
 # ------------------------------------------------------------------------------------------------------------------ DIR
@@ -40,3 +67,88 @@ def test_dir_has_the_level_of_the_chips_own_pin_at_every_step(emulator, name, in
             assert [level ^ invert for level in levels_at_edges(trial.board)] == own
             assert least_set_up(trial.board) >= SET_UP
             assert not drive.troubles
+
+
+# ---------------------------------------------------------------------------------------------- the end of a session
+def ended_well(trial, policy, made):
+    """A session has ended in a motion: rest, then ENABLE; the count is that of the edges."""
+    board, drive, x = trial.board, trial.drive, trial.x
+    assert drive.state == "closed" and trial.line.closed
+    assert len(board.rises) > made, "it was in motion"
+    last, rises = board.rises[-1], len(board.rises)
+    trial.line.stop_host(1_000)
+    assert len(board.rises) == rises
+    assert board.enable[-2 if policy != "never" else -1][1] == trial.on
+    if policy == "never":
+        assert trial.is_on()
+        late = 0
+    else:
+        off, level = board.enable[-1]
+        assert level == 1 - trial.on, "driven, not let go of"
+        late = off - last
+        assert 0 < late < OFF_AFTER_REST
+        assert edges_after(board, off) == 0
+    assert len(spans_on(board, trial.on)) == 1, "never off and on in between"
+    assert trial.edges == drive.count == said(trial.line).position
+    if x.sheet.part != "mc1451a":  # which is stopped by its supply, and forgets
+        assert x.position == trial.edges and "position-taken-over" in codes(drive)
+    return late
+
+
+@members("numbers", 1, 101)
+@pytest.mark.parametrize("case", few([*product(FAMILIES, ("halt", "never"))][::-1], 7), ids=" ".join)
+def test_a_session_closed_in_motion_ramps_down_then_takes_the_current_away(emulator, case, numbers):
+    (name, policy), latest = case, 0
+    for number in numbers:
+        rnd = Random(f"close {name} {policy} {number}")
+        driver = rnd.choice(DRIVERS)
+        trial = prepared(emulator, name, number, driver=driver, enable_off=policy)
+        with trial.drive as drive:
+            drive.run(instant(rnd, trial))
+            made = len(trial.board.rises)
+        latest = max(latest, ended_well(trial, policy, made))
+    print(f"{name} {policy}: ENABLE off {latest / HZ * 1000:.2f} ms after the last step at most")
+
+
+@members("numbers", 1, 21)
+@pytest.mark.parametrize("error", [ZeroDivisionError, KeyboardInterrupt])
+def test_an_exception_in_a_session_ends_it_as_its_end_does(emulator, error, numbers):
+    for number in numbers:
+        rnd = Random(f"exception {error} {number}")
+        trial = prepared(emulator, rnd.choice(list(FAMILIES)), number, driver=rnd.choice(DRIVERS))
+        with pytest.raises(error), trial.drive as drive:
+            drive.run(instant(rnd, trial))
+            made = len(trial.board.rises)
+            raise error
+        ended_well(trial, "halt", made)
+
+
+@members("numbers", 2, 102)
+@pytest.mark.parametrize("name", FAMILIES)
+def test_an_emergency_stop_takes_the_current_and_the_steps_away_immediately(emulator, name, numbers):
+    latest = most = 0
+    for number in numbers:
+        rnd = Random(f"e-stop {name} {number}")
+        driver, policy = rnd.choice(DRIVERS), rnd.choice(["halt", "never", "rest"])
+        trial = prepared(
+            emulator, name, number, driver=driver, enable_off=policy, closed=(5,), inputs={"A5": "estop"}, filter=15
+        )
+        board = trial.board
+        with trial.drive as drive:
+            drive.run(instant(rnd, trial))
+            assert trial.is_on() and board.rises
+            tick = trial.set_input(5, 1, rnd.randrange(40, 40_000))
+            drive.run("300 ms")
+            drive.run_until(lambda: not drive.axis.moving and drive.stopping.settled)
+            off, level = board.enable[-1]
+            assert level == 1 - trial.on
+            latest, most = max(latest, off - tick), max(most, edges_after(board, tick))
+            assert 0 < off - tick <= OFF_WITHIN
+            assert edges_after(board, tick) <= 1 and edges_after(board, off) == 0
+            assert drive.state == "halted" and not drive.power.known
+            assert trial.edges == drive.count
+            assert {"e-stop"} <= codes(drive)
+            if name != "mc1451a":
+                assert trial.x.position == trial.edges
+        assert not trial.is_on() and board.enable[-1] == (off, level)
+    print(f"{name}: ENABLE off {latest / HZ * 1e6:.1f} us after the edge at most; {most} edges after it at most")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from random import Random
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -77,7 +78,7 @@ FAMILIES = {
         "SET_VEL 30000 steps/s\nSET_ACC 60000 steps/s2\nSET_POS 90000\nUPDATE\n",
         (300, 900),
     ),
-    "cy500": Family("cy500", {}, "R 200\rF 10\r", signed_move, "R 200\rF 10\rN 900\rG\r", (250, 600)),
+    "cy500": Family("cy500", {}, "A\rR 240\rF 1\r", signed_move, "A\rR 240\rF 1\rN 900\rG\r", (250, 600)),
 }
 
 
@@ -188,7 +189,7 @@ def edges_after(board: EmulatedBoard, tick: int) -> int:
 def spans_on(board: EmulatedBoard, on: int) -> list[tuple[int, int]]:
     """Return from when to when D11 had the level that enables."""
     changes = [*board.enable, (board.now, None)]
-    return [(since, until) for (since, level), (until, _) in zip(changes, changes[1:], strict=False) if level == on]
+    return [(since, until) for (since, level), (until, _) in pairwise(changes) if level == on]
 
 
 class Followed:
