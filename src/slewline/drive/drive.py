@@ -401,7 +401,7 @@ class Drive:
         if self.state != "ok" or self.axis.moving or self.cable.under_way or abs(self._looked[1]) > self.horizon // 4:
             return False
         answer = self.link.answer
-        if answer is None or answer.state != BoardState.IDLE or not self.link.idle:
+        if answer is None or answer.state != BoardState.IDLE or not (self.link.idle and self.power.bears_silence):
             return False
         chips, parts = self.bench.chips.values(), self.bench.parts.values()
         return all(chip.idle for chip in chips) and all(part.idle for part in parts)

@@ -75,6 +75,12 @@ class Power:
         """Whether the driver is enabled, by the last answer of the board."""
         return bool(self.flags & PowerFlag.ENERGISED)
 
+    @property
+    def bears_silence(self) -> bool:
+        """Whether the board would leave the driver on though its host sends nothing for a second."""
+        hold = self.drive.config.enable_hold * HOLD_TICKS
+        return not self.on or self.off == EnableOff.NEVER or (self.off == EnableOff.HALT and hold > self.drive.board.hz)
+
     def began(self, *, known: bool) -> None:
         """Note that the board has been set up, and whether the user says that the position is known."""
         self._was_on = self.on
