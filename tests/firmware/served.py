@@ -186,7 +186,8 @@ class Server:
         elif what == "shown":
             board = self.board
             board.polarity = more["polarity"]
-            return {"phases": board.phases, "outputs": board.outputs, "now": board.now}
+            shown = {"phases": board.phases, "outputs": board.outputs, "enable": board.enable}
+            return shown | {"rises": board.rises, "now": board.now}
         return {
             "now": self.board.now,
             "resets": self.resets,
@@ -301,7 +302,7 @@ class ServedBoard:
         return self.lives()[-1]
 
     def shown(self, polarity: int = 0) -> dict[str, Any]:
-        """Return `phases` and `outputs`: tick and value of each change."""
+        """Return `phases`, `outputs` and `enable` (D11): tick and value of each change; `rises`: ticks of STEP."""
         return self._ask("shown", polarity=polarity)
 
 

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import re
+import signal
 from itertools import product
 from random import Random
+from time import monotonic, sleep
 
 import pytest
 
+from slewline.drive.drivers import STEP_DRIVERS
+from tests.drive.process import ModuleHost, Slewline
 from tests.ensembles import few, members
 
 from .chain import said
+from .served import ServedBoard
 from .trials import (
     DRIVERS,
     FAMILIES,
@@ -152,3 +158,56 @@ def test_an_emergency_stop_takes_the_current_and_the_steps_away_immediately(emul
                 assert trial.x.position == trial.edges
         assert not trial.is_on() and board.enable[-1] == (off, level)
     print(f"{name}: ENABLE off {latest / HZ * 1e6:.1f} us after the edge at most; {most} edges after it at most")
+
+
+# ------------------------------------------------------------------------------------- the end of a process, real time
+COMMAND = ("drive", "gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0", "--no-black-box")
+FAST = ("S50", "T600", "R300")
+IN_REAL_TIME = HZ // 2  # ticks from the last step to ENABLE off, beside whatever else this machine does
+
+
+@pytest.mark.posix
+@pytest.mark.timeout(900)
+@members("numbers", 2, 20, 5)
+@pytest.mark.parametrize("how", ["SIGINT", "SIGTERM", "end", "SIGKILL"])
+def test_a_process_that_ends_in_motion_leaves_a_motor_at_rest_without_current(firmware, tmp_path, how, numbers):
+    for number in numbers:
+        rnd = Random(f"process {how} {number}")
+        driver = rnd.choice(DRIVERS)
+        (folder := tmp_path / str(number)).mkdir()
+        words = (*COMMAND, "--driver", driver, "--enable", "--enable-hold", "1 s", "--horizon", "1 s")
+        with (
+            ServedBoard(firmware) as board,
+            Slewline(*words, "--board", board.port, folder=folder, typed=True) as process,
+            ModuleHost(process.ready()) as host,
+        ):
+            board.promptly()
+            host.program(*FAST, "g+")
+            while len(board.steps()) < 100:
+                sleep(0.02)
+            sleep(rnd.uniform(0, 1))
+            made, before = len(board.steps()), process.text
+            if how == "end":
+                process.type("end")
+            else:
+                process.signal(getattr(signal, how))
+            status = process.ended()
+            assert (status == 0) == (how != "SIGKILL"), process.text
+            limit, shown = monotonic() + 30, board.shown()
+            on = STEP_DRIVERS[driver].enabled
+            while shown["enable"][-1][1] == on or shown["now"] < shown["enable"][-1][0] + HZ // 2:
+                assert monotonic() < limit, shown["enable"]
+                sleep(0.1)
+                shown = board.shown()
+            rises, (off, level) = shown["rises"], shown["enable"][-1]
+            assert "underrun" not in before, "this machine was too busy to keep the motor in motion"
+            assert level == 1 - on and len(rises) > made
+            assert [each for _, each in shown["enable"]].count(on) == 1
+            late = off - rises[-1]
+            if how == "SIGKILL":  # the board ramps down, halts, and waits
+                assert 0.9 * HZ < late < 1.2 * HZ
+            else:
+                assert 0 < late < IN_REAL_TIME
+                found = re.search(r"position-taken-over: the motor stands at (-?\d+)", process.text)
+                assert found and int(found[1]) == len(rises), process.text
+        print(f"{how}: ENABLE off {late / HZ * 1000:.1f} ms after the last step, {len(rises) - made} steps later")
