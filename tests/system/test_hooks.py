@@ -21,6 +21,7 @@ from slewline.drive.board.wire import BoardConfig
 from slewline.errors import StoreError
 from slewline.links.lines.store import FileStore
 from tests.drive.pipe import Pipe
+from tests.drive.rig import TwinLine, drive_of
 from tests.sources import text, tree
 
 SOURCES = Path(slewline.__file__).parent
@@ -178,6 +179,22 @@ def link(name: str, happen: Callable[[Pipe], object]) -> Callable[[Path], Told]:
     return told
 
 
+def waking(_path: Path) -> Told:
+    bench = slewline.Bench()
+    x = bench.add("cy525")
+    line = TwinLine()
+    drive = drive_of(bench, x, line)
+    drive.open()
+    drive.run("100 ms")  # it rests
+
+    def happen() -> None:
+        for level in (0, 1):
+            x.pin("abort").drive(level)
+            drive.run("100 ms")
+
+    return drive.on_wake, happen
+
+
 HOOKS: dict[str, Callable[[Path], Told]] = {
     "on_finding of a chip": chip_finding,
     "on_finding of a part": part_finding,
@@ -203,6 +220,7 @@ HOOKS: dict[str, Callable[[Path], Told]] = {
     "on_boot": link("on_boot", lambda pipe: pipe.power_up()),
     "on_open": link("on_open", lambda pipe: pipe.link.open(BoardConfig(1000))),
     "on_refused": link("on_refused", lambda pipe: pipe.link.start(0)),
+    "on_wake of a drive": waking,
     **{name: shaft(name) for name in ("on_cut", "on_turn", "on_lost")},
 }
 
