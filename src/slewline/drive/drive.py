@@ -36,7 +36,7 @@ from .driven import DriveState, Exchanger, Stopping, Telling
 from .drivers import STEP_DRIVERS
 from .feeder import Feeder, LaidOutput
 from .live import Live
-from .power import USUAL_HOLD, USUAL_OFF, Power, hold_of, off_policy
+from .power import USUAL_HOLD, USUAL_OFF, Power, hold_of, least_hold, off_policy
 from .stopping.alone import Alone
 from .stopping.halting import StopChip
 from .stopping.reflexes import configured, inputs_of
@@ -91,7 +91,7 @@ class Drive:
         enable_off: when the board switches the driver off by itself, after `enable_hold`: "rest", whenever the motor is
             at rest; "halt", after a halt, and at rest when its host is silent; "never".  An emergency stop always
             does, immediately.  So does the end of a session, unless "never", when the motor is at rest.
-        enable_hold: the time for which the driver stays on then, up to 268 s.
+        enable_hold: the time for which the driver stays on then, up to 268 s; with "rest" at least the horizon.
         stop: how the chip is stopped when the board has stopped by itself: "abort", "kill" (K of a GS-C), "reset" or
             "power"; by default the first of these that the chip has.
         start_stop: the rate from which the motor can stop at once, such as "500 steps/s"; by default the first rate of
@@ -204,7 +204,7 @@ class Drive:
                     invert_dir=invert_dir,
                 ),
                 enable_off=self.power.off,
-                enable_hold=hold_of(board, enable_hold),
+                enable_hold=max(hold_of(board, enable_hold), least_hold(self.power.off, self.horizon)),
                 filter=filter,
             )
             usual.check()

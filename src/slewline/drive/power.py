@@ -51,6 +51,15 @@ def hold_of(board: BoardModel, hold: Time) -> int:
     return min(ps * board.hz // (HOLD_TICKS * 10**12), 0xFFFF)
 
 
+def least_hold(off: EnableOff, horizon: int) -> int:
+    """Return the shortest `enable_hold` of CONFIG: a driver that goes off at rest is on until the first step.
+
+    Args:
+        horizon: from a message of the host to that step, in ticks.
+    """
+    return horizon // HOLD_TICKS + 2 if off == EnableOff.REST else 0
+
+
 class Power:
     """The current of the driver of a drive.
 
