@@ -23,6 +23,7 @@ from .trials import (
     OFF_WITHIN,
     SET_UP,
     Followed,
+    Sessions,
     edges_after,
     least_set_up,
     levels_at_edges,
@@ -158,6 +159,29 @@ def test_an_emergency_stop_takes_the_current_and_the_steps_away_immediately(emul
                 assert trial.x.position == trial.edges
         assert not trial.is_on() and board.enable[-1] == (off, level)
     print(f"{name}: ENABLE off {latest / HZ * 1e6:.1f} us after the edge at most; {most} edges after it at most")
+
+
+@members("seeds", 20, 1000, 70)
+def test_a_driver_is_never_on_while_an_emergency_stop_is_open(emulator, seeds):
+    switched_on = opened = begun = refused = latest = 0
+    for seed in seeds:
+        sessions = Sessions(emulator, seed)
+        sessions.live(24)
+        board = sessions.line.board
+        lit = spans_on(board, STEP_DRIVERS[sessions.driver].enabled)
+        for (since, until), (on, off) in product(sessions.opened, lit):
+            assert not since + OFF_WITHIN < on < until, (seed, since, on)
+            assert min(until, off) - max(since, on) <= OFF_WITHIN, (seed, since, on, off)
+            if on <= since < off:
+                latest = max(latest, off - since)
+        assert not lit or lit[-1][1] < board.now or sessions.policy == "never", "a session that has ended"
+        switched_on, opened = switched_on + len(lit), opened + len(sessions.opened)
+        begun, refused = begun + sessions.begun, refused + sessions.refused
+    print(
+        f"{begun} sessions, {refused} refusals, contact open {opened} times, driver on {switched_on} times; "
+        f"off {latest / HZ * 1e6:.1f} us after the contact at most"
+    )
+    assert begun > len(seeds) and switched_on > len(seeds) / 2 and opened > len(seeds)
 
 
 # ------------------------------------------------------------------------------------- the end of a process, real time

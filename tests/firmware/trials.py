@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 import slewline
+from slewline.drive.board import frames, wire
 from slewline.drive.board.boards import UNO
+from slewline.drive.board.wire import FrameKind
 from slewline.drive.drivers import STEP_DRIVERS
+from slewline.errors import UsageError
 from tests.drive.families import GSC
 
 from .chain import EmulatedLine, drive_of
@@ -141,25 +144,26 @@ def prepared(
     text: str | None = None,
     closed: tuple[int, ...] = (),
     journal: Any = None,
-    line: type[EmulatedLine] = EmulatedLine,
+    on: EmulatedLine | None = None,
     **options: Any,
 ) -> Trial:
     """Return a trial of a family, whose host sends a text at the beginning; None: that of its long motion.
 
-    `closed`: inputs that are closed to ground.
+    `closed`: inputs that are closed to ground; `on`: a line to a board that has been used before.
     """
     family = FAMILIES[name]
     bench = slewline.Bench(**({} if journal is None else {"journal": journal}))
     x = bench.add(family.part, "x", **family.options)
     over = {"over": "serial"} if family.part == "cy545" else {}
     bench.host(x, name="h", **over).send(family.long if text is None else text)
-    wire = line(emulator, seed)
-    for number in closed:
-        wire.board.set_input(number, 0, 0)
-    wire.stop_host(1)
+    line = on or EmulatedLine(emulator, seed)
+    if on is None:
+        for number in closed:
+            line.board.set_input(number, 0, 0)
+        line.stop_host(1)
     if driver is not None and "enable" not in options:
         options["enable"] = True
-    return Trial(bench, wire, drive_of(bench, x, wire, driver=driver, **options), family, driver)
+    return Trial(bench, line, drive_of(bench, x, line, driver=driver, **options), family, driver)
 
 
 # ------------------------------------------------------------------------------------------------------------- the pins
@@ -209,3 +213,102 @@ class Followed:
 def moves(rnd: Random, count: int) -> list[int]:
     """Return signed numbers of steps, with turns."""
     return [rnd.choice((-1, 1)) * rnd.randrange(1, 25) for _ in range(count)]
+
+
+# ----------------------------------------------------------------------------------------------------- past the session
+def past_the_host(line: EmulatedLine, kind: FrameKind, payload: bytes = b"") -> None:
+    """Send a frame of which the session knows nothing, with the number that the board takes next."""
+    number = 0
+    for _, frame in line.board.frames:
+        answer = wire.read(frames.decode(frame[:-1]))  # type: ignore[arg-type]
+        if isinstance(answer, wire.Answer):
+            number = answer.wanted
+    line.write(wire.encode(number, kind, payload))
+
+
+class Sessions:
+    """A user who does this and that, session after session, at a board whose emergency stop opens and closes.
+
+    Attributes:
+        opened: ticks from when to when the contact was open.
+        begun, refused: how many sessions began, and how often something was refused.
+    """
+
+    ESTOP = 5
+    DEEDS = (
+        "contact", "contact", "clear", "clear homed", "clear homing", "start", "start", "home", "stop", "close",
+        "outputs", "frames", "frames", "wait",
+    )  # fmt: skip
+
+    def __init__(self, emulator: Emulator, seed: int) -> None:
+        self.emulator, self.random = emulator, Random(f"sessions {seed}")
+        self.name = self.random.choice(["gs-c200s", "cy525", "cy545", "mc1451a"])
+        self.driver, self.policy = self.random.choice(DRIVERS), self.random.choice(["halt", "never", "rest"])
+        self.line = EmulatedLine(emulator, seed)
+        self.is_open = self.random.random() < 0.2
+        self.line.board.set_input(self.ESTOP, int(self.is_open), 0)
+        self.line.stop_host(1)
+        self.opened: list[list[int]] = [[0, 1 << 60]] if self.is_open else []
+        self.trial: Trial | None = None
+        self.begun = self.refused = 0
+
+    def live(self, count: int) -> None:
+        """Do so many things, one after the other."""
+        for _ in range(count):
+            try:
+                if self.trial is None:
+                    self._begin()
+                else:
+                    self._do(self.random.choice(self.DEEDS))
+            except UsageError:
+                self.refused += 1
+                if self.trial is not None and self.trial.drive.state == "closed":
+                    self.trial = None
+            if self.trial is None:
+                self.line.stop_host(self.random.randrange(1, 40))
+        if self.trial is not None:
+            self.trial.drive.close()
+        self.line.stop_host(100)
+
+    def _begin(self) -> None:
+        rnd = self.random
+        self.trial = prepared(
+            self.emulator, self.name, driver=self.driver, text=FAMILIES[self.name].first, on=self.line,
+            enable_off=self.policy, enable_hold="300 ms", inputs={f"A{self.ESTOP}": "estop"},
+            homed=rnd.random() < 0.5, filter=rnd.choice((0, 15)),
+        )  # fmt: skip
+        self.trial.drive.open()
+        self.begun += 1
+
+    def _do(self, deed: str) -> None:
+        trial, rnd = self.trial, self.random
+        assert trial is not None
+        drive = trial.drive
+        if deed == "contact":
+            self.is_open = not self.is_open
+            tick = trial.set_input(self.ESTOP, int(self.is_open), rnd.randrange(40, 60_000))
+            if self.is_open:
+                self.opened.append([tick, 1 << 60])
+            else:
+                self.opened[-1][1] = tick
+        elif deed.startswith("clear"):
+            drive.clear(homed="homed" in deed, homing="homing" in deed)
+        elif deed == "start":
+            trial.send(trial.family.move(rnd.choice((-300, -3, 5, 400)), 0))
+        elif deed == "home":
+            trial.send("Px\rE\rH+\r" if self.name == "gs-c200s" else "")
+        elif deed == "stop":
+            drive.stop(at_once=rnd.random() < 0.5)
+        elif deed == "close":
+            drive.close()
+            self.trial = None
+            return
+        elif deed == "outputs":
+            drive.link.outputs(wire.ENABLE, wire.ENABLE)
+        elif deed == "frames":
+            known, power = rnd.random() < 0.5, rnd.random() < 0.5
+            if rnd.random() < 0.5:
+                past_the_host(self.line, FrameKind.RESET, wire.reset_payload(None, known=known, power=power))
+                drive.run("5 ms")
+            past_the_host(self.line, FrameKind.OUTPUTS, bytes((wire.ENABLE, wire.ENABLE)))
+        drive.run(f"{rnd.randrange(1, 150)} ms")
