@@ -717,9 +717,11 @@ static __attribute__((noinline)) void play_piece(void)
     }
     last = due.tick;
     advance();
+    show_in_time(); /* behind a piece of one step the next one comes while this is done */
     chosen = tail_count ? next->up_to - next[-1].up_to : 1;
     entry = next + 1;
     account();
+    show_in_time();
     if (interval.tick < LONG_LEAST)
         look_back();
     else
