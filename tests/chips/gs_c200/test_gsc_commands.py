@@ -175,6 +175,25 @@ def test_kill_stops_dead_and_keeps_count_and_program(part: str) -> None:
 
 
 @both
+@pytest.mark.fact("GSC-UND-K-SPEEDS")
+@pytest.mark.parametrize("by", ["command", "kill"])
+def test_after_k_the_speeds_are_as_before(part: str, by: str) -> None:
+    rig = base(part)
+    rig.start("S60", "T300", "R90", "+100000")
+    rig.bench.run("3 s")
+    speeds = ("start_stop", "top_speed", "ramp")
+    assert [rig.x.registers[name] for name in speeds] == [60, 300, 90]
+    if by == "kill":  # as a board does that has stopped the motor
+        rig.x.kill()
+        rig.bench.run("10 ms")
+    else:
+        rig.ask("K")
+    assert rig.ask("F") == "R" and rig.x.powered
+    assert [rig.x.registers[name] for name in speeds] == [60, 300, 90]
+    assert rig.listed() == ["S60", "T300", "R90", "+100000"]
+
+
+@both
 @pytest.mark.fact("GSC-CMD-K-2", "GSC-CMD-Z-4")
 @pytest.mark.parametrize("end", ["K", "Z"])
 def test_after_an_end_from_outside_execute_starts_at_the_beginning(part: str, end: str) -> None:

@@ -168,6 +168,8 @@ QUIRKS = (
        "an abrupt stop at T would lose steps", "test_controlled_velocity_slows_down_when_its_input_is_low_and_the_program_goes_on"),
     _Q("GSC-UND-K-DETAIL", "command K", "no ramp; a pulse that has begun is completed; outputs stay, the counter holds what was issued",
        "the program is aborted, the module is not", "test_k_completes_the_pulse_in_progress_and_makes_no_other"),
+    _Q("GSC-UND-K-SPEEDS", "command K", "S, T and R are as before",
+       "it ends what runs, and sets nothing", "test_after_k_the_speeds_are_as_before"),
     _Q("GSC-UND-H-ABORT", "commands H, K, Z", "K and Z both stop a homing at once; counter and program are as before",
        "it has no ramp to go down", "test_homing_runs_until_it_is_stopped_and_leaves_counter_and_program"),
     _Q("GSC-UND-H-COUNTER", "command H", "the counter is not kept in a homing, cannot overflow, and is 0 at the end",
