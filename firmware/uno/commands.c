@@ -18,6 +18,7 @@
 #include "wire.h"
 
 #define LEAD_LEAST 1600 /* ticks from the ANSWER of a START to the first step */
+#define AHEAD_MOST 0x10000000UL /* to where the motion begins, 16.8 s, and back: a START beyond it is from another time */
 
 #define NUMBER frame[0]
 #define KIND frame[1]
@@ -78,9 +79,12 @@ static void fetch(uint8_t number, struct event *event)
 /* Send events, in order, up to the one with this number. */
 static void tell_events_before(uint8_t number)
 {
-    while ((int8_t)(number - told) > 0) {
+    for (;;) {
         struct event event;
+        uint8_t next = next_event;
 
+        if ((uint8_t)(next - told) <= (uint8_t)(next - number))
+            return; /* seen from the next one, for many may have come in a self-test */
         fetch(told, &event);
         if ((uint8_t)(next_event - told) > EVENTS_KEPT) {
             told = next_event - EVENTS_KEPT; /* overwritten; the host sees the gap */
@@ -202,13 +206,14 @@ static void take_push(void)
 
 static void take_start(void)
 {
-    uint32_t tick = enter(), begin = *(const uint32_t *)PAYLOAD;
+    uint32_t tick = enter(), begin = *(const uint32_t *)PAYLOAD, ahead = begin - tick;
 
     if (state != IDLE || !queued) {
         settle(NOT_NOW, tick);
     } else if (LENGTH != 4) {
         settle(BAD_CONTENT, tick);
-    } else if ((int32_t)(first_due(begin) - tick) < LEAD_LEAST) {
+    } else if (ahead + AHEAD_MOST > 2 * AHEAD_MOST || first_due(ahead) - LEAD_LEAST >= 0xE0000000) {
+        /* From -2^28 to 2^28, and an interval of less than 2^31: what is below 0 is at the upper end of 32 bits. */
         settle(TOO_LATE, tick);
     } else {
         begin_motion();

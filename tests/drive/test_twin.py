@@ -139,6 +139,27 @@ def test_results_in_their_order_and_only_what_is_taken_uses_up_its_number() -> N
     rig.twin.run(2600)
     assert rig.ticks() == [2600]
 
+@pytest.mark.parametrize(
+    ("ahead", "interval", "result"),
+    [
+        (2**28, 1_000, 0),
+        (2**28, 2**31 - 1, 0),
+        (2**28 + 1, 1_000, 6),
+        (2**31 - 1, 1_000, 6),
+        (2**31, 2**31 - 1, 6),  # the same as 2^31 ago
+        (-(2**28), 2**28 + 1_600, 0),
+        (-(2**28), 2**28 + 1_599, 6),
+        (-(2**28) - 1, 2**29, 6),
+    ],
+)
+def test_a_start_from_another_time_is_too_late(ahead: int, interval: int, result: int) -> None:
+    now = 2**32 + 1_000
+    rig = Rig().ready()
+    assert rig.tell(FrameKind.PUSH, Record(0, 1, interval).pack(), now).result == 0
+    assert rig.tell(FrameKind.START, wire.start_payload(now + ahead), now).result == result
+    rig.twin.run(now + 2**33)
+    assert rig.ticks() == ([now + ahead + interval] if not result else [])
+
 
 def test_damaged_chunks_are_answered_and_empty_ones_are_not() -> None:
     rig = Rig().ready()

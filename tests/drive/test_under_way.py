@@ -49,8 +49,14 @@ def test_what_the_board_has_forgotten_is_given_up() -> None:
     assert order.lost == 0 and len(order.missing(set())) == 8
     order.counted(10)
     assert order.lost == 2 and order.missing(set())[0] == (2, 0)
-    order.counted(9)  # of an answer that came late
-    assert len(order.missing(set())) == 8
+
+
+def test_more_than_half_a_round_of_numbers_is_given_up_as_well() -> None:
+    order = EventOrder(0)
+    order.counted(200)
+    assert order.lost == 192 and order.missing(set())[0] == (192, 0)
+    order.arrived(event(193))  # a repeated one: those behind it remain known
+    assert len(order.missing(set())) == 7
 
 
 def test_an_early_one_is_taken_though_those_before_it_are_given_up() -> None:

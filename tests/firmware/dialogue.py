@@ -21,8 +21,8 @@ WHOLE, HALVES = (1, 1, 2, 2, 4, 4, 8, 8), (1, 3, 2, 6, 4, 12, 8, 9)
 # Bounds, in ticks of 62.5 ns; measured, and rounded up.
 TAKEN_WITHIN = 80_000  # of the end of a frame, or of the answer before it; a full ring and eight events may go first
 SEEN_WITHIN = 2_500  # of an edge of an input; usually some 200
-FILTERED_WITHIN = 250  # more for each look of the filter
-SILENT_WITHIN = 6_000  # silence is noticed: a round of the main loop that took records while steps were made
+FILTERED_WITHIN = 350  # more for each look of the filter
+SILENT_WITHIN = 8_000  # silence is noticed: a round of the main loop that took records while steps were made
 SHOWN_WITHIN = 2_000  # phases and outputs; these are longest behind a START at which inputs act
 LAMPS_WITHIN = 80_000  # lamps: the main loop shows them, and eight events may be told first
 MOMENT = 400  # from the level of a pin to its direction
@@ -284,6 +284,8 @@ class Dialogue:
             self._say(FrameKind.OUTPUTS, bytes((ENABLED | random.randrange(16), ENABLED)))
         elif state == BoardState.IDLE and chance < 0.4 and self.free < UNO.slots - 4:
             start = self.board.now + random.choice((-10_000, 5_000, 20_000, 20_000, 40_000))
+            if random.random() < 0.05:  # from another time
+                start += random.choice((-(2**28) - 50_000, 2**28 + 20_000, 2**31, 2**31 - 40_000))
             self._say(FrameKind.START, wire.start_payload(start))
         elif chance < (0.6 if state != BoardState.RUN or self.free < 30 else 0.8):
             if state == BoardState.RUN and random.random() < 0.08:

@@ -65,8 +65,8 @@ class EmulatedBoard:
     `rises`, `falls`: ticks of the edges of STEP.  `steps`: tick and direction, by the level of DIR.  `ports`: tick and
     the registers PORTB, DDRB, PORTD, DDRD behind each change.  `frames`: tick at which the last byte of each frame was
     out, and the frame with its zero.  `looks`: tick of each look at the inputs that found a change, and the levels (one
-    row for each input that had changed).  `rounds`: ticks of the rounds of the main loop, if they are `told`.
-    `polarity` is what CONFIG said.
+    row for each input that had changed).  `rounds`: ticks of the rounds of the main loop, if they are `told`.  `lost`:
+    ticks of bytes that came while it had no place for them.  `polarity` is what CONFIG said.
     """
 
     def __init__(self, emulator: Emulator, polarity: int = 0, *, rounds: bool = False) -> None:
@@ -82,6 +82,7 @@ class EmulatedBoard:
         self.frames: list[tuple[int, bytes]] = []
         self.looks: list[tuple[int, int]] = []
         self.rounds: list[int] = []
+        self.lost: list[int] = []
         self._taken = 0
         self._frame = bytearray()
         self._bytes: list[list[Any]] = []
@@ -92,6 +93,7 @@ class EmulatedBoard:
         self.told = told  # what the last run told
         self.now: int = told["now"]
         self.overruns: int = told["overruns"]
+        self.lost += told["lost"]
         self.rises += told["rises"]
         self.falls += told["falls"]
         self.ports += map(tuple, told["ports"])

@@ -123,6 +123,7 @@ class Board {
   clear() {
     this.rises = [];
     this.falls = [];
+    this.lost = [];
     this.ports = []; // [tick, PORTB, DDRB, PORTD, DDRD]
     this.sent = []; // [tick, byte]
     this.looks = []; // [tick, levels]
@@ -303,8 +304,8 @@ class Board {
         this.shift = byte;
       } else {
         this.overruns++; // no place was left when this byte began
+        this.lost.push(this.tick(end));
       }
-      void end;
     }
     if (this.sendingUntil <= cycle) {
       this.sent.push([this.tick(this.sendingUntil), this.sending]);
@@ -442,6 +443,7 @@ function answer(board, request) {
   told.looks = board.looks;
   told.rounds = board.rounds;
   told.overruns = board.overruns;
+  told.lost = board.lost;
   return told;
 }
 

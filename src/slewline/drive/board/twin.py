@@ -28,6 +28,7 @@ from .wire import (
 )
 
 SOON = 1600  # ticks from START to the first step
+AHEAD = 2**28  # ticks from START to where the motion begins, and back: one beyond that is from another time
 LEAST_CHECK = 256  # ticks between the pulses of a self-test
 ALL_OUTPUTS = USER_OUTPUTS | ENABLE
 FROM_HOST = frozenset(kind for kind in FrameKind if kind < FrameKind.ANSWER)
@@ -207,10 +208,10 @@ class BoardTwin(MovingTwin):
 
     def _start(self, start: int, tick: int) -> FrameResult:
         first = self.queue[0].interval
-        lead = _signed(start + first - tick)
-        if lead < SOON:
+        ahead = _signed(start - tick)
+        if abs(ahead) > AHEAD or ahead + first < SOON:
             return FrameResult.LATE
-        start = tick + lead - first
+        start = tick + ahead
         self.time = start << 16
         self.state = RUN
         self.power.begin_motion()

@@ -42,9 +42,8 @@ class EventOrder:
         return self._next == self._known
 
     def counted(self, number: int) -> None:
-        """Learn the number of the next event that the board will have."""
-        if (number - self._known) % 256 < 128:
-            self._known = number
+        """Learn the number of the next event that the board will have, from an answer."""
+        self._known = number  # however many there have been: answers keep their order
         while (self._known - self._next) % 256 > KEPT_EVENTS and self._next not in self._early:
             self.lost += 1
             self._go_on()
@@ -53,7 +52,8 @@ class EventOrder:
         """Keep an event until it is its turn; one that was taken before is nothing."""
         if (event.number - self._next) % 256 < 128:
             self._early[event.number] = event
-            self.counted((event.number + 1) % 256)
+            if (event.number - self._known) % 256 < 128:
+                self.counted((event.number + 1) % 256)
 
     def take(self) -> BoardEvent | None:
         """Return the next event; None if it has not arrived."""
