@@ -204,8 +204,8 @@ static uint8_t bits_of(uint8_t set)
 
 #define LOOK_APART 16 /* turns of 4 cycles between two looks of the filter */
 
-/* Return the inputs.  An emergency stop that has changed counts at once, and before the others.  What does not remain as
-   it is for as many looks as the filter has counts as before; behind its edge there is another look. */
+/* Return the inputs.  An emergency stop that has changed counts immediately, and before the others.  An input that
+   changes again within as many looks as the filter has keeps its former level; its edge calls another look. */
 static uint8_t steady(void)
 {
     uint8_t seen = PINC & INPUTS_MASK, doubtful = 0, n;

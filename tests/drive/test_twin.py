@@ -139,6 +139,7 @@ def test_results_in_their_order_and_only_what_is_taken_uses_up_its_number() -> N
     rig.twin.run(2600)
     assert rig.ticks() == [2600]
 
+
 @pytest.mark.parametrize(
     ("ahead", "interval", "result"),
     [
