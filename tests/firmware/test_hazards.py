@@ -108,7 +108,7 @@ def to_stage(trial, stage):
 
 @pytest.mark.parametrize("policy", POLICIES)
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("driver", few((*DRIVERS, None), 2))
+@pytest.mark.parametrize("driver", few((None, "DM542", "L297", "A4988"), 2))
 def test_d11_has_no_level_without_a_driver_and_the_one_without_current_in_every_state(emulator, driver, mode, policy):
     options, pulses = MODES[mode]
     if driver is None and mode == "enabled":
@@ -421,7 +421,7 @@ def test_a_motor_that_is_held_goes_on_when_it_is_released(emulator, tmp_path, pa
 
 
 # ----------------------------------------------------------------------------------------------------------- sleeps
-SLEEPS = (10, 50, 100, 134, 140, 200, 260, 268, 269, 400, 1000)
+SLEEPS = (200, 134, 268, 269, 140, 50, 100, 260, 10, 400, 1000)  # s; ticks wrap at 268.4
 
 
 @pytest.mark.parametrize("seconds", few(SLEEPS, 3))
