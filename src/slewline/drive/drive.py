@@ -176,6 +176,7 @@ class Drive:
         self.state: DriveState = "closed"
         self.on_event: Hook[[BoardEvent]] = Hook()
         self.on_wake: Hook[[]] = Hook()
+        self._to_stop = False  # the user has said so, and the board has not stopped yet
         self.wall = clock
         self.power = Power(self, off_policy(enable_off))
         self.stopping: Stopping = StopChip(self, stop)
@@ -333,8 +334,8 @@ class Drive:
 
     def _come_to_rest(self) -> None:
         """Ramp down what moves, switch the driver off, and let the register of the chip be where the motor is."""
-        if self.state == "ok" and self.feeder.busy and self.axis.moving:
-            self.link.stop(1)
+        if self.state == "ok" and self.feeder.busy and not (self.chip.idle and not self.axis.moving):
+            self.stop()
         limit = self.wall() + 2 * self.horizon_ps // 1000 + int(WAY_DOWN_S * 10**9)
         self._pass_while(self._motor_moves, limit)
         if not self._motor_moves():
@@ -374,6 +375,7 @@ class Drive:
         if self.clock.jumps != self._jumps:
             self.watch.clock_jumped()
             self.align()
+        self._stop_chip()
         self.power.turn()
         if not self.spoken and self.state == "ok" and (self.axis.moving or self.axis.travel):
             self.watch.moved_by_itself()
@@ -539,7 +541,18 @@ class Drive:
         """
         self._check_open()
         self.link.stop(0 if at_once else 1)
+        # A command of the chip's host stops the chip itself; at rest there is nothing to stop.
+        of_chip = self.rewind is not None and self.rewind.command is not None
+        self._to_stop = not of_chip and (self.feeder.busy or self.axis.moving or not self.chip.idle)
+        self._stop_chip()
         self.talk.say(self.wall())
+
+    def _stop_chip(self) -> None:
+        """Stop the chip too where the board has nothing to stop: before a motion, between two, or while it is held."""
+        self._to_stop = self._to_stop and self.state == "ok"
+        answer = self.link.answer
+        if self._to_stop and answer is not None and answer.state == BoardState.IDLE:
+            self.watch.stopped_at_rest()
 
     def clear(self, *, homed: bool = False, homing: bool = False) -> None:
         """Continue after a halt: the board counts on from the position of the chip, and the chip is released.

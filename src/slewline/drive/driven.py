@@ -112,6 +112,9 @@ class Telling(Protocol):
     def not_started(self) -> None:
         """Halt the drive: the board has not taken the start of a motion."""
 
+    def stopped_at_rest(self) -> None:
+        """Halt the drive: the host stops a motor that is at rest, and steps are to come."""
+
     def switched_off(self) -> None:
         """Halt the drive: the board has switched the driver off."""
 

@@ -237,6 +237,8 @@ class Troubles:
             return
         if drive.state != "halted" or self._final:
             self._before_halt = None
+        elif answer.state == BoardState.RUN and drive.link.idle:
+            drive.link.stop(1)  # a START that was lost, and came after the stop
         elif answer.state not in MOVING and drive.link.idle:
             self._before_halt, self._final = None, True
             count = signed(answer.position - drive.count_origin)
@@ -292,6 +294,14 @@ class Troubles:
             "not-started",
             "the board has not taken the start of a motion: the line damages too much, or is too slow; the motor does "
             "not move. Check the cable, or choose a longer horizon (--check recommends one)",
+        )
+
+    def stopped_at_rest(self) -> None:
+        """Halt the drive: the host stops a motor that is at rest, and steps are to come."""
+        self.drive.link.abandon()
+        self._halt()
+        self.report(
+            "board-stopped", "the host stops the motor, which is at rest; further steps of its chip are not made"
         )
 
     def switched_off(self) -> None:
