@@ -8,14 +8,17 @@ from itertools import product
 from random import Random
 from time import monotonic, sleep
 
+import numpy as np
 import pytest
 
+from slewline.drive.board.wire import Happening
 from slewline.drive.drivers import STEP_DRIVERS
 from tests.drive.process import ModuleHost, Slewline
 from tests.ensembles import few, members
 
-from .chain import said
+from .chain import WITHIN_TICKS, events, said, wanted
 from .served import ServedBoard
+from .test_hard_times import damaged
 from .trials import (
     DRIVERS,
     FAMILIES,
@@ -33,6 +36,7 @@ from .trials import (
 )
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+PHASES = 0xF0  # of port D
 OFF_AFTER_REST = HZ // 10  # ticks from the last step to ENABLE off, at the end of a session
 
 
@@ -182,6 +186,189 @@ def test_a_driver_is_never_on_while_an_emergency_stop_is_open(emulator, seeds):
         f"off {latest / HZ * 1e6:.1f} us after the contact at most"
     )
     assert begun > len(seeds) and switched_on > len(seeds) / 2 and opened > len(seeds)
+
+
+# --------------------------------------------------------------------------------------------------------- dry runs
+@members("numbers", 1, 11)
+@pytest.mark.parametrize("driver", [None, *DRIVERS])
+@pytest.mark.parametrize("name", FAMILIES)
+def test_a_dry_run_counts_every_step_and_makes_no_edge(emulator, name, driver, numbers):
+    for number in numbers:
+        rnd = Random(f"dry {name} {driver} {number}")
+        family = FAMILIES[name]
+        trial = prepared(emulator, name, number, driver=driver, text=family.first, enable=False, pulses=False)
+        board, place = trial.board, 0
+        with trial.drive as drive:
+            drive.run("200 ms")
+            for steps in moves(rnd, 3):
+                trial.send(family.move(steps, place))
+                place += steps
+                drive.run("250 ms")
+            drive.run_until_rest()
+            drive.run("100 ms")
+            assert place == int(trial.x.steps().directions.sum()) == drive.count == said(trial.line).position
+            assert not drive.troubles
+        assert board.rises == board.falls == []
+        assert not any((portd | ddrd) & PHASES for _, _, _, portd, ddrd in board.ports)
+        off = None if driver is None else 1 - STEP_DRIVERS[driver].enabled
+        assert {level for _, level in board.enable} == ({off} - {None})
+
+
+# ------------------------------------------------------------------------------------------------------------- holds
+HELD = {"gs-c200s": ("enable", 0), "cy525": ("step_inhibit", 1), "cy500": ("trigger", 1)}
+
+
+@members("numbers", 1, 11)
+@pytest.mark.parametrize("journal", [False, True], ids=["no journal", "journal"])
+@pytest.mark.parametrize("what", ["close", "emergency stop", "silence", "stop", "stop at once"])
+@pytest.mark.parametrize("name", HELD)
+def test_a_hold_that_something_else_has_ended_is_not_released_into_a_motion(
+    emulator, tmp_path, name, what, journal, numbers
+):
+    pin, level = HELD[name]
+    for number in numbers:
+        rnd = Random(f"held {name} {what} {number}")
+        (folder := tmp_path / str(number)).mkdir()
+        trial = prepared(
+            emulator, name, number, driver=rnd.choice(DRIVERS), closed=(0, 5) if level else (5,), start_stop=30_000,
+            inputs={"A5": "estop", "A0": pin}, journal=folder / "journal" if journal else None,
+        )  # fmt: skip
+        board = trial.board
+        with trial.drive as drive:
+            drive.run(instant(rnd, trial))
+            held = trial.set_input(0, level)
+            drive.run(f"{rnd.randrange(2, 400)} ms")
+            made = len(board.rises)
+            assert made and edges_after(board, held) <= 1
+            if what == "emergency stop":
+                trial.set_input(5, 1)
+                drive.run("5 ms")
+                assert not trial.is_on()
+            elif what == "silence":
+                trial.line.stop_host(400)
+            elif what != "close":
+                drive.stop(at_once=what == "stop at once")
+            if what == "silence" and journal:  # of a motor at rest: its host goes on, and so does the motion
+                trial.set_input(0, 1 - level)
+                drive.run("500 ms")
+                assert len(board.rises) > made and not drive.troubles
+                continue
+            if what != "close":
+                drive.run("300 ms")
+                trial.set_input(0, 1 - level)
+                drive.run("500 ms")
+                assert len(board.rises) == made and drive.state == "halted", drive.troubles
+                drive.run_until(lambda: not drive.axis.moving and drive.stopping.settled)
+                assert drive.count == trial.edges == trial.x.position
+        assert len(board.rises) == made and not trial.is_on()
+        trial.set_input(0, 1 - level)
+        trial.line.stop_host(1_000)
+        assert len(board.rises) == made and not trial.is_on()
+        assert trial.drive.count == trial.edges == said(trial.line).position == trial.x.position
+
+
+# ----------------------------------------------------------------------------------------------------- ends and stops
+@members("seeds", 2, 52)
+@pytest.mark.parametrize("how", ["stop", "stop at once", "close"])
+@pytest.mark.parametrize("name", FAMILIES)
+def test_a_stop_as_a_motion_begins_is_a_stop(emulator, name, how, seeds):
+    most = 0
+    for seed in seeds:
+        rnd = Random(f"early {name} {how} {seed}")
+        trial = prepared(emulator, name, seed, driver=rnd.choice(DRIVERS), text=trial_text(name))
+        board = trial.board
+        with trial.drive as drive:
+            drive.run("200 ms")
+            trial.send(trial.family.long)
+            drive.run_until(lambda: drive.axis.moving)
+            if wait := rnd.choice((0, rnd.randrange(30))):
+                drive.run(f"{wait} ms")
+            if how != "close":
+                drive.stop(at_once="once" in how)
+                drive.run("300 ms")
+                drive.run_until(lambda: drive.watch.final and drive.stopping.settled)
+                assert drive.state == "halted" and "board-stopped" in codes(drive)
+        if how == "close":
+            assert trial.line.now < 5_000_000_000 + 3 * 10**9
+        stood = len(board.rises)
+        most = max(most, stood)
+        trial.line.stop_host(1_000)
+        assert len(board.rises) == stood and not trial.is_on()
+        assert trial.edges == drive.count == said(trial.line).position
+        if name != "mc1451a":
+            assert trial.x.position == trial.edges
+    print(f"{name} {how}: {most} steps at most")
+    assert most < 40, "down from the start-stop rate"
+
+
+def trial_text(name):
+    """What is sent before a long motion: nothing that is sent again with it."""
+    return FAMILIES[name].first if name == "gs-c200s" else ""
+
+
+@members("seeds", 4, 104)
+@pytest.mark.parametrize("how", ["stop", "close"])
+def test_a_stop_between_two_motions_of_a_program_is_a_stop(emulator, how, seeds):
+    for seed in seeds:
+        rnd = Random(f"between {how} {seed}")
+        text = "I3\rPo\rS50\rT200\rR40\rL0\r+4\rD1\r-4\rD2\r+2\r-2\rL200\rPx\rE\r"
+        trial = prepared(emulator, "gs-c200s", seed, driver=rnd.choice(DRIVERS), text=text)
+        board = trial.board
+        with trial.drive as drive:
+            drive.run(f"{rnd.randrange(400_000, 900_000)} us")
+            made, began = len(board.rises), trial.line.now
+            if how == "stop":
+                drive.stop()
+                drive.run("400 ms")
+                assert drive.state == "halted" and made, drive.troubles
+                stood = len(board.rises)
+                drive.run("500 ms")
+                assert len(board.rises) == stood
+        assert trial.line.now - began < 1.5 * 10**9
+        stood = len(board.rises)
+        trial.line.stop_host(1_000)
+        assert made and len(board.rises) == stood <= made + 30 and not trial.is_on()
+        assert trial.edges == drive.count == trial.x.position
+
+
+# ------------------------------------------------------------------------------------------------------------ damage
+@members("seeds", 2, 21)
+@pytest.mark.parametrize("percent", [1, 2, 5, 10])
+@pytest.mark.parametrize("name", few(["gs-c200s", "cy525", "cy545", "mc1451a"], 2))
+def test_on_a_line_that_damages_to_the_end_nothing_is_wrong_without_a_finding(emulator, name, percent, seeds):
+    outcomes = dict.fromkeys(("all steps", "halted", "left to the board"), 0)
+    for seed in seeds:
+        rnd = Random(f"damage {name} {percent} {seed}")
+        driver, family = rnd.choice(DRIVERS), FAMILIES[name]
+        trial = prepared(
+            emulator, name, seed, driver=driver, text=family.first, horizon="300 ms", enable_hold="1 s", start_stop=500
+        )
+        board, drive = trial.board, trial.drive
+        with drive:
+            drive.run("200 ms")
+            trial.line.damage = damaged(f"{name} {percent} {seed}", percent / 100)
+            trial.send(family.move(400, 0))
+            drive.run("2500 ms")
+            due, _ = wanted(drive)
+            if drive.state == "ok":
+                assert len(board.rises) == 400 and codes(drive) <= {"late-start"}, drive.troubles
+                outcomes["all steps"] += 1
+            else:
+                assert codes(drive) & {"underrun", "host-silent", "not-started", "board-silent"}
+                outcomes["halted"] += 1
+        trial.line.stop_host(3_000)
+        made = np.array(board.rises)
+        dry = [event.tick for event in events(trial.line) if event.kind in (Happening.UNDERRUN, Happening.WATCHDOG)]
+        planned = made[made <= min(dry, default=1 << 60)]
+        late = np.abs(planned - due[: len(planned)]).max(initial=0) > WITHIN_TICKS
+        assert len(made) <= 400 and late == ("late-start" in codes(drive)), (seed, drive.troubles)
+        assert trial.edges == len(made) == said(trial.line).position
+        off, level = board.enable[-1]
+        assert level == 1 - trial.on and edges_after(board, off) == 0
+        outcomes["left to the board"] += bool(len(made)) and off - made[-1] > HZ // 2
+        if drive.count != trial.edges:  # it could not be heard
+            assert codes(drive) & {"board-silent"}, (seed, drive.count, trial.edges, drive.troubles)
+    print(f"{name}, {percent} %: {outcomes}")
 
 
 # ------------------------------------------------------------------------------------- the end of a process, real time
