@@ -247,7 +247,8 @@ def test_check_looks_at_link_machine_and_pulses(board, wired, monkeypatch, capfd
     status, lines = checked_up(board, monkeypatch, capfd)
     assert list(lines) == ["board", "link", "machine", "horizon", "pulses"]
     assert re.fullmatch(r"Arduino Uno \(ATmega328P, 16 MHz\); .* differs from this .* by [+-]\d+ ppm", lines["board"])
-    assert re.fullmatch(r"\d+\.\d ms there and back, \d+\.\d ms at worst; 0 frames damaged", lines["link"])
+    link = r"\d+\.\d ms there and back, \d+\.\d ms at worst, \d+ ms for the start of a motion; 0 frames damaged"
+    assert re.fullmatch(link, lines["link"])
     late = re.fullmatch(
         r"wakes (\S+) ms late, (\S+) ms in the worst of 100, (\S+) ms at worst; no priority .*", lines["machine"]
     )
