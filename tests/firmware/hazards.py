@@ -77,10 +77,13 @@ class HazardLine(EmulatedLine):
     def sleep(self, seconds: float, emulated: float = 0.0) -> None:
         """Let the board alone live for some time: the host's clock does not run.
 
-        Of that time so much is emulated; the rest is whole overflows of the timer.
+        Of that time so much is emulated; the rest is whole overflows of the timer, with 5 ms emulated in each minute.
         """
+        end = self.board.now + int(seconds * HZ)
         self.board.run(self.board.now + int(emulated * HZ))
-        self.board.skip(max(round((seconds - emulated) * HZ / OVERFLOW), 0))
+        while (left := (end - self.board.now) // OVERFLOW) > 0:
+            self.board.skip(min(left, 60 * HZ // OVERFLOW))
+            self.board.run(self.board.now + HZ // 200)
         self.began = self.now - (self.board.now * 10**9 * 1_000_000) // (HZ * (1_000_000 + self.ppm))
         self._collect()
 
