@@ -237,7 +237,6 @@ static void act_on(uint8_t seen)
 
     if (enter_to_stop(becoming, &tick)) {
         act_in_peace(changed, becoming, tick);
-        serve_line();
         leave();
         return;
     }

@@ -118,3 +118,8 @@ def test_brakes_at_any_rate_with_ways_of_any_length(emulator, seeds):
         way = random.randint(length if slope < 0 else 1, 160)
         rate = random.uniform(20_000, 40_000)  # a way that begins with a piece of one step may be late at 43,000
         check(braked(emulator, rate, cause, random.randrange(1000), way, length, HALVES, slope), cause)
+
+
+def test_steps_of_short_pieces_have_their_phases_in_time(emulator):
+    for phase in range(90, 120, 3):  # the second piece has one step, and the one behind it comes in its interrupt
+        check(braked(emulator, 39_649, "stop", phase, 155, 114, HALVES, -1), "stop")

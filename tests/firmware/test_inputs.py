@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.drive.board.wire import BoardConfig, BoardState, Happening, Reflex
+from slewline.drive.board.records import Record
+from slewline.drive.board.wire import BoardConfig, BoardState, FrameKind, Happening, Reflex, encode
 from tests.drive.families import GSC
 from tests.ensembles import members
 
 from .chain import HZ, WITHIN_TICKS, EmulatedLine, drive_of, events, off, said, wanted
+from .talk import Talk
 
 pytestmark = pytest.mark.system
 
@@ -216,3 +218,18 @@ def test_a_mark_has_the_position_of_its_edge(emulator, seeds):
             assert drive.state == "ok"
     print("marks:", {n: found.count(n) for n in sorted(set(found))})
     assert max(found) <= 1 and min(found) >= 0, found
+
+
+def test_no_byte_is_lost_while_inputs_stop_the_motor(emulator):
+    asks = b"".join(encode(number, FrameKind.ASK) for number in range(16))
+    for phase in range(0, 2_000, 80):
+        talk = Talk(emulator, report=63, reflex=(Reflex.STOP, 0, Reflex.MARK, 0, Reflex.STOP, 0))
+        talk.play([Record(0, 1_000, 700)])
+        talk.board.run(talk.board.now + 30_000)
+        before, now = len(talk.answers), talk.board.now
+        talk.board.receive(asks, now)
+        for number in range(6):
+            talk.board.set_input(number, 1, now + 10_000 + phase)
+        talk.board.run(now + 250_000)
+        assert not talk.board.lost and len(talk.answers) == before + 16
+        assert talk.answers[-1].state == BoardState.HALT
