@@ -223,10 +223,8 @@ class Troubles:
             f"the board has not answered for {while_}: look for its cable and its supply",
         )
         if drive.state == "ok" and drive.cable.under_way:
-            drive.state, self._final = "halted", False
-            self._before_halt = drive.link.answer
-            drive.feeder.halt()
-            drive.stopping.stopped(self._unknown())
+            drive.link.abandon()
+            self._halt()
 
     _before_halt: Answer | None = None  # the last one before the drive halted of which the board had told nothing
 
