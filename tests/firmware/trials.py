@@ -268,7 +268,7 @@ class Sessions:
                 self.line.stop_host(self.random.randrange(1, 40))
         if self.trial is not None:
             self.trial.drive.close()
-        self.line.stop_host(100)
+        self.line.stop_host(1_500)  # the board itself switches off, if frames of others have confused the session
 
     def _begin(self) -> None:
         rnd = self.random
