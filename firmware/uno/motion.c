@@ -721,7 +721,6 @@ static __attribute__((noinline)) void play_piece(void)
     chosen = tail_count ? next->up_to - next[-1].up_to : 1;
     entry = next + 1;
     account();
-    show_in_time();
     if (interval.tick < LONG_LEAST)
         look_back();
     else
