@@ -286,7 +286,11 @@ class Sessions:
         drive = trial.drive
         if deed == "contact":
             self.is_open = not self.is_open
-            tick = trial.set_input(self.ESTOP, int(self.is_open), rnd.randrange(40, 60_000))
+            later = rnd.randrange(40, 60_000)
+            if self.opened:  # one after the other
+                before = max(tick for tick in self.opened[-1] if tick < 1 << 60)
+                later = max(later, before + 4_000 - trial.board.now)
+            tick = trial.set_input(self.ESTOP, int(self.is_open), later)
             if self.is_open:
                 self.opened.append([tick, 1 << 60])
             else:
