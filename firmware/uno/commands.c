@@ -17,8 +17,6 @@
 #include "protocol.h"
 #include "wire.h"
 
-#define LEAD_LEAST 1600 /* ticks from the ANSWER of a START to the first step */
-#define AHEAD_MOST 0x10000000UL /* to where the motion begins, 16.8 s, and back: a START beyond it is from another time */
 
 #define NUMBER frame[0]
 #define KIND frame[1]
@@ -56,12 +54,12 @@ static __attribute__((noinline)) void settle(uint8_t result, uint32_t tick)
     leave();
     answer.result = result;
     answer.tick = tick;
-    if (result != DAMAGED) {
+    if (result != RESULT_DAMAGED) {
         last_heard = tick;
         is_silent = 0;
     }
     if (has_estop(answer.inputs)) /* last: whatever had to outlast a call would be saved before the steps go on */
-        answer.flags |= IN_ESTOP;
+        answer.flags |= POWER_ESTOP;
 }
 
 static void refuse(uint8_t result)
@@ -90,7 +88,7 @@ static void tell_events_before(uint8_t number)
             told = next_event - EVENTS_KEPT; /* overwritten; the host sees the gap */
             continue;
         }
-        send(told, EVENT, &event, sizeof event);
+        send(told, FRAME_EVENT, &event, sizeof event);
         told++;
     }
 }
@@ -103,22 +101,22 @@ void tell_events(void)
 static void send_answer(void)
 {
     tell_events_before(answer.events);
-    if (answer.kind == HELLO && answer.result == TAKEN) {
+    if (answer.kind == FRAME_HELLO && answer.result == RESULT_TAKEN) {
         static const struct {
             uint8_t version, board, slots, tail, room;
             uint16_t shortest;
             uint32_t hz;
-        } ident = {VERSION, BOARD_UNO, SLOTS, TAIL_MOST, ROOM, SHORTEST, HZ};
+        } ident = {VERSION, BOARD_NUMBER, SLOTS, TAIL_MOST, ROOM, SHORTEST, HZ};
 
-        send(wanted, IDENT, &ident, sizeof ident);
+        send(wanted, FRAME_IDENT, &ident, sizeof ident);
     }
-    send(wanted, ANSWER, &answer, sizeof answer);
+    send(wanted, FRAME_ANSWER, &answer, sizeof answer);
 }
 
 void take_damage(void)
 {
     answer.echo = answer.kind = 0;
-    refuse(DAMAGED);
+    refuse(RESULT_DAMAGED);
     send_answer();
 }
 
@@ -138,18 +136,18 @@ static uint8_t is_good_record(const struct record *record)
 {
     uint32_t most, low, high;
 
-    if (record->flags & IS_PAUSE) {
+    if (record->flags & RECORD_PAUSE) {
         uint8_t mask = record->count >> 8, value = record->count;
 
-        if (record->flags & SETS_OUTPUTS ? (mask | value) > USER_OUTPUTS : record->count != 0)
+        if (record->flags & RECORD_OUT ? (mask | value) > USER_OUTPUTS : record->count != 0)
             return 0;
-        return record->flags < 32 && record->interval >= 256 && record->interval < 0x80000000;
+        return record->flags < 32 && record->interval >= SHORTEST_PAUSE && record->interval < 0x80000000;
     }
-    if (record->flags & ~(DOWN | IS_HALF | HAS_WAY) || !record->count)
+    if (record->flags & ~(RECORD_DOWN | RECORD_HALF | RECORD_WAY) || !record->count)
         return 0;
     if (!is_possible(record->interval))
         return 0;
-    if (record->flags & HAS_WAY) {
+    if (record->flags & RECORD_WAY) {
         uint16_t way = record->add, more = record->count - 1;
         int16_t slope = record->add >> 16;
 
@@ -177,13 +175,13 @@ static void take_push(void)
     const struct record *records = (const struct record *)PAYLOAD;
     uint32_t tick;
 
-    if (n < 1 || n > 5 || LENGTH != n * sizeof(struct record)) {
-        refuse(state > RUN ? NOT_NOW : BAD_CONTENT);
+    if (n < 1 || n > RECORDS_MOST || LENGTH != n * sizeof(struct record)) {
+        refuse(state > STATE_RUN ? RESULT_WRONG_STATE : RESULT_BAD_CONTENT);
         return;
     }
     for (i = 0; i < n; i++)
         if (!is_good_record(&records[i])) {
-            refuse(state > RUN ? NOT_NOW : BAD_CONTENT);
+            refuse(state > STATE_RUN ? RESULT_WRONG_STATE : RESULT_BAD_CONTENT);
             return;
         }
     /* The queue only gets shorter behind our back, so there is room if there seems to be; but a halt may forget it, and
@@ -194,13 +192,13 @@ static void take_push(void)
     else
         n = 0;
     tick = enter();
-    if (state > RUN) {
-        settle(NOT_NOW, tick);
+    if (state > STATE_RUN) {
+        settle(RESULT_WRONG_STATE, tick);
     } else if (!n) {
-        settle(NO_ROOM, tick);
+        settle(RESULT_NO_ROOM, tick);
     } else {
         publish(n);
-        settle(TAKEN, tick);
+        settle(RESULT_TAKEN, tick);
     }
 }
 
@@ -208,17 +206,17 @@ static void take_start(void)
 {
     uint32_t tick = enter(), begin = *(const uint32_t *)PAYLOAD, ahead = begin - tick;
 
-    if (state != IDLE || !queued) {
-        settle(NOT_NOW, tick);
+    if (state != STATE_IDLE || !queued) {
+        settle(RESULT_WRONG_STATE, tick);
     } else if (LENGTH != 4) {
-        settle(BAD_CONTENT, tick);
-    } else if (ahead + AHEAD_MOST > 2 * AHEAD_MOST || first_due(ahead) - LEAD_LEAST >= 0xE0000000) {
+        settle(RESULT_BAD_CONTENT, tick);
+    } else if (ahead + START_MOST_TICKS > 2 * START_MOST_TICKS || first_due(ahead) - START_LEAD_TICKS >= 0xE0000000) {
         /* From -2^28 to 2^28, and an interval of less than 2^31: what is below 0 is at the upper end of 32 bits. */
-        settle(TOO_LATE, tick);
+        settle(RESULT_LATE, tick);
     } else {
         begin_motion();
         start(begin, tick);
-        settle(TAKEN, tick);
+        settle(RESULT_TAKEN, tick);
     }
 }
 
@@ -228,7 +226,7 @@ static void take_stop(void)
     uint32_t tick;
 
     if (LENGTH != 1 || PAYLOAD[0] > 1) {
-        refuse(BAD_CONTENT);
+        refuse(RESULT_BAD_CONTENT);
         return;
     }
     cause = PAYLOAD[0] ? BY_BRAKE : BY_STOP;
@@ -237,12 +235,12 @@ static void take_stop(void)
         /* Steps may be fast, and wait: the event has its number, and is written behind that. */
         uint8_t number = next_event++;
 
-        settle(TAKEN, tick);
-        write_event(number, BRAKED, NOBODY, answer.state, answer.inputs, answer.position, tick);
+        settle(RESULT_TAKEN, tick);
+        write_event(number, EVENT_BRAKED, HOST, answer.state, answer.inputs, answer.position, tick);
         return;
     }
     command(cause, tick);
-    settle(TAKEN, tick);
+    settle(RESULT_TAKEN, tick);
 }
 
 struct config {
@@ -256,7 +254,7 @@ struct config {
     uint16_t enable_hold;
     uint8_t filter;
     uint8_t lamps; /* low half: number + 1 of the output that shows a halt; high half: of that for the driver */
-    uint8_t reflex[6];
+    uint8_t reflex[INPUTS];
     uint8_t pattern[8];
     uint8_t phase;
 };
@@ -268,7 +266,7 @@ static uint8_t is_good_config(const struct config *config)
     if (LENGTH != sizeof *config || config->start_stop >= 0x80000000 || config->watchdog >= 0x80000000 ||
         config->polarity > 3 ||
         (config->active | config->report) > INPUTS_MASK || config->driver > 3 ||
-        config->enable_off > OFF_AT_REST || config->filter > 15 || (config->lamps & 15) > 4 || config->lamps >> 4 > 4 ||
+        config->enable_off > OFF_REST || config->filter > 15 || (config->lamps & 15) > 4 || config->lamps >> 4 > 4 ||
         config->phase > 7)
         return 0;
     for (i = 0; i < 6; i++) {
@@ -295,12 +293,12 @@ static void take_config(void)
     uint8_t i, is_good = is_good_config(config), driver_before, polarity_before;
     uint32_t tick = enter();
 
-    if (state != BOOT && state != IDLE && state != HALT) {
-        settle(NOT_NOW, tick);
+    if (state != STATE_BOOT && state != STATE_IDLE && state != STATE_HALT) {
+        settle(RESULT_WRONG_STATE, tick);
         return;
     }
     if (!is_good) {
-        settle(BAD_CONTENT, tick);
+        settle(RESULT_BAD_CONTENT, tick);
         return;
     }
     set_start_stop(config->start_stop);
@@ -319,7 +317,7 @@ static void take_config(void)
     for (i = 0; i < 6; i++)
         reflexes[i] = config->reflex[i];
     for (i = 0; i < 8; i++)
-        pattern[i] = driver & IS_DRY ? 0 : config->pattern[i] << 4;
+        pattern[i] = driver & DRIVER_DRY ? 0 : config->pattern[i] << 4;
     serve_line();
     phase = config->phase; /* as it is now */
     phase_step = 0;
@@ -330,9 +328,9 @@ static void take_config(void)
     configure_outputs();
     set_phase_step();
     show_direction(down);
-    if (state == BOOT)
-        set_state(HALT);
-    settle(TAKEN, tick);
+    if (state == STATE_BOOT)
+        set_state(STATE_HALT);
+    settle(RESULT_TAKEN, tick);
 }
 
 static void take_tail_frame(void)
@@ -340,10 +338,10 @@ static void take_tail_frame(void)
     uint8_t first = PAYLOAD[0], n = (LENGTH - 1) / sizeof(struct tail_entry), i;
     struct tail_entry *entries = (struct tail_entry *)(PAYLOAD + 1);
     uint32_t least = (uint32_t)SHORTEST << 8, tick, steps = 0;
-    uint8_t result = TAKEN;
+    uint8_t result = RESULT_TAKEN;
 
-    if (n < 1 || n > 10 || LENGTH != 1 + n * sizeof(struct tail_entry) || first > tail_count) {
-        result = BAD_CONTENT;
+    if (n < 1 || n > ENTRIES_MOST || LENGTH != 1 + n * sizeof(struct tail_entry) || first > tail_count) {
+        result = RESULT_BAD_CONTENT;
     } else {
         if (first) {
             least = TAIL_ENTRIES[first - 1].interval; /* no less than SHORTEST */
@@ -351,22 +349,22 @@ static void take_tail_frame(void)
         }
         for (i = 0; i < n; i++) {
             if (entries[i].interval < least || !entries[i].up_to)
-                result = BAD_CONTENT;
+                result = RESULT_BAD_CONTENT;
             least = entries[i].interval;
             entries[i].up_to = steps += entries[i].up_to;
         }
-        if (result == TAKEN && first + n > TAIL_MOST)
-            result = NO_ROOM;
+        if (result == RESULT_TAKEN && first + n > TAIL_MOST)
+            result = RESULT_NO_ROOM;
         else if (steps > 0xFFFF)
-            result = BAD_CONTENT;
+            result = RESULT_BAD_CONTENT;
     }
     tick = enter();
-    if (state == BRAKE || state == BOOT)
-        result = NOT_NOW;
-    if (result == TAKEN)
+    if (state == STATE_BRAKE || state == STATE_BOOT)
+        result = RESULT_WRONG_STATE;
+    if (result == RESULT_TAKEN)
         take_tail(entries, first, n);
     settle(result, tick);
-    if (result == TAKEN)
+    if (result == RESULT_TAKEN)
         tail_settled();
 }
 
@@ -374,17 +372,17 @@ static void take_reset(void)
 {
     uint32_t tick = enter();
 
-    if ((state != IDLE && state != HALT) || is_estop_active()) {
-        settle(NOT_NOW, tick);
-    } else if (LENGTH != 5 || PAYLOAD[0] > (SETS_POSITION | IS_KNOWN | MAY_POWER)) {
-        settle(BAD_CONTENT, tick);
+    if ((state != STATE_IDLE && state != STATE_HALT) || is_estop_active()) {
+        settle(RESULT_WRONG_STATE, tick);
+    } else if (LENGTH != 5 || PAYLOAD[0] > (RESET_POSITION | RESET_KNOWN | RESET_POWER)) {
+        settle(RESULT_BAD_CONTENT, tick);
     } else {
         forget_queue();
         unlock(PAYLOAD[0]);
-        if (PAYLOAD[0] & SETS_POSITION)
+        if (PAYLOAD[0] & RESET_POSITION)
             place(*(const int32_t *)(PAYLOAD + 1));
-        set_state(IDLE);
-        settle(TAKEN, tick);
+        set_state(STATE_IDLE);
+        settle(RESULT_TAKEN, tick);
     }
 }
 
@@ -392,15 +390,15 @@ static void take_outputs(void)
 {
     uint32_t tick = enter();
 
-    if (state == BOOT) {
-        settle(NOT_NOW, tick);
-    } else if (LENGTH != 2 || (PAYLOAD[0] | PAYLOAD[1]) > (USER_OUTPUTS | ENABLE_OUTPUT)) {
-        settle(BAD_CONTENT, tick);
+    if (state == STATE_BOOT) {
+        settle(RESULT_WRONG_STATE, tick);
+    } else if (LENGTH != 2 || (PAYLOAD[0] | PAYLOAD[1]) > (USER_OUTPUTS | ENABLE)) {
+        settle(RESULT_BAD_CONTENT, tick);
     } else if (!may_switch(PAYLOAD[0], PAYLOAD[1])) {
-        settle(NOT_NOW, tick);
+        settle(RESULT_WRONG_STATE, tick);
     } else {
         choose_outputs(PAYLOAD[0], PAYLOAD[1]);
-        settle(TAKEN, tick);
+        settle(RESULT_TAKEN, tick);
         show_outputs();
     }
 }
@@ -419,7 +417,7 @@ static void check(uint16_t pulses, uint16_t interval)
     cli();
     next = now();
     sei();
-    for (i = 0; i < pulses && state == IDLE; i++) {
+    for (i = 0; i < pulses && state == STATE_IDLE; i++) {
         next += interval;
         do {
             cli();
@@ -440,7 +438,7 @@ static void check(uint16_t pulses, uint16_t interval)
     TCCR0B = 0;
     DDRD = directions;
     tick = enter();
-    note(CHECKED, counted != pulses, tick);
+    note(EVENT_CHECKED, counted != pulses, tick);
     events[(uint8_t)(next_event - 1) % EVENTS_KEPT].position = counted;
     leave();
 }
@@ -459,7 +457,7 @@ static uint8_t take_repeat(struct event *event)
             break;
         leave();
     }
-    settle(LENGTH == 1 ? TAKEN : BAD_CONTENT, tick);
+    settle(LENGTH == 1 ? RESULT_TAKEN : RESULT_BAD_CONTENT, tick);
     back = next - PAYLOAD[0];
     return LENGTH == 1 && back >= 1 && back <= EVENTS_KEPT;
 }
@@ -469,12 +467,12 @@ static void take_check(void)
     uint32_t tick = enter();
     const uint16_t *words = (const uint16_t *)PAYLOAD;
 
-    if (state != IDLE || driver & IS_DRY || is_enabled())
-        settle(NOT_NOW, tick);
-    else if (LENGTH != 4 || !words[0] || words[1] < 256)
-        settle(BAD_CONTENT, tick);
+    if (state != STATE_IDLE || driver & DRIVER_DRY || is_enabled())
+        settle(RESULT_WRONG_STATE, tick);
+    else if (LENGTH != 4 || !words[0] || words[1] < LEAST_CHECK)
+        settle(RESULT_BAD_CONTENT, tick);
     else
-        settle(TAKEN, tick);
+        settle(RESULT_TAKEN, tick);
 }
 
 void take_frame(void)
@@ -484,58 +482,58 @@ void take_frame(void)
 
     answer.echo = NUMBER;
     answer.kind = kind;
-    is_numbered = kind != HELLO && kind != STOP && kind != ASK && kind != REPEAT;
-    if (!kind || kind >= KINDS) {
-        refuse(BAD_CONTENT);
+    is_numbered = kind != FRAME_HELLO && kind != FRAME_STOP && kind != FRAME_ASK && kind != FRAME_REPEAT;
+    if (!kind || kind >= (FRAME_CHECK + 1)) {
+        refuse(RESULT_BAD_CONTENT);
     } else if (is_numbered && NUMBER != wanted) {
-        refuse(WRONG_NUMBER);
+        refuse(RESULT_WRONG_NUMBER);
     } else {
         switch (kind) {
-        case HELLO:
-            refuse(LENGTH ? BAD_CONTENT : TAKEN);
+        case FRAME_HELLO:
+            refuse(LENGTH ? RESULT_BAD_CONTENT : RESULT_TAKEN);
             if (!LENGTH)
                 wanted = 0;
             break;
-        case PUSH:
+        case FRAME_PUSH:
             take_push();
             break;
-        case START:
+        case FRAME_START:
             take_start();
             break;
-        case STOP:
+        case FRAME_STOP:
             take_stop();
             break;
-        case CONFIG:
+        case FRAME_CONFIG:
             take_config();
             break;
-        case ASK:
-            refuse(LENGTH ? BAD_CONTENT : TAKEN);
+        case FRAME_ASK:
+            refuse(LENGTH ? RESULT_BAD_CONTENT : RESULT_TAKEN);
             break;
-        case TAIL:
+        case FRAME_TAIL:
             take_tail_frame();
             break;
-        case RESET:
+        case FRAME_RESET:
             take_reset();
             break;
-        case OUTPUTS:
+        case FRAME_OUTPUTS:
             take_outputs();
             break;
-        case REPEAT:
+        case FRAME_REPEAT:
             repeats = take_repeat(&event);
             break;
-        case CHECK:
+        case FRAME_CHECK:
             take_check();
             break;
         }
-        if (is_numbered && answer.result == TAKEN)
+        if (is_numbered && answer.result == RESULT_TAKEN)
             wanted++;
     }
     send_answer();
-    if (answer.result != TAKEN)
+    if (answer.result != RESULT_TAKEN)
         return;
     if (repeats)
-        send(PAYLOAD[0], EVENT, &event, sizeof event);
-    if (kind == CHECK)
+        send(PAYLOAD[0], FRAME_EVENT, &event, sizeof event);
+    if (kind == FRAME_CHECK)
         check(*(const uint16_t *)PAYLOAD, *(const uint16_t *)(PAYLOAD + 2));
 }
 
@@ -547,18 +545,18 @@ void watch_for_silence(void)
     uint16_t passed = (uint16_t)(tick >> 16) - looked_at;
 
     looked_at = tick >> 16;
-    if (state_then == RUN || state_then == BRAKE)
+    if (state_then == STATE_RUN || state_then == STATE_BRAKE)
         leave(); /* steps may be fast */
     if (watchdog && tick - last_heard >= watchdog)
         is_silent = 1;
     watch_power(passed, state_then, is_silent);
     leave();
-    if (!is_silent || state != RUN)
+    if (!is_silent || state != STATE_RUN)
         return;
     enter_to_stop(BY_BRAKE, &tick);
     if (begins_brake())
-        note_in_passing(SILENT, NOBODY, tick);
-    else if (state == RUN)
-        brake(SILENT, NOBODY, tick);
+        note_in_passing(EVENT_WATCHDOG, HOST, tick);
+    else if (state == STATE_RUN)
+        brake(EVENT_WATCHDOG, HOST, tick);
     leave();
 }

@@ -45,7 +45,7 @@ void sort_reflexes(void)
     brakes[0] = brakes[1] = BY_BRAKE;
     marks = estops = 0;
     for (i = 0, bit = 1; i < 6; i++, bit <<= 1) {
-        uint8_t goes_up = !(reflexes[i] & ONLY_DOWN), goes_down = !(reflexes[i] & ONLY_UP);
+        uint8_t goes_up = !(reflexes[i] & REFLEX_DOWNWARDS), goes_down = !(reflexes[i] & REFLEX_UPWARDS);
 
         serve_line();
         switch (reflexes[i] & 15) {
@@ -91,7 +91,7 @@ uint8_t takes_away(uint8_t causes)
     if (causes & (stops[down] | estops))
         return 1;
     /* Brakes make a step that is due. */
-    return state == RUN && causes & brakes[down] && is_in_pause();
+    return state == STATE_RUN && causes & brakes[down] && is_in_pause();
 }
 
 uint8_t enter_to_stop(uint8_t causes, uint32_t *tick)
@@ -121,26 +121,26 @@ uint8_t enter_to_stop(uint8_t causes, uint32_t *tick)
 static uint8_t act(uint8_t bit, uint8_t which, uint32_t tick)
 {
     if (bit & estops) {
-        cut_power(state == RUN || state == BRAKE);
+        cut_power(state == STATE_RUN || state == STATE_BRAKE);
         halt();
-        note(ESTOPPED, which, tick);
+        note(EVENT_ESTOP, which, tick);
         return 1;
     }
     if (bit & marks) {
-        note(MARKED, which, tick);
+        note(EVENT_MARK, which, tick);
         return 1;
     }
     if (bit & stops[down]) {
-        if (state != RUN && state != BRAKE)
+        if (state != STATE_RUN && state != STATE_BRAKE)
             return 0;
         halt();
-        note(STOPPED, which, tick);
+        note(EVENT_STOPPED, which, tick);
         return 1;
     }
     if (bit & brakes[down]) {
-        if (state != RUN)
+        if (state != STATE_RUN)
             return 0;
-        brake(BRAKED, which, tick);
+        brake(EVENT_BRAKED, which, tick);
         return 1;
     }
     return 0;
@@ -148,7 +148,7 @@ static uint8_t act(uint8_t bit, uint8_t which, uint32_t tick)
 
 void command(uint8_t bit, uint32_t tick)
 {
-    act(bit, NOBODY, tick);
+    act(bit, HOST, tick);
 }
 
 /* What an input that is active does to a record that has been loaded. */
@@ -189,7 +189,7 @@ static void act_in_peace(uint8_t changed, uint8_t becoming, uint32_t tick)
                 continue;
         }
         if (bit & reported)
-            note(INPUT_CHANGED, i, tick);
+            note(EVENT_INPUT, i, tick);
     }
 }
 
@@ -253,12 +253,12 @@ static void act_on(uint8_t seen)
     position = position_now();
     leave();
     for (i = 0, bit = 1; i < 6; i++, bit <<= 1) {
-        uint8_t kind = marking & bit ? MARKED : INPUT_CHANGED;
+        uint8_t kind = marking & bit ? EVENT_MARK : EVENT_INPUT;
 
         inputs ^= changed & bit;
         if (bit == braking) {
-            state_then = BRAKE;
-            kind = BRAKED;
+            state_then = STATE_BRAKE;
+            kind = EVENT_BRAKED;
         } else if (!(told & bit)) {
             continue;
         }

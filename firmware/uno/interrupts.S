@@ -8,18 +8,11 @@
 #define __SFR_OFFSET 0
 #include <avr/io.h>
 
+#include "mode.h"
+#include "protocol.h"
 #include "sizes.h"
 
 #define DISARMED (1 << COM1A1)
-
-/* Bits of `mode`, as in motion.c. */
-#define NEED_MATCH 0x1F
-#define NO_STEP 0x0B /* HOP, PAUSE, STILL */
-#define LONG 4 /* the number of the bit */
-#define RAMP 5
-#define PHASES 6
-#define ONE_MORE 7
-#define BRAKING 2
 
 /* Bytes of a record in the queue, as on the line; RAMP of its flags is set by the main loop. */
 #define FLAGS 0
@@ -27,13 +20,6 @@
 #define INTERVAL 3
 #define FRACTION 7
 #define ADD 9
-#define DOWN 0 /* numbers of bits of flags */
-#define IS_PAUSE 2
-#define IS_HALF 4
-#define HAS_WAY 6
-#define RUN 1 /* states */
-#define BRAKE 2
-
 
 /* What a function of C may use, behind r24, SREG and r25, which are on the stack already. */
         .macro SAVE
@@ -142,13 +128,13 @@ matching:
         call match
         cli                     ; match() may have let interrupts in at its end
         lds r24, state
-        cpi r24, BRAKE          ; on the way down the next step is more urgent than a byte, which can be sent again
+        cpi r24, STATE_BRAKE          ; on the way down the next step is more urgent than a byte, which can be sent again
         breq 1f
         call serve_line         ; this was long, and the next match would come before a byte that waits
 1:      RESTORE
 
 need_match:
-        cpi r25, 1 << BRAKING
+        cpi r25, BRAKING
         breq braked
         andi r25, NO_STEP
         brne to_match
@@ -156,7 +142,7 @@ need_match:
 shown:  SAVE
 with_phases:
         lds r24, mode
-        sbrs r24, PHASES
+        sbrs r24, PHASES_BIT
         rjmp matching
         NEXT_PHASES
         rjmp matching
@@ -230,22 +216,22 @@ past:   sbic PINB, PORTB1
         rjmp too_late
 
 one_more:                       ; before a way down: it begins behind the next step
-        subi r25, (1 << ONE_MORE) - (1 << BRAKING)
+        subi r25, ONE_MORE - BRAKING
         sts mode, r25
         rjmp 1f
 ramp_or_phases:
         ADVANCE_HIGH
         lds r25, mode
-        sbrc r25, ONE_MORE
+        sbrc r25, ONE_MORE_BIT
         rjmp one_more
-1:      sbrs r25, PHASES
+1:      sbrs r25, PHASES_BIT
         rjmp 2f
         push r30
         push r31
         NEXT_PHASES
         pop r31
         pop r30
-2:      sbrs r25, RAMP
+2:      sbrs r25, RAMP_BIT
         rjmp end_pulse
         lds r24, interval
         lds r25, add
@@ -265,7 +251,7 @@ ramp_or_phases:
         sts interval+3, r24
         brpl end_pulse
         lds r24, mode           ; 32768 ticks and more: match() does the next one
-        ori r24, 1 << LONG
+        ori r24, LONG
         sts mode, r24
 end_pulse:
         END_PULSE
@@ -287,11 +273,11 @@ next_record:
         lds r30, out
         lds r31, out+1
         ld r24, Z
-        sbrc r24, IS_PAUSE
+        sbrc r24, RECORD_PAUSE_BIT
         rjmp cannot
         lds r25, down
         eor r25, r24
-        sbrc r25, DOWN
+        sbrc r25, RECORD_DOWN_BIT
         rjmp cannot
         ldd r25, Z+INTERVAL+2
         tst r25
@@ -346,13 +332,13 @@ can:    push r20
 1:      ld r23, Z
         sts flags, r23
         lds r25, mode
-        bst r25, ONE_MORE       ; it was in the old mode; this is the new one
-        andi r25, 1 << PHASES
+        bst r25, ONE_MORE_BIT       ; it was in the old mode; this is the new one
+        andi r25, PHASES
         breq 2f
         ldi r24, 2              ; half steps
-        sbrc r23, IS_HALF
+        sbrc r23, RECORD_HALF_BIT
         ldi r24, 1
-        sbrc r23, DOWN
+        sbrc r23, RECORD_DOWN_BIT
         neg r24
         andi r24, 7
         sts phase_step, r24
@@ -361,11 +347,11 @@ can:    push r20
         NEXT_PHASES
         pop r31
         pop r30
-2:      bld r25, BRAKING
+2:      bld r25, BRAKING_BIT
         ; interval, and the one behind the step that is due now
-        sbrc r23, RAMP
+        sbrc r23, RAMP_BIT
         rjmp 9f
-        sbrs r23, HAS_WAY
+        sbrs r23, RECORD_WAY_BIT
         rjmp 8f
         ldd r24, Z+ADD          ; `add` is a way down
         sts way, r24
@@ -380,7 +366,7 @@ can:    push r20
         ldd r20, Z+INTERVAL+1
         sts interval+3, r20
         rjmp 3f
-9:      ori r25, 1 << RAMP
+9:      ori r25, RAMP
         ldd r24, Z+ADD
         sts add, r24
         add r20, r24
@@ -400,7 +386,7 @@ can:    push r20
         adc r20, r24
         sts interval+3, r20
         brpl 3f
-        ori r25, 1 << LONG
+        ori r25, LONG
 3:      sts mode, r25           ; the high half of the interval is 0: it was not LONG
         ldi r24, 1
         sts stepped, r24
@@ -412,7 +398,7 @@ can:    push r20
         sts left+1, r21
         sts count+1, r21
         ldi r25, 0
-        sbrc r23, DOWN
+        sbrc r23, RECORD_DOWN_BIT
         rjmp 4f
         lds r24, end
         add r24, r20
@@ -442,9 +428,9 @@ can:    push r20
 5:      lds r24, queued
         dec r24
         sts queued, r24
-        adiw r30, RECORD
-        ldi r24, hi8(queue + SLOTS * RECORD)
-        cpi r30, lo8(queue + SLOTS * RECORD)
+        adiw r30, RECORD_BYTES
+        ldi r24, hi8(queue + SLOTS * RECORD_BYTES)
+        cpi r30, lo8(queue + SLOTS * RECORD_BYTES)
         cpc r31, r24
         brne 6f
         ldi r30, lo8(queue)
@@ -511,8 +497,8 @@ descend:
         lds r21, due+5
         lds r24, last+3
         sbc r21, r24
-        cpi r18, lo8(FAST)
-        ldi r24, hi8(FAST)
+        cpi r18, lo8(FAST_TICKS)
+        ldi r24, hi8(FAST_TICKS)
         cpc r19, r24
         cpc r20, r1
         cpc r21, r1
@@ -542,12 +528,12 @@ descend:
         lds r30, hint
         lds r31, hint+1
         lds r24, flags
-        sbrc r24, HAS_WAY
+        sbrc r24, RECORD_WAY_BIT
         rjmp by_way
-2:      sbiw r30, ENTRY
+2:      sbiw r30, ENTRY_BYTES
         COMPARE_INTERVAL
         brcs 2b
-3:      adiw r30, ENTRY
+3:      adiw r30, ENTRY_BYTES
         COMPARE_INTERVAL
         brcc 3b
         lds r24, tail_end
@@ -580,7 +566,7 @@ by_way:                         ; as from the first step of the record, and so m
         rjmp with_phases        ; it stands here
 6:      lds r26, tail_end       ; the steps of the table that come before those
         lds r27, tail_end+1
-        sbiw r26, ENTRY - 4
+        sbiw r26, ENTRY_BYTES - 4
         ld r24, X+
         ld r25, X
         sub r24, r20
@@ -590,10 +576,10 @@ by_way:                         ; as from the first step of the record, and so m
         ldi r25, 0
 7:      sts skip, r24
         sts skip+1, r25
-8:      sbiw r30, ENTRY
+8:      sbiw r30, ENTRY_BYTES
         COMPARE_STEPS
         brcs 8b
-1:      adiw r30, ENTRY
+1:      adiw r30, ENTRY_BYTES
         COMPARE_STEPS
         brcc 1b
         LOAD_INTERVAL

@@ -28,14 +28,14 @@ volatile uint16_t overflows; /* of timer 1: the high half of a tick, see clock.h
 int main(void)
 {
     set_up_outputs();
-    set_state(BOOT);
+    set_state(STATE_BOOT);
     TCCR1A = DISARMED;
     TCCR1B = _BV(CS10); /* from here on ticks are counted */
     TIFR1 = 0xFF;
     TIMSK1 = _BV(OCIE1A) | _BV(TOIE1); /* never masked: what stands still is told by `mode` */
     set_up_inputs();
     set_up_wire();
-    note(BOOTED, NOBODY, now());
+    note(EVENT_BOOT, HOST, now());
     sei();
     for (;;) {
         int8_t verdict = listen();

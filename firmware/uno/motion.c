@@ -15,20 +15,9 @@
 #include "protocol.h"
 #include "wire.h"
 
-/* `mode`, as in interrupts.S: with none of the first five the short way is enough. */
-#define HOP 0x01     /* the match is only on the way to an instant that is far away */
-/* PAUSE, 0x02, is in motion.h */
-#define BRAKING 0x04 /* behind the step that is due the tail begins */
-#define STILL 0x08   /* nothing is due */
-#define LONG 0x10    /* the interval behind the step that is due may need hops */
-#define RAMP 0x20    /* the interval changes with each step */
-#define PHASES 0x40
-#define ONE_MORE 0x80 /* behind the step that is due it becomes BRAKING */
-
 #define HOP_TICKS 32768u
 #define DIRECT_MOST 49152u /* more than this is hopped towards: what remains is never close */
 #define LONG_LEAST 32768u
-#define SOON 1200u /* what an input or a brake has moved comes no sooner behind it */
 
 volatile uint8_t state;
 uint8_t down;
@@ -80,8 +69,8 @@ void place(int32_t position)
 void set_state(uint8_t new_state)
 {
     state = new_state;
-    follows = new_state == RUN;
-    if (new_state == IDLE)
+    follows = new_state == STATE_RUN;
+    if (new_state == STATE_IDLE)
         PORTB &= ~_BV(LED_BIT);
     else
         PORTB |= _BV(LED_BIT);
@@ -103,14 +92,14 @@ static void stand(uint8_t new_state)
 
 void halt(void)
 {
-    stand(HALT);
+    stand(STATE_HALT);
     forget_queue();
 }
 
 /* What the step that is due does to the phases; until it is made they remain. */
 void set_phase_step(void)
 {
-    uint8_t before = phase - phase_step, step = flags & IS_HALF ? 1 : 2;
+    uint8_t before = phase - phase_step, step = flags & RECORD_HALF ? 1 : 2;
 
     phase_step = down ? 8 - step : step;
     phase = (before + phase_step) & 7;
@@ -169,7 +158,7 @@ void late(void)
     uint32_t tick = now();
 
     halt();
-    note(LATE, NOBODY, tick);
+    note(EVENT_LATE, HOST, tick);
 }
 
 /* Has the timer gone past what it has just been set to?  Then a step has been made, or never will be; the
@@ -267,21 +256,21 @@ void tail_settled(void)
     settle_tail();
     cli();
     fresh.count = 0;
-    quick = start_stop >= FAST;
+    quick = start_stop >= FAST_TICKS;
     sei();
 }
 
 void set_start_stop(uint32_t ticks)
 {
     start_stop = ticks;
-    quick = tail_count && ticks >= FAST;
+    quick = tail_count && ticks >= FAST_TICKS;
 }
 
 /* Return the least interval behind one of `ticks`: where steps are fast a longer one, for there is much to do before
    it ends. */
 static inline uint32_t least_behind(uint32_t ticks)
 {
-    return ticks < FAST ? (uint16_t)ticks + ((uint16_t)ticks >> 3) : ticks;
+    return ticks < FAST_TICKS ? (uint16_t)ticks + ((uint16_t)ticks >> 3) : ticks;
 }
 
 /* Return the first entry whose interval is longer than `ticks`; entries do not descend, so any place to begin will do. */
@@ -336,9 +325,9 @@ void refresh_hint(void)
     if (!tail_count)
         return;
     cli();
-    moving = state == RUN && !(mode & (PAUSE | STILL));
+    moving = state == STATE_RUN && !(mode & (PAUSE | STILL));
     ticks = due.tick - last;
-    if (flags & HAS_WAY)
+    if (flags & RECORD_WAY)
         remain = way_now();
     sei();
     if (moving) {
@@ -410,8 +399,8 @@ static uint8_t choose_first_from_pause(uint32_t tick)
 {
     if (!choose_first())
         return 0;
-    if ((int32_t)(due.tick - tick) < (int32_t)SOON)
-        due.tick = tick + SOON;
+    if ((int32_t)(due.tick - tick) < (int32_t)SOONEST_TICKS)
+        due.tick = tick + SOONEST_TICKS;
     mode &= ~PAUSE;
     return 1;
 }
@@ -421,15 +410,15 @@ static uint8_t choose_first_from_pause(uint32_t tick)
 static inline uint8_t makes_one_more(void)
 {
     if (left > 1)
-        return interval.tick < FAST;
-    return queued && !(out->flags & IS_PAUSE) && !((out->flags ^ down) & DOWN) && out->interval < FAST;
+        return interval.tick < FAST_TICKS;
+    return queued && !(out->flags & RECORD_PAUSE) && !((out->flags ^ down) & RECORD_DOWN) && out->interval < FAST_TICKS;
 }
 
 uint8_t begins_brake(void)
 {
-    if (state != RUN || mode & PAUSE)
+    if (state != STATE_RUN || mode & PAUSE)
         return 0;
-    state = BRAKE; /* the LED is lit already */
+    state = STATE_BRAKE; /* the LED is lit already */
     if (makes_one_more()) {
         mode |= ONE_MORE;
         follows = left == 1;
@@ -445,9 +434,9 @@ void brake(uint8_t happening, uint8_t which, uint32_t tick)
 {
     if (begins_brake()) {
         ;
-    } else if (state == RUN) {
+    } else if (state == STATE_RUN) {
         if (choose_first_from_pause(tick)) {
-            set_state(BRAKE);
+            set_state(STATE_BRAKE);
             aim_anew(tick);
             account();
         } else {
@@ -475,7 +464,7 @@ void prepare(uint8_t ahead, const struct record *record)
     struct record *free = place_in_queue(ahead);
 
     *free = *record;
-    if (record->add && !(record->flags & (IS_PAUSE | HAS_WAY)))
+    if (record->add && !(record->flags & (RECORD_PAUSE | RECORD_WAY)))
         free->flags |= RAMP;
     prepared = place_in_queue(ahead + 1);
 }
@@ -502,9 +491,9 @@ static void load_record(void)
 
     flags = record->flags;
     count = record->count;
-    down = flags & DOWN;
+    down = flags & RECORD_DOWN;
     mode = has_phases ? PHASES : 0;
-    if (flags & IS_PAUSE) {
+    if (flags & RECORD_PAUSE) {
         mode |= PAUSE;
         left = 0;
         /* Who has stood that long may stop at once; a pause may be laid in many pieces. */
@@ -516,7 +505,7 @@ static void load_record(void)
             end -= count;
         else
             end += count;
-        if (flags & HAS_WAY) {
+        if (flags & RECORD_WAY) {
             way = record->add;
             way_slope = record->add >> 16;
         } else {
@@ -541,7 +530,7 @@ void start(uint32_t tick, uint32_t present)
     due.fraction = 0;
     due.tick = tick;
     stepped = paced = 0;
-    set_state(RUN);
+    set_state(STATE_RUN);
     begin_record();
     load_record();
     show_direction(down);
@@ -568,10 +557,10 @@ static void play_next(uint32_t tick)
 {
     uint8_t new_flags = out->flags, was_step = !(mode & PAUSE), turns, is_set = 0;
 
-    turns = (new_flags ^ down) & DOWN;
+    turns = (new_flags ^ down) & RECORD_DOWN;
     begin_record();
     end_pulse();
-    if (!turns && !(new_flags & IS_PAUSE) && interval.tick < LONG_LEAST) {
+    if (!turns && !(new_flags & RECORD_PAUSE) && interval.tick < LONG_LEAST) {
         OCR1A = due.tick;
         TCCR1A = armed;
         is_set = 1;
@@ -631,11 +620,11 @@ static __attribute__((noinline)) uint8_t go_down_in_peace(void)
 
     if (fresh.count)
         settle_tail();
-    if (flags & HAS_WAY && !(remain = way_now()))
+    if (flags & RECORD_WAY && !(remain = way_now()))
         plays = 0;
     if (!plays) {
         ;
-    } else if (flags & HAS_WAY && tail_count) {
+    } else if (flags & RECORD_WAY && tail_count) {
         before = skipped(remain);
         first = behind(before, first);
         ticks = least_behind(ticks);
@@ -677,7 +666,7 @@ static __attribute__((noinline)) uint8_t go_down(void)
     if (!begun)
         return go_down_in_peace();
     begun = 0;
-    begin_way_down(flags & HAS_WAY ? skip : entry[-1].up_to);
+    begin_way_down(flags & RECORD_WAY ? skip : entry[-1].up_to);
     return 1;
 }
 
@@ -704,7 +693,7 @@ static __attribute__((noinline)) void play_piece(void)
         left = 0;
         last = due.tick;
         halt();
-        note(HALTED, NOBODY, last);
+        note(EVENT_HALTED, HOST, last);
         return;
     }
     interval.fraction = (uint16_t)fraction << 8;
@@ -732,23 +721,23 @@ static __attribute__((noinline)) void go_on(uint32_t tick)
 {
     uint8_t plays;
 
-    if (queued && (state == RUN || mode & ONE_MORE)) {
+    if (queued && (state == STATE_RUN || mode & ONE_MORE)) {
         play_next(tick);
     } else {
-        if (flags & MAY_STAND) {
-            stand(IDLE);
-            note(REST, NOBODY, tick);
+        if (flags & RECORD_REST) {
+            stand(STATE_IDLE);
+            note(EVENT_REST, HOST, tick);
             return;
         }
         plays = choose_first_from_pause(tick);
         if (plays) {
-            set_state(BRAKE);
+            set_state(STATE_BRAKE);
             aim(tick);
             account();
         } else {
             halt();
         }
-        note(UNDERRUN, NOBODY, tick);
+        note(EVENT_UNDERRUN, HOST, tick);
     }
 }
 
@@ -783,16 +772,16 @@ static __attribute__((noinline)) void underrun(void)
 {
     if (!go_down())
         halt();
-    else if (state == RUN) /* it may have been too late */
-        state = BRAKE;
-    note_in_passing(UNDERRUN, NOBODY, last);
+    else if (state == STATE_RUN) /* it may have been too late */
+        state = STATE_BRAKE;
+    note_in_passing(EVENT_UNDERRUN, HOST, last);
 }
 
 static __attribute__((noinline)) void brake_at_step(void)
 {
     if (!go_down()) {
         halt();
-        note(HALTED, NOBODY, last);
+        note(EVENT_HALTED, HOST, last);
     }
 }
 
@@ -807,7 +796,7 @@ static __attribute__((noinline)) void match_in_peace(void)
         if (was & HOP) {
             hop();
         } else {
-            if (was & PAUSE && flags & SETS_OUTPUTS) {
+            if (was & PAUSE && flags & RECORD_OUT) {
                 set_outputs(count >> 8, count);
                 serve_line();
             }
@@ -830,7 +819,7 @@ void match(void)
         brake_at_step();
     else if (left != 1)
         ordinary_step();
-    else if (state == BRAKE && !(was & ONE_MORE))
+    else if (state == STATE_BRAKE && !(was & ONE_MORE))
         play_piece();
     else if (!queued)
         underrun();

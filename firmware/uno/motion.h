@@ -5,6 +5,7 @@
 #include <avr/io.h>
 #include <stdint.h>
 
+#include "mode.h"
 #include "outputs.h"
 #include "pins.h"
 
@@ -56,7 +57,6 @@ void start(uint32_t tick, uint32_t present);
 uint8_t begins_brake(void); /* if steps are played; then only the event is left to be noted */
 void brake(uint8_t happening, uint8_t which, uint32_t tick);
 
-#define PAUSE 0x02 /* a bit of `mode`: what is due is the end of a pause */
 extern volatile uint8_t mode;
 
 static inline uint8_t is_in_pause(void)

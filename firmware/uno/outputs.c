@@ -28,9 +28,9 @@ static inline uint8_t user_outputs(void)
 {
     uint8_t levels = outputs & ~(fault_output | power_output);
 
-    if (state > BRAKE)
+    if (state > STATE_BRAKE)
         levels |= fault_output;
-    if (outputs & ENABLE_OUTPUT)
+    if (outputs & ENABLE)
         levels |= power_output;
     return levels;
 }
@@ -52,19 +52,19 @@ void show_outputs(void)
     SHOW(user_outputs() & 2, PORTD, OUT1_BIT);
     SHOW(user_outputs() & 4, PORTB, OUT2_BIT);
     SHOW(user_outputs() & 8, PORTB, OUT3_BIT);
-    if (driver & HAS_ENABLE)
-        SHOW(!(outputs & ENABLE_OUTPUT) != !(polarity & ENABLE_IS_LOW), PORTB, ENABLE_BIT);
+    if (driver & DRIVER_ENABLE)
+        SHOW(!(outputs & ENABLE) != !(polarity & POLARITY_ENABLE_LOW), PORTB, ENABLE_BIT);
 }
 
 void choose_outputs(uint8_t mask, uint8_t value)
 {
     outputs = (outputs & ~mask) | (value & mask);
-    if (!(mask & ENABLE_OUTPUT))
+    if (!(mask & ENABLE))
         return;
-    if (value & ENABLE_OUTPUT)
-        power |= IS_ENERGISED;
+    if (value & ENABLE)
+        power |= POWER_ENERGISED;
     else
-        power &= ~IS_ENERGISED;
+        power &= ~POWER_ENERGISED;
 }
 
 void set_outputs(uint8_t mask, uint8_t value)
@@ -75,7 +75,7 @@ void set_outputs(uint8_t mask, uint8_t value)
 
 uint8_t is_enabled(void)
 {
-    return outputs & ENABLE_OUTPUT;
+    return outputs & ENABLE;
 }
 
 void refresh_lamps(void)
@@ -96,7 +96,7 @@ void refresh_lamps(void)
 
 void show_direction(uint8_t is_down)
 {
-    if (!is_down == !(polarity & DIR_HIGH_IS_UP))
+    if (!is_down == !(polarity & POLARITY_UP_IS_HIGH))
         PORTB &= ~_BV(DIR_BIT);
     else
         PORTB |= _BV(DIR_BIT);
@@ -108,13 +108,13 @@ void configure_outputs(void)
     uint8_t i;
 
     has_phases = 0;
-    if (!(driver & IS_DRY))
+    if (!(driver & DRIVER_DRY))
         for (i = 0; i < 8; i++)
             has_phases |= pattern[i];
     show_outputs();
     PORTD = (PORTD & ~PHASES_MASK) | (has_phases ? pattern[phase] : 0);
     DDRB |= _BV(OUT2_BIT) | _BV(OUT3_BIT);
-    if (driver & HAS_ENABLE) {
+    if (driver & DRIVER_ENABLE) {
         DDRB |= _BV(ENABLE_BIT);
     } else { /* no level: what the driver does is up to its resistor */
         DDRB &= ~_BV(ENABLE_BIT);

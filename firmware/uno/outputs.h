@@ -4,9 +4,6 @@
 
 #include <stdint.h>
 
-#define DIR_HIGH_IS_UP 1
-#define ENABLE_IS_LOW 2
-
 extern uint8_t polarity;
 extern uint8_t pattern[8]; /* levels of D4..D7 by half step */
 extern uint8_t phase;      /* half step of the step that is due */

@@ -22,44 +22,44 @@ uint16_t enable_hold;
 
 /* IS_ENERGISED as the outputs have it.  IS_UNSURE: the motor may be elsewhere than the count says.  IS_LOCKED: nobody has
    allowed current since power-up, or since the board took it away. */
-volatile uint8_t power = IS_LOCKED;
+volatile uint8_t power = POWER_LOCKED;
 
 uint8_t may_switch(uint8_t mask, uint8_t value)
 {
-    uint8_t turns_on = value & ENABLE_OUTPUT;
+    uint8_t turns_on = value & ENABLE;
 
-    if (!(mask & ENABLE_OUTPUT) || !turns_on == !is_enabled())
+    if (!(mask & ENABLE) || !turns_on == !is_enabled())
         return 1;
     if (!turns_on)
-        return state == IDLE || state == HALT;
-    return state == IDLE && driver == HAS_ENABLE && !(power & IS_LOCKED) && !is_estop_active();
+        return state == STATE_IDLE || state == STATE_HALT;
+    return state == STATE_IDLE && driver == DRIVER_ENABLE && !(power & POWER_LOCKED) && !is_estop_active();
 }
 
 void unlock(uint8_t reset_flags)
 {
-    if (reset_flags & (IS_KNOWN | MAY_POWER))
-        power &= ~IS_LOCKED;
-    if (reset_flags & IS_KNOWN)
-        power &= ~IS_UNSURE;
+    if (reset_flags & (RESET_KNOWN | RESET_POWER))
+        power &= ~POWER_LOCKED;
+    if (reset_flags & RESET_KNOWN)
+        power &= ~POWER_UNSURE;
 }
 
 void begin_motion(void)
 {
     if (!is_enabled())
-        power |= IS_UNSURE;
+        power |= POWER_UNSURE;
 }
 
 static void lock(void)
 {
     if (is_enabled())
-        power |= IS_LOCKED | IS_UNSURE;
-    set_outputs(ENABLE_OUTPUT, 0);
+        power |= POWER_LOCKED | POWER_UNSURE;
+    set_outputs(ENABLE, 0);
 }
 
 void cut_power(uint8_t in_motion)
 {
     if (in_motion)
-        power |= IS_UNSURE;
+        power |= POWER_UNSURE;
     lock();
 }
 
@@ -67,12 +67,12 @@ void cut_power(uint8_t in_motion)
    counts immediately. */
 void power_configured(uint8_t before, uint8_t polarity_before)
 {
-    armed = driver & IS_DRY ? DISARMED : RISING;
-    if (before != driver || (polarity_before ^ polarity) & ENABLE_IS_LOW)
-        set_outputs(ENABLE_OUTPUT, 0);
+    armed = driver & DRIVER_DRY ? DISARMED : RISING;
+    if (before != driver || (polarity_before ^ polarity) & POLARITY_ENABLE_LOW)
+        set_outputs(ENABLE, 0);
     if (is_estop_active()) {
         lock();
-        if (state == IDLE)
+        if (state == STATE_IDLE)
             halt();
     }
 }
@@ -82,10 +82,10 @@ uint16_t looked_at;
 void watch_power(uint16_t passed, uint8_t state_then, uint8_t is_host_silent)
 {
     static uint16_t resting;
-    uint8_t is_abandoned = state_then == HALT || (state_then == IDLE && is_host_silent);
+    uint8_t is_abandoned = state_then == STATE_HALT || (state_then == STATE_IDLE && is_host_silent);
 
     if (!is_enabled() || enable_off == OFF_NEVER ||
-        !(is_abandoned || (state_then == IDLE && enable_off == OFF_AT_REST))) {
+        !(is_abandoned || (state_then == STATE_IDLE && enable_off == OFF_REST))) {
         resting = 0;
         return;
     }
@@ -95,5 +95,5 @@ void watch_power(uint16_t passed, uint8_t state_then, uint8_t is_host_silent)
     if (is_abandoned)
         lock();
     else
-        set_outputs(ENABLE_OUTPUT, 0);
+        set_outputs(ENABLE, 0);
 }

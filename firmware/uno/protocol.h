@@ -1,56 +1,120 @@
-/* The words of the line. The host's half is src/slewline/drive/board/wire.py. */
+/* Written by tools/protocol.py from src/slewline/drive/board: change it there. */
 #ifndef PROTOCOL_H
 #define PROTOCOL_H
 
-#include "sizes.h"
+#define VERSION 2 /* of the messages */
+#define BOARD_NUMBER 1 /* of IDENT */
+#define HZ 16000000UL /* ticks a second */
+#define SLOTS 64 /* records in the queue */
+#define TAIL_MOST 40 /* entries of the stop ramp */
+#define RING 128 /* bytes received, a power of 2; ROOM may be unanswered */
+#define ROOM 127
+#define CHUNK_MOST 80 /* encoded bytes of a frame, without its zero */
+#define RECORD_BYTES 13
+#define RECORDS_MOST 5 /* of a frame */
+#define ENTRY_BYTES 6 /* of an entry of the stop ramp */
+#define ENTRIES_MOST 10 /* of a frame */
+#define SHORTEST 224 /* ticks between two steps */
+#define SHORTEST_PAUSE 256 /* ticks */
+#define FAST_TICKS 640 /* between steps: with less there is no time to brake at the next one */
+#define SOONEST_TICKS 1200 /* from an edge, or a pause, to a step */
+#define START_LEAD_TICKS 1600 /* from the answer to a START to the first step */
+#define START_MOST_TICKS 268435456UL /* the same at most: what is farther ahead is a stale frame */
+#define LEAST_CHECK 256 /* ticks between the pulses of a self-test */
+#define INPUTS 6
+#define USER_OUTPUTS 15 /* bits of the outputs */
+#define ENABLE 16 /* beside them */
+#define POLARITY_UP_IS_HIGH 1 /* bits of `polarity`: DIR is high upwards */
+#define POLARITY_ENABLE_LOW 2 /* the driver is on while ENABLE is low */
+#define HOST 255 /* `which` of an event that no input caused */
 
-#define VERSION 2
-#define BOARD_UNO 1
-#define HZ 16000000UL
-#define SHORTEST 224 /* ticks; tests/firmware/test_rates.py measures what is behind it */
-#define TAIL_MOST 40 /* entries of the way down */
-#define ROOM (RING - 1) /* bytes of frames that may be unanswered */
-#define CHUNK_MOST 80
+/* What a frame is: from the host to the board, and from 0x80 on back. */
+#define FRAME_HELLO 1
+#define FRAME_PUSH 2
+#define FRAME_START 3
+#define FRAME_STOP 4
+#define FRAME_CONFIG 5
+#define FRAME_ASK 6
+#define FRAME_TAIL 7
+#define FRAME_RESET 8
+#define FRAME_OUTPUTS 9
+#define FRAME_REPEAT 10
+#define FRAME_CHECK 11
+#define FRAME_ANSWER 128
+#define FRAME_IDENT 129
+#define FRAME_EVENT 130
 
-enum kind { HELLO = 1, PUSH, START, STOP, CONFIG, ASK, TAIL, RESET, OUTPUTS, REPEAT, CHECK, KINDS };
-enum { ANSWER = 0x80, IDENT, EVENT };
-enum result { TAKEN, DAMAGED, WRONG_NUMBER, NO_ROOM, NOT_NOW, BAD_CONTENT, TOO_LATE };
-enum state { IDLE, RUN, BRAKE, HALT, BOOT };
-enum happening {
-    REST = 1, UNDERRUN, HALTED, STOPPED, BRAKED, MARKED, INPUT_CHANGED, LATE, SILENT, ESTOPPED, BOOTED, CHECKED
-};
-enum reflex { REFLEX_NONE, REFLEX_STOP, REFLEX_BRAKE, REFLEX_MARK, REFLEX_ESTOP };
-#define ONLY_UP 16
-#define ONLY_DOWN 32
-#define NOBODY 255 /* `which` of an event that no input caused */
+/* What became of a frame; only one that is taken uses up its number. */
+#define RESULT_TAKEN 0
+#define RESULT_DAMAGED 1
+#define RESULT_WRONG_NUMBER 2
+#define RESULT_NO_ROOM 3
+#define RESULT_WRONG_STATE 4
+#define RESULT_BAD_CONTENT 5
+#define RESULT_LATE 6
 
-/* Flags of a record. */
-#define DOWN 1
-#define MAY_STAND 2 /* REST: behind it the motor may stand */
-#define IS_PAUSE 4
-#define SETS_OUTPUTS 8
-#define IS_HALF 16
-#define HAS_WAY 64 /* `add` of a record of one interval is a way down: u16 steps from its first step, i16 more each */
+/* What a board does; it leaves HALT by RESET only, and BOOT, its state at power-up, by CONFIG only. */
+#define STATE_IDLE 0
+#define STATE_RUN 1
+#define STATE_BRAKE 2
+#define STATE_HALT 3
+#define STATE_BOOT 4
 
-#define USER_OUTPUTS 15
-#define ENABLE_OUTPUT 16 /* in masks and values of outputs, beside the user's bits 0..3 */
+/* What an event reports. */
+#define EVENT_REST 1
+#define EVENT_UNDERRUN 2
+#define EVENT_HALTED 3
+#define EVENT_STOPPED 4
+#define EVENT_BRAKED 5
+#define EVENT_MARK 6
+#define EVENT_INPUT 7
+#define EVENT_LATE 8
+#define EVENT_WATCHDOG 9
+#define EVENT_ESTOP 10
+#define EVENT_BOOT 11
+#define EVENT_CHECKED 12
 
-/* `driver` of CONFIG. */
-#define HAS_ENABLE 1 /* ENABLE leads to a driver whose level is known; without that its pin remains an input */
-#define IS_DRY 2     /* steps are counted, and make no edge */
+/* What a board does immediately when an input becomes active; the last two are added to STOP and BRAKE. */
+#define REFLEX_NONE 0
+#define REFLEX_STOP 1
+#define REFLEX_BRAKE 2
+#define REFLEX_MARK 3
+#define REFLEX_ESTOP 4
+#define REFLEX_UPWARDS 16
+#define REFLEX_DOWNWARDS 32
 
-/* `enable_off` of CONFIG: when the board switches the driver off by itself; at an emergency stop it always does. */
-enum { OFF_NEVER, OFF_AT_HALT, OFF_AT_REST };
+/* What is known of the driver: ENABLE leads to one whose level is known; the run is dry, so STEP has no edges. */
+#define DRIVER_ENABLE 1
+#define DRIVER_DRY 2
 
-/* Flags of RESET. */
-#define SETS_POSITION 1
-#define IS_KNOWN 2  /* the count is where the motor is: the user says so */
-#define MAY_POWER 4 /* the driver may be switched on, though the board has switched it off */
+/* When a board switches the driver off by itself; at an emergency stop it always does. */
+#define OFF_NEVER 0
+#define OFF_HALT 1
+#define OFF_REST 2
 
-/* Flags of ANSWER. */
-#define IS_ENERGISED 1
-#define IN_ESTOP 2
-#define IS_UNSURE 4 /* the motor may be elsewhere: steps without current, or a driver that the board has switched off */
-#define IS_LOCKED 8 /* the board has switched the driver off: RESET unlocks it */
+/* What RESET says: a position; that it is where the motor is; that the driver may be switched on again. */
+#define RESET_POSITION 1
+#define RESET_KNOWN 2
+#define RESET_POWER 4
+
+/* What ANSWER says of the driver. */
+#define POWER_ENERGISED 1
+#define POWER_ESTOP 2
+#define POWER_UNSURE 4
+#define POWER_LOCKED 8
+
+/* Flags of a record, and the numbers of their bits. */
+#define RECORD_DOWN 1
+#define RECORD_DOWN_BIT 0
+#define RECORD_REST 2
+#define RECORD_REST_BIT 1
+#define RECORD_PAUSE 4
+#define RECORD_PAUSE_BIT 2
+#define RECORD_OUT 8
+#define RECORD_OUT_BIT 3
+#define RECORD_HALF 16
+#define RECORD_HALF_BIT 4
+#define RECORD_WAY 64
+#define RECORD_WAY_BIT 6
 
 #endif

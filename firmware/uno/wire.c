@@ -4,6 +4,7 @@
 #include <util/crc16.h>
 
 #include "protocol.h"
+#include "sizes.h"
 #include "wire.h"
 
 /* Rings, whose other ends are in interrupts.S. */

@@ -176,7 +176,7 @@ class Drive:
         self.state: DriveState = "closed"
         self.on_event: Hook[[BoardEvent]] = Hook()
         self.on_wake: Hook[[]] = Hook()
-        self._to_stop = False  # the user has said so, and the board has not stopped yet
+        self._to_stop = False  # ordered by the user, and not yet stopped by the board
         self.wall = clock
         self.power = Power(self, off_policy(enable_off))
         self.stopping: Stopping = StopChip(self, stop)

@@ -18,7 +18,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from .board.boards import AT_ONCE_TICKS, FAST_TICKS
+from .board.boards import FAST_TICKS, SOONEST_TICKS
 from .board.records import DOWN, HALF, MOST_STEPS, OUT, PAUSE, REST, Record, fit
 
 if TYPE_CHECKING:
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from .ticks import TickMap
 
 TOLERANCE_TICKS = 8  # of every step
-LEAST_PAUSE = AT_ONCE_TICKS << 16  # also from a pause to a step
-REST_TICKS = AT_ONCE_TICKS  # from the last step to the instant from which on the motor may stand
+LEAST_PAUSE = SOONEST_TICKS << 16  # also from a pause to a step
+REST_TICKS = SOONEST_TICKS  # from the last step to the instant from which on the motor may stand
 SLACK_TICKS = 32  # beyond the shortest interval, between a pause and a step that is not known yet
 FIRST_INTERVAL_TICKS = 4096  # before the first step, while the second one is not known
 FIRST_RECORDS = 5  # that go before START, the others after it: a full queue that stands would wait for ever
@@ -147,7 +147,7 @@ class Feeder:
     @shortest.setter
     def shortest(self, ticks: int) -> None:
         self._shortest16 = ticks << 16
-        self._margin16 = (max(ticks, AT_ONCE_TICKS) + SLACK_TICKS) << 16
+        self._margin16 = (max(ticks, SOONEST_TICKS) + SLACK_TICKS) << 16
 
     def change(self, mask: int, value: int) -> None:
         """Outputs of the board change at this instant of the model; those of `mask`, to the bits of `value`."""

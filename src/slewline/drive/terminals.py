@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ..core.messages.near import hint
 from ..core.time.timebase import PS_PER_S
 from ..errors import UsageError
-from .board.wire import BoardConfig, DriverFlag
+from .board.wire import ENABLE_LOW, UP_IS_HIGH, BoardConfig, DriverFlag
 from .drivers import check_pulse, step_driver
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 START_STOP = 500  # steps/s, of the way down of a board that has no table
 WATCHDOG_PS = 50 * 10**9  # beyond the horizon, without a word from the host
-UP_IS_HIGH, ACTIVE_LOW_ENABLE = 1, 2  # bits of the polarity
 LAMPS = ("fault", "energised")  # what an output of the board can show by itself
 
 
@@ -87,7 +86,7 @@ def driver_polarity(board: BoardModel, driver: str | None) -> int:
         return 0
     row = step_driver(driver)
     check_pulse(row, *(ticks * PS_PER_S // board.hz for ticks in (board.high, board.low, board.setup, board.hold)))
-    return 0 if row.enabled else ACTIVE_LOW_ENABLE
+    return 0 if row.enabled else ENABLE_LOW
 
 
 def pattern_of(chip: Chip) -> tuple[int, ...]:

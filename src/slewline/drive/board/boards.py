@@ -19,7 +19,9 @@ from .wire import VERSION, Ident
 BAUD = 500_000  # of every board: the port is opened before the board is known
 
 FAST_TICKS = 640  # between steps: faster ones leave a board no time to brake at the next one
-AT_ONCE_TICKS = 1200  # from an edge, or a pause, to a step: what a board needs for all that may have to be done first
+SOONEST_TICKS = 1200  # from an edge, or a pause, to a step: what a board needs for all that may have to be done first
+START_LEAD_TICKS, START_MOST_TICKS = 1600, 2**28  # from START to the first step; to where a motion begins, and back
+LEAST_CHECK = 256  # ticks between the pulses of a self-test
 
 
 class BoardPin(NamedTuple):

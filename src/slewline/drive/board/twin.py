@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from . import wire
-from .boards import UNO, BoardModel
+from .boards import LEAST_CHECK, START_LEAD_TICKS, START_MOST_TICKS, UNO, BoardModel
 from .records import MOST_WAY, unpack
-from .twin_motion import BOOT, BRAKE, HALT, HOST, IDLE, RUN, MovingTwin
+from .twin_motion import BOOT, BRAKE, HALT, IDLE, RUN, MovingTwin
 from .wire import (
     ENABLE,
+    HOST,
     NUMBERED,
     RECORD_BYTES,
     RECORDS_A_FRAME,
@@ -27,9 +28,6 @@ from .wire import (
     ResetFlag,
 )
 
-SOON = 1600  # ticks from START to the first step
-AHEAD = 2**28  # ticks from START to where the motion begins, and back: one beyond that is from another time
-LEAST_CHECK = 256  # ticks between the pulses of a self-test
 ALL_OUTPUTS = USER_OUTPUTS | ENABLE
 FROM_HOST = frozenset(kind for kind in FrameKind if kind < FrameKind.ANSWER)
 ALLOWED = {  # in which states a frame is taken; the others in any
@@ -209,7 +207,7 @@ class BoardTwin(MovingTwin):
     def _start(self, start: int, tick: int) -> FrameResult:
         first = self.queue[0].interval
         ahead = _signed(start - tick)
-        if abs(ahead) > AHEAD or ahead + first < SOON:
+        if abs(ahead) > START_MOST_TICKS or ahead + first < START_LEAD_TICKS:
             return FrameResult.LATE
         start = tick + ahead
         self.time = start << 16

@@ -30,14 +30,13 @@ from __future__ import annotations
 from collections import deque
 
 from . import wire
-from .boards import AT_ONCE_TICKS, FAST_TICKS, BoardModel
+from .boards import FAST_TICKS, SOONEST_TICKS, BoardModel
 from .records import DOWN, HALF, OUT, PAUSE, REST, Record
 from .twin_power import TwinPower
-from .wire import ENABLE, BoardConfig, BoardEvent, BoardState, DriverFlag, Happening, Reflex
+from .wire import ENABLE, HOST, BoardConfig, BoardEvent, BoardState, DriverFlag, Happening, Reflex
 
 IDLE, RUN, BRAKE, HALT, BOOT = BoardState
 KEPT_EVENTS = 8
-HOST = 255  # `which` of an event that no input caused
 
 
 class MovingTwin:
@@ -189,7 +188,7 @@ class MovingTwin:
             self.one_more = self._following() < FAST_TICKS
         elif self.last_step is not None:
             # behind the last step of a record the first step of the tail may be near; in and behind a pause it may not
-            earliest = tick + AT_ONCE_TICKS if self.record.flags & PAUSE else tick
+            earliest = tick + SOONEST_TICKS if self.record.flags & PAUSE else tick
             self._begin_tail(self.last_step, earliest)
             self.state = BRAKE
         if not playing and not self.tail:

@@ -18,6 +18,9 @@ ENTRIES_A_FRAME = 10  # of a tail
 VERSION = 2  # of the messages: that of the firmware
 INPUTS, PHASES = 6, 8
 USER_OUTPUTS, ENABLE = 15, 16  # bits of the outputs
+UP_IS_HIGH, ENABLE_LOW = 1, 2  # bits of the polarity
+HOST = 255  # `which` of an event that no input caused
+ENTRY_BYTES = 6  # of a tail
 
 
 class FrameKind(IntEnum):
@@ -64,7 +67,7 @@ class BoardState(IntEnum):
 
 
 class Happening(IntEnum):
-    """What an event tells."""
+    """What an event reports."""
 
     REST = 1
     UNDERRUN = 2
@@ -93,7 +96,7 @@ class FrameResult(IntEnum):
 
 
 class Reflex(IntEnum):
-    """What a board does at once when an input becomes active; the last two are added to STOP and BRAKE."""
+    """What a board does immediately when an input becomes active; the last two are added to STOP and BRAKE."""
 
     NONE = 0
     STOP = 1

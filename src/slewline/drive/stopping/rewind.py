@@ -26,10 +26,9 @@ from typing import TYPE_CHECKING
 from ...bench.rewinding import ReachablePast, driven, given
 from ...core.time.timebase import readable
 from ...errors import SlewlineError, UsageError
-from ..board.wire import BoardEvent, Happening
+from ..board.wire import HOST, BoardEvent, Happening
 from .reflexes import NO_HOMING, BoardInput, Homing, configured
 from .rerun import Cause, Rewound, following, named, travelled
-from .troubles import HOST
 
 if TYPE_CHECKING:
     from ...bench import Bench

@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from ...core.time.timebase import readable
-from ..board.wire import Answer, BoardEvent, BoardState, FrameKind, FrameResult, Happening
+from ..board.wire import HOST, Answer, BoardEvent, BoardState, FrameKind, FrameResult, Happening
 
 if TYPE_CHECKING:
     from ...core.motion.axis import Axis
     from ..driven import Driven, FoundBoard
 
-HOST = 255  # as the input of an event: the host has ordered it
 TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by what a board tells
     Happening.UNDERRUN: (
         "underrun",
@@ -263,6 +262,9 @@ class Troubles:
             drive.feeder.restart(drive.clock.unwrap(answer.tick) + drive.horizon // 2)
             self.report("late-start", "the host was too late to start a motion: the motor makes all of it, later")
             return
+        if answer.kind == FrameKind.OUTPUTS and drive.enable and not drive.power.on:  # before a motion
+            self.switched_off()
+            return
         if answer.state not in (BoardState.BRAKE, BoardState.HALT, BoardState.BOOT):  # of those there is an event
             why = RESULTS.get(FrameResult(answer.result), str(answer.result))
             self.report("board-refused", f"the board has refused {kind}: {why}; stop the motor, and report this")
@@ -307,8 +309,8 @@ class Troubles:
         self._halt()
         self.report(
             "driver-off",
-            "the board has switched the driver off, as no message came from its host: the motor may have moved; clear "
-            "the drive, and home",
+            "the board has switched the driver off, as no message came from its host, and does not switch it on by "
+            "itself: the motor may have moved; clear the drive, and home",
         )
 
     def clock_jumped(self) -> None:
