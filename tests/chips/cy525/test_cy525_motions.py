@@ -181,3 +181,11 @@ def test_the_past_is_forgotten_but_for_the_motion_under_way() -> None:
     second = x.motions()[1].time_ps
     x.motor.forget(second + 1)
     assert x.motions()[0].time_ps == second and len(x.motions()) == 2 and not x.marks()
+
+
+def test_the_phases_of_a_motion_that_began_before_what_is_kept_are_cut_off_there() -> None:
+    x = ran(RAMP + "N 3000\rG\r")
+    _, (begin, end, _), down = x.phases()
+    middle = (begin + end) // 2
+    x.motor.forget(middle)
+    assert x.phases(start=middle) == [(middle, end, "slew"), down]
