@@ -171,6 +171,18 @@ def test_what_ends_the_motion_of_a_chipset(end, why, stepwise):
 
 
 @pytest.mark.parametrize("stepwise", [False, True])
+def test_a_change_to_velocity_contouring_orders_no_end(stepwise):
+    x, host, found = mc("SET_POS 30000\nUPDATE\n", stepwise=stepwise)
+    x.kernel.run(x.kernel.now + 10**11)
+    host.command("SET_VEL", 0)
+    host.command("UPDATE")
+    x.kernel.run(x.kernel.now + 10**10)
+    host.command("SET_PRFL_VEL")
+    host.wait("motion_complete")
+    assert [each[-1] for each in told(found)] == ["UPDATE", "changed", "UPDATE", "done"]
+
+
+@pytest.mark.parametrize("stepwise", [False, True])
 def test_a_limit_switch_ends_a_motion(stepwise):
     x, host, found = mc("SET_POS 30000\nUPDATE\n", stepwise=stepwise)
     x.pin("poslimit1").drive(1, x.kernel.now + 10**11)

@@ -77,6 +77,7 @@ def test_nothing_to_complain_about(part, text):
         (stored("S10\nT100\nR1\n+4"), [(5, 1, 2, "sudden-ramp")]),
         (stored("S10\nT100\nR1\ng+"), [(5, 1, 2, "sudden-ramp")]),
         (stored("S10\nT100\nR2\ng+"), []),
+        (stored(STR + "L0\n+50\nR1\nL2\nL0\nD1\nL2"), [(6, 1, 3, "sudden-ramp")]),  # each loop has its own start
         ("S10\nF\nA1", [(1, 1, 3, "not-now"), (3, 1, 2, "not-now")]),  # without P they are commands, and too early
         ("Po\nE", [(2, 1, 1, "empty-program")]),
         ("Po\nD1\nM\nE", [(2, 1, 2, "no-autorun")]),

@@ -106,6 +106,16 @@ def test_a_stream_that_is_held_up_does_not_keep_the_loop_busy(ends):
     assert one.loop.sleep(0) == []
 
 
+def test_a_closed_stream_reads_nothing_even_if_asked_to_read_now(ends):
+    one, other = ends(), ends()
+    for each in (one, other):
+        each.theirs.send(b"F")
+    other.stream.close()
+    one.stream.read_now()
+    other.stream.read_now()
+    assert (one.taken, other.taken) == (b"F", b"")
+
+
 def test_the_end_is_told_once(ends):
     one = ends()
     one.theirs.close()

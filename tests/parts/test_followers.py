@@ -116,6 +116,19 @@ def test_what_an_output_has_shown_stays_until_the_next_round(bench):
     assert seen == [0, 1, 1, 1]
 
 
+def test_an_input_handed_from_one_driver_to_another_in_one_instant_leaves_the_train_at_the_output(bench):
+    bench.part("nand", "n")
+    bench.record("n.out")
+    pulse, enable, other = driver(bench, "n.in1"), driver(bench, "n.in2", 1), driver(bench, "n.in2")
+    bench.run(0)
+    pulse.play(train())
+    bench.run("12 us")
+    enable.drive(None)
+    other.drive(1)
+    bench.run("20 us")
+    assert edges(bench, "n.out") == [(10 * US, 1), (17 * US, 0), (20 * US, 1), (27 * US, 0), (30 * US, 1)]
+
+
 # --------------------------------------------------------------------------------------------------------- the wire
 def test_a_wire_that_inverts_passes_on_what_floats_and_follows_a_train(bench):
     bench.part("delay", "a", delay="1 us")

@@ -97,6 +97,17 @@ def test_a_chip_counts_up_clockwise_and_an_encoder_counts_in_the_middle_between_
         assert (round(motor.place - 5, 1), encoder.counts) == (push, counts), push
 
 
+def test_encoders_on_a_carriage_with_backlash_count_its_overshoot_once_each_way() -> None:
+    bench, motor = stepper()
+    carriage: Any = bench.part("carriage", "c", on=motor, backlash=2.5)
+    up, down = (bench.part("encoder", on=carriage, counts=200, reverse=reverse) for reverse in (False, True))
+    for direction, place, counts in ((1, 10.74, 11), (0, -0.74 + 2.5, 2)):
+        motor.pin("direction").drive(direction)
+        step(bench, motor, *(1, 0) * 10, wait="15 ms")
+        assert carriage.place == pytest.approx(place, abs=0.05)
+        assert (up.counts, down.counts) == (counts, -counts)
+
+
 # ----------------------------------------------------------------------------------------------------------- its losses
 def said(motor: Any) -> list[tuple[str, str]]:
     return [(found.code, found.text) for found in motor.findings]

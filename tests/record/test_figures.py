@@ -307,6 +307,11 @@ def test_pins_have_a_lane_each_and_a_bus_its_bytes(rig):
     assert levels[0] > levels[1] == levels[2]
 
 
+def test_while_nothing_drives_a_pin_or_a_bus_its_lane_has_a_dashed_line_in_the_middle(rig):
+    (panel,) = figure(contents(traces=traces(rig), stop=200 * MS)).axes
+    assert dashed(panel) == [(pytest.approx(2.46), [(0, 1), (50, 200)]), (pytest.approx(0.46), [(0, 200)])]
+
+
 def test_names_that_do_not_fit_beside_their_lanes_stand_over_them():
     assert lanes.wrapped("motion_complete", 13) == "motion_\ncomplete"
     assert lanes.wrapped("a.motion_complete_of_all", 13) is None

@@ -109,6 +109,16 @@ def test_what_floats_stays_floating(rig: Any) -> None:
     assert not len(bands)
 
 
+def test_an_edge_at_the_start_of_a_window_is_outside_and_one_at_its_end_inside(rig: Any) -> None:
+    net = rig.net("x.open", pull=0)
+    rig.recorder.record(net)
+    for ps, level in ((5 * MS, 1), (7 * MS, 0), (9 * MS, 1)):
+        rig.on(ps, x_open=level)
+    rig.kernel.run(10 * MS)
+    times, levels = outlines.edges(rig.recorder, net, 5 * MS, 9 * MS)
+    assert list(zip(times.tolist(), levels.tolist(), strict=True)) == [(7 * MS, 0), (9 * MS, 1)]
+
+
 def test_edges_in_a_stripe_are_a_band_from_the_first_to_the_last() -> None:
     times = np.array([10, 1000, 1001, 1002, 1003, 5000]) * 1000
     levels = np.array([1, 0, 1, 0, 1, 0], np.int8)

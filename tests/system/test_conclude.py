@@ -138,6 +138,22 @@ def test_a_command_whose_end_does_not_come_is_told_unless_time_stands():
     server.close()
 
 
+def test_a_line_that_has_just_begun_is_not_told_for_the_one_before_it_that_was_late():
+    bench = slewline.Bench()
+    server = Server(bench, Lockstep(bench))
+    line = server.line(bench.add("gs-c200s", name="x", straps=STRAPS))
+    server.pace.start()
+    for data in (b"V1", b"\rF"):
+        line.take(data)
+        while not server.pace.pass_time():
+            pass
+        line.look_for_ends()
+        assert bench.findings == []
+    line.look_for_ends()
+    assert [found.code for found in bench.findings] == ["unfinished"]
+    server.close()
+
+
 def test_a_server_that_ends_tells_it():
     bench = slewline.Bench()
     server = Server(bench, Lockstep(bench))

@@ -10,6 +10,7 @@ from dataclasses import replace
 from itertools import pairwise
 from multiprocessing import get_context
 from random import Random
+from threading import Event
 from time import sleep
 from typing import Any
 
@@ -22,7 +23,7 @@ from slewline.tuning.executors import INLINE, Workers, processes
 from slewline.tuning.judging import Trial, Verdict
 from slewline.tuning.search import WORST
 from slewline.tuning.task import NothingHolds, Tuned, TuningTask
-from slewline.tuning.tune import perform
+from slewline.tuning.tune import perform, tune
 from tests.ensembles import few, in_long_runs
 
 from .stand_in import DRIVER, GRIDS, SISTERS, candidates, hits, task
@@ -180,6 +181,41 @@ def test_the_result_is_the_same_whoever_computes(
         alone, together = (search(made, each, full_map=full_map) for each in (INLINE, workers))
     assert replace(together, runs_here=0) == replace(alone, runs_here=0)
     assert together.best is not None and together.runs_here >= together.runs
+
+
+class Held(ThreadPoolExecutor):
+    """One thread, which does the first runs, and the others when six are in flight or after 5 s."""
+
+    def __init__(self) -> None:
+        super().__init__(1)
+        self.futures: list[Future[Any]] = []
+        self.most, self.six = 0, Event()
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        held = len(self.futures) > 8
+
+        def work() -> Verdict:
+            if held:
+                self.six.wait(5)
+                self.six.set()
+            return hits(*args)
+
+        self.futures.append(super().submit(work))
+        flying = sum(not each.done() for each in self.futures)
+        self.most = max(self.most, flying)
+        if flying == 6:
+            self.six.set()
+        return self.futures[-1]
+
+
+def test_an_executor_has_two_runs_in_flight_for_each_processor(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slewline.tuning.tune.cpu_count", lambda: 3)
+    with Held() as pool:
+        tune(
+            "gs-c200s", motor="QSH4218-51-10-049", driver="24 V, 1 A averaged", load="friction 5 mNm", steps=200,
+            grid="S=10 T=100..400/12 R=20,40", perturb="none", full_map=True, executor=pool,
+        )  # fmt: skip
+    assert pool.most == 6
 
 
 def dies(run: Trial) -> Verdict:

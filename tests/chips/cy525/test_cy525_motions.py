@@ -181,3 +181,13 @@ def test_the_past_is_forgotten_but_for_the_motion_under_way() -> None:
     second = x.motions()[1].time_ps
     x.motor.forget(second + 1)
     assert x.motions()[0].time_ps == second and len(x.motions()) == 2 and not x.marks()
+
+
+def test_phases_and_steps_of_a_motion_that_began_before_what_is_kept_are_cut_off_there() -> None:
+    x = ran(RAMP + "N 3000\rG\r")
+    _, (begin, end, _), down = x.phases()
+    middle = (begin + end) // 2
+    steps = x.steps(middle)
+    x.motor.forget(middle)
+    assert x.phases(middle) == [(middle, end, "slew"), down]
+    assert x.steps(middle).times_ps.tolist() == steps.times_ps.tolist() and len(steps) == 1500
