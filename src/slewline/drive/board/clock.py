@@ -20,7 +20,7 @@ EACH, EACH_AT_FIRST = 1_000_000_000, 100_000_000  # ns that they are apart at le
 SOON = 6_000_000_000  # ns; before, they are nearer, and the rate is computed at each round trip
 ROUND_TRIPS = 64
 WRAP = 2**32
-JUMP_S = 0.1  # by which a board is never ahead or behind, but for the error of a crystal since the last round trip
+JUMP_S = 1.0  # by which a board is never ahead or behind, but for the error of a crystal since the last round trip
 
 
 @dataclass(slots=True)
