@@ -375,12 +375,13 @@ def test_on_a_line_that_damages_to_the_end_nothing_is_wrong_without_a_finding(em
 
 
 # ------------------------------------------------------------------------------------- the end of a process, real time
-COMMAND = ("drive", "gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0", "--no-black-box")
+COMMAND = ("drive", "gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0", "--black-box", "boxes")
 FAST = ("S50", "T600", "R300")
 IN_REAL_TIME = HZ // 2  # ticks from the last step to ENABLE off, beside whatever else this machine does
 
 
 @pytest.mark.posix
+@pytest.mark.long  # in real time: not beside other tests
 @pytest.mark.timeout(900)
 @members("numbers", 2, 20, 5)
 @pytest.mark.parametrize("how", ["SIGINT", "SIGTERM", "end", "SIGKILL"])
