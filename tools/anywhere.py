@@ -119,7 +119,8 @@ def owned(person: struct_passwd | None, place: Path) -> list[str]:
     for process in Path("/proc").glob("[0-9]*"):
         try:
             if person and process.stat().st_uid == person.pw_uid:
-                found.append((process / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace"))
+                command = (process / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+                found += [command] if command else []  # one that has ended, and waits for init, has none
         except OSError:
             continue
     return sorted(found)
