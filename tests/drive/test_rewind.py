@@ -35,7 +35,7 @@ CASES = {  # part, options, text, text at 200 ms, pin, level, ms
         0,
         (300, 700),
     ),
-    "gs-c200s hold": ("gs-c200s", GSC, SET_UP % "+900\r", "", "enable", 0, (200, 900)),
+    "gs-c200s hold": ("gs-c200s", GSC, SET_UP % "+900\r", "", "enable", 0, (220, 420)),
     "cy525 hold": ("cy525", {}, "A 0\rF 40\rR 75\rS 200\rZ 1\rN 1200\rG\r", "", "step_inhibit", 1, (150, 330)),
     "cy500 hold": ("cy500", {}, "R 200\rF 10\rN 900\rG\r", "", "trigger", 1, (150, 600)),
     "gs-c200s homing": ("gs-c200s", GSC, SET_UP % "", "H\r", "eot", 0, (300, 700)),
