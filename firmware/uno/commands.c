@@ -17,7 +17,6 @@
 #include "protocol.h"
 #include "wire.h"
 
-
 #define NUMBER frame[0]
 #define KIND frame[1]
 #define PAYLOAD (frame + 2)
@@ -483,7 +482,7 @@ void take_frame(void)
     answer.echo = NUMBER;
     answer.kind = kind;
     is_numbered = kind != FRAME_HELLO && kind != FRAME_STOP && kind != FRAME_ASK && kind != FRAME_REPEAT;
-    if (!kind || kind >= (FRAME_CHECK + 1)) {
+    if (!kind || kind > FRAME_CHECK) {
         refuse(RESULT_BAD_CONTENT);
     } else if (is_numbered && NUMBER != wanted) {
         refuse(RESULT_WRONG_NUMBER);

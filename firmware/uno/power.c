@@ -2,7 +2,7 @@
  *
  *     off -> on    OUTPUTS, in IDLE, with every emergency stop closed, if a driver is known, the run is not dry, and the
  *                  board has been allowed to by RESET since power-up, and since it last switched it off by itself
- *     on -> off    OUTPUTS at rest; an emergency stop, in any state; behind a halt, at rest or without a host as CONFIG
+ *     on -> off    OUTPUTS at rest; an emergency stop, in any state; after a halt, at rest or without a host as CONFIG
  *                  says, after a time
  *
  * In motion nobody but an emergency stop takes the current away, for the motor would coast and the count be wrong.
@@ -20,8 +20,8 @@ uint8_t driver;
 uint8_t enable_off;
 uint16_t enable_hold;
 
-/* IS_ENERGISED as the outputs have it.  IS_UNSURE: the motor may be elsewhere than the count says.  IS_LOCKED: nobody has
-   allowed current since power-up, or since the board took it away. */
+/* POWER_ENERGISED as the outputs have it.  POWER_UNSURE: the motor may be elsewhere than the count says.  POWER_LOCKED:
+   nobody has allowed current since power-up, or since the board took it away. */
 volatile uint8_t power = POWER_LOCKED;
 
 uint8_t may_switch(uint8_t mask, uint8_t value)

@@ -4,9 +4,9 @@
 
 #include <stdint.h>
 
-extern volatile uint8_t power; /* flags of ANSWER, but for IN_ESTOP */
-extern uint8_t driver;       /* HAS_ENABLE, IS_DRY */
-extern uint8_t enable_off;   /* OFF_NEVER, OFF_AT_HALT, OFF_AT_REST */
+extern volatile uint8_t power; /* flags of ANSWER, but for POWER_ESTOP */
+extern uint8_t driver;       /* DRIVER_ENABLE, DRIVER_DRY */
+extern uint8_t enable_off;   /* OFF_NEVER, OFF_HALT, OFF_REST */
 extern uint16_t enable_hold; /* in 65,536 ticks, for which it stays on */
 
 /* All of these are called with interrupts off. */
@@ -18,7 +18,7 @@ void power_configured(uint8_t before, uint8_t polarity_before);
 
 extern uint16_t looked_at; /* the high half of the tick of the last round of the main loop */
 
-/* For the main loop: the driver goes off behind a halt, at rest, or where the host is silent, as CONFIG says.  `passed`:
+/* For the main loop: the driver goes off after a halt, at rest, or where the host is silent, as CONFIG says.  `passed`:
    in 65,536 ticks, since the round before; `state_then`: in RUN and BRAKE interrupts may be on. */
 void watch_power(uint16_t passed, uint8_t state_then, uint8_t is_host_silent);
 

@@ -131,24 +131,24 @@ def checked(drive: Drive, seconds: float, priority: str, tell: Callable[[str], o
 
 
 def awaited(drive: Drive, kind: Happening, seconds: float) -> BoardEvent | None:
-    """Return the next event of a kind, once the board has answered behind it; None: there was none in time."""
-    heard: list[BoardEvent] = []
+    """Return the next event of a kind, once the board has answered after it; None: there was none in time."""
+    found: list[BoardEvent] = []
 
-    def hear(event: BoardEvent) -> None:
+    def note(event: BoardEvent) -> None:
         if event.kind == kind:
-            heard.append(event)
+            found.append(event)
 
-    drive.on_event.add(hear)
+    drive.on_event.add(note)
     end = drive.wall() + round(seconds * 1e9)
-    while not (heard and drive.link.idle) and drive.wall() < end:
+    while not (found and drive.link.idle) and drive.wall() < end:
         drive.turn()
         drive.talk.wait(POLL_S)
-    drive.on_event.remove(hear)
-    return heard[0] if heard else None
+    drive.on_event.remove(note)
+    return found[0] if found else None
 
 
 def jog(drive: Drive) -> bool:
-    """Make ten steps up, and ten back; return whether the board has come to rest behind them."""
+    """Make ten steps up, and ten back; return whether the board has come to rest after them."""
     interval, pause = drive.board.hz // JOG_RATE, drive.board.hz // 2
     drive.link.push(
         [Record(0, JOG, interval), Record(PAUSE, 0, pause), Record(DOWN, JOG, interval), Record(PAUSE | REST, 0, pause)]

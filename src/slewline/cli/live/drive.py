@@ -171,8 +171,8 @@ class DriveCommand(ServeCommand):
         watched: list[int] = []
         turns = [0]
 
-        def again(number: int | None = None) -> None:
-            if number not in (None, turns[0]):
+        def again(ordered: int | None = None) -> None:
+            if ordered not in (None, turns[0]):
                 return  # something has come from outside before this was due
             drive.turn()
             number = drive.port.fileno()  # another one after a cable was pulled and put back

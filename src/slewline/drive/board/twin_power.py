@@ -12,10 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from .wire import BoardConfig, BoardState, DriverFlag, EnableOff, PowerFlag, ResetFlag
+from .wire import ENABLE, BoardConfig, BoardState, DriverFlag, EnableOff, PowerFlag, ResetFlag
 
 IDLE, HALT = BoardState.IDLE, BoardState.HALT
-ENABLE = 16  # among the outputs
 HOLD_SHIFT = 16  # `enable_hold` counts 65,536 ticks
 
 
