@@ -21,6 +21,8 @@ TRUSTED = Path("/etc/ssl/certs/ca-certificates.crt")  # by the system, of which 
 # Their programs, or for avr-libc, which has none, a file of it: the compiler does not bring it along.
 PACKAGES = (
     "avr-gcc=gcc-avr",
+    "gcc=gcc",
+    "/usr/include/stdio.h=libc6-dev",
     "avr-objcopy=binutils-avr",
     "/usr/lib/avr/include/avr/io.h=avr-libc",
     "node=nodejs",

@@ -6,6 +6,7 @@ the order of their names, nothing of paths or dates in it.
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = ROOT / "firmware" / "uno"
+COMMON = ROOT / "firmware" / "common"
 NAME = "slewline-uno.hex"
 CHIP = "atmega328p"
 FLASH, RAM = 32_256, 2_048  # bytes; of 32 KB of flash a boot loader has the last 512
@@ -25,10 +27,27 @@ WORDS = (
     "-Wextra",
     "-Wshadow",
     "-Werror",
-    "-fno-strict-aliasing",  # frames are read where they lie
     "-ffunction-sections",
+    "-I.",
+    "-I../common",
 )
 NEEDED = ("avr-gcc", "avr-objcopy", "avr-size", "avr-nm")
+
+
+# What is common to boards, for this machine: every sanitizer, no warning.
+ON_PC = (
+    "-std=gnu99",
+    "-O1",
+    "-g",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wshadow",
+    "-Werror",
+    "-fsanitize=undefined,address",
+    "-fno-sanitize-recover=all",
+    *(f"-I{ROOT / 'firmware' / each}" for each in ("pc", "common", "uno")),  # it has the limits of an Uno
+)
 
 
 class FirmwareError(Exception):
@@ -76,10 +95,10 @@ def build(folder: Path) -> Firmware:
     parts = folder / "parts"
     parts.mkdir(parents=True, exist_ok=True)
     objects = []
-    for source in sorted([*SOURCES.glob("*.c"), *SOURCES.glob("*.S")]):
+    for source in sorted(path for each in (SOURCES, COMMON) for path in each.iterdir() if path.suffix in (".c", ".S")):
         objects.append(parts / f"{source.name}.o")
-        # By its name alone, from its own folder: so no path can get into what is made of it.
-        called("avr-gcc", *WORDS, "-c", source.name, "-o", objects[-1])
+        # By a name relative to the board's folder: so no path can get into what is made of it.
+        called("avr-gcc", *WORDS, "-c", os.path.relpath(source, SOURCES), "-o", objects[-1])
     elf, out = parts / "uno.elf", folder / NAME
     called("avr-gcc", *WORDS, "-Wl,--gc-sections", "-o", elf, *objects)
     called("avr-objcopy", "-O", "ihex", "-j", ".text", "-j", ".data", elf, out)
@@ -92,6 +111,20 @@ def build(folder: Path) -> Firmware:
     # addresses of data have a bit of their own
     places = (symbols[name] & 0xFFFF for name in ("_end", "levels", "looked_at", "overflows"))
     return Firmware(out, sizes["text"] + sizes["data"], sizes["data"] + sizes["bss"], *places)
+
+
+def build_on_pc(folder: Path, program: str) -> Path:
+    """Build a program of firmware/pc into a folder, with what is common to boards, for this machine.
+
+    Raises:
+        FirmwareError: no compiler is here, or it complains.
+    """
+    if shutil.which("gcc") is None:
+        raise FirmwareError("gcc: not installed; on Debian:  apt install gcc libc6-dev")
+    pc = ROOT / "firmware" / "pc"
+    out = folder.resolve() / program
+    called("gcc", *ON_PC, *sorted(COMMON.glob("*.c")), pc / "pc.c", pc / f"{program}.c", "-o", out)
+    return out
 
 
 def report(made: Firmware) -> str:

@@ -6,7 +6,7 @@
 
 A mutation says what is wrong with it (`name`), which text becomes which (`old`, `new`), and which tests should notice
 (`tests`: files below tests/, and options such as -k).  `old` must stand exactly once in src/slewline, or in the folder
-or file of it that `within` names, since sister parts read alike; a file of the firmware is ../../firmware/uno/NAME.
+or file of it that `within` names, since sister parts read alike; a file of the firmware is ../../firmware/common/NAME.
 Every file of tests is first run on the unbroken source.  The tests of `make test` run first, then those of
 `make test-system`; what is printed says which noticed.
 The work is done in copies; the checkout is never touched.

@@ -1,7 +1,7 @@
-"""Write the header of the firmware from the messages of the host: python tools/protocol.py [--check].
+"""Write headers of the firmware from the messages of the host: python tools/protocol.py [--check].
 
 What both ends must agree on is written once, in src/slewline/drive/board: names and numbers of wire.py, flags of
-records.py, limits of boards.py.  The header is for the compiler and the assembler, so it has nothing but #define.
+records.py, limits of boards.py.  The headers are for the compiler and the assembler, so they have nothing but #define.
 """
 
 from __future__ import annotations
@@ -15,11 +15,12 @@ sys.path.insert(0, str(ROOT / "src"))
 
 from slewline.drive.board import boards, frames, records, wire  # noqa: E402  # of this checkout
 
-HEADER = ROOT / "firmware" / "uno" / "protocol.h"
+MESSAGES = ROOT / "firmware" / "common" / "protocol.h"  # of every board
+LIMITS = ROOT / "firmware" / "uno" / "limits.h"
 HEAD = """\
-/* Written by tools/protocol.py from src/slewline/drive/board: change it there. */
-#ifndef PROTOCOL_H
-#define PROTOCOL_H
+/* {says}  Written by tools/protocol.py from src/slewline/drive/board: change it there. */
+#ifndef {name}
+#define {name}
 """
 GROUPS = (  # prefix in C, enumeration
     ("FRAME", wire.FrameKind),
@@ -36,30 +37,33 @@ FLAGS = ("DOWN", "REST", "PAUSE", "OUT", "HALF", "WAY")  # of a record
 UNO = boards.UNO
 SIZES = (
     ("VERSION", wire.VERSION, "of the messages"),
-    ("BOARD_NUMBER", UNO.number, "of IDENT"),
-    ("HZ", f"{UNO.hz}UL", "ticks a second"),
-    ("SLOTS", UNO.slots, "records in the queue"),
-    ("TAIL_MOST", UNO.tail, "entries of the stop ramp"),
-    ("RING", UNO.room + 1, "bytes received, a power of 2; ROOM may be unanswered"),
-    ("ROOM", UNO.room, ""),
     ("CHUNK_MOST", frames.LONGEST_CHUNK, "encoded bytes of a frame, without its zero"),
     ("RECORD_BYTES", wire.RECORD_BYTES, ""),
     ("RECORDS_MOST", wire.RECORDS_A_FRAME, "of a frame"),
     ("ENTRY_BYTES", wire.ENTRY_BYTES, "of an entry of the stop ramp"),
     ("ENTRIES_MOST", wire.ENTRIES_A_FRAME, "of a frame"),
-    ("SHORTEST", UNO.shortest, "ticks between two steps"),
     ("SHORTEST_PAUSE", records.SHORTEST_PAUSE, "ticks"),
-    ("FAST_TICKS", boards.FAST_TICKS, "between steps: with less there is no time to brake at the next one"),
-    ("SOONEST_TICKS", boards.SOONEST_TICKS, "from an edge, or a pause, to a step"),
-    ("START_LEAD_TICKS", boards.START_LEAD_TICKS, "from the answer to a START to the first step"),
-    ("START_MOST_TICKS", f"{boards.START_MOST_TICKS}UL", "the same at most: what is farther ahead is a stale frame"),
-    ("LEAST_CHECK", boards.LEAST_CHECK, "ticks between the pulses of a self-test"),
+    ("START_MOST_TICKS", f"{boards.START_MOST_TICKS}U", "from a START to the first step: more is a stale frame"),
     ("INPUTS", wire.INPUTS, ""),
+    ("INPUTS_MASK", (1 << wire.INPUTS) - 1, ""),
     ("USER_OUTPUTS", wire.USER_OUTPUTS, "bits of the outputs"),
     ("ENABLE", wire.ENABLE, "beside them"),
     ("POLARITY_UP_IS_HIGH", wire.UP_IS_HIGH, "bits of `polarity`: DIR is high upwards"),
     ("POLARITY_ENABLE_LOW", wire.ENABLE_LOW, "the driver is on while ENABLE is low"),
     ("HOST", wire.HOST, "`which` of an event that no input caused"),
+)
+OF_THE_BOARD = (
+    ("BOARD_NUMBER", UNO.number, "of IDENT"),
+    ("HZ", f"{UNO.hz}U", "ticks a second"),
+    ("SLOTS", UNO.slots, "records in the queue"),
+    ("TAIL_MOST", UNO.tail, "entries of the stop ramp"),
+    ("RING", UNO.room + 1, "bytes received, a power of 2; ROOM may be unanswered"),
+    ("ROOM", UNO.room, ""),
+    ("SHORTEST", UNO.shortest, "ticks between two steps"),
+    ("FAST_TICKS", boards.FAST_TICKS, "between steps: with less there is no time to brake at the next one"),
+    ("SOONEST_TICKS", boards.SOONEST_TICKS, "from an edge, or a pause, to a step"),
+    ("START_LEAD_TICKS", boards.START_LEAD_TICKS, "from the answer to a START to the first step"),
+    ("LEAST_CHECK", boards.LEAST_CHECK, "ticks between the pulses of a self-test"),
 )
 
 
@@ -68,8 +72,8 @@ def defined(name: str, value: object, says: str = "") -> str:
     return f"#define {name} {value}{f' /* {says} */' if says else ''}"
 
 
-def lines() -> Iterator[str]:
-    """Yield the lines of the header."""
+def messages() -> Iterator[str]:
+    """Yield the lines of what every board understands."""
     yield from (defined(*row) for row in SIZES)
     for prefix, kind in GROUPS:
         says = (kind.__doc__ or "").partition("\n")[0]
@@ -82,20 +86,28 @@ def lines() -> Iterator[str]:
         yield defined(f"RECORD_{name}_BIT", flag.bit_length() - 1)
 
 
-def header() -> str:
-    """Return the header."""
-    return "\n".join((HEAD, *lines(), "", "#endif", ""))
+def headers() -> dict[Path, str]:
+    """Return the text of each header."""
+    limits = (defined(*row) for row in OF_THE_BOARD)
+    return {
+        path: "\n".join((HEAD.format(says=says, name=f"{path.stem.upper()}_H"), *lines, "", "#endif", ""))
+        for path, says, lines in (
+            (MESSAGES, "Messages between host and board.", messages()),
+            (LIMITS, "What this board can do.", limits),
+        )
+    }
 
 
 def main(words: list[str]) -> int:
-    """Write the header, or say that it is not what the messages are."""
-    if words == ["--check"]:
-        if HEADER.read_text("ascii") != header():
-            print(f"{HEADER.relative_to(ROOT)} is not what the messages are; run: python tools/protocol.py")
-            return 1
-        return 0
-    HEADER.write_text(header(), "ascii")
-    return 0
+    """Write the headers, or say which is not what the messages are."""
+    wrong = 0
+    for path, text in headers().items():
+        if words != ["--check"]:
+            path.write_text(text, "ascii")
+        elif not path.exists() or path.read_text("ascii") != text:
+            print(f"{path.relative_to(ROOT)} is not what the messages are; run: python tools/protocol.py")
+            wrong = 1
+    return wrong
 
 
 if __name__ == "__main__":

@@ -2,51 +2,48 @@
  *
  * This is no safety device: an emergency stop cuts the driver's power; the board only keeps the count.
  *
- *   interrupts.S   every step, each byte, each edge of an input: short, by hand
- *   motion.c       records, the way down, the queue: what a match of the timer needs beyond the ordinary step
- *   inputs.c       reflexes
- *   power.c        who switches the driver on and off
- *   commands.c     what a frame does, at which instant, and what it is answered
- *   wire.c         bytes become frames, and the reverse
- *   events.c, outputs.c, clock.h, pins.h, protocol.h
+ *   step.S             every step: short, by hand
+ *   stop_ramp.S        the first step of a stop ramp, where steps are fast
+ *   inputs_and_line.S  each byte, each edge of an input
+ *   board.h            what the rest, in ../common, needs of the processor; pins.h, serial.c, self_test.c
  */
-#include <avr/interrupt.h>
-#include <avr/io.h>
-
-#include "clock.h"
-#include "commands.h"
-#include "events.h"
-#include "inputs.h"
-#include "motion.h"
-#include "outputs.h"
-#include "pins.h"
+#include "hal.h"
 #include "protocol.h"
-#include "wire.h"
+#include "queue.h"
+#include "rounds.h"
+#include "serial.h"
 
-volatile uint16_t overflows; /* of timer 1: the high half of a tick, see clock.h */
+_Static_assert(sizeof(struct record) == RECORD_BYTES, "step.S knows its fields");
 
-int main(void)
+volatile uint16_t overflows;
+uint8_t armed = DISARMED;
+uint32_t far;
+
+static void set_up_timer(void)
 {
-    set_up_outputs();
-    set_state(STATE_BOOT);
     TCCR1A = DISARMED;
     TCCR1B = _BV(CS10); /* from here on ticks are counted */
     TIFR1 = 0xFF;
-    TIMSK1 = _BV(OCIE1A) | _BV(TOIE1); /* never masked: what stands still is told by `mode` */
-    set_up_inputs();
-    set_up_wire();
-    note(EVENT_BOOT, HOST, now());
-    sei();
-    for (;;) {
-        int8_t verdict = listen();
+    TIMSK1 = _BV(OCIE1A) | _BV(TOIE1); /* never masked: `mode` says when nothing is due */
+}
 
-        if (verdict > 0)
-            take_frame();
-        else if (verdict < 0)
-            take_damage();
-        tell_events();
-        refresh_hint();
-        watch_for_silence();
-        refresh_lamps();
-    }
+static void set_up_inputs(void)
+{
+    PORTC = INPUTS_MASK; /* pull-ups: a wire that breaks reads high */
+    PCMSK1 = INPUTS_MASK;
+    PCICR = _BV(PCIE1); /* an edge from now on is in the flag */
+}
+
+int main(void)
+{
+    /* STEP and DIR low; the others remain inputs until CONFIG: what they switch must not move when power returns. */
+    DDRB = _BV(STEP_BIT) | _BV(DIR_BIT) | _BV(LED_BIT);
+    hal_set_light(1);
+    set_up_timer();
+    set_up_inputs();
+    set_up_serial();
+    power_up();
+    sei();
+    for (;;)
+        round_once();
 }

@@ -17,7 +17,6 @@
 #define OUT2_BIT PORTB0 /* D8 */
 #define OUT3_BIT PORTB4 /* D12 */
 
-#define INPUTS_MASK 0x3F /* A0..A5 are inputs 0..5, all on pin change interrupt 1 */
 
 /* Timer 1 runs freely, a tick a cycle. What OC1A does at a match: */
 #define RISING (_BV(COM1A1) | _BV(COM1A0)) /* rise: a step is due */

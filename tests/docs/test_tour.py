@@ -76,5 +76,5 @@ def test_the_files_and_tables_of_the_exercises_exist():
     files = {path: found(path) for path in re.findall(r"`([\w/.]+/\w+\.(?:py|toml|h|md))`", exercises)}
     assert len(files) >= 12
     named = set(re.findall(r"`([A-Z]+[A-Z_]*)`", exercises))
-    assert {"QUIRKS", "REQUESTS", "BOARDS", "BOARD_NUMBER", "A_PIN"} <= named
+    assert {"QUIRKS", "REQUESTS", "BOARDS", "A_PIN"} <= named
     assert [name for name in named if not any(re.search(rf"\b{name}\b", text(file)) for file in files.values())] == []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tools.firmware import build
+from tools.firmware import build, build_on_pc
 
 from . import needs
 from .emulated import Emulator
@@ -23,3 +23,10 @@ def emulator(firmware):
     emulator = Emulator(firmware)
     yield emulator
     emulator.close()
+
+
+@pytest.fixture(scope="session")
+def script(tmp_path_factory):
+    """What boards have in common, as a program of this machine that does what it reads."""
+    needs.need()
+    return build_on_pc(tmp_path_factory.mktemp("pc"), "script")

@@ -152,6 +152,7 @@ class Board {
   /** Let so many times 65,536 ticks pass at once, in which the processor does nothing: `address` is its count of them. */
   skip(count, address) {
     const { data } = this.cpu;
+    while (!(data[SREG] & 0x80)) this.#step(); // it may be reading the time
     const high = (data[address] | (data[address + 1] << 8)) + count;
     data[address] = high & 0xff;
     data[address + 1] = (high >> 8) & 0xff;

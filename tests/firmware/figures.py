@@ -95,7 +95,7 @@ class Profile:
             check=True,
         ).stdout
         symbols = {row[3]: row for row in map(str.split, listed.splitlines()) if len(row) == 4}
-        begin, size = (int(word, 16) // 2 for word in symbols["main"][:2])
+        begin, size = (int(word, 16) // 2 for word in symbols["round_once"][:2])
         before = dict(os.environ)
         os.environ |= {
             "NODE_OPTIONS": f"-r {HERE / 'profile.js'}",

@@ -1,4 +1,4 @@
-"""What the tests of firmware need of the system: a compiler, node and an emulator."""
+"""What the tests of firmware need of the system: compilers, node and an emulator."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 AVR8JS = Path(os.environ.get("SLEWLINE_BOARDS", ROOT / "build" / "boards")) / "node_modules" / "avr8js"
-PROGRAMS = ("avr-gcc", "avr-objcopy", "avr-size", "avr-nm", "node")
+PROGRAMS = ("gcc", "avr-gcc", "avr-objcopy", "avr-size", "avr-nm", "node")
 LIBRARY = Path("/usr/lib/avr/include/avr/io.h")
 
 

@@ -1,5 +1,7 @@
 """The board's firmware, in the emulator, against its Python twin: every edge to the cycle, every frame to the byte.
 
+A third one is a witness: that of the firmware which boards have in common, compiled for this machine.
+
 A twin cannot know when the main loop takes a frame or when the processor looks at an input; that it is told, by the
 ticks that the board itself names.  How late those may be has bounds of its own.
 """
@@ -26,6 +28,7 @@ from .dialogue import (
     Dialogue,
     told_to_twin,
 )
+from .witness import last_of_each_tick, witnessed
 
 pytestmark = pytest.mark.system
 
@@ -48,7 +51,7 @@ SWITCHED = (  # how the driver is: by a frame, an input or a round of the main l
 )
 
 
-def compare(emulator, seed):
+def compare(emulator, program, seed):
     """Play a dialogue, and compare what came of it; return how often what happened."""
     dialogue = Dialogue(emulator, seed, fastest=FASTEST[seed % len(FASTEST)])
     board = dialogue.play()
@@ -57,6 +60,7 @@ def compare(emulator, seed):
         return Counter({LOST: 1}), 0
     power = Counter()
     twin = told_to_twin(board, dialogue.chunks, power)
+    bear_witness(witnessed(program, board, dialogue.chunks), twin, f"seed {seed}")
     end = dialogue.end  # what is near the end may be on the way
 
     frames = [wire.read(decode(frame[:-1])) for _, frame in board.frames]
@@ -94,6 +98,16 @@ def compare(emulator, seed):
     kinds = Counter(Happening(said.kind) for said in frames if isinstance(said, BoardEvent))
     power["steps of dry runs"] += len(twin.steps) - len(twin.pulses)
     return kinds + power, len(steps)
+
+
+def bear_witness(witness, twin, what):
+    """The C that boards have in common, on this machine, makes of the same what the twin does: to the byte and tick."""
+    assert bytes(witness.sent) == bytes(twin.sent), f"{what}: frames"
+    assert [step[:2] for step in witness.steps] == [step[:2] for step in twin.steps], f"{what}: steps"
+    assert [tick for tick, _, edge in witness.steps if edge] == list(twin.pulses), f"{what}: edges"
+    assert witness.changes("phases") == last_of_each_tick(twin.phases, 0), f"{what}: phases"
+    assert witness.changes("outputs") == last_of_each_tick(only(15, twin.outputs), 0), f"{what}: outputs"
+    assert witness.changes("enable") == last_of_each_tick(twin.enable, None), f"{what}: ENABLE"
 
 
 def only_as_a_brake_begins(board, what):
@@ -168,10 +182,10 @@ def enough(kinds, steps, runs):
         assert kinds[switched] >= runs // 200, switched
 
 
-def test_some_dialogues(emulator):
+def test_some_dialogues(emulator, script):
     kinds, steps = Counter(), 0
     for seed in range(SOME):
-        more, made = compare(emulator, seed)
+        more, made = compare(emulator, script, seed)
         kinds += more
         steps += made
     assert kinds[Happening.LATE] == 0
@@ -180,10 +194,10 @@ def test_some_dialogues(emulator):
 
 @pytest.mark.long
 @pytest.mark.timeout(900)
-def test_a_thousand_dialogues(emulator):
+def test_a_thousand_dialogues(emulator, script):
     kinds, steps = Counter(), 0
     for seed in range(SOME, SOME + ALL):
-        more, made = compare(emulator, seed)
+        more, made = compare(emulator, script, seed)
         kinds += more
         steps += made
     enough(kinds, steps, ALL)

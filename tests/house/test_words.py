@@ -29,7 +29,7 @@ def test_phrases_that_readers_stumble_over_only_become_fewer() -> None:
 def test_every_room_is_read() -> None:
     names = {file.relative_to(ROOT).as_posix() for file in files()}
     assert {
-        "README.md", "firmware/uno/motion.c", "firmware/uno/protocol.h", "firmware/uno/interrupts.S", "tools/setup.py",
+        "README.md", "firmware/common/motion.c", "firmware/common/protocol.h", "firmware/uno/step.S", "tools/setup.py",
         "src/slewline/drive/talk.py", "src/slewline/panel/app.py", "src/slewline/errors.py", "benchmarks/run.py",
         "docs/howto/serve.md",
     } <= names  # fmt: skip

@@ -1,0 +1,35 @@
+/* What the board sends: answers to frames, and events. */
+#ifndef ANSWERS_H
+#define ANSWERS_H
+
+#include <stdint.h>
+
+#include "events.h"
+
+struct answer {
+    uint8_t echo; /* number of the frame */
+    uint8_t kind;
+    uint8_t result;
+    uint8_t free;
+    uint8_t state;
+    uint8_t events;
+    uint8_t inputs;
+    uint8_t flags;
+    int32_t position;
+    uint32_t tick;
+};
+
+extern struct answer answer; /* to the last frame */
+extern uint8_t wanted;       /* number of the next numbered frame */
+
+/* Say in the answer how things are, and let the steps go on: what hal_enter() began ends here. */
+void settle(uint8_t result, uint32_t tick);
+void refuse(uint8_t result); /* the same, where nothing else is done */
+void send_answer(void);      /* behind the events that came before it */
+void send_event(uint8_t number, const struct event *event);
+void send_events(void); /* for the main loop: those that have not been sent */
+
+/* For the main loop: has there been no frame for as long as CONFIG allows? */
+uint8_t is_host_silent(uint32_t tick);
+
+#endif

@@ -1,0 +1,25 @@
+/* Bits of `mode` of due.h, for the compiler and the assembler. */
+#ifndef MODE_H
+#define MODE_H
+
+#define HOP 0x01     /* the match is only on the way to an instant that is far away */
+#define PAUSE 0x02   /* what is due is the end of a pause */
+#define BRAKING 0x04 /* behind the step that is due the tail begins */
+#define STILL 0x08   /* nothing is due */
+#define LONG 0x10    /* the interval behind the step that is due may need hops */
+#define RAMP 0x20    /* the interval changes with each step */
+#define PHASES 0x40
+#define ONE_MORE 0x80 /* behind the step that is due it becomes BRAKING */
+
+#define LONG_LEAST 32768 /* ticks */
+
+#define NEED_MATCH (HOP | PAUSE | BRAKING | STILL | LONG) /* with none of these the short way is enough */
+#define NO_STEP (HOP | PAUSE | STILL)
+
+#define BRAKING_BIT 2 /* their numbers */
+#define LONG_BIT 4
+#define RAMP_BIT 5
+#define PHASES_BIT 6
+#define ONE_MORE_BIT 7
+
+#endif
