@@ -46,7 +46,7 @@ def codes_of(path):
         if not isinstance(node, ast.Call):
             continue
         called = getattr(node.func, "attr", None) or getattr(node.func, "id", None)
-        if called == "report" and ast.unparse(node.func).endswith((".watch.report", "self.report")):
+        if called == "report" and ast.unparse(node.func).endswith(("self.findings.report", "self.report")):
             yield from (code.value for code in node.args[:1] if isinstance(code, ast.Constant))
         if called == "Finding" and isinstance(node.args[2], ast.Constant):
             yield node.args[2].value  # made by itself, without a listener
