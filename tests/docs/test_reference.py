@@ -21,6 +21,7 @@ import slewline.errors
 from slewline import build
 from slewline.cli.commands import cli
 from slewline.core.chip import Chip
+from slewline.modules import failures
 from tests.sources import text, tree
 
 from . import entries
@@ -115,7 +116,7 @@ def test_everything_that_can_be_imported_has_an_entry(face):
 
 
 CALLS = [(module, name) for module, name in entries.ENTRIES if callable(entries.subject(module, name))]
-RAISED = {*vars(slewline.errors), *vars(builtins), "NothingHolds"}
+RAISED = {*vars(slewline.errors), *vars(failures), *vars(builtins), "NothingHolds"}
 
 
 def strange(module, name):
