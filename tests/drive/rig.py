@@ -10,6 +10,7 @@ import numpy as np
 
 from slewline.drive.board.boards import UNO
 from slewline.drive.board.twin import BoardTwin
+from slewline.drive.check import Check
 from slewline.drive.drive import Drive
 
 HZ = 16_000_000
@@ -140,10 +141,15 @@ def drive_of(bench, x, line, **options):
     return Drive(bench, x, line, clock=line.wall, wait=line.wait, **options)
 
 
+def check_of(drive):
+    """A check of a drive that is open, without an emergency stop."""
+    return Check(drive._state, drive._path, drive._talk, drive.on_event, drive.turn, estop=False)
+
+
 def check_steps(drive, line, missing=0):
     """Every step of the model that was due has been made, no other one, at its instant and in its direction."""
     steps = drive.chip.steps()
-    wanted = (drive.ticks.many(steps.times_ps) >> 16) + drive.horizon
+    wanted = (drive._path.ticks.many(steps.times_ps) >> 16) + drive._state.horizon
     made = np.array(line.twin.steps).reshape(-1, 3)
     count = len(made)
     assert int((wanted < line.twin.now - WITHIN).sum()) - missing <= count <= len(steps)

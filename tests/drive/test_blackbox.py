@@ -21,7 +21,7 @@ def test_it_has_every_byte_of_the_line_with_its_times(tmp_path):
     line = TwinLine()
     with drive_of(bench, x, line, black_box=tmp_path) as drive:
         drive.run_until_rest()
-        folder = drive.box.folder
+        folder = drive.port.folder
     assert folder == tmp_path
     rows = read_line(folder)
     assert [row[0] for row in rows] == sorted(row[0] for row in rows)
@@ -129,8 +129,8 @@ def test_a_disk_that_is_full_ends_the_record_and_not_the_drive(tmp_path):
             def close(self):
                 pass
 
-        drive.box._file.close()
-        drive.box._file = Full()
+        drive.port._file.close()
+        drive.port._file = Full()
         drive.run_until_rest()
-        assert "No space left" in drive.box.failure
+        assert "No space left" in drive.port.failure
     assert len(line.twin.steps) == 5

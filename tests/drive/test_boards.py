@@ -46,8 +46,8 @@ def test_a_second_board_needs_a_row_alone(listed):
     port.set_input("GP21", 0)
     wired = {"inputs": {"GP21": "estop"}, "outputs": {"gp11": "slew"}}
     with slewline.Drive(bench, x, port, horizon="300 ms", black_box=False, **wired) as drive:
-        assert drive.board is OTHER and drive.clock.hz == 64_000_000 and drive.horizon == 19_200_000
-        assert drive.outputs == {1: "slew"} and [each.number for each in drive.board_inputs] == [1]
+        assert drive.board is OTHER and drive._path.clock.hz == 64_000_000 and drive._state.horizon == 19_200_000
+        assert drive._state.outputs == {1: "slew"} and [each.number for each in drive._inputs] == [1]
         drive.run_until_rest()
         assert len(port.twin.steps) == 50 and port.twin.state == BoardState.IDLE
         port.set_input("GP21", 1)

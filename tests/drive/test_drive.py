@@ -31,7 +31,7 @@ def test_streams_of_all_families(name):
         drive.run(f"{int(seconds * 1000) + 120} ms")
         steps, made = check_steps(drive, line)
         if x.idle:
-            assert len(steps) == len(made) and line.twin.state == BoardState.IDLE and not drive.cable.under_way
+            assert len(steps) == len(made) and line.twin.state == BoardState.IDLE and not drive._path.cable.under_way
             assert line.twin.position == x.travel
         assert drive.state == "ok" and not drive.troubles
 
@@ -45,8 +45,8 @@ def test_pauses_of_the_host_up_to_half_the_horizon(name, seed):
     bench, x, _, seconds = furnished(name)
     line = TwinLine(rnd, ppm=rnd.choice((-5000, -100, 0, 100, 5000)))
     drive = drive_of(bench, x, line)
-    plain = drive.talk.wait
-    drive.talk.wait = lambda s: plain(rnd.random() * 0.05 if rnd.random() < 0.05 and drive.state == "ok" else s)
+    plain = drive._talk.wait
+    drive._talk.wait = lambda s: plain(rnd.random() * 0.05 if rnd.random() < 0.05 and drive.state == "ok" else s)
     with drive:
         drive.run(f"{int(seconds * 1000) + 200} ms")
         steps, made = check_steps(drive, line)
@@ -121,15 +121,15 @@ def test_what_goes_out_comes_out_a_horizon_later_while_something_is_under_way_an
     line = TwinLine()
     with drive_of(bench, x, line) as drive:
         heard = []
-        bench.at("1 ms", lambda: drive.cable.send(lambda: heard.append(("before", line.twin.now))))
-        x.on_motion_end.add(lambda _end: drive.cable.send(lambda: heard.append(("complete", line.twin.now))))
+        bench.at("1 ms", lambda: drive._path.cable.send(lambda: heard.append(("before", line.twin.now))))
+        x.on_motion_end.add(lambda _end: drive._path.cable.send(lambda: heard.append(("complete", line.twin.now))))
         drive.run("2 ms")
         assert [name for name, _ in heard] == ["before"]
         drive.run_until_rest()
         assert heard[1][1] >= line.twin.steps[-1][0]  # when it has stopped, not before
         end = x.motions()[0].end.time_ps
-        assert 0 <= heard[1][1] - (drive.ticks.at(end) >> 16) - drive.horizon < 6 * HZ // 1000
-        drive.cable.send(lambda: heard.append(("after", line.twin.now)))
+        assert 0 <= heard[1][1] - (drive._path.ticks.at(end) >> 16) - drive._state.horizon < 6 * HZ // 1000
+        drive._path.cable.send(lambda: heard.append(("after", line.twin.now)))
         assert heard[-1][0] == "after"
 
 
@@ -140,7 +140,7 @@ def test_a_byte_right_behind_a_single_step_does_not_overtake_it():
     line = TwinLine()
     with drive_of(bench, x, line) as drive:
         heard = []
-        x.on_motion_end.add(lambda _end: drive.cable.send(lambda: heard.append(line.twin.now)))
+        x.on_motion_end.add(lambda _end: drive._path.cable.send(lambda: heard.append(line.twin.now)))
         drive.run_until_rest()
         assert len(line.twin.steps) == 1 and heard[0] > line.twin.steps[0][0]
 
@@ -156,13 +156,13 @@ def test_outputs_change_in_the_order_of_the_steps_and_at_rest_at_once():
         levels = [level for _, level in changed]
         assert [value for _, value in made][-len(levels) :] == levels and levels
         for (ps, _), (tick, _) in zip(changed, made[-len(levels) :], strict=True):
-            assert abs(tick - (drive.ticks.at(ps) >> 16) - drive.horizon) < 1000
+            assert abs(tick - (drive._path.ticks.at(ps) >> 16) - drive._state.horizon) < 1000
         before = len(line.twin.outputs)
         host.send("B\r")
         now = bench.now_ps
         drive.run("40 ms")
         (tick, value), *_ = line.twin.outputs[before:]
-        assert value & 1 and tick - (drive.ticks.at(now) >> 16) < 20 * HZ // 1000
+        assert value & 1 and tick - (drive._path.ticks.at(now) >> 16) < 20 * HZ // 1000
         check_steps(drive, line)
 
 
@@ -224,7 +224,7 @@ def test_a_cable_that_is_pulled_and_put_back_begins_a_new_life_of_the_board():
         drive.clear()
         assert drive.state == "ok"
         # The board counts its ticks from 0 again, and the model does not wait until it has as many as before.
-        assert abs(drive.clock.ticks(line.wall()) - line.tick(line.now)) < 5 * HZ // 1000
+        assert abs(drive._path.clock.ticks(line.wall()) - line.tick(line.now)) < 5 * HZ // 1000
         before = bench.now_ps
         drive.run("50 ms")
         assert bench.now_ps == before + 50 * 10**9
@@ -284,7 +284,7 @@ def test_a_host_that_starts_too_late_makes_the_whole_motion_later(name):
         written = line.write
 
         def late(data):
-            if drive.feeder.running and not late.done:
+            if drive._path.feeder.running and not late.done:
                 late.done = True
                 line.pass_to(line.now + 150 * MS_NS)
             return written(data)
@@ -295,7 +295,7 @@ def test_a_host_that_starts_too_late_makes_the_whole_motion_later(name):
         assert codes(x) == ["late-start"] and drive.state == "ok"
         drive.run_until_rest()
         assert len(line.twin.steps) == abs(x.travel)
-        made, wanted = np.array(line.twin.steps)[:, 0], drive.ticks.many(x.steps().times_ps) >> 16
+        made, wanted = np.array(line.twin.steps)[:, 0], drive._path.ticks.many(x.steps().times_ps) >> 16
         assert np.abs(np.diff(made) - np.diff(wanted)).max() <= 18
 
 
@@ -375,13 +375,13 @@ def test_a_motion_whose_first_steps_are_too_fast_is_halted_and_cleared():
     bench, x, host, _ = furnished("cy525 top")
     line = TwinLine()
     with drive_of(bench, x, line) as drive:
-        drive.feeder.shortest = 1 << 20  # the board stands, and will tell nothing
+        drive._path.feeder.shortest = 1 << 20  # the board stands, and will tell nothing
         drive.run("200 ms")
         assert codes(x)[0] == "too-fast" and drive.state == "halted" and not line.twin.steps
         drive.run("3 s")
         assert not x.moving and not line.twin.steps
         assert "position-taken-over" in codes(x) and x.position == 0
-        drive.feeder.shortest = UNO.shortest
+        drive._path.feeder.shortest = UNO.shortest
         drive.clear()
         assert drive.state == "ok"
         host.send("N 40\rG\r")
@@ -426,7 +426,7 @@ def test_a_line_that_damages_one_frame_in_a_hundred_loses_no_step(seed):
         drive.run(f"{int(seconds * 1000) + 200} ms")
         steps, made = check_steps(drive, line)
         assert len(steps) == len(made) == 20_000
-        assert drive.link.damaged or drive.link.resent
+        assert drive._path.link.damaged or drive._path.link.resent
 
 
 # ---------------------------------------------------------------------------------------------------- python, refusals

@@ -87,7 +87,7 @@ def test_after_a_reset_of_the_board_a_homing_of_the_chip_finds_the_motor(tmp_pat
         rig.say("H+")
         assert rig.x.motor.homing == 1 and (rig.place < stood) == (stood >= END)
         drive.run("4000 ms")
-        assert drive.rewind.rewinds == 2 - (stood >= END) and drive.state == "ok" and len(drive.troubles) == 1, (
+        assert drive._live.rewind.rewinds == 2 - (stood >= END) and drive.state == "ok" and len(drive.troubles) == 1, (
             "\n".join(drive.troubles)
         )
         assert not rig.x.moving and rig.x.motor.homing == 0
@@ -99,7 +99,7 @@ def test_after_a_reset_of_the_board_a_homing_of_the_chip_finds_the_motor(tmp_pat
         drive.run("1500 ms")
         assert rig.x.position == 217 == rig.place - home == drive.count - counted
         assert rig.say("V1").endswith(b"V+217\r")
-        assert rig.line.twin.position == drive.count == rig.x.travel + drive.count_origin
+        assert rig.line.twin.position == drive.count == rig.x.travel + drive._state.count_origin
         assert len(drive.troubles) == 1, drive.troubles
     replayed = slewline.replay(tmp_path / "journal")["x"]
     assert (replayed.position, replayed.travel) == (217, rig.x.travel)

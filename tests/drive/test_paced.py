@@ -61,11 +61,11 @@ def test_a_model_at_rest_that_is_late_by_more_than_a_quarter_of_the_horizon_is_a
     line = TwinLine()
     with drive_of(bench, x, line, horizon="100 ms") as drive:
         drive.run_until_rest()
-        late = drive.clock.ticks(line.wall()) - (drive.ticks.at(bench.now_ps) >> 16)
+        late = drive._path.clock.ticks(line.wall()) - (drive._path.ticks.at(bench.now_ps) >> 16)
         assert 0 <= late / (HZ / 1000) < 4
         line.pass_to(line.now + more_ms * MS_NS)  # nothing runs the bench
         drive.turn()
-        assert (drive.ticks.at(bench.now_ps) >> 16 == drive.clock.ticks(line.wall())) is aligned
+        assert (drive._path.ticks.at(bench.now_ps) >> 16 == drive._path.clock.ticks(line.wall())) is aligned
 
 
 def test_a_drive_at_rest_has_little_to_do_and_wakes_when_its_host_speaks():
@@ -76,8 +76,8 @@ def test_a_drive_at_rest_has_little_to_do_and_wakes_when_its_host_speaks():
     woken = []
     each.drive.on_wake.add(lambda: woken.append(each.line.now))
     each.serve(5000)
-    assert len(turns) < 40 and not woken and each.drive.link.at_rest
+    assert len(turns) < 40 and not woken and each.drive._path.link.at_rest
     each.host.send("G\r")
-    assert woken and not each.drive.link.at_rest
+    assert woken and not each.drive._path.link.at_rest
     each.serve(400)
     assert len(each.line.twin.steps) == 10 and not each.drive.troubles

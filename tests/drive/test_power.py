@@ -127,7 +127,7 @@ def test_an_emergency_stop_that_is_open_keeps_the_driver_off_whatever_the_host_s
         with pytest.raises(UsageError, match="emergency stop is active"):
             drive.clear(**words)
         assert not is_on(line) and drive.state == "halted"
-    drive.link.outputs(ENABLE, ENABLE)
+    drive._path.link.outputs(ENABLE, ENABLE)
     drive.run("50 ms")
     assert not is_on(line)
     estopped(line, 0)

@@ -62,7 +62,7 @@ class Driven:
         dead = any(word in self.wired[0].reflex for word in ("stop", "hold"))
         self.drive: Drive = drive_of(self.bench, x, self.line, inputs=wired, start_stop=30000 if dead else None)
         self.drive.go_back_by(self)
-        self.rewind = self.drive.rewind
+        self.rewind = self.drive._live.rewind
         for number, each in enumerate(self.wired):
             at_rest = (1 - each.acts) ^ each.inverted
             self.line.twin.inputs = self.line.twin.inputs & ~(1 << number) | at_rest << number
@@ -106,7 +106,7 @@ def test_the_chip_stops_where_the_board_has(name, numbers, tmp_path):
             drive.run(f"{rnd.randrange(*rig.span) * 1000 + rnd.randrange(1000)} us")
             rig.edge(rig.level)
             tick = line.twin.now
-            instant = drive.ticks.ps(tick - drive.horizon)
+            instant = drive._path.ticks.ps(tick - drive._state.horizon)
             drive.run("900 ms")
             assert rig.exchanged == 1, (number, drive.troubles, drive.ways.tail, line.twin.steps[-3:])
             assert drive.state == "ok" and all("taken-over" in each for each in drive.troubles), drive.troubles
@@ -175,7 +175,8 @@ def test_a_command_that_comes_as_the_motor_stops_is_forgotten_and_the_next_one_a
     rig = Driven(tmp_path, "gs-c200s homing", Random(command))
     drive, line = rig.drive, rig.line
     ordered = []
-    stop, drive.stop = drive.stop, lambda at_once=False: (ordered.append(rig.x.position), stop(at_once))
+    motor = drive._motor
+    stop, motor.stop = motor.stop, lambda at_once: (ordered.append(rig.x.position), stop(at_once))
     with drive:
         drive.run("150 ms")
         for number in range(12):
@@ -300,7 +301,7 @@ def test_a_mark_is_seen_where_the_motor_was_and_the_motor_goes_on(tmp_path, monk
         with rig.drive as drive:
             drive.run("500 ms")
             rig.edge(0)
-            at = drive.ticks.ps(rig.line.twin.now - drive.horizon)
+            at = drive._path.ticks.ps(rig.line.twin.now - drive._state.horizon)
             drive.run("60 ms")
             events = rig.x.registers.get("status")
             if not more:

@@ -44,7 +44,7 @@ class Machine:
         self.server = Server(self.bench, Paced(self.bench, clock=self.drive.nanoseconds), tell=self.told.append)
         self.served = self.server.line(x)
         self.drive.go_back_by(self.server.exchanges)
-        self.rewind = self.drive.rewind
+        self.rewind = self.drive._live.rewind
         self.server.exchanges.begin()
         self.line.twin.inputs = 0b01  # the motor stands at 0, which is home
         self.served.gate = self.drive.gate

@@ -8,15 +8,13 @@ import pytest
 
 import slewline
 from slewline.drive.board.boards import UNO
-from slewline.drive.check import jog, under_load
-from slewline.drive.power import ENABLE_OFF, hold_of
-from slewline.drive.promptness import recommended_ms
-from slewline.drive.terminals import driver_polarity, outputs_of
+from slewline.drive.check import recommended_ms
+from slewline.drive.terminals import ENABLE_OFF, driver_polarity, hold_of, outputs_of
 from slewline.errors import UnknownName, UsageError
 from tests.ensembles import few
 
 from .families import GSC
-from .rig import TwinLine, drive_of
+from .rig import TwinLine, check_of, drive_of
 
 MOVERS = {  # part, options, text, and what makes it move 900 steps
     "cy525": ("cy525", {}, "A 0\rF 10\rR 120\rS 120\rZ 1\rN 900\r", "G\r"),
@@ -40,7 +38,8 @@ def test_a_driver_says_how_it_is_enabled_and_what_its_pulses_must_be():
 def test_the_board_is_told_when_the_driver_goes_off(enabled):
     bench = slewline.Bench()
     drive = drive_of(bench, bench.add("cy525", "x"), TwinLine(), enable_off=enabled, enable_hold="2 s")
-    assert drive.config.enable_off == ENABLE_OFF[enabled] and drive.config.enable_hold == 488  # of 4.096 ms
+    config = drive._state.config
+    assert config.enable_off == ENABLE_OFF[enabled] and config.enable_hold == 488  # of 4.096 ms
 
 
 @pytest.mark.parametrize(("hold", "counted"), [("0 s", 0), ("268 s", 65429), ("4096 us", 1), ("4095 us", 0)])
@@ -88,7 +87,7 @@ def test_with_the_horizon_that_a_check_recommends_moves_are_made(name, round_tri
     host = bench.host(x)
     host.send(text)
     with drive_of(bench, x, line, horizon="2 s") as drive:
-        load_ms = under_load(drive)
+        load_ms = check_of(drive).under_load()
         assert not line.twin.steps and line.twin.position == 0
     horizon = recommended_ms(0, load_ms)
     if round_trip_ms == 60:
@@ -113,7 +112,7 @@ def test_a_jog_is_ten_steps_up_and_ten_back_with_current():
     bench = slewline.Bench()
     line = TwinLine()
     with drive_of(bench, bench.add("cy525", "x"), line, enable=True, driver="A4988") as drive:
-        assert jog(drive)
+        assert check_of(drive).jog()
         assert [way for _, way, _ in line.twin.steps] == [1] * 10 + [-1] * 10 and line.twin.output & 16
         drive.run("100 ms")
         assert drive.state == "ok" and not drive.troubles and line.twin.position == 0

@@ -69,9 +69,9 @@ def test_the_board_stops_within_a_step_of_the_chip_in_all_phases(name, phases, t
         rig = Driven(folder, name, rnd)
         drive, line = rig.drive, rig.line
         with drive:
-            drive.run(f"{ps + drive.horizon_ps} ps")
+            drive.run(f"{ps + drive._state.horizon_ps} ps")
             rig.edge(case.level)
-            instant = drive.ticks.ps(line.twin.now - drive.horizon)
+            instant = drive._path.ticks.ps(line.twin.now - drive._state.horizon)
             drive.run("2 s")
             straight = case.alone(instant)
             off = len(line.twin.steps) - len(straight.steps())

@@ -151,14 +151,14 @@ def drive_of(bench: Bench, x: Chip, line: EmulatedLine, **options: Any) -> Drive
     """A drive on a line; STEP has edges, unless an option says otherwise."""
     options = {"black_box": False, "self_start": True, "pulses": True, **options}
     drive = Drive(bench, x, line, clock=line.wall, wait=line.wait, **options)
-    line.polarity = line.board.polarity = drive.config.polarity
+    line.polarity = line.board.polarity = drive._state.config.polarity
     return drive
 
 
 def wanted(drive: Drive) -> tuple[np.ndarray, np.ndarray]:
     """Return when the steps of the model are due at the board, in ticks and parts of them, and their directions."""
     steps = drive.chip.steps()
-    return drive.ticks.many(steps.times_ps) / 65536 + drive.horizon, np.asarray(steps.directions)
+    return drive._path.ticks.many(steps.times_ps) / 65536 + drive._state.horizon, np.asarray(steps.directions)
 
 
 def off(drive: Drive, line: EmulatedLine, missing: int = 0) -> np.ndarray:

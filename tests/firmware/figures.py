@@ -146,15 +146,16 @@ def measured(name: str, firmware: Firmware, head: int, rounds: float) -> Figures
     line = EmulatedLine(profile.emulator, 1)
     drive: Drive = drive_of(bench, x, line)
     laid: list[float] = []  # s of the model at which each record is due at the board
-    push = drive.link.push
+    push = drive._path.link.push
 
     def pushed(records: Any) -> None:
         laid.extend([line.now / 1e9] * len(records))
         push(records)
 
-    drive.link.push = pushed  # type: ignore[method-assign]
-    turn, model = Taken(drive.turn), Taken(drive.kernel.run)
-    drive.turn, drive.kernel.run = turn, model  # type: ignore[method-assign]
+    drive._path.link.push = pushed  # type: ignore[method-assign]
+    live, kernel = drive._live, drive._state.kernel
+    turn, model = Taken(live.turn), Taken(kernel.run)
+    live.turn, kernel.run = turn, model  # type: ignore[method-assign]
     with drive:
         before = list(line.carried)
         turn.on = model.on = True
@@ -165,7 +166,7 @@ def measured(name: str, firmware: Firmware, head: int, rounds: float) -> Figures
         length = (rises[-1] - rises[0]) / HZ
         worst_ticks = float(np.abs(off(drive, line)).max())
         unused = int(line.board.run(line.board.now, end=firmware.end)["unused"])
-        records = drive.feeder.records
+        records = drive._path.feeder.records
     windows = profile.end()
     busy = [
         (window["interrupts"] / window["cycles"], 1 - window["main"][head] / rounds)

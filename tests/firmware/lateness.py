@@ -38,9 +38,9 @@ def noted(began: array[int], lead: array[int], took: array[int]) -> None:
     def noting(drive: Drive) -> None:
         now = perf_counter_ns()
         began.append(now)
-        base = drive.feeder.base16 >> 16
-        moving = drive.feeder.running and drive.state == "ok" and drive.axis.moving
-        lead.append(max(base - drive.clock.ticks(now), 0) if moving else -1)
+        base = drive._path.feeder.base16 >> 16
+        moving = drive._path.feeder.running and drive.state == "ok" and drive._state.axis.moving
+        lead.append(max(base - drive._path.clock.ticks(now), 0) if moving else -1)
         turn(drive)
         took.append(perf_counter_ns() - now)
 

@@ -105,15 +105,15 @@ def test_after_going_back_all_agree(emulator, tmp_path, name, seeds):
         with drive:
             drive.run(rig.random.randrange(*case.span) * 10**9 + rig.random.randrange(10**9))
             tick = rig.edge(case.level)
-            instant = drive.ticks.ps(tick - drive.horizon)
+            instant = drive._path.ticks.ps(tick - drive._state.horizon)
             drive.run("450 ms" if "homing" in name else "900 ms")
-            assert drive.rewind.rewinds == 1, drive.troubles
+            assert drive._live.rewind.rewinds == 1, drive.troubles
             assert drive.state == "ok" and not drive.troubles, drive.troubles
             if "homing" in name:  # it is on its way back, and comes to its switch
                 assert rig.x.moving
                 rig.edge(0, 1)
                 drive.run("600 ms")
-                assert drive.rewind.rewinds == 2 and drive.state == "ok", drive.troubles
+                assert drive._live.rewind.rewinds == 2 and drive.state == "ok", drive.troubles
                 assert not drive.troubles
             assert not rig.x.moving
             way = agree(rig)
@@ -152,7 +152,7 @@ def test_a_dead_stop_above_the_start_stop_rate_leaves_the_position_uncertain(emu
         drive.run("400 ms")
         rig.edge(1)
         drive.run("500 ms")
-        assert drive.rewind.rewinds == 1 and drive.state == "ok"
+        assert drive._live.rewind.rewinds == 1 and drive.state == "ok"
         assert [each.partition(":")[0] for each in drive.troubles] == ["position-uncertain"]
         assert [found.code for found in rig.x.findings] == ["position-uncertain"]
         agree(rig)
@@ -177,12 +177,12 @@ def test_a_homing_of_the_chip_finds_a_motor_whose_board_was_reset(emulator, tmp_
         drive.run("100 ms")
         rig.edge(0, 1)
         drive.run("400 ms")
-        assert drive.rewind.rewinds == 2 and rig.x.position == 0 and not rig.x.moving
+        assert drive._live.rewind.rewinds == 2 and rig.x.position == 0 and not rig.x.moving
         home = sum(way for _, way in line.board.steps)
         drive.bench["h"].send("Po\r+250\r-33\rE\r")
         drive.run("900 ms")
         way = sum(way for _, way in line.board.steps)
-        assert way == said(line).position == drive.count == rig.x.travel + drive.count_origin
+        assert way == said(line).position == drive.count == rig.x.travel + drive._state.count_origin
         assert rig.x.position == 217 == way - home
         drive.bench["h"].send("V1\r")
         drive.run("50 ms")
@@ -197,15 +197,15 @@ def test_a_user_bit_that_a_cy545_seeks_stops_the_motor_both_ways(emulator, tmp_p
         assert rig.x.motor.homing == 1
         rig.edge(1)
         drive.run("400 ms")
-        assert drive.rewind.rewinds == 1 and rig.x.position == 0 and not rig.x.moving
+        assert drive._live.rewind.rewinds == 1 and rig.x.position == 0 and not rig.x.moving
         edge = agree(rig)
         drive.bench["h"].send("H 0\r")  # the bit matches: out of it, and back
         drive.run("300 ms")
         assert rig.x.motor.homing == -1
         rig.edge(0)
         drive.run("400 ms")
-        assert rig.x.motor.homing == 1 and drive.rewind.rewinds == 2
+        assert rig.x.motor.homing == 1 and drive._live.rewind.rewinds == 2
         rig.edge(1)
         drive.run("400 ms")
-        assert drive.rewind.rewinds == 3 and rig.x.position == 0 and not rig.x.moving
+        assert drive._live.rewind.rewinds == 3 and rig.x.position == 0 and not rig.x.moving
         assert agree(rig) != edge and drive.state == "ok" and not drive.troubles, drive.troubles

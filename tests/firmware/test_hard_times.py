@@ -73,7 +73,7 @@ def test_a_host_that_is_stopped_for_500_ms(emulator, name):
         assert dry.position == until and np.abs(made[:until] - due[:until]).max() <= WITHIN_TICKS
         way_down = np.diff(made[until - 2 :])
         assert (np.diff(way_down) >= -1).all() and len(way_down) > 5  # -1: fractions of a tick
-        stands = min(drive.config.start_stop, made[1] - made[0])
+        stands = min(drive._state.config.start_stop, made[1] - made[0])
         assert way_down[-1] > 0.8 * stands  # as slow as it began
         assert halted.tick == made[-1]
         assert halted.position == len(made)
@@ -93,17 +93,17 @@ def test_a_host_that_is_stopped_for_500_ms(emulator, name):
 def goes_on(drive, line, host, steps=50):
     """The host moves on, and chip and motor agree."""
     x, before = drive.chip, sum(way for _, way in line.board.steps)
-    travel, count = drive.axis.travel, len(line.board.rises)
+    travel, count = drive._state.axis.travel, len(line.board.rises)
     drive.run("100 ms")
-    if drive.axis.travel == travel:
+    if drive._state.axis.travel == travel:
         host.send(AGAIN[x.sheet.part])
         drive.run("1 s")
     drive.run_until_rest()
-    moved = drive.axis.travel - travel
+    moved = drive._state.axis.travel - travel
     assert moved and sum(way for _, way in line.board.steps) - before == moved
     assert len(line.board.rises) - count == abs(moved)
     position = said(line).position
-    assert (position - drive.count_origin - drive.axis.travel) % 2**32 == 0
+    assert (position - drive._state.count_origin - drive._state.axis.travel) % 2**32 == 0
 
 
 @pytest.mark.parametrize("name", few(STREAMS, 2))
@@ -129,7 +129,7 @@ def test_a_line_that_damages_one_byte_in_a_hundred_is_slow_or_dry_and_the_count_
             line.damage = damaged(f"{name} {seed}", 0.01)
             drive.run("800 ms")
             line.damage = unharmed
-            assert drive.link.damaged and drive.link.resent
+            assert drive._path.link.damaged and drive._path.link.resent
             if drive.state == "ok":
                 if drive.troubles:  # its first frames were damaged, again and again: all of it is made, later
                     assert [each.split(":")[0] for each in drive.troubles] == ["late-start"]
@@ -195,7 +195,7 @@ def test_a_board_that_is_reset_has_lost_its_count_and_all_say_so(emulator, name)
         line.reset()
         drive.run("700 ms")
         assert not line.board.rises  # nothing moves
-        assert not drive.axis.moving
+        assert not drive._state.axis.moving
         assert drive.state == "unknown" and codes(x)[0] == "board-reset"
         host.send(AGAIN[x.sheet.part])
         drive.run("200 ms")
@@ -216,7 +216,7 @@ def test_a_board_whose_supply_is_pulled(emulator, off_ms):
         assert drive.state in ("ok", "halted") or "board-reset" in codes(x)
         line.supply()
         drive.run("700 ms")
-        assert not line.board.rises and not drive.axis.moving
+        assert not line.board.rises and not drive._state.axis.moving
         assert drive.state == "unknown" and "board-reset" in codes(x)
         if off_ms > 500:
             assert codes(x).count("board-silent") == 1

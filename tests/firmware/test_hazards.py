@@ -284,7 +284,7 @@ class Session:
             elif act == "start":
                 self.trial.say(AGAIN % self.random.choice((40, 4000)))
             elif act == "outputs":
-                drive.link.outputs(ENABLE, ENABLE)
+                drive._path.link.outputs(ENABLE, ENABLE)
             elif act == "stop":
                 drive.stop(at_once=self.random.random() < 0.5)
         if self.line is not None:
@@ -409,7 +409,7 @@ def test_a_motor_that_is_held_goes_on_when_it_is_released(emulator, tmp_path, pa
         drive.run("400 ms")
         assert len(board.rises) > made
         late = (board.rises[made] - released) / HZ
-        assert 0 < late < drive.horizon / HZ + 0.02, late
+        assert 0 < late < drive._state.horizon / HZ + 0.02, late
         drive.run("4 s")
         assert drive.state == "ok" and all(code == "position-taken-over" for code in codes(drive)), drive.troubles
         assert net(board) == len(board.rises) == trial.x.position == count(line)

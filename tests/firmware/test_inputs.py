@@ -116,7 +116,7 @@ class DrivenInput:
 
     def instant(self, tick):
         """The instant of the model that belongs to a tick of the board (ps)."""
-        return self.drive.ticks.ps(tick - self.drive.horizon)
+        return self.drive._path.ticks.ps(tick - self.drive._state.horizon)
 
 
 def chip_of(bench, case):
@@ -179,7 +179,7 @@ def test_the_motor_stops_where_the_chip_would_have(emulator, name, seeds):
                 x = min(x, seen, key=lambda each: abs(last.position - farthest(each)))
                 found.append(last.position - farthest(x))
                 if case.happening == Happening.BRAKED and not found[-1]:
-                    lawfully = drive.ticks.many(x.steps().times_ps) / 65536 + drive.horizon
+                    lawfully = drive._path.ticks.many(x.steps().times_ps) / 65536 + drive._state.horizon
                     assert np.abs(made - lawfully).max() < WAY_DOWN_WITHIN
             else:
                 found.append(int((made > tick).sum()))

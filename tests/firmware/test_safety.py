@@ -151,7 +151,7 @@ def test_an_emergency_stop_takes_the_current_and_the_steps_away_immediately(emul
             assert trial.is_on() and board.rises
             tick = trial.set_input(5, 1, rnd.randrange(40, 40_000))
             drive.run("300 ms")
-            drive.run_until(lambda: not drive.axis.moving and drive.stopping.settled)
+            drive.run_until(lambda: not drive._state.axis.moving and drive._watch.stopping.settled)
             off, level = board.enable[-1]
             assert level == 1 - trial.on
             latest, most = max(latest, off - tick), max(most, edges_after(board, tick))
@@ -259,7 +259,7 @@ def test_a_hold_that_something_else_has_ended_is_not_released_into_a_motion(
                 trial.set_input(0, 1 - level)
                 drive.run("500 ms")
                 assert len(board.rises) == made and drive.state == "halted", drive.troubles
-                drive.run_until(lambda: not drive.axis.moving and drive.stopping.settled)
+                drive.run_until(lambda: not drive._state.axis.moving and drive._watch.stopping.settled)
                 assert drive.count == trial.edges == trial.x.position
         assert len(board.rises) == made and not trial.is_on()
         trial.set_input(0, 1 - level)
@@ -281,13 +281,13 @@ def test_a_stop_as_a_motion_begins_is_a_stop(emulator, name, how, seeds):
         with trial.drive as drive:
             drive.run("200 ms")
             trial.send(trial.family.long)
-            drive.run_until(lambda: drive.axis.moving)
+            drive.run_until(lambda: drive._state.axis.moving)
             if wait := rnd.choice((0, rnd.randrange(30))):
                 drive.run(f"{wait} ms")
             if how != "close":
                 drive.stop(at_once="once" in how)
                 drive.run("300 ms")
-                drive.run_until(lambda: drive.watch.final and drive.stopping.settled)
+                drive.run_until(lambda: drive._state.final and drive._watch.stopping.settled)
                 assert drive.state == "halted" and "board-stopped" in codes(drive)
         if how == "close":
             assert trial.line.now < 5_000_000_000 + 3 * 10**9

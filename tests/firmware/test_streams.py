@@ -159,11 +159,13 @@ def test_outputs_of_programs_change_in_order_with_the_steps(emulator, name):
     line = EmulatedLine(emulator, 6)
     changed = []
     with drive_of(bench, x, line) as drive:
-        for net, number in drive.nets():
+        for net, number in drive._state.nets():
             net.watch(lambda net, number=number: changed.append((bench.now_ps, number, net.level)))
         drive.run(f"{int(seconds * 1000) + 150} ms")
         check(drive, line)
-        due = [(drive.ticks.at(ps) / 65536 + drive.horizon, number, level) for ps, number, level in changed]
+        due = [
+            (drive._path.ticks.at(ps) / 65536 + drive._state.horizon, number, level) for ps, number, level in changed
+        ]
         under_way = [row for row in due if line.board.rises[0] < row[0] < line.board.rises[-1]]
         assert under_way, due
         made, before = [], 0

@@ -308,7 +308,7 @@ class Sessions:
             self.trial = None
             return
         elif deed == "outputs":
-            drive.link.outputs(wire.ENABLE, wire.ENABLE)
+            drive._path.link.outputs(wire.ENABLE, wire.ENABLE)
         elif deed == "frames":
             known, power = rnd.random() < 0.5, rnd.random() < 0.5
             if rnd.random() < 0.5:

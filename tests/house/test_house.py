@@ -171,7 +171,6 @@ LONGER = {
     "core/motion/axis.py": "one past, and all that is asked of it",
     "core/wires/net.py": "drivers and nets commit together, on the path that everything takes",
     "core/wires/views.py": "one small class for each way in which promises compose",
-    "drive/drive.py": "the parameters of a drive, and all that is asked of it",
     "language/ramps.py": "what a calculator is asked, and the search, over the same values",
 }
 
@@ -182,6 +181,37 @@ def test_a_longer_module_has_a_reason() -> None:
         for path in (SOURCES / "slewline").rglob("*.py")
     }
     assert {name for name, count in lines.items() if count > LONGEST} == set(LONGER)
+
+
+# ------------------------------------------------------------------------------------------------------------ drive
+def written(parsed: ast.AST, value: str) -> Iterator[str]:
+    """The attributes of something of this name that a module writes: `value.name = ...`, `self.value.name += ...`."""
+    for node in ast.walk(parsed):
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store | ast.Del):
+            of = node.value
+            if (isinstance(of, ast.Name) and of.id == value) or (isinstance(of, ast.Attribute) and of.attr == value):
+                yield node.attr
+
+
+def test_no_piece_of_a_drive_knows_the_drive() -> None:
+    pieces = {name: found for name, found in modules().items() if name.startswith("slewline.drive.")}
+    assert [name for name, found in pieces.items() if "slewline.drive.drive" in found] == []
+    for path in (SOURCES / "slewline/drive").rglob("*.py"):
+        nodes = [*ast.walk(tree(path))]
+        named = {node.id for node in nodes if isinstance(node, ast.Name)}
+        kept = {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
+        assert path.name == "drive.py" or not {"Drive", "drive", "_drive"} & (named | kept), path
+
+
+def test_the_state_of_a_drive_has_one_owner() -> None:
+    for path in (SOURCES / "slewline/drive").rglob("*.py"):
+        assert path.name == "state.py" or not [*written(tree(path), "state"), *written(tree(path), "_state")], path
+    assert [
+        *written(ast.parse("state.phase = 1; self.state.final |= 2; self.state = 3; x = state.phase"), "state")
+    ] == [
+        "phase",
+        "final",
+    ]
 
 
 # ------------------------------------------------------------------------------------------------------------- names

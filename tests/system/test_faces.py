@@ -16,6 +16,12 @@ import slewline.build
 from slewline.chips import PARTS
 from slewline.core.chip import Chip
 from slewline.core.messages.instead import Instead
+from slewline.drive.board.rehearsal import TwinPort
+from slewline.drive.drive import Drive
+from slewline.links.lines.pace import Lockstep
+from slewline.links.server import Server
+from slewline.modules.module import Module
+from slewline.modules.speech import speech_of
 from slewline.parts import KINDS, part_class
 from slewline.parts.base.part import Part
 from slewline.parts.hosts.host import Host
@@ -111,8 +117,24 @@ def public(thing: object) -> set[str]:
     return {name for name in names if not isinstance(getattr_static(thing, name, None), Instead)}
 
 
+class Nowhere:
+    """The port of a module that is not there."""
+
+    where = "nowhere"
+
+
+def outside() -> Iterator[object]:
+    """A drive, a server and a real module."""
+    bench = slewline.Bench()
+    x = bench.add("gs-c200")
+    yield slewline.Drive(bench, x, TwinPort(), black_box=False)
+    yield Server(bench, Lockstep(bench))
+    yield Module(Nowhere(), speech_of(x.sheet))
+
+
 def everything() -> Iterator[object]:
-    """A bench, every chip with a host on each of its sides, and every kind of part."""
+    """A bench, every chip with a host on each of its sides, every kind of part, and what the outside world has."""
+    yield from outside()
     bench = slewline.Bench()
     yield bench
     for part in PARTS:
@@ -136,7 +158,13 @@ def test_dir_lists_what_users_find_on_their_pages_and_nothing_that_authors_work_
     for thing in everything():
         listed = {name for name in dir(thing) if not name.startswith("_")}
         assert listed <= public(thing) & written(*FOR_USERS), thing
-        assert not listed & {"kernel", "drivers", "finding", "input", "start", "stop", "queue"}, thing
+        of_authors = {"kernel", "drivers", "finding", "input", "start", "stop", "queue"}
+        assert isinstance(thing, Drive | Server) or not listed & of_authors, thing
+
+
+def test_every_public_name_of_the_outside_world_has_an_entry_with_its_class() -> None:
+    for thing in outside():
+        assert public(thing) - entries.named_of(thing) == set(), thing
 
 
 def test_a_name_that_is_on_no_page_is_noticed() -> None:

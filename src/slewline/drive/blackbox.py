@@ -165,6 +165,17 @@ class BlackBox:
         self._let_go()
 
 
+def recorded(
+    port: BoardPort, folder: str | PathLike[str] | bool, clock: Callable[[], int], tick: Callable[[int], int]
+) -> BoardPort:
+    """Return a port that also records what goes over another one, in a folder; True: a new folder; False: no record."""
+    if folder is False:
+        return port
+    place = new_folder() if folder is True else Path(folder)
+    place.mkdir(parents=True, exist_ok=True)
+    return BlackBox(port, place, clock, tick)
+
+
 def read_line(folder: str | PathLike[str]) -> list[tuple[int, int, str, bytes]]:
     """Return what the black box has of the line: ns, tick, way (">" to the board) and bytes, in order of time.
 

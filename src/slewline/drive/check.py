@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from time import perf_counter_ns, sleep
 from typing import TYPE_CHECKING, NamedTuple
 
 from .board.records import DOWN, PAUSE, REST, Record
 from .board.wire import BoardEvent, Happening
-from .promptness import WakingDelays, measured, recommended_ms
 
 if TYPE_CHECKING:
+    from ..core.time.hook import Hook
     from .board.boards import BoardModel
-    from .drive import Drive
+    from .state import DrivePath, DriveState
+    from .talk import Talk
 
 PULSES, PULSE_RATE = 1000, 10_000  # of the self-test; steps/s
 SELF_TEST_S = 1.0
@@ -19,6 +21,62 @@ JOG, JOG_RATE, JOG_S = 10, 50, 5.0  # steps; steps/s; s
 ESTOP_S = 20.0
 SHORT_PAUSE, POLL_S = 1000, 0.001  # ticks; s
 LOADS, LOAD_RECORDS, LOAD_S = 10, 20, 5.0  # rehearsed starts of a motion: records of five frames, and one frame more
+
+NAP_S = 0.002
+HORIZONS_MS = (20, 50, 100, 250, 500, 1000, 2000)
+LONGEST_LOAD_MS = 200  # for twenty records: a ramp at high rates needs a hundred a second
+LATE_SAFETY, LOAD_SAFETY = 3, 2  # times the worst that was seen in some seconds: a day has worse, a ramp more records
+
+
+class WakingDelays(NamedTuple):
+    """How late this process woke, in ms: half of the times, 99 of 100, and the worst."""
+
+    median: float
+    p99: float
+    worst: float
+
+
+def of_many(late_ms: Sequence[float]) -> WakingDelays:
+    """Return the figures of many times, ms, one at least."""
+    ordered = sorted(late_ms)
+    last = len(ordered) - 1
+    return WakingDelays(ordered[last // 2], ordered[last * 99 // 100], ordered[last])
+
+
+def measured(
+    seconds: float,
+    clock: Callable[[], int] = perf_counter_ns,
+    nap: Callable[[float], object] = sleep,
+    each: Callable[[], object] = lambda: None,
+) -> WakingDelays:
+    """Sleep for two milliseconds, over and over, and measure how late each sleep ends.
+
+    Args:
+        seconds: of the wall clock.
+        clock, nap: what a sleep is measured with, ns, and what sleeps, s.
+        each: called after each sleep: what else has to go on.
+    """
+    late: list[float] = []
+    end = clock() + round(seconds * 1e9)
+    while not late or clock() < end:
+        due = clock() + round(NAP_S * 1e9)
+        nap(NAP_S)
+        late.append(max(clock() - due, 0) / 1e6)
+        each()
+    return of_many(late)
+
+
+def recommended_ms(late_ms: float, load_ms: float) -> int | None:
+    """Return the horizon that a machine and a link need, ms; None: no horizon helps, as the link carries too little.
+
+    Args:
+        late_ms: by how much this process woke late, at worst.
+        load_ms: how long the link takes for all that goes before the first step of a motion, at worst.
+    """
+    if load_ms > LONGEST_LOAD_MS:
+        return None
+    needs = LATE_SAFETY * late_ms + LOAD_SAFETY * load_ms
+    return next((horizon for horizon in HORIZONS_MS if horizon >= needs), None)
 
 
 class Checkup(NamedTuple):
@@ -91,88 +149,103 @@ class Checkup(NamedTuple):
         return rows
 
 
-def checked(drive: Drive, seconds: float, priority: str, tell: Callable[[str], object]) -> Checkup:
-    """Look at an open drive for so many seconds of the wall clock.
+class Check:
+    """A look at a board that is open.
 
     Args:
-        priority: what this process was given.
-        tell: called with what goes on.
+        turn: the turn of the drive.
+        estop: whether an input of the board is an emergency stop.
     """
-    tell(f"slewline: looking for {seconds:g} s")
-    drive.clock.worst_round_trip_ns = 0  # a board that is being opened answers late
-    late = measured(seconds, drive.wall, drive.talk.nap, drive.turn)
-    _, worst_ns, median_ns = drive.clock.round_trip_ns
-    load_ms = under_load(drive)
-    counted = jogged = estop = None
-    if drive.enable:
-        tell(f"slewline: {JOG} steps up, then {JOG} back: watch the motor")
-        jogged = jog(drive)
-    else:
-        drive.link.check(PULSES, drive.board.hz // PULSE_RATE)
-        found = awaited(drive, Happening.CHECKED, SELF_TEST_S)
-        counted = None if found is None else found.position
-    if any(not each.pin for each in drive.board_inputs):
-        tell(f"slewline: open the contact of the emergency stop, within {ESTOP_S:g} s")
-        estop = awaited(drive, Happening.ESTOP, ESTOP_S) is not None and not drive.power.on
-    trip = median_ns / 1e6, worst_ns / 1e6
-    return Checkup(
-        drive.board,
-        priority,
-        late,
-        trip,
-        drive.clock.offset_ppm,
-        drive.link.damaged,
-        load_ms,
-        recommended_ms(late.worst, load_ms),
-        counted,
-        jogged,
-        estop,
-    )
 
+    def __init__(
+        self,
+        state: DriveState,
+        path: DrivePath,
+        talk: Talk,
+        on_event: Hook[[BoardEvent]],
+        turn: Callable[[], object],
+        estop: bool,
+    ) -> None:
+        self.state, self.talk, self.on_event, self.turn, self.estop = state, talk, on_event, turn, estop
+        self.wall, self.clock, self.link = path.wall, path.clock, path.link
 
-def awaited(drive: Drive, kind: Happening, seconds: float) -> BoardEvent | None:
-    """Return the next event of a kind, once the board has answered after it; None: there was none in time."""
-    found: list[BoardEvent] = []
+    def look(self, seconds: float, priority: str, tell: Callable[[str], object]) -> Checkup:
+        """Look for so many seconds of the wall clock.
 
-    def note(event: BoardEvent) -> None:
-        if event.kind == kind:
-            found.append(event)
+        Args:
+            priority: what this process was given.
+            tell: called with what goes on.
+        """
+        tell(f"slewline: looking for {seconds:g} s")
+        self.clock.worst_round_trip_ns = 0  # a board that is being opened answers late
+        late = measured(seconds, self.wall, self.talk.nap, self.turn)
+        _, worst_ns, median_ns = self.clock.round_trip_ns
+        load_ms = self.under_load()
+        counted = jogged = estop = None
+        if self.state.enable:
+            tell(f"slewline: {JOG} steps up, then {JOG} back: watch the motor")
+            jogged = self.jog()
+        else:
+            self.link.check(PULSES, self.state.board.hz // PULSE_RATE)
+            found = self._awaited(Happening.CHECKED, SELF_TEST_S)
+            counted = None if found is None else found.position
+        if self.estop:
+            tell(f"slewline: open the contact of the emergency stop, within {ESTOP_S:g} s")
+            estop = self._awaited(Happening.ESTOP, ESTOP_S) is not None and not self.talk.power.on
+        return Checkup(
+            self.state.board,
+            priority,
+            late,
+            (median_ns / 1e6, worst_ns / 1e6),
+            self.clock.offset_ppm,
+            self.link.damaged,
+            load_ms,
+            recommended_ms(late.worst, load_ms),
+            counted,
+            jogged,
+            estop,
+        )
 
-    drive.on_event.add(note)
-    end = drive.wall() + round(seconds * 1e9)
-    while not (found and drive.link.idle) and drive.wall() < end:
-        drive.turn()
-        drive.talk.wait(POLL_S)
-    drive.on_event.remove(note)
-    return found[0] if found else None
+    def _awaited(self, kind: Happening, seconds: float) -> BoardEvent | None:
+        """Return the next event of a kind, once the board has answered after it; None: there was none in time."""
+        found: list[BoardEvent] = []
 
+        def note(event: BoardEvent) -> None:
+            if event.kind == kind:
+                found.append(event)
 
-def jog(drive: Drive) -> bool:
-    """Make ten steps up, and ten back; return whether the board has come to rest after them."""
-    interval, pause = drive.board.hz // JOG_RATE, drive.board.hz // 2
-    drive.link.push(
-        [Record(0, JOG, interval), Record(PAUSE, 0, pause), Record(DOWN, JOG, interval), Record(PAUSE | REST, 0, pause)]
-    )
-    drive.link.start(drive.clock.ticks(drive.wall()) + drive.horizon)
-    return awaited(drive, Happening.REST, JOG_S) is not None
+        self.on_event.add(note)
+        self._pass_while(lambda: not (found and self.link.idle), self.wall() + round(seconds * 1e9))
+        self.on_event.remove(note)
+        return found[0] if found else None
 
+    def _pass_while(self, goes_on: Callable[[], bool], end: float) -> None:
+        """Let time pass while something is so, up to a limit on the wall clock (ns)."""
+        while goes_on() and self.wall() < end:
+            self.turn()
+            self.talk.wait(POLL_S)
 
-def under_load(drive: Drive) -> float:
-    """Return how long the link takes at worst for all that goes before the first step of a motion, ms.
+    def jog(self) -> bool:
+        """Make ten steps up, and ten back; return whether the board has come to rest after them."""
+        hz = self.state.board.hz
+        interval, pause = hz // JOG_RATE, hz // 2
+        ways = Record(0, JOG, interval), Record(DOWN, JOG, interval)
+        self.link.push([ways[0], Record(PAUSE, 0, pause), ways[1], Record(PAUSE | REST, 0, pause)])
+        self.link.start(self.clock.ticks(self.wall()) + self.state.horizon)
+        return self._awaited(Happening.REST, JOG_S) is not None
 
-    The records are pauses, which are forgotten again: nothing is started.
-    """
-    worst = 0
-    for _ in range(LOADS):
-        began = drive.wall()
-        drive.link.push([Record(PAUSE, 0, SHORT_PAUSE, 0, 0)] * LOAD_RECORDS)
-        drive.link.outputs(0, 0)
-        while not drive.link.idle and drive.wall() - began < LOAD_S * 1e9:
-            drive.turn()
-            drive.talk.wait(POLL_S)
-        worst = max(worst, drive.wall() - began)
-        drive.link.reset()
-        while not drive.link.idle and drive.wall() - began < 2 * LOAD_S * 1e9:
-            drive.turn()
-            drive.talk.wait(POLL_S)
-    return worst / 1e6
+    def under_load(self) -> float:
+        """Return how long the link takes at worst for all that goes before the first step of a motion, ms.
+
+        The records are pauses, which are forgotten again: nothing is started.
+        """
+        worst = 0
+        for _ in range(LOADS):
+            began = self.wall()
+            self.link.push([Record(PAUSE, 0, SHORT_PAUSE, 0, 0)] * LOAD_RECORDS)
+            self.link.outputs(0, 0)
+            self._pass_while(lambda: not self.link.idle, began + LOAD_S * 1e9)
+            worst = max(worst, self.wall() - began)
+            self.link.reset()
+            self._pass_while(lambda: not self.link.idle, began + 2 * LOAD_S * 1e9)
+        return worst / 1e6

@@ -100,7 +100,7 @@ class Feeder:
         import numpy as np
 
         self.axis, self.kernel, self.link, self.ticks, self.horizon = axis, kernel, link, ticks, horizon
-        self._put, self._half, self._ways, self._wake, self.shortest = put, half, ways, wake, shortest
+        self._put, self._half, self.ways, self.wake, self.shortest = put, half, ways, wake, shortest
         self._none: NDArray[np.int64] = np.empty(0, np.int64)
         self.taken_ps = kernel.now  # the steps before this instant are taken
         self.running = False  # something is laid that the board has not come to rest behind
@@ -232,7 +232,7 @@ class Feeder:
                 self.lost += stretch.sign * (b - a)  # it goes on, and the motor does not
                 continue
             flags = half | (DOWN if stretch.sign < 0 else 0)
-            for first, end, way, slope in self._ways(stretch, a, b):
+            for first, end, way, slope in self.ways(stretch, a, b):
                 ticks16 = self.ticks.many(train.begins(first, end)) + horizon16
                 while outputs and outputs[0].tick16 < ticks16[-1]:
                     before = int(ticks16.searchsorted(outputs[0].tick16, "right"))
@@ -392,7 +392,7 @@ class Feeder:
         batch, self._batch = self._batch, []
         self.records += len(batch)
         if batch and self._start is not None:
-            self._wake()
+            self.wake()
             self.link.push(batch[:FIRST_RECORDS])
             self.link.start(self._start)
             self.started, self._start, batch = self._start, None, batch[FIRST_RECORDS:]

@@ -1,4 +1,4 @@
-"""A drive by itself: the model keeps up with its board, whose crystal is the clock."""
+"""The model keeps up with its board, whose crystal is the clock."""
 
 from __future__ import annotations
 
@@ -8,34 +8,123 @@ from typing import TYPE_CHECKING
 from ..bench.runner import FunctionCondition, Wait
 from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
 from ..core.wires.pin import Condition
-from ..errors import Timeout
+from ..errors import Timeout, UsageError
+from .board.wire import BoardState
+from .stopping.findings import signed
+from .talk import WAY_DOWN_S
 
 if TYPE_CHECKING:
-    from .driven import Driven
+    from .motor import Alignment, Following
+    from .power import Power
+    from .state import DrivePath, DriveState
+    from .stopping.rewind import Rewind
+    from .stopping.troubles import Troubles
+    from .stopping.ways import WaysDown
     from .talk import Talk
 
 LEAST_WAIT_S = 0.0005
 
 
 class Live:
-    """Lets the bench of a drive keep up with the board."""
+    """The turns of a drive, in which board and model are kept together.
 
-    def __init__(self, drive: Driven, talk: Talk) -> None:
-        self.drive, self.talk = drive, talk
+    `rewind` takes the model back where an input of the board has stopped the motor; None: the chip is stopped at the
+    present.
+    """
 
+    def __init__(
+        self,
+        state: DriveState,
+        path: DrivePath,
+        power: Power,
+        ways: WaysDown,
+        watch: Troubles,
+        talk: Talk,
+        alignment: Alignment,
+        motor: Following,
+    ) -> None:
+        self.state, self.power, self.ways, self.watch, self.talk = state, power, ways, watch, talk
+        self.alignment, self.motor = alignment, motor
+        self.rewind: Rewind | None = None
+        self.wall, self.clock, self.link = path.wall, path.clock, path.link
+        self.feeder, self.cable = path.feeder, path.cable
+
+    # ----------------------------------------------------------------------------------------------------------- turns
+    def turn(self) -> None:
+        """Receive from the board, feed it the steps of the model, let what is due leave the cable, and send.
+
+        It is called each 5 ms, and when bytes have come; the bench is between two runs.
+        """
+        state, rewind, watch, now = self.state, self.rewind, self.watch, self.wall()
+        if rewind is not None:
+            rewind.before_turn()
+        self.talk.hear(now)
+        if self.clock.jumps != self.alignment.jumps:
+            watch.clock_jumped()
+            self.alignment.align()
+        self.motor.stop_chip()
+        if self.power.turn():
+            watch.switched_off()
+        if not self.motor.spoken and state.phase == "ok" and (state.axis.moving or state.axis.travel):
+            watch.moved_by_itself()
+        if state.phase == "ok":
+            tick = self._feed(now)
+        else:
+            if state.phase != "closed":
+                self.feeder.turn(0)
+                watch.stopping.turn()
+            tick = self.clock.ticks(now)
+        until = rewind.going_back_to if rewind is not None and state.undecided else None
+        self.cable.turn(tick if until is None else min(tick, until))
+        self.link.at_rest = self._rests()
+        self.talk.say(now)
+
+    def _feed(self, now: int) -> int:
+        """Feed the steps of the model to the board; return the present of that, as a tick."""
+        feeder, tick = self.feeder, self.clock.ticks(now)
+        self.alignment.turn(tick)
+        self.ways.turn(feeder)
+        try:
+            feeder.turn(tick)
+        except UsageError as error:  # faster than the board can
+            self.watch.too_fast(error)
+        started = feeder.started
+        if started is not None and self.link.starting and tick > started + self.state.horizon:
+            self.watch.not_started()
+        return tick
+
+    def _rests(self) -> bool:
+        """Is nothing to be done until something comes from outside?"""
+        state = self.state
+        if state.phase != "ok" or state.axis.moving or self.cable.under_way or not self.alignment.near:
+            return False
+        answer = self.link.answer
+        if answer is None or answer.state != BoardState.IDLE or not (self.link.idle and self.power.bears_silence):
+            return False
+        if [chip for chip in state.bench.chips.values() if not chip.idle]:
+            return False
+        return not [part for part in state.bench.parts.values() if not part.idle]
+
+    def due(self) -> float:
+        """Return in how many seconds the next turn is due at the latest, unless it is to wake before (`on_wake`)."""
+        kernel = self.state.kernel
+        due, following = self.talk.due(), kernel.next_time() if self.link.at_rest else None
+        return due if following is None else min(due, max(following - kernel.now, 0) / PS_PER_S)
+
+    # -------------------------------------------------------------------------------------------------------- at length
     def keep_up(self, until: int, wait: Wait | None) -> bool:
         """Let the model keep up with the board up to an instant (ps); return whether a wait was met before."""
-        drive = self.drive  # its bench may be exchanged in a turn
-        drive.catch_up()
-        drive.turn()
+        state = self.state  # a turn may exchange its kernel
+        self.alignment.catch_up()
+        self.turn()
         while True:
-            goal = min(max(drive.ticks.ps(drive.clock.ticks(drive.wall())), drive.kernel.now), until)
+            goal = min(max(self.alignment.present_ps(), state.kernel.now), until)
             met = self._pass(goal, wait)
-            drive.turn()
+            self.turn()
             met = met or (wait is not None and wait.met())  # by an answer of the board
-            if met or drive.kernel.now >= until:
+            if met or state.kernel.now >= until:
                 return met
-            self.talk.wait(min(drive.due(), max((until - drive.kernel.now) / PS_PER_S, LEAST_WAIT_S)))
+            self.talk.wait(min(self.due(), max((until - state.kernel.now) / PS_PER_S, LEAST_WAIT_S)))
 
     def until(self, condition: Condition | Callable[[], bool], timeout: Time) -> None:
         """Let the model keep up with the board until a condition is met.
@@ -43,24 +132,24 @@ class Live:
         Raises:
             Timeout: it is not met in time.
         """
-        drive = self.drive
+        state = self.state
         if not isinstance(condition, Condition):
             condition = FunctionCondition(condition, getattr(condition, "__name__", "the condition"))
         condition.begin()
-        limit = drive.kernel.now + picoseconds(timeout)
+        limit = state.kernel.now + picoseconds(timeout)
         wait = Wait(condition.met, limit, when=condition.foreseen, nets=condition.nets)
         wait.begin()
         try:
             met = self.keep_up(limit, wait)
         finally:
             wait.end()
-            drive.bench.run(0)
+            state.bench.run(0)
         if not met:
-            raise Timeout(f"waited {readable(picoseconds(timeout))} for {condition}; the drive is {drive.state}")
+            raise Timeout(f"waited {readable(picoseconds(timeout))} for {condition}; the drive is {state.phase}")
 
     def _pass(self, goal: int, wait: Wait | None) -> bool:
         """Run the bench up to an instant (ps), or until a wait is met; return whether it is."""
-        kernel = self.drive.kernel
+        kernel = self.state.kernel
         if wait is None:
             kernel.run(goal)
             return False
@@ -75,3 +164,72 @@ class Live:
             if kernel.now >= goal:
                 return wait.met()
         return True
+
+    # ---------------------------------------------------------------------------------------------- begin, stop, end
+    def open(self, *, homed: bool) -> None:
+        """Set the board up, and let it follow the model; `homed`: the user says that the position is known."""
+        found = self.talk.set_up(known=homed, power=True)
+        self.power.began(known=homed)
+        self.watch.goes_on(found)
+        self.motor.attach()
+        self.motor.begin()
+
+    def clear(self, homed: bool, homing: bool) -> None:
+        """Continue after a halt, from the position of the chip; the chip is released.
+
+        Raises:
+            UsageError: the drive is not halted, the chip is in motion, the board does not leave its halt.
+        """
+        state, feeder, stopping = self.state, self.feeder, self.watch.stopping
+        if state.phase == "ok":
+            raise UsageError("the drive is not halted: there is nothing to clear")
+        if state.axis.moving:
+            raise UsageError(f"{state.chip.name} is in motion; wait until it is at rest, then clear the drive")
+        stopping.turn()
+        if feeder.lost and state.phase == "halted":
+            self.watch.findings.take_over(signed(state.axis.travel - feeder.lost))
+        self.talk.reopen()
+        self.talk.set_up(known=homed, power=homed or homing)
+        self.power.began(known=homed)
+        self.motor.begin()
+        stopping.clear()
+
+    def stop(self, at_once: bool = False) -> None:
+        """Stop the motor, by ramping down or immediately."""
+        # A command of the chip's host stops the chip itself; at rest there is nothing to stop.
+        self.motor.stop(at_once, of_chip=self.rewind is not None and self.rewind.command is not None)
+
+    def close(self) -> None:
+        """Let the motor come to rest, and the board take what it has been sent; then nothing follows the model."""
+        state = self.state
+        if state.phase == "closed":
+            return
+        try:
+            self._come_to_rest()
+            self.cable.flush()
+            self.talk.finish()
+        finally:
+            self.motor.detach()
+            state.bench.run(0)  # a journal learns how far time has gone
+            state.close()
+
+    def _come_to_rest(self) -> None:
+        """Ramp down what moves, switch the driver off, and let the register of the chip be where the motor is."""
+        state, wall = self.state, self.wall
+        if state.phase == "ok" and self.feeder.busy and not (state.chip.idle and not state.axis.moving):
+            self.stop()
+        limit = wall() + 2 * state.horizon_ps // 1000 + int(WAY_DOWN_S * 10**9)
+        self._pass_while(self._motor_moves, limit)
+        if not self._motor_moves():
+            self.power.switch_off()
+        self._pass_while(lambda: state.phase == "halted" and not self.watch.stopping.settled, limit)
+
+    def _motor_moves(self) -> bool:
+        """May the board still make steps?"""
+        state = self.state
+        return self.cable.under_way if state.phase == "ok" else state.phase == "halted" and not state.final
+
+    def _pass_while(self, goes_on: Callable[[], bool], limit: int) -> None:
+        """Let time pass while something is so, up to a limit on the wall clock (ns)."""
+        while goes_on() and self.wall() < limit:
+            self.keep_up(self.state.kernel.now + picoseconds("5 ms"), None)

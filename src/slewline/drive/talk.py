@@ -12,12 +12,14 @@ from ..errors import UsageError
 from .blackbox import reopen
 from .board.boards import BAUD, BOARDS, BoardModel, board_of
 from .board.wire import ENABLE, BoardState, Damaged, Decoder, FrameKind, Ident, PowerFlag, encode, read
-from .driven import FoundBoard
-from .stopping.troubles import MOVING, signed
+from .state import FoundBoard
+from .stopping.findings import signed
+from .stopping.troubles import MOVING
 
 if TYPE_CHECKING:
     from .board.port import BoardPort
-    from .driven import Driven
+    from .power import Power
+    from .state import DrivePath, DriveState
     from .stopping.troubles import Troubles
 
 TURN_S, IDLE_S, POLL_S = 0.005, 0.5, 0.001
@@ -35,8 +37,17 @@ class Talk:
         wait: what waits for seconds, or until bytes have come.
     """
 
-    def __init__(self, drive: Driven, watch: Troubles, wait: Callable[[float], object] | None) -> None:
-        self.drive, self.watch, self.wait = drive, watch, wait or self._wait
+    def __init__(
+        self,
+        state: DriveState,
+        path: DrivePath,
+        port: BoardPort,
+        power: Power,
+        watch: Troubles,
+        wait: Callable[[float], object] | None,
+    ) -> None:
+        self.state, self.port, self.power, self.watch, self.wait = state, port, power, watch, wait or self._wait
+        self.wall, self.clock, self.link, self.feeder = path.wall, path.clock, path.link, path.feeder
         self.nap = wait or sleep  # whatever comes meanwhile
         self._since_ns = 0  # the session goes on: whatever was unanswered before is not the board's silence
         self._silent = self._gone = False  # the board; its port
@@ -44,39 +55,38 @@ class Talk:
     # ----------------------------------------------------------------------------------------------------- each turn
     def begin(self) -> None:
         """Note that the board has just been heard."""
-        self._since_ns, self._silent = self.drive.wall(), False
+        self._since_ns, self._silent = self.wall(), False
 
     def hear(self, now: int) -> None:
         """Take what the board has said; report that it is silent, once."""
-        drive = self.drive
         try:
-            data = b"" if self._gone else drive.port.read()
+            data = b"" if self._gone else self.port.read()
         except OSError as error:
             self._lost(error)
             return
         if data:
             self._silent = False
-            drive.link.receive(data, now)
+            self.link.receive(data, now)
             self.watch.heard()
-        elif drive.state != "closed" and not (self._silent or self._gone) and self._unanswered(now):
+        elif self.state.phase != "closed" and not (self._silent or self._gone) and self._unanswered(now):
             self._silent = True
             self.watch.silent(readable(SILENT_NS * 1000))
 
     def _unanswered(self, now: int) -> bool:
-        return min(self.drive.link.unanswered_ns(now), now - self._since_ns) > SILENT_NS
+        return min(self.link.unanswered_ns(now), now - self._since_ns) > SILENT_NS
 
     def say(self, now: int) -> None:
         """Send what is to be sent."""
-        data = self.drive.link.outgoing(now)
+        data = self.link.outgoing(now)
         if data and not self._gone:
             try:
-                self.drive.port.write(data)
+                self.port.write(data)
             except OSError as error:
                 self._lost(error)
 
     def _lost(self, error: OSError) -> None:
         self._gone = True
-        self.drive.port.close()  # or the system would give it another name when the cable is put back
+        self.port.close()  # or the system would give it another name when the cable is put back
         self.watch.port_lost(error)
 
     def reopen(self) -> None:
@@ -86,17 +96,17 @@ class Talk:
             UsageError: it is still gone.
         """
         if self._gone:
-            reopen(self.drive.port)
+            reopen(self.port)
             self._gone = False
-            self.drive.clock.restart()  # its supply comes through the cable
+            self.clock.restart()  # its supply comes through the cable
 
     def due(self) -> float:
         """Return in how many seconds the next turn is due at the latest, if nothing comes from outside before."""
-        due, most = self.drive.link.due_ns(), IDLE_S if self.drive.link.at_rest else TURN_S
-        return most if due is None else min(max(due - self.drive.wall(), 0) / 10**9, most)
+        due, most = self.link.due_ns(), IDLE_S if self.link.at_rest else TURN_S
+        return most if due is None else min(max(due - self.wall(), 0) / 10**9, most)
 
     def _wait(self, seconds: float) -> None:
-        number = self.drive.port.fileno()
+        number = self.port.fileno()
         if number is None or self._gone:
             sleep(min(seconds, POLL_S))
         else:
@@ -109,22 +119,22 @@ class Talk:
         Raises:
             UsageError: it does not come.
         """
-        limit = self.drive.wall() + int(seconds * 10**9)
+        limit = self.wall() + int(seconds * 10**9)
         while not self._comes(met):
-            if self.drive.wall() > limit:
-                raise UsageError(f"{what} within {seconds:g} s; {_heard(self.drive.port)}")
+            if self.wall() > limit:
+                raise UsageError(f"{what} within {seconds:g} s; {_heard(self.port)}")
             self.wait(POLL_S)
 
     def _comes(self, met: Callable[[], bool]) -> bool:
-        now = self.drive.wall()
+        now = self.wall()
         self.hear(now)
         self.say(now)
         return met()
 
     def finish(self) -> None:
         """Let the board take what it has been sent, for a second at most."""
-        limit = self.drive.wall() + int(FINISH_S * 10**9)
-        while not (self._gone or self._comes(lambda: self.drive.link.idle)) and self.drive.wall() < limit:
+        limit = self.wall() + int(FINISH_S * 10**9)
+        while not (self._gone or self._comes(lambda: self.link.idle)) and self.wall() < limit:
             self.wait(POLL_S)
 
     def set_up(self, position: int | None = None, *, known: bool = False, power: bool = False) -> FoundBoard:
@@ -141,64 +151,82 @@ class Talk:
             UsageError: nothing answers as a board, or another version of it; it does not leave its halt, or does not
                 switch the driver on; its count is to be kept, and is not that of the motor.
         """
-        drive, link = self.drive, self.drive.link
-        link.open(drive.config)
-        self.until(lambda: link.is_open, SET_UP_S, "no board answers")
-        if link.ident is not None:
-            self._check(link.ident)
-        if moving := self._state() in MOVING:  # for a host that is gone
-            link.stop(1)
-            self.until(lambda: self._state() not in MOVING, WAY_DOWN_S, "the board does not stop")
-            link.open(drive.config)
-            self.until(lambda: link.is_open, SET_UP_S, "no board answers")
-        answer, travel = link.answer, drive.axis.travel if position is None else position
-        counted, flags = (answer.position, answer.flags) if answer is not None else (0, 0)
-        found = FoundBoard(self._state(), counted, moving, bool(flags & PowerFlag.UNSURE) and not known)
-        if drive.keep_count and found.unsure:
+        found = self._shake_hands(known)
+        if self.state.keep_count and found.unsure:
             raise UsageError(
-                f"the count of the board, {counted}, is not to be kept (--keep-count): it made steps without current, "
-                "or has switched the driver off by itself, so the motor may be elsewhere; home it, or say that it is "
-                "there (--homed)"
+                f"the count of the board, {found.counted}, is not to be kept (--keep-count): it made steps without "
+                "current, or has switched the driver off by itself, so the motor may be elsewhere; home it, or say "
+                "that it is there (--homed)"
             )
         # A new board counts from 0, as its chip does; another one goes on: its count is that of the motor.
-        drive.count_origin = found.counted - travel
-        power = power and drive.enable
-        link.reset(signed(found.counted), known=known, power=power)
-        drive.counted_from = travel - drive.feeder.net
-        value = sum((net.level or 0) << number for net, number in drive.nets())
-        mask = sum(1 << number for _, number in drive.nets())
-        link.outputs(mask, value)
+        travel = self.state.axis.travel if position is None else position
+        self.state.count_from(found.counted, travel, self.feeder.net)
+        power = power and self.state.enable
+        self._leave_halt(found.counted, known=known, power=power)
+        if power:
+            self._switch_on()
+        self._synchronise()
+        return found
+
+    def _shake_hands(self, known: bool) -> FoundBoard:
+        """Send the configuration to a board, and return what it was; one that moves for a host that is gone stops."""
+        link = self.link
+        self._open()
+        if link.ident is not None:
+            self._check(link.ident)
+        if moving := self._state() in MOVING:
+            link.stop(1)
+            self.until(lambda: self._state() not in MOVING, WAY_DOWN_S, "the board does not stop")
+            self._open()
+        counted, flags = (0, 0) if link.answer is None else (link.answer.position, link.answer.flags)
+        return FoundBoard(self._state(), counted, moving, bool(flags & PowerFlag.UNSURE) and not known)
+
+    def _open(self) -> None:
+        self.link.open(self.state.config)
+        self.until(lambda: self.link.is_open, SET_UP_S, "no board answers")
+
+    def _leave_halt(self, counted: int, *, known: bool, power: bool) -> None:
+        """Let the board count on from its count, and set its outputs."""
+        link, nets = self.link, self.state.nets()
+        link.reset(signed(counted), known=known, power=power)
+        value = sum((net.level or 0) << number for net, number in nets)
+        link.outputs(sum(1 << number for _, number in nets), value)
         self.until(lambda: link.is_open and link.idle, SETTLE_S, "the board does not take its configuration")
         if self._state() != BoardState.IDLE:
             raise UsageError(
                 "the board does not leave its halt: the input of an emergency stop is active; close its contact, then "
                 "clear the drive"
             )
-        if power:
-            link.outputs(ENABLE, ENABLE)
-            self.until(lambda: link.idle, SETTLE_S, "the board does not answer")
-            if not drive.power.on:
-                raise UsageError(
-                    "the board does not switch the driver on: the input of an emergency stop is active; close its "
-                    "contact, then begin again"
-                )
+
+    def _switch_on(self) -> None:
+        """Switch the driver on."""
+        self.link.outputs(ENABLE, ENABLE)
+        self.until(lambda: self.link.idle, SETTLE_S, "the board does not answer")
+        if not self.power.on:
+            raise UsageError(
+                "the board does not switch the driver on: the input of an emergency stop is active; close its "
+                "contact, then begin again"
+            )
+
+    def _synchronise(self) -> None:
+        """Measure some round trips, from which the clock of the board is known."""
+        link = self.link
         for _ in range(SAMPLES):
             link.ask()
             before = link.answer
             self.until(lambda: link.answer is not before, SETTLE_S, "the board does not answer")  # noqa: B023
-        return found
 
     def _state(self) -> int:
         """The state of the board in its last answer."""
-        answer = self.drive.link.answer
+        answer = self.link.answer
         return BoardState.BOOT if answer is None else answer.state
 
     def _check(self, ident: Ident) -> None:
         """Check that the board is still the one that was there when the drive was made."""
-        drive, board = self.drive, board_of(ident)
-        if board is not drive.board:
-            raise UsageError(f"the board is an {board.title} now, and was an {drive.board.title}; make a new drive")
-        drive.feeder.shortest = ident.shortest
+        board, was = board_of(ident), self.state.board
+        if board is not was:
+            raise UsageError(f"the board is an {board.title} now, and was an {was.title}; make a new drive")
+        self.feeder.shortest = ident.shortest
 
 
 def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float], object] = sleep) -> BoardModel:

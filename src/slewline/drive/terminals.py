@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from ..core.messages.near import hint
-from ..core.time.timebase import PS_PER_S
+from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
 from ..errors import UsageError
-from .board.wire import ENABLE_LOW, UP_IS_HIGH, BoardConfig, DriverFlag
-from .drivers import check_pulse, step_driver
+from .board.wire import ENABLE_LOW, UP_IS_HIGH, BoardConfig, DriverFlag, EnableOff
+from .drivers import STEP_DRIVERS, check_pulse, step_driver
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 
 START_STOP = 500  # steps/s, of the way down of a board that has no table
 WATCHDOG_PS = 50 * 10**9  # beyond the horizon, without a word from the host
+ENABLE_OFF: Mapping[str, EnableOff] = {"rest": EnableOff.REST, "halt": EnableOff.HALT, "never": EnableOff.NEVER}
+USUAL_OFF, USUAL_HOLD = "halt", "60 s"
+HOLD_TICKS = 1 << 16
+LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
 LAMPS = ("fault", "energised")  # what an output of the board can show by itself
 
 
@@ -31,6 +35,33 @@ def steps_a_second(rate: str | int) -> int:
     if found is None or not int(found[1]):
         raise UsageError(f"rate {rate!r}; expected steps per second, such as '500 steps/s'")
     return int(found[1])
+
+
+def checked_horizon(horizon: Time) -> int:
+    """Return a horizon in picoseconds.
+
+    Raises:
+        TimeError: it is not a time.
+        UsageError: it is out of range.
+    """
+    ps = picoseconds(horizon)
+    if not LEAST_HORIZON_PS <= ps <= MOST_HORIZON_PS:
+        allowed = f"{readable(LEAST_HORIZON_PS)} to {readable(MOST_HORIZON_PS)}"
+        raise UsageError(f"horizon {horizon!r}; allowed {allowed}")
+    return ps
+
+
+def checked_driver(driver: str | None, enable: bool) -> None:
+    """Check that a driver that is to be enabled has a name.
+
+    Raises:
+        UsageError: it has none.
+    """
+    if enable and driver is None:
+        raise UsageError(
+            "enable needs the name of the driver, which says the level of its ENABLE: driver='DM542' (--driver); "
+            "known: " + ", ".join(STEP_DRIVERS)
+        )
 
 
 def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) -> dict[int, str]:
@@ -63,6 +94,11 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
             raise UsageError(f"output {name}: {pin} has another output already")
         found[printed.index(name.upper())] = pin
     return found
+
+
+def pins_of(outputs: Mapping[int, str]) -> dict[int, str]:
+    """Return the outputs of a board that show pins of a chip."""
+    return {number: name for number, name in outputs.items() if name not in LAMPS}
 
 
 def direction_polarity(chip: Chip, axis: int, *, invert: bool = False) -> int:
@@ -104,6 +140,39 @@ def lamp(outputs: Mapping[int, str], name: str) -> int:
     return next((number + 1 for number, shows in outputs.items() if shows == name), 0)
 
 
+def off_policy(word: str) -> EnableOff:
+    """Return when a board is to switch the driver off by itself.
+
+    Raises:
+        UsageError: not one of "rest", "halt" and "never".
+    """
+    if word not in ENABLE_OFF:
+        raise UsageError(f"enable_off {word!r}; allowed {', '.join(ENABLE_OFF)}")
+    return ENABLE_OFF[word]
+
+
+def hold_of(board: BoardModel, hold: Time) -> int:
+    """Return how long the driver stays on, as the board counts it: in 65,536 ticks.
+
+    Raises:
+        TimeError: it is not a time.
+        UsageError: it is longer than the board can count.
+    """
+    ps, most = picoseconds(hold), HOLD_TICKS * 0xFFFF * 10**12 // board.hz
+    if not 0 <= ps <= most:
+        raise UsageError(f"enable_hold {hold!r}; allowed 0 s to {readable(most // 10**12 * 10**12)}")
+    return min(ps * board.hz // (HOLD_TICKS * 10**12), 0xFFFF)
+
+
+def least_hold(off: EnableOff, horizon: int) -> int:
+    """Return the shortest `enable_hold` of CONFIG: a driver that goes off at rest is on until the first step.
+
+    Args:
+        horizon: from a message of the host to that step, in ticks.
+    """
+    return horizon // HOLD_TICKS + 2 if off == EnableOff.REST else 0
+
+
 def usual_config(
     board: BoardModel,
     chip: Chip,
@@ -112,16 +181,20 @@ def usual_config(
     horizon_ps: int,
     start_stop: int | None,
     driver: str | None,
-    *,
     dry: bool,
+    off: EnableOff,
+    hold: Time,
+    *,
     invert_dir: bool,
+    filter: int,
 ) -> BoardConfig:
-    """Return the configuration of a board for a chip and a driver, without inputs and without a policy of its current.
+    """Return the configuration of a board for a chip and a driver, without inputs.
 
     Args:
         start_stop: steps/s; None: the usual one.
         driver: its name; None: its ENABLE is left alone.
         dry: no step makes an edge.
+        off: when the board switches the driver off by itself, after `hold`.
         invert_dir: DIR has the other level than the chip's own pin.
     """
     return BoardConfig(
@@ -132,4 +205,7 @@ def usual_config(
         fault_output=lamp(outputs, "fault"),
         power_output=lamp(outputs, "energised"),
         pattern=pattern_of(chip),
+        enable_off=off,
+        enable_hold=max(hold_of(board, hold), least_hold(off, horizon_ps * board.hz // PS_PER_S)),
+        filter=filter,
     )

@@ -73,6 +73,19 @@ class Server:
         allow_remote: other machines may connect.
         tell: called with what the user should know: findings, limits of a port, a cable that is pulled, a disk that is
             full; only what the transcript on the terminal does not show.
+
+    Attributes:
+        bench: the bench that is served; another one after `exchange`, or when a client goes back in time.
+        pace, allow_remote, tell: the arguments.
+        lines: the lines to chips, by name.
+        ports, log: the open ports; the transcript.
+        loop: waits for bytes and events; `loop.ask(f)` calls a function in the thread of the server.
+        notes: functions that return text for the status line, such as that of a drive.
+        troubles, found: what is wrong around the chips, in words; how many findings there were.
+        branch: the number of the run that is shown: 0 is the one that began with the server.
+        breakpoints, travel: where virtual time stops; pause, steps and going back, for the control port.
+        exchanges: puts another bench in the place of the present one.
+        views, reports: what the control port shows; findings on their way to the user, without repetitions.
     """
 
     def __init__(
@@ -84,17 +97,17 @@ class Server:
         tell: Callable[[str], object] = lambda _text: None,
     ) -> None:
         self.bench, self.pace, self.allow_remote, self.tell = bench, pace, allow_remote, tell
-        self.troubles: list[str] = []  # files that take no more, and what else is wrong around the chips
+        self.troubles: list[str] = []
         self.log = TranscriptFile(bench.kernel, log, self._trouble)
         self.loop = Loop()
         self.reports = FindingReports(self.loop, self._report)
         rate = float(pace.rate) if isinstance(pace, Paced) else 1
-        self.lateness = Lateness(pace.lag, rate, lambda text: self.say("server", text))
-        self.notes: list[Callable[[], str]] = []  # what a status line has of others, such as a drive
+        self._lateness = Lateness(pace.lag, rate, lambda text: self.say("server", text))
+        self.notes: list[Callable[[], str]] = []
         self.lines: dict[str, HostLine] = {}
         self.ports: list[OpenPort] = []
-        self.found = 0  # findings since the beginning
-        self.over = False
+        self.found = 0
+        self._over = False
         self.branch = 0
         self.breakpoints = Breakpoints(bench, pace, self._stopped)
         self.views = Views(self)
@@ -257,7 +270,7 @@ class Server:
         """Let time pass and answer, until `stop`, or until something is done; everything is closed then."""
         try:
             with fine_timer():
-                while not (self.over or done()):
+                while not (self._over or done()):
                     self.travel.look()
                     began_s = perf_counter()
                     finished = self.pace.pass_time()
@@ -273,7 +286,7 @@ class Server:
         self.loop.ask(self._end)
 
     def _end(self) -> None:
-        self.over = True
+        self._over = True
 
     def close(self) -> None:
         """Close every port; the bench stays as it is."""
@@ -283,7 +296,7 @@ class Server:
         self.ports.clear()
         self.bench.conclude()
         self.reports.close()
-        self.lateness.close()
+        self._lateness.close()
         self.bench.run(0)  # the journal learns how far time has gone
         for part in self.bench.parts.values():
             part.leave()
@@ -352,7 +365,7 @@ class Server:
 
     # -------------------------------------------------------------------------------------------------- housekeeping
     def say(self, line: str, text: str) -> None:
-        """Tell the user something, once: on the terminal, the transcript does."""
+        """Report something to the user, once: on the terminal, the transcript does."""
         self.log.event(line, text)
         if not self.log.on_terminal:
             self.tell(text)
@@ -366,7 +379,7 @@ class Server:
             self.say("server", text)
 
     def finding(self, found: Finding) -> None:
-        """Tell of a finding."""
+        """Report a finding."""
         self.found += 1
         self.log.event(found.source, f"{found.code}: {found.text}")
         if not self.log.on_terminal:
@@ -381,7 +394,7 @@ class Server:
 
     def _look_around(self) -> None:
         """Check whether the bench lags, and for lines whose end does not come."""
-        self.lateness.check()
+        self._lateness.check()
         for line in self.lines.values():
             line.look_for_ends()
         self.loop.after(LOOK_S, self._look_around)

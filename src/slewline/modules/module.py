@@ -69,6 +69,10 @@ class Module:
         speech: how it is spoken to.
         transcript: takes down what is said.
         may_move: send commands that may make the motor step, too.
+
+    Attributes:
+        port, speech, transcript, may_move: the arguments.
+        entering: this session has begun program entry, and not ended it.
     """
 
     def __init__(
@@ -76,7 +80,7 @@ class Module:
     ) -> None:
         self.port, self.speech, self.may_move = port, speech, may_move
         self.transcript: DialogueRecord = NoRecord() if transcript is None else transcript
-        self.entering = False  # this session has begun program entry, and not ended it
+        self.entering = False
 
     @property
     def name(self) -> str:

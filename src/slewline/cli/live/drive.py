@@ -162,7 +162,6 @@ class DriveCommand(ServeCommand):
 
     def _join(self, server: Server, drive: Drive) -> None:
         """Let the drive have its turns, and hold back what hosts hear until the motor is there."""
-        from ...drive.status import as_line, introduction
         from ...links.sockets.system import be_prompt
 
         for line in server.lines.values():
@@ -191,8 +190,8 @@ class DriveCommand(ServeCommand):
 
         server.loop.ask(begin)
         drive.on_wake.add(lambda: server.loop.ask(again))
-        server.notes.append(lambda: as_line(drive))
-        self._hear_user(server, drive, f"slewline: {introduction(drive)}; {be_prompt()}")
+        server.notes.append(drive.status)
+        self._hear_user(server, drive, f"slewline: {drive.introduction()}; {be_prompt()}")
 
     def _hear_user(self, server: Server, drive: Drive, introduction: str) -> None:
         """Introduce the drive, as soon as it takes SIGUSR2 for `clear`; take words that are typed."""
@@ -201,7 +200,7 @@ class DriveCommand(ServeCommand):
 
         def clear(homed: bool = False, homing: bool = False) -> None:
             drive.clear(homed=homed, homing=homing)
-            off = drive.enable and not drive.power.on
+            off = self.enable and not drive.power.on
             say(f"slewline: the drive goes on{', and the driver is off' if off else ''}")
 
         words: dict[str, Any] = {
@@ -250,11 +249,10 @@ def kept_if_it_begins(folder: Path) -> Iterator[None]:
 
 def check_up(drive: Drive) -> int:
     """Look at link, machine and board; return the exit status."""
-    from ...drive.check import checked
     from ...links.sockets.system import be_prompt
 
     with drive:
-        found = checked(drive, CHECK_S, be_prompt(), say)
+        found = drive.check(CHECK_S, be_prompt(), say)
     for line in found.lines:
         click.echo(line)
     return 0 if found.good else 1

@@ -9,7 +9,8 @@ from ...errors import UsageError
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ..board.wire import BoardEvent
-    from ..driven import Driven
+    from ..state import DriveState
+    from .findings import DriveFindings
 
 WAYS = ("abort", "kill", "reset", "power")  # in which a chip can be stopped
 KEEPING = ("abort", "kill")  # by which it keeps its registers
@@ -21,6 +22,18 @@ def ways_of(chip: Chip) -> list[str]:
     return [way for way in WAYS if way in roles or way == "power" or (way == "kill" and hasattr(chip, "kill"))]
 
 
+def stop_mode(chip: Chip, how: str | None) -> str:
+    """Return how a chip is stopped: in the way that is given, or, for None, by the first one that the chip has.
+
+    Raises:
+        UsageError: the chip has no such input.
+    """
+    allowed = ways_of(chip)
+    if how is not None and how not in allowed:
+        raise UsageError(f"{chip.name}: stop={how!r}; allowed {', '.join(map(repr, allowed))}")
+    return how or allowed[0]
+
+
 class StopChip:
     """Stops the chip, and takes the count of the board over when it is at rest.
 
@@ -29,17 +42,11 @@ class StopChip:
     After a reset or without supply its registers are those of power-up, and the user homes.
 
     Args:
-        how: "abort", "kill", "reset" or "power"; None: the first of them that the chip has.
-
-    Raises:
-        UsageError: the chip has no such input.
+        how: "abort", "kill", "reset" or "power".
     """
 
-    def __init__(self, drive: Driven, how: str | None = None) -> None:
-        allowed = ways_of(drive.chip)
-        if how is not None and how not in allowed:
-            raise UsageError(f"{drive.chip.name}: stop={how!r}; allowed {', '.join(map(repr, allowed))}")
-        self.drive, self.how = drive, how or allowed[0]
+    def __init__(self, state: DriveState, findings: DriveFindings, how: str) -> None:
+        self.state, self.findings, self.how = state, findings, how
         self._position: int | None = None  # that is to be taken over
         self._acting = self._stands = False  # the chip is stopped by us; it has come to rest since
 
@@ -53,7 +60,7 @@ class StopChip:
         self._act()
 
     def _act(self) -> None:
-        chip = self.drive.chip
+        chip = self.state.chip
         if self.how == "abort":
             for pin in self._pins():
                 chip.pin(pin).drive(self._active(pin))
@@ -66,11 +73,11 @@ class StopChip:
 
     def _pins(self) -> list[str]:
         """The inputs that stop the motion of the axis."""
-        rows = [row for row in self.drive.chip.sheet.pins if row.plays("abort", self.drive.axis_number)]
+        rows = [row for row in self.state.chip.sheet.pins if row.plays("abort", self.state.number)]
         return [row.name for row in rows if row.way in ("in", "both")]
 
     def _active(self, pin: str) -> int:
-        return self.drive.chip.pin(pin).row.active or 0
+        return self.state.chip.pin(pin).row.active or 0
 
     def halted(self, event: BoardEvent) -> None:
         """Take the count over, as soon as the chip is at rest."""
@@ -81,8 +88,8 @@ class StopChip:
 
         An input that stops it is let go of at rest: some chips do not heed one that is active as a motion begins.
         """
-        drive = self.drive
-        if drive.axis.moving or drive.axis.log.under_way:
+        axis = self.state.axis
+        if axis.moving or axis.log.under_way:
             if self._stands:
                 self._stands = False
                 self._act()
@@ -93,7 +100,7 @@ class StopChip:
                 self._let_go()
         if self._position is not None:
             position, self._position = self._position, None
-            drive.take_over(position, self.how in KEEPING)
+            self.findings.take_over(position, self.how in KEEPING)
 
     @property
     def settled(self) -> bool:
@@ -108,7 +115,7 @@ class StopChip:
                 self._let_go()
 
     def _let_go(self) -> None:
-        chip = self.drive.chip
+        chip = self.state.chip
         if self.how == "abort":
             for pin in self._pins():
                 chip.pin(pin).release()

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from ...bench import Bench
+    from ...core.chip import Chip
     from ...core.motion.axis import Axis
-    from ..driven import Driven
 
 
 class Cause(NamedTuple):
@@ -53,9 +53,9 @@ def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
     return times[step] + 1 if 0 <= step < len(times) else None
 
 
-def named(drive: Driven, text: str) -> str:
+def named(chip: Chip, text: str) -> str:
     """Return the name of the command that a chip works on, from the text by which it says so."""
-    forms = {row.form: row.name for row in drive.chip.sheet.commands}
+    forms = {row.form: row.name for row in chip.sheet.commands}
     return forms.get(text, forms.get(text.partition(" ")[0], ""))
 
 

@@ -18,8 +18,7 @@ when it is let go.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from os import PathLike
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,12 +32,15 @@ from .rerun import Cause, Rewound, following, named, travelled
 if TYPE_CHECKING:
     from ...bench import Bench
     from ...core.motion.axis import Axis
-    from ..driven import Driven, Stopping
+    from ...core.time.hook import Hook
+    from ..state import DrivePath, DriveState, Exchanger, Movable, Stopping
+    from .findings import DriveFindings
 
 STOPS = (Happening.STOPPED, Happening.BRAKED)
 TRIES = 6
 REST_PS = 5 * 10**12  # in which a chip comes to rest that was told to
 SLICE_PS = 10**10
+SHADOWS = 3  # of the past, each for one more try
 MOST_NS = 10_000_000  # of a turn, in which the past is followed
 LINE_MS = 40  # that a line and a board are slow at most, to hear a command and to answer
 MEASURED = 10  # entries that tell what one costs
@@ -48,32 +50,37 @@ WRITES = ("write", "send")  # inputs by which bytes of a host come
 
 
 class Rewind:
-    """Lets a chip stop where the board has, at the instant at which it has: `drive.stopping` of a drive.
+    """Lets a chip stop where the board has, at the instant at which it has.
 
     Args:
-        past: of the bench; it is followed from here.
-        exchange: puts another bench in the place of the present one, which did the same up to an instant (ps); the
-            drive follows by itself.
-        inputs: of the board.
-        copy: a file for the journal of the other bench.
-        forget: called with an instant (ps) before which nothing is gone back to any more.
-        allowed_s: seconds of a usual machine that going back may cost.
+        otherwise: stops the chip where this does not.
+        motor: stops, moves to another bench and lets a stopped board continue.
+        exchanges: puts another bench in the place of the present one; the drive follows by itself.
+
+    Raises:
+        UsageError: the bench writes no journal, which going back needs.
     """
 
     def __init__(
         self,
-        drive: Driven,
-        past: ReachablePast,
-        exchange: Callable[[Bench, int], object],
+        state: DriveState,
+        path: DrivePath,
+        findings: DriveFindings,
+        otherwise: Stopping,
+        motor: Movable,
         inputs: Sequence[BoardInput],
-        copy: str | PathLike[str],
-        *,
-        forget: Callable[[int], object] = lambda _ps: None,
-        allowed_s: float = ALLOWED_S,
+        exchanges: Exchanger,
+        on_event: Hook[[BoardEvent]],
     ) -> None:
-        self.drive, self.past, self.exchange, self.copy = drive, past, exchange, Path(copy)
-        self.forget, self.allowed_s = forget, allowed_s
-        self.otherwise: Stopping = drive.stopping  # who stops the chip where this does not
+        journal = state.bench.journal
+        if journal is None:
+            raise UsageError('going back needs a journal: Bench(journal="FILE")')
+        self.state, self.findings, self.otherwise, self.motor = state, findings, otherwise, motor
+        self.wall, self.clock, self.link, self.ticks = path.wall, path.clock, path.link, path.ticks
+        self.feeder, self.cable = path.feeder, path.cable
+        self.exchanges, self.allowed_s = exchanges, ALLOWED_S
+        self.past = ReachablePast(journal.path, exchanges.listen, SHADOWS)  # it is followed from here
+        self.copy = Path(f"{journal.path}.other")  # for the journal of the other bench
         self.inputs = {each.number: each for each in inputs}
         self.levels: dict[int, int] = {}  # of pins, as they were last told
         self.edges: list[tuple[BoardInput, int, int]] = []  # since the board has stopped: level, instant of the model
@@ -82,57 +89,56 @@ class Rewind:
         self.not_before = 0  # an instant (ps) at which the chip stands in the run that is to be taken over
         self.command: tuple[int, str] | None = None  # of the host, that has stopped it: when, and what it was
         self.homing = NO_HOMING  # for which the board is configured
-        self.rewinds = 0
-        self.config = drive.config
-        drive.config = configured(drive.config, inputs)
-        drive.on_event.add(self.event)
-        drive.chip.on_command.add(self.commanded)
-        drive.stopping = self
+        self.rewinds, self.config = 0, state.config
+        state.configure(configured(state.config, inputs))
+        on_event.add(self.event)
+        state.chip.on_command.add(self.commanded)
 
     # ------------------------------------------------------------------------------------------------------ each turn
     def before_turn(self) -> None:
         """Follow the past, and prepare the board for a homing that begins: called before each turn of the drive."""
-        drive = self.drive
-        if drive.state != "ok":
+        state = self.state
+        if state.phase != "ok":
             return
-        if not drive.feeder.running:
+        if not self.feeder.running:
             self.command = None  # the motor stood before the board had heard of it
-        if not self.levels and drive.link.answer is not None:
-            self._see(drive.link.answer.inputs)
-        if not drive.cable.under_way and not drive.axis.moving and drive.kernel.now > self.past.since_ps + SLICE_PS:
-            before, played, began = drive.kernel.now - 1, self.past.played, drive.wall()
-            if self.past.follow(before, lambda: drive.wall() > began + MOST_NS):
-                self.forget(before)
-            if (more := self.past.played - played) > MEASURED and (spent := drive.wall() - began) > 0:
+        if not self.levels and self.link.answer is not None:
+            self._see(self.link.answer.inputs)
+        if not self.cable.under_way and not state.axis.moving and state.kernel.now > self.past.since_ps + SLICE_PS:
+            before, played, began = state.kernel.now - 1, self.past.played, self.wall()
+            if self.past.follow(before, lambda: self.wall() > began + MOST_NS):
+                self.exchanges.forget(before)
+            if (more := self.past.played - played) > MEASURED and (spent := self.wall() - began) > 0:
                 self.past.entry_s = spent / more / 10**9
-        homing = Homing.of(drive.axis)
-        if homing != self.homing and drive.link.idle and not drive.feeder.running:
+        homing = Homing.of(state.axis)
+        if homing != self.homing and self.link.idle and not self.feeder.running:
             self.homing = homing
-            drive.config = configured(self.config, self.inputs.values(), homing)
-            drive.link.configure(drive.config)
+            state.configure(configured(self.config, self.inputs.values(), homing))
+            self.link.configure(state.config)
 
     def _see(self, inputs: int) -> None:
         """Put the pins to the levels that the inputs of the board have, as bits, where they have others."""
         for number, each in self.inputs.items():
             level = each.level(inputs)
             if each.pin and self.levels.get(number) != level:
-                self.drive.chip.pin(each.pin).drive(level)
+                self.state.chip.pin(each.pin).drive(level)
             self.levels[number] = level
 
     def commanded(self, text: str) -> None:
         """Hear of a command of the host; one that acts at once goes to the board at once."""
-        drive = self.drive
+        state = self.state
         row = next(
-            (row for row in drive.chip.sheet.commands if row.at_once and row.name in (text, named(drive, text))), None
+            (row for row in state.chip.sheet.commands if row.at_once and row.name in (text, named(state.chip, text))),
+            None,
         )
-        if row is None or drive.state != "ok" or not drive.feeder.running or self.command is not None:
+        if row is None or state.phase != "ok" or not self.feeder.running or self.command is not None:
             return
-        self.command = drive.kernel.now, text
-        drive.stop(at_once=row.at_once == "stop")
+        self.command = state.kernel.now, text
+        self.motor.stop(at_once=row.at_once == "stop")
 
     def event(self, event: BoardEvent) -> None:
         """Hear of the board: levels of inputs."""
-        drive = self.drive
+        state = self.state
         instant = self._instant(event)
         for number, each in self.inputs.items():
             level = each.level(event.inputs)
@@ -143,19 +149,19 @@ class Rewind:
                 self.edges = [(each, level, instant)]
             elif self.stop is not None:
                 self.edges.append((each, level, instant))
-            elif event.kind == Happening.MARK and event.which == number and drive.cable.under_way:
+            elif event.kind == Happening.MARK and event.which == number and self.cable.under_way:
                 self._mark(each, level, instant)
             elif not self._stops(event):
-                drive.chip.pin(each.pin).drive(level)
+                state.chip.pin(each.pin).drive(level)
 
     def _stops(self, event: BoardEvent) -> bool:
         return event.kind in STOPS and event.which in self.inputs
 
     def _instant(self, event: BoardEvent) -> int:
         """The instant of the model that belongs to what has happened on the board (ps)."""
-        drive = self.drive
-        late = drive.horizon if drive.cable.under_way or self.stop is not None else 0
-        return min(max(drive.ticks.ps(drive.clock.unwrap(event.tick) - late), 1), drive.kernel.now)
+        state = self.state
+        late = state.horizon if self.cable.under_way or self.stop is not None else 0
+        return min(max(self.ticks.ps(self.clock.unwrap(event.tick) - late), 1), state.kernel.now)
 
     # ------------------------------------------------------------------------------------------------- what was stopped
     def expects(self, event: BoardEvent) -> bool:
@@ -172,6 +178,7 @@ class Rewind:
             self.otherwise.stopped(event)
             return
         self.stop = event
+        self.state.leave_open(True)
         each = self.inputs.get(event.which)
         if each is not None and not self.edges:  # it was active before, against another direction
             self.edges = [(each, each.level(event.inputs), self._instant(event))]
@@ -182,13 +189,13 @@ class Rewind:
 
         The answer to a command that has stopped the motor is the same in both runs.
         """
-        drive, stop = self.drive, self.stop
+        state, stop = self.state, self.stop
         if stop is None:
             return None
-        line = drive.board.hz * LINE_MS // 1000
+        line = state.board.hz * LINE_MS // 1000
         if stop.which == HOST and self.command is not None:
-            return (drive.ticks.at(self.command[0]) >> 16) + drive.horizon + line
-        return drive.clock.unwrap(stop.tick) - line
+            return (self.ticks.at(self.command[0]) >> 16) + state.horizon + line
+        return self.clock.unwrap(stop.tick) - line
 
     def halted(self, event: BoardEvent) -> None:
         """Take note that the count is final."""
@@ -202,7 +209,7 @@ class Rewind:
         if self.stop is None:
             self.otherwise.turn()
             return
-        if self.final is None or self.drive.kernel.now < self.not_before:
+        if self.final is None or self.state.kernel.now < self.not_before:
             return
         stop, final, edges = self.stop, self.final, self.edges
         try:
@@ -213,19 +220,20 @@ class Rewind:
             return
         self._forget()
         if why:
-            self.drive.watch.report(
+            self.findings.report(
                 "late-input",
                 f"an input stopped the motor, and the chip hears of it at the present: {why}; it is stopped now, and "
                 "takes the count of the board over",
             )
             for each, level, _ in edges:
-                self.drive.chip.pin(each.pin).drive(level)
+                self.state.chip.pin(each.pin).drive(level)
             self.otherwise.stopped(stop)
             self.otherwise.halted(final)
 
     def _forget(self) -> None:
         """Nothing is to be gone back to any more."""
         self.stop, self.final, self.edges, self.command = None, None, [], None
+        self.state.leave_open(False)
 
     @property
     def settled(self) -> bool:
@@ -248,9 +256,9 @@ class Rewind:
             held = self._held
             if held is not None and (kept := self._kept(stop, held)) is not None:
                 offset, at = kept
-                return Cause([driven(f"{self.drive.chip.name}.{held.pin}", held.acts, at)], (offset,), instant - at)
+                return Cause([driven(f"{self.state.chip.name}.{held.pin}", held.acts, at)], (offset,), instant - at)
             edges = [edge for number, edge in enumerate(self.edges) if not number or edge[0] is not held]
-            return Cause([driven(f"{self.drive.chip.name}.{each.pin}", level, at) for each, level, at in edges])
+            return Cause([driven(f"{self.state.chip.name}.{each.pin}", level, at) for each, level, at in edges])
         heard, text = self.command
         found = None
         for offset, entry in self.past.entries():
@@ -273,22 +281,22 @@ class Rewind:
 
         In the other run it does not let go.
         """
-        drive, name, found = self.drive, f"{self.drive.chip.name}.{held.pin}", None
+        state, name, found = self.state, f"{self.state.chip.name}.{held.pin}", None
         for offset, entry in self.past.entries():
             if entry["do"] == "drive" and entry["pin"] == name and entry["level"] != held.acts:
                 found = offset, int(entry["t"])
         if found is None:
             return None
-        times, travel, sign = travelled(drive.axis, found[1] + 1, drive.kernel.now)
-        before = travel[0] - sign if times else drive.axis.travel
+        times, travel, sign = travelled(state.axis, found[1] + 1, state.kernel.now)
+        before = travel[0] - sign if times else state.axis.travel
         return found if before == stop.position else None
 
     def _go_back(self, stop: BoardEvent, position: int) -> str | None:
         """Put the chip to where the board is, by going back; return why that cannot be done, or ""; None: not yet."""
-        drive = self.drive
-        now, instant = drive.kernel.now, self._instant(stop)
+        state = self.state
+        now, instant = state.kernel.now, self._instant(stop)
         cause = self._cause(stop, instant)
-        times, travel, sign = travelled(drive.axis, max(instant - LOOK_BACK_PS, 0), now)
+        times, travel, sign = travelled(state.axis, max(instant - LOOK_BACK_PS, 0), now)
         if not times:
             return "the motor made no step"
         wanted = [at for at, there in zip(times, travel, strict=True) if there == stop.position]
@@ -312,9 +320,8 @@ class Rewind:
 
     def _run(self, cause: Cause, instant: int, now: int, position: int, sign: int) -> Rewound:
         """Run again with the inputs at an instant; compare where the chip comes to rest with a count of the board."""
-        drive = self.drive
         bench = self.past.rewound(cause.at(instant), now, self.copy, without=cause.without, allowed_s=self.allowed_s)
-        axis: Axis = bench.chips[drive.chip.name].axis(drive.axis_number).motor
+        axis: Axis = bench.chips[self.state.chip.name].axis(self.state.number).motor
         missing, rest = self._missing(axis, instant, now, position, sign)
         if axis.moving and rest >= now - SLICE_PS:  # where it comes to rest is still to come
             end = now + REST_PS
@@ -347,27 +354,26 @@ class Rewind:
 
     def _take(self, found: Rewound, sign: int) -> str:
         """Go on with another bench, where the motor stands."""
-        drive, held = self.drive, self._held
+        state, held = self.state, self._held
         self._move(found.bench, found.since_ps)
         if held is not None and self.levels[held.number] != held.acts:
-            drive.chip.pin(held.pin).drive(self.levels[held.number])
-        self.homing = Homing.of(drive.axis)
-        drive.config = configured(self.config, self.inputs.values(), self.homing)
+            state.chip.pin(held.pin).drive(self.levels[held.number])
+        self.homing = Homing.of(state.axis)
+        state.configure(configured(self.config, self.inputs.values(), self.homing))
         if found.missing:
-            drive.watch.taken_over(-found.missing * sign, True)
-        times, travel, _ = travelled(drive.axis, found.rest_ps, drive.kernel.now)
-        drive.resume(travel[0] if times else drive.axis.travel, found.rest_ps)
-        if (answer := drive.link.answer) is not None:
+            self.findings.taken_over(-found.missing * sign)
+        times, travel, _ = travelled(state.axis, found.rest_ps, state.kernel.now)
+        self.motor.resume(travel[0] if times else state.axis.travel, found.rest_ps)
+        if (answer := self.link.answer) is not None:
             self._see(answer.inputs)  # of what changed while the board was opened again there is no event
         return ""
 
     def _move(self, bench: Bench, since_ps: int) -> None:
         """Put another bench in the place of the present one, which did the same up to an instant (ps)."""
-        drive = self.drive
-        drive.chip.on_command.remove(self.commanded)
-        self.exchange(bench, since_ps)
-        drive.move(bench)
-        drive.chip.on_command.add(self.commanded)
+        self.state.chip.on_command.remove(self.commanded)
+        self.exchanges.exchange(bench, since_ps)
+        self.motor.move(bench)
+        self.state.chip.on_command.add(self.commanded)
         if bench.journal is not None:
             self.past.moved(bench.journal.path)
         self.rewinds += 1
@@ -375,20 +381,20 @@ class Rewind:
     # ------------------------------------------------------------------------------------------------------------ marks
     def _mark(self, each: BoardInput, level: int, instant: int) -> None:
         """Let the chip see an edge where the motor was, and goes on; at the present, if that would change its steps."""
-        drive = self.drive
-        name = f"{drive.chip.name}.{each.pin}"
-        now, why = drive.kernel.now, "it is before the last rest"
+        state = self.state
+        name = f"{state.chip.name}.{each.pin}"
+        now, why = state.kernel.now, "it is before the last rest"
         if instant > self.past.since_ps:
             try:
                 bench = self.past.rewound([driven(name, level, instant)], now, self.copy, allowed_s=self.allowed_s)
-                axis = bench.chips[drive.chip.name].axis(drive.axis_number).motor
-                if travelled(axis, instant, now) == travelled(drive.axis, instant, now):
+                axis = bench.chips[state.chip.name].axis(state.number).motor
+                if travelled(axis, instant, now) == travelled(state.axis, instant, now):
                     self._move(bench, instant)
                     return
                 why = "the motor would not have gone on"
             except (SlewlineError, OSError) as error:
                 why = str(error)
-        drive.watch.report(
+        self.findings.report(
             "late-input", f"{each.pin} changed at {readable(instant)}, and is seen at the present: {why}"
         )
-        drive.chip.pin(each.pin).drive(level)
+        state.chip.pin(each.pin).drive(level)

@@ -16,7 +16,6 @@ that change too fast for a record each, nothing is said; then the pace of the mo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import partial
 from math import log
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -29,7 +28,9 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.motion.axis import Axis, Segment
     from ...core.motion.plan import Leg, Plan
-    from ..driven import Driven
+    from ..board.link import Link
+    from ..feeder import Feeder
+    from ..state import DriveState
 
 LEVELS, BACK = "brake", "brake back"  # words of REFLEXES
 QUEUE_LEVELS = 40  # that a board takes at any rate
@@ -110,49 +111,47 @@ def _add(found: list[WayPiece], piece: WayPiece) -> None:
 
 
 class WaysDown:
-    """Tells the board of a drive the ways down of its chip: tables, and by `pieces` what records say."""
+    """Tells the board of a drive the ways down of its chip: tables, and by `pieces` what records say.
 
-    def __init__(self, drive: Driven) -> None:
-        self.drive = drive
-        self.law = law_of(drive.chip)
+    Args:
+        send: called with the table of a motion, and the instant at which that begins (ps).
+    """
+
+    def __init__(self, state: DriveState, link: Link, send: Callable[[Entries, int], object]) -> None:
+        self.state, self.link, self._send = state, link, send
+        self.law = law_of(state.chip)
         self.tail: Entries = []  # that the board has
         self._ident: object = None  # of the board that has it
         self._plan: Plan | None = None  # whose way down it is
         self._told: Plan | None = None  # of which there are pieces
         self._pieces: list[WayPiece] = []
 
-    def turn(self) -> None:
+    def turn(self, feeder: Feeder) -> None:
         """Let the board have a way down from any rate, if steps are fast and have no plan."""
-        drive, ident = self.drive, self.drive.link.ident
-        if not self._knows() or ident is None or self.tail or drive.axis.past[-1].plan is not None:
+        state, ident = self.state, self.link.ident
+        if not self._knows() or ident is None or self.tail or state.axis.past[-1].plan is not None:
             return
-        if 0 < drive.feeder.interval16 >> 16 < FAST_TICKS:
-            self.tail = spread(drive.board.shortest, drive.config.start_stop, ident.tail)
-            drive.link.tail(self.tail)
+        if 0 < feeder.interval16 >> 16 < FAST_TICKS:
+            self.tail = spread(state.board.shortest, state.config.start_stop, ident.tail)
+            self.link.tail(self.tail)
 
     def _knows(self) -> bool:
         """Return whether there is a board; another one has no table yet."""
-        ident = self.drive.link.ident
+        ident = self.link.ident
         if ident is not self._ident:
             self._ident, self._plan, self.tail = ident, None, []
         return ident is not None
 
     def _lay(self, stretch: Segment) -> None:
         """Let the board have the way down of a stretch, when it begins there, if it is another one."""
-        drive, ident = self.drive, self.drive.link.ident
+        ident = self.link.ident
         if not self._knows() or ident is None or stretch.plan is self._plan:
             return
         self._plan = stretch.plan
-        entries = way_down(stretch, drive.board.hz, ident.tail, self.law)
-        if not entries or entries == self.tail:
-            return
-        self.tail = entries
-        if drive.feeder.running:  # the motion before is still under way
-            drive.cable.send_at(
-                (drive.ticks.at(stretch.start) >> 16) + drive.horizon, partial(drive.link.tail, entries)
-            )
-        else:
-            drive.link.tail(entries)
+        entries = way_down(stretch, self.state.board.hz, ident.tail, self.law)
+        if entries and entries != self.tail:
+            self.tail = entries
+            self._send(entries, stretch.start)
 
     def pieces(self, stretch: Segment, a: int, b: int) -> Iterator[WayPiece]:
         """Yield the steps a ... b-1 of the train of a stretch by how long the ways down from them are."""
@@ -167,7 +166,7 @@ class WaysDown:
             if not sayable(plan, self._pieces, stretch.playing.train.clock.ps):
                 self._pieces = []
         offset = stretch.step
-        if not self._pieces or not from_rest(self.drive.axis, stretch):
+        if not self._pieces or not from_rest(self.state.axis, stretch):
             yield WayPiece(a, b, -1, 0)
             return
         for first, end, way, slope in self._pieces:

@@ -1,0 +1,62 @@
+"""What a drive reports: findings of its chip, and the position register that belongs to a count."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..feeder import Feeder
+    from ..state import DriveState
+
+
+def signed(number: int) -> int:
+    """Return a number modulo 2^32 as a signed one."""
+    return (number + (1 << 31)) % (1 << 32) - (1 << 31)
+
+
+class DriveFindings:
+    """Reports troubles of a drive; `reported` has them in words."""
+
+    def __init__(self, state: DriveState, feeder: Feeder) -> None:
+        self.state, self.feeder, self.reported = state, feeder, list[str]()
+
+    def report(self, code: str, text: str, position: int | None = None) -> None:
+        """Report a trouble as a finding of the chip, and, with a position, set its register."""
+        self.reported.append(f"{code}: {text}")
+        self.state.chip.motor_report(code, text, self.state.number, position)
+
+    def uncertain(self, text: str) -> None:
+        """Report that nobody knows any more where the motor is."""
+        self.state.trust(False)
+        self.report("position-uncertain", text)
+
+    def register(self, missing: int) -> int:
+        """Return the position register without some steps; one that did not count them is unchanged."""
+        axis = self.state.axis
+        counted = missing if axis.past[-1].counts or not axis.past[-1].playing else 0
+        return axis.low + (axis.position - counted - axis.low) % axis.modulus
+
+    def taken_over(self, missing: int) -> None:
+        """Report that the chip has made steps that the motor has not: so many, net; set its register."""
+        if missing:
+            register = self.register(missing)
+            self.report(
+                "position-taken-over",
+                f"the motor stands at {register}: {abs(missing)} steps of the model were not made; the position "
+                f"register is set to {register}",
+                register,
+            )
+
+    def take_over(self, position: int, known: bool = True) -> None:
+        """Set the position register of the chip to where the board has counted the motor to be.
+
+        Args:
+            position: the count of the board.
+            known: False: the registers of the chip are lost anyway.
+        """
+        missing = signed(self.state.axis.travel - position)
+        self.feeder.counted()
+        if known:
+            self.taken_over(missing)
+        else:
+            self.uncertain("the chip was stopped by reset or supply: its position is lost; home it")
