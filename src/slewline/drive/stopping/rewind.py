@@ -40,6 +40,7 @@ STOPS = (Happening.STOPPED, Happening.BRAKED)
 TRIES = 6
 REST_PS = 5 * 10**12  # in which a chip comes to rest that was told to
 SLICE_PS = 10**10
+BEHIND_PS = 2 * 10**11  # the present, at rest: to follow it more often would be all that an idle drive does
 SHADOWS = 3  # of the past, each for one more try
 MOST_NS = 10_000_000  # of a turn, in which the past is followed
 LINE_MS = 40  # that a line and a board are slow at most, to hear a command and to answer
@@ -104,7 +105,7 @@ class Rewind:
             self.command = None  # the motor stood before the board had heard of it
         if not self.levels and self.link.answer is not None:
             self._see(self.link.answer.inputs)
-        if not self.cable.under_way and not state.axis.moving and state.kernel.now > self.past.since_ps + SLICE_PS:
+        if not self.cable.under_way and not state.axis.moving and state.kernel.now > self.past.since_ps + BEHIND_PS:
             before, played, began = state.kernel.now - 1, self.past.played, self.wall()
             if self.past.follow(before, lambda: self.wall() > began + MOST_NS):
                 self.exchanges.forget(before)
