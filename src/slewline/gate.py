@@ -30,7 +30,7 @@ from .errors import BenchFileError, SlewlineError
 T = TypeVar("T")
 
 MAX_BYTES = 10_000_000  # of a file that is read whole
-LONGEST_LINE = 1 << 20  # bytes of a line of a log
+MAX_LINE = 1 << 20  # bytes of a line of a log
 MAX_VALUES = 1 << 20  # of JSON in one line; the longest list of ours is a memory, 64K
 LATEST_PS = 1 << 63  # instants are less: what is plotted and recorded has 64 bits
 
@@ -44,6 +44,8 @@ KINDS = {  # what may be in the place of a file
 LINK_NAME = re.compile(r"(?P<stem>[A-Za-z0-9][\w+-]*)(?:\.(?:pty|tty|port|serial))?", re.ASCII)
 RUN = re.compile(r".*file|configure|sconstruct|sconscript|build|workspace", re.IGNORECASE)  # by make, docker, scons ...
 RUN_IN = ("bin", "sbin", "scripts", "hooks")  # folders in which any name is one of a program
+FILE_THERE = "copy it there, or allow files anywhere (--anywhere, load(path, anywhere=True))"
+LINK_THERE = "name a link in that folder or below, or allow links anywhere (--anywhere, load(path, anywhere=True))"
 SERIAL = re.compile(  # of Linux, of macOS and the BSDs, of Windows
     r"/dev/(?:tty[A-Za-z]+[0-9]+|rfcomm[0-9]+|(?:tty|cu)\..+|cuaU?[0-9.]+)|(?:\\\\\.\\)?(?i:com)[0-9]+:?"
 )
@@ -85,7 +87,7 @@ class FileGate:
         """
         path = self.folder / self._text(name)
         if not self.anywhere and not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder)):
-            raise self._outside(name)
+            raise self._outside(name, FILE_THERE)
         return path
 
     def link(self, name: Any) -> LinkPlace:
@@ -102,10 +104,10 @@ class FileGate:
             roots = (os.path.abspath(self.folder), os.path.realpath(self.folder))
             own_root = next((root for root in roots if path.is_relative_to(root)), None)
             if own_root is None:
-                raise self._outside(name)
+                raise self._outside(name, LINK_THERE)
             path = path.relative_to(own_root)
         if ".." in path.parts or path.is_absolute() or path.drive:
-            raise self._outside(name)
+            raise self._outside(name, LINK_THERE)
         *below, own = path.parts or ("",)
         named = LINK_NAME.fullmatch(own)
         if named is None or RUN.fullmatch(named["stem"]):
@@ -151,11 +153,8 @@ class FileGate:
             raise SlewlineError(f"found {name!r}; allowed text")
         return name
 
-    def _outside(self, name: Any) -> SlewlineError:
-        return SlewlineError(
-            f"found {name!r}, outside the folder of the bench file; "
-            "copy it there, or allow files anywhere (--anywhere, load(path, anywhere=True))"
-        )
+    def _outside(self, name: Any, remedy: str) -> SlewlineError:
+        return SlewlineError(f"found {name!r}, outside the folder of the bench file; {remedy}")
 
 
 # --------------------------------------------------------------------------------------------------- how files are read
@@ -220,10 +219,10 @@ def lines_of(path: str | PathLike[str], file: BinaryIO) -> Iterator[bytes]:
     """
     number = 0
     with refusals(path):
-        while line := file.readline(LONGEST_LINE):
+        while line := file.readline(MAX_LINE):
             number += 1
-            if len(line) == LONGEST_LINE and not line.endswith(b"\n"):
-                raise BenchFileError(f"{path}, line {number}: more than {LONGEST_LINE} bytes; is it the right file?")
+            if len(line) == MAX_LINE and not line.endswith(b"\n"):
+                raise BenchFileError(f"{path}, line {number}: more than {MAX_LINE} bytes; is it the right file?")
             yield line
 
 

@@ -44,6 +44,7 @@ def test_a_mutated_file_is_read_or_refused_and_nothing_else(samples, kind):
 
 @pytest.mark.long
 @pytest.mark.posix
+@pytest.mark.timeout(900)
 def test_fifty_thousand_mutated_files():
     ran = subprocess.run(
         [sys.executable, "-m", "tests.mutated", str(ALL)],
