@@ -113,7 +113,10 @@ def test_a_torn_dialogue_is_compared_up_to_its_end(call, dialogue):
 
 
 WRONG = {
-    "no file": (["nowhere"], "dialogue nowhere: No such file or directory; name a file that can be read"),
+    "no file": (
+        ["nowhere"],
+        "dialogue nowhere: cannot be read: No such file or directory; name a file that can be read",
+    ),
     "no dialogue": (["text"], "text: is no dialogue; name MODEL.vcd and MEASURED.vcd, or a dialogue"),
     "options of waveforms": (["x.dialogue", "--map", "a=b"], "--map: a dialogue has no such option; leave it out"),
     "options of a dialogue": (["x.vcd", "y.vcd", "--port", "p"], "--port: two waveforms have no such option"),

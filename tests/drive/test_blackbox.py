@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 
 import pytest
 
 import slewline
-from slewline.drive.blackbox import JOURNAL, KEPT_SESSIONS, BlackBox, new_folder, read_line
+from slewline.drive.blackbox import JOURNAL, KEPT_SESSIONS, MARK, MARK_TEXT, BlackBox, new_folder, read_line
 from slewline.drive.board.wire import Decoder, FrameKind
 from slewline.errors import UsageError
 
@@ -96,15 +97,118 @@ def test_the_line_is_a_ring_of_bounded_size(tmp_path):
     assert numbers == list(range(numbers[0], 500)) and len(numbers) > 8
 
 
-def test_only_the_newest_sessions_are_kept(tmp_path):
-    for number in range(KEPT_SESSIONS + 5):
-        (tmp_path / f"2020-01-01-0000{number:02}").mkdir()
-    (tmp_path / "mine").mkdir()
-    folder = new_folder(tmp_path)
+def sessions(place, monkeypatch, count):
+    """Make the folders of sessions, each with its files."""
+    for number in range(count):
+        monkeypatch.setattr("slewline.drive.blackbox.strftime", lambda _form, at=number: f"2020-01-01-0000{at:02}")
+        folder = new_folder(place)
+        for name in (JOURNAL, "line.0.jsonl", "line.1.jsonl"):
+            (folder / name).write_text("{}\n")
+
+
+def test_only_the_newest_sessions_are_kept(tmp_path, monkeypatch):
+    sessions(tmp_path, monkeypatch, KEPT_SESSIONS + 5)
     left = sorted(path.name for path in tmp_path.iterdir())
-    assert folder.name in left and "mine" in left and len(left) == KEPT_SESSIONS + 1
-    assert "2020-01-01-000000" not in left
-    assert new_folder(tmp_path) != folder
+    assert left == [f"2020-01-01-0000{number:02}" for number in range(5, KEPT_SESSIONS + 5)]
+    assert new_folder(tmp_path) != new_folder(tmp_path)
+
+
+def measurements(place, number):
+    """Make a folder as loggers of measurements do."""
+    folder = place / f"2020-01-01-0000{number:02}-my measurements"
+    folder.mkdir()
+    (folder / "data.csv").write_text("1,2\n")
+    return folder
+
+
+def measurements_with_a_mark_of_ours(place, number):
+    """Make a folder with measurements and a file that is called as the mark is."""
+    folder = measurements(place, number)
+    (folder / MARK).write_bytes(MARK_TEXT)
+    return folder
+
+
+def empty(place, number):
+    """Make an empty folder."""
+    folder = place / f"2020-01-01-0000{number:02}"
+    folder.mkdir()
+    return folder
+
+
+def of_a_session_without_a_mark(place, number):
+    """Make a folder with the files of a session, which `new_folder` has not made."""
+    folder = empty(place, number)
+    (folder / JOURNAL).write_text("{}\n")
+    return folder
+
+
+def with_another_mark(place, number):
+    """Make a folder with a mark that is not ours."""
+    folder = empty(place, number)
+    (folder / MARK).write_text("by hand\n")
+    return folder
+
+
+def a_link_to_a_session(place, number):
+    """Make a link to a folder that is as one of ours."""
+    other = place / "elsewhere" / str(number)
+    other.mkdir(parents=True)
+    (other / MARK).write_bytes(MARK_TEXT)
+    link = place / f"2020-01-01-0000{number:02}"
+    link.symlink_to(other)
+    return link
+
+
+FOREIGN = [
+    measurements, measurements_with_a_mark_of_ours, empty, of_a_session_without_a_mark, with_another_mark,
+    a_link_to_a_session,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("make", FOREIGN)
+def test_what_it_has_not_made_stays_in_a_folder_of_the_user(tmp_path, monkeypatch, make):
+    made = [make(tmp_path, number) for number in range(30)]
+    before = sorted(path for path in tmp_path.rglob("*"))
+    monkeypatch.setattr("slewline.drive.blackbox.strftime", lambda _form: "2030-01-01-000000")
+    for _ in range(KEPT_SESSIONS + 2):
+        new_folder(tmp_path)
+    assert all(path.exists() for path in before) and len(made) == 30
+    own = [path for path in tmp_path.iterdir() if path.name.startswith("2030")]
+    assert len(own) == KEPT_SESSIONS
+
+
+def test_without_a_home_a_folder_is_asked_for(monkeypatch):
+    def nowhere():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_STATE_HOME", raising=False)
+    monkeypatch.setattr("slewline.folders.Path.home", nowhere)
+    with pytest.raises(UsageError, match=r"set HOME, or give a folder \(--black-box DIR\)"):
+        new_folder()
+
+
+DAMAGED = [
+    b"\xff\xfe\n", b"[]\n", b"{}\n", b"3\n", b"not JSON\n", b"[" * 100_000 + b"\n",
+    *(json.dumps({"ns": 1, "tick": 2, "way": ">", "data": "00"} | wrong).encode() + b"\n" for wrong in (
+        {"ns": "x"}, {"tick": None}, {"ns": 1.5}, {"way": "!"}, {"way": []}, {"data": "0"}, {"data": 3}, {"data": None},
+    )),
+    b'{"ns":1e999,"tick":1,"way":">","data":""}\n',
+]  # fmt: skip
+
+
+def test_a_damaged_line_is_told_with_its_number(tmp_path, subtests):
+    good = b'{"ns":1,"tick":2,"way":">","data":"00"}\n'
+    for line in DAMAGED:
+        with subtests.test(line[:40]):
+            (tmp_path / "line.0.jsonl").write_bytes(good + line + good)
+            with pytest.raises(UsageError, match=r"line\.0\.jsonl, line 2: found .*; remove the line"):
+                read_line(tmp_path)
+
+
+def test_a_line_that_was_cut_off_is_left_out(tmp_path):
+    good = b'{"ns":1,"tick":2,"way":">","data":"00"}\n'
+    (tmp_path / "line.0.jsonl").write_bytes(good + good[:-9])
+    assert read_line(tmp_path) == [(1, 2, ">", b"\0")]
 
 
 def test_a_folder_that_cannot_be_written(tmp_path):

@@ -255,7 +255,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "this is the text of a bench file; give the name of a file",
     ),
     ('b.part("ram", to=slewline.Bench().add("cy545b")).content', "UnknownName", "is not a chip or part of this bench"),
-    ('mb.part("encoder", to=m, counts="400")', "UsageError", "; allowed 1 and more; write 400, without quotes"),
+    ('mb.part("encoder", to=m, counts="400")', "UsageError", "; allowed 1..1048576; write 400, without quotes"),
     ('mb.part("encoder", to=m).position', "NoSuchAttribute", "encoder has no 'position'; write encoder.counts"),
     ('b.part("ram").content = b""', "NoSuchAttribute", "ram: content cannot be set; write ram.load(image)"),
 ]

@@ -18,7 +18,7 @@ def load(path: str, *, anywhere: bool = False, allow_code: bool = False, **optio
 
     Args:
         path: the bench file.
-        anywhere: allow the bench file to name files outside its own folder.
+        anywhere: allow the bench file to name files and links outside its own folder, and any device.
         allow_code: allow it to name chips and parts as module:Class, whose import runs the code of the module.
         options: options of `Bench`, such as journal="run.jsonl".
 

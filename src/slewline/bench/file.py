@@ -30,7 +30,8 @@
 
     [[serve]]                       # for slewline serve: chips on a port; several modules share a line
     chips = ["x"]                   # the only chip, if left out
-    tcp = "127.0.0.1:4001"          # or: pty = "/tmp/x", rfc2217 = "127.0.0.1:4001", serial = "/dev/ttyUSB0"
+    tcp = "127.0.0.1:4001"          # or: rfc2217 = "127.0.0.1:4001", serial = "/dev/ttyUSB0", or pty = "x": a link in
+                                    # this folder or below
     framing = false                 # true: lines of text with read-back, for a chip on a bus
     prologix = false                # true: a GPIB controller that takes the commands of a Prologix one, for such chips
 
@@ -45,8 +46,7 @@
 
 Times are text with a unit, or whole picoseconds.
 
-A bench file comes from anybody: it reads files of its own folder and below, unless it may read `anywhere`, and names no
-module, whose import would run its code, unless that is allowed (`allow_code`).
+A bench file comes from anybody: whatever it names passes its gate (`gate.py`).
 """
 
 from __future__ import annotations
@@ -63,11 +63,11 @@ from ..chips import chip_class, sheet_of
 from ..core.messages.near import hint
 from ..core.time.timebase import picoseconds
 from ..errors import BenchFileError, ProgramError, SlewlineError
+from ..gate import FileGate, LinkPlace, read_text
 from ..parts import part_class
 from .bench import Bench
 from .files.images import read_image
 from .files.tables import Place, Tables, ValidationError, convert, keys_of
-from .files.text import read_text
 from .files.toml import read_toml
 from .hosting import channel_over
 from .scripts.script import check_script, read_script, run_script
@@ -102,7 +102,7 @@ class PortRequest(NamedTuple):
     number: int
     chips: list[Chip]
     kind: str
-    where: str
+    where: str | LinkPlace
     framing: bool
     over: str | None
     prologix: bool
@@ -113,7 +113,7 @@ class BenchFile:
     """A bench file that was read: `tables`, and where they are in the text."""
 
     def __init__(self, path: str | PathLike[str], anywhere: bool = False, allow_code: bool = False) -> None:
-        self.path, self.anywhere, self.allow_code = Path(path), anywhere, allow_code
+        self.path, self.gate = Path(path), FileGate(path, anywhere, allow_code)
         if "\n" in str(path):
             raise BenchFileError("load: this is the text of a bench file; give the name of a file")
         self.text = read_text(path)
@@ -249,23 +249,12 @@ class BenchFile:
                 raise self.error(("host", number, "file"), "given together with script; give one of the two")
             if host.file is not None:
                 with self.at("host", number, "file"):
-                    path = self.beside(host.file)
+                    path = self.gate.file(host.file)
                     found.append(read_script(read_text(path), str(path)))
             else:
                 lines = [host.script] if isinstance(host.script, str) else host.script or []
                 found.append(read_script("\n".join(lines), f"{self.path}, {_named(('host', number, 'script'))}"))
         return found
-
-    def beside(self, name: str) -> Path:
-        """Return the path of a file that this one names: in its folder or below, wherever links lead."""
-        folder = self.path.parent
-        path = folder / name
-        if not self.anywhere and not path.resolve().is_relative_to(folder.resolve()):
-            raise SlewlineError(
-                f"found {name!r}, outside the folder of the bench file; "
-                "copy it there, or allow files anywhere (--anywhere, load(path, anywhere=True))"
-            )
-        return path
 
     def put_parts(self, bench: Bench) -> None:
         """Put chips and parts on the bench."""
@@ -273,7 +262,7 @@ class BenchFile:
             for key in sorted(chip.options.keys() & {*keys_of(["chip"])}):
                 raise self.error(("chip", number, "options"), f"{key} is a key of the [[chip]] table, not an option")
             with self.at("chip", number):
-                cls = chip_class(chip.part, allow_code=self.allow_code)
+                cls = self.gate.code(chip_class, chip.part)
                 bench.add(cls, chip.name, chip.crystal, chip.straps, chip.bare, **chip.options)
         for number, part in enumerate(self.tables.part):
             with self.at("part", number):
@@ -282,7 +271,7 @@ class BenchFile:
                 for key in ("kind", "name", "to", "on"):
                     if not isinstance(part.get(key, ""), str):
                         raise SlewlineError(f"{key}: found {part[key]!r}; allowed text")
-                made = part_class(part["kind"], allow_code=self.allow_code)
+                made = self.gate.code(part_class, part["kind"])
                 bench.part(part["kind"], **self.part_options(made, part))
 
     def part_options(self, cls: type[Part], part: dict[str, Any]) -> dict[str, Any]:
@@ -291,10 +280,7 @@ class BenchFile:
         if "file" in options and any(row.name == "image" for row in cls.options):
             if "image" in options:
                 raise SlewlineError("file: given together with image; give one of the two")
-            file = options.pop("file")
-            if not isinstance(file, str):
-                raise SlewlineError(f"file: found {file!r}; allowed text")
-            options["image"] = read_image(self.beside(file))
+            options["image"] = read_image(self.gate.file(options.pop("file")))
         return options
 
     def hosts(self, bench: Bench) -> list[Host]:
@@ -343,7 +329,13 @@ class BenchFile:
             kind, where = ports[0]
             if table.framing and table.prologix:
                 raise self.error(("serve", number), "framing given together with prologix; give one of the two")
-            found.append(PortRequest(number, chips, kind, str(where), table.framing, table.over, table.prologix))
+            place: str | LinkPlace = str(where)
+            with self.at("serve", number, kind):
+                if kind == "pty":
+                    place = self.gate.link(where)
+                elif kind == "serial":
+                    place = self.gate.device(where)
+            found.append(PortRequest(number, chips, kind, place, table.framing, table.over, table.prologix))
         return found
 
     def wire(self, bench: Bench) -> None:

@@ -1,7 +1,7 @@
 """Playing a journal again: its entries are read, checked against the laws of today, and done at their instants.
 
 `journal.py` describes its lines.  A journal may come from anybody: it calls methods that are declared as inputs, and
-names no module, whose import would run its code, unless that is allowed (`allow_code`).
+what it names passes its gate (`gate.py`).
 """
 
 from __future__ import annotations
@@ -16,9 +16,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from ..chips import chip_class
 from ..core.component import input_of
+from ..core.memory.image import LARGEST
 from ..core.memory.store import JournaledStore, ReplayedStore
 from ..core.time.timebase import Time, moment
 from ..errors import BenchFileError, OtherLaws, SlewlineError, UnknownName, UsageError
+from ..gate import FileGate
 from ..parts import part_class
 from ..parts.hosts.bus_host import BusHost
 from ..parts.hosts.host import Host
@@ -45,7 +47,7 @@ class Survey(NamedTuple):
     faults: dict[str, dict[int, dict[str, Any]]]  # of its stores, by owner and call
 
 
-def survey(found: Entries, allow_code: bool) -> Survey:
+def survey(found: Entries, gate: FileGate) -> Survey:
     """Read a journal once; nothing is done.
 
     Raises:
@@ -59,12 +61,13 @@ def survey(found: Entries, allow_code: bool) -> Survey:
             if do == "journal":
                 known = known._replace(seed=entry["seed"], maker=entry.get("slewline", "up to 0.1.0"))
             elif do == "add":
-                known.chips[entry["part"]] = chip_class(entry["part"], allow_code=allow_code)
+                known.chips[entry["part"]] = gate.code(chip_class, entry["part"])
                 known.behaviours[entry["part"]] = entry.get("behaviour", 1)
             elif do == "part":
-                part_class(entry["kind"], allow_code=allow_code)
+                gate.code(part_class, entry["kind"])
             elif do == "store":
                 known.faults.setdefault(entry["of"], {})[entry["call"]] = entry
+                held(entry.get("content", []))
         except (UnknownName, UsageError) as error:
             raise found.error(number, str(error)) from error
     return known._replace(end=entry["t"])
@@ -105,7 +108,7 @@ def replay(
     """
     found = Entries(path)
     with closing(found.file):
-        known = survey(found, allow_code)
+        known = survey(found, FileGate(path, allow_code=allow_code))
         stop = known.end if until is None else moment(until)
         _check_laws(path, known, other_laws)
         return _played(found, known, Bench(seed=known.seed, shuffle=shuffle), stop, prepare)
@@ -124,7 +127,7 @@ def go_on(bench: Bench, path: str | PathLike[str], begin: int, stop: int, copy: 
     outside.write = None
     found = Entries(path, begin)
     with closing(found.file):
-        known = survey(found, True)
+        known = survey(found, FileGate(path, allow_code=True))
         for owner in (*bench.chips.values(), *bench.parts.values()):
             store = getattr(owner, "store", None)
             if isinstance(store, JournaledStore):
@@ -242,6 +245,22 @@ def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Cal
     return bench
 
 
+def held(content: Any) -> bytes:
+    """Return what a memory holds, from what an entry has of it: a number a byte.
+
+    Raises:
+        UsageError: it is something else; a whole number would be taken for so many bytes.
+    """
+    if not (isinstance(content, list) and len(content) <= LARGEST and all(type(byte) is int for byte in content)):
+        raise UsageError(
+            f"store: found {json.dumps(content)[:80]}; allowed a list of at most {LARGEST} bytes, 0 to 255"
+        )
+    try:
+        return bytes(content)
+    except ValueError:
+        raise UsageError("store: found a number that is no byte; allowed 0 to 255") from None
+
+
 @contextmanager
 def _located(found: Entries, number: int, what: str) -> Iterator[None]:
     """Tell with file and line what comes of an entry that makes no sense."""
@@ -283,7 +302,7 @@ def apply(
         name, options = entry["name"], dict(entry["options"])
         memory = options.get("store")
         if memory is not None:
-            options["store"] = memory = kept(name, ReplayedStore(bytes(memory), known.faults.get(name, {})))
+            options["store"] = memory = kept(name, ReplayedStore(held(memory), known.faults.get(name, {})))
         if do == "add":
             cls = known.chips[entry["part"]]
             bench.add(cls, name, entry["crystal_hz"], entry["straps"], entry["bare"], **options)

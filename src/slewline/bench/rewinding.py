@@ -31,6 +31,7 @@ from typing import Any, NamedTuple, cast
 from ..core.memory.store import JournaledStore, ReplayedStore
 from ..core.time.timebase import readable
 from ..errors import SlewlineError, UsageError
+from ..gate import FileGate
 from .bench import Bench
 from .files.entries import Entries
 from .files.journal import Journal, replaced
@@ -86,7 +87,7 @@ class ShadowBench:
         """
         found = Entries(self.path, self.offset, self.lines)
         with closing(found.file):
-            self._learn(survey(found, True))
+            self._learn(survey(found, FileGate(self.path, allow_code=True)))
             player = self.player
             if player is None:
                 player = self.player = Player(Bench(seed=self.known.seed), self.prepare)

@@ -7,17 +7,20 @@ import sys
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..bench.files.text import read_text
 from ..bench.files.toml import read_toml
 from ..chips import CATALOGUE, sheet_of
 from ..core.datasheet.option import checked
 from ..core.datasheet.table import Sheet
 from ..core.messages.near import hint
 from ..errors import BenchFileError, UsageError
+from ..gate import read_text
+
+if TYPE_CHECKING:
+    from ..core.chip import Chip
 
 LONGEST = 1000  # characters of a line
 STDIN = "-"
@@ -71,7 +74,7 @@ def is_bench(path: str) -> bool:
     return path.lower().endswith(".toml")
 
 
-def read_options(path: str | None, part: str) -> dict[str, Any]:
+def read_options(path: str | None, part: str | type[Chip]) -> dict[str, Any]:
     """Return the options of a part in a TOML file; none without a file.
 
     Raises:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from ..bench.files.text import read_file, read_text
 from ..chips import CATALOGUE, PARTS, checks_of, sheet_of
 from ..core.memory.image import ERASED, from_file, is_hex, to_hex
 from ..core.messages.whole import counted
 from ..errors import BenchFileError, UsageError
+from ..gate import read_file, read_text
 from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, sheet_for
 
 if TYPE_CHECKING:

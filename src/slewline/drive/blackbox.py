@@ -2,6 +2,7 @@
 
     <folder>/journal.jsonl                    inputs of the bench: `slewline run --replay` makes the same steps again
     <folder>/line.0.jsonl, line.1.jsonl       each read or write: {"ns": ..., "tick": ..., "way": ">", "data": "..."}
+    <folder>/made-by-slewline                 in a folder that `new_folder` has made: it may remove it again
 
 The two files of the line are written by turns: when one is full, the other one is begun anew.  So the last megabytes
 are always there, and no more.  `ns` are nanoseconds of the host since the drive was opened, `tick` is what the host
@@ -12,14 +13,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from os import PathLike
 from pathlib import Path
-from shutil import rmtree
 from time import strftime
 from typing import TYPE_CHECKING, TextIO, cast
 
 from ..errors import UsageError
 from ..folders import state_folder
+from ..gate import from_json, lines_of, opened, read_file
 
 if TYPE_CHECKING:
     from .board.port import BoardPort
@@ -27,15 +29,26 @@ if TYPE_CHECKING:
 MOST_BYTES = 8 << 20  # of each file of the line
 KEPT_SESSIONS = 20
 JOURNAL = "journal.jsonl"
+LINES = ("line.0.jsonl", "line.1.jsonl")
+MARK, MARK_TEXT = (
+    "made-by-slewline",
+    b"A session of slewline drive. Only the newest ones are kept: copy what is worth it.\n",
+)
+FILES = frozenset({JOURNAL, *LINES, MARK})
 
 
 def new_folder(inside: str | PathLike[str] | None = None) -> Path:
-    """Make a folder for a session, in one that is given or in that of this system; only the newest ones are kept.
+    """Make a folder for a session, in one that is given or in that of this system.
+
+    Of the folders made here before only the newest ones are kept; whatever else is there stays.
 
     Raises:
         UsageError: it cannot be made.
     """
-    place = state_folder() / "drive" if inside is None else Path(inside)
+    try:
+        place = state_folder() / "drive" if inside is None else Path(inside)
+    except RuntimeError as error:
+        raise UsageError(f"black box: {error}; set HOME, or give a folder (--black-box DIR)") from None
     stem = strftime("%Y-%m-%d-%H%M%S")
     try:
         place.mkdir(parents=True, exist_ok=True)
@@ -43,12 +56,34 @@ def new_folder(inside: str | PathLike[str] | None = None) -> Path:
             folder = place / (stem if not number else f"{stem}-{number}")
             if not folder.exists():
                 folder.mkdir()
+                (folder / MARK).write_bytes(MARK_TEXT)
                 break
-        for old in sorted(each for each in place.glob("20??-??-??-??????*") if each.is_dir())[:-KEPT_SESSIONS]:
-            rmtree(old, ignore_errors=True)
+        for old in sorted(each for each in place.glob("20??-??-??-??????*") if _is_ours(each))[:-KEPT_SESSIONS]:
+            _remove(old)
     except OSError as error:
         raise UsageError(f"black box {place}: {error.strerror or error}; give a folder that can be written") from None
     return folder
+
+
+def _is_ours(folder: Path) -> bool:
+    """Has `new_folder` made a folder, and has nobody put anything else into it?"""
+    with suppress(OSError):
+        return not folder.is_symlink() and {each.name for each in folder.iterdir()} <= FILES and _is_marked(folder)
+    return False
+
+
+def _is_marked(folder: Path) -> bool:
+    mark = folder / MARK
+    return not mark.is_symlink() and mark.is_file() and read_file(mark) == MARK_TEXT
+
+
+def _remove(folder: Path) -> None:
+    """Remove what a session has written, and its folder, which then is empty."""
+    with suppress(OSError):
+        for name in sorted(FILES - {MARK}):
+            (folder / name).unlink(missing_ok=True)
+        (folder / MARK).unlink()
+        folder.rmdir()
 
 
 def reopen(port: BoardPort) -> None:
@@ -103,7 +138,7 @@ class BlackBox:
     def _begin(self, mode: str = "w") -> None:
         self._let_go()
         try:
-            path = self.folder / f"line.{self._number}.jsonl"
+            path = self.folder / LINES[self._number]
             self._file = cast("TextIO", path.open(mode, encoding="ascii", buffering=1))
         except OSError as error:
             self._fail(error)
@@ -180,17 +215,32 @@ def read_line(folder: str | PathLike[str]) -> list[tuple[int, int, str, bytes]]:
     """Return what the black box has of the line: ns, tick, way (">" to the board) and bytes, in order of time.
 
     Raises:
-        UsageError: there is no black box.
+        UsageError: there is no black box, or a line of it is damaged.
+        BenchFileError: a file of it cannot be read.
     """
     found: list[tuple[int, int, str, bytes]] = []
-    paths = [path for number in (0, 1) if (path := Path(folder) / f"line.{number}.jsonl").exists()]
+    paths = [path for name in LINES if (path := Path(folder) / name).exists()]
     if not paths:
         raise UsageError(f"{folder}: has no black box, no line.0.jsonl; name the folder of a session")
     for path in paths:
-        for text in path.read_text("ascii").splitlines():
-            try:
-                entry = json.loads(text)
-            except ValueError:
-                continue  # the last line of a session that was killed
-            found.append((entry["ns"], entry["tick"], entry["way"], bytes.fromhex(entry["data"])))
+        with opened(path) as file:
+            for number, line in enumerate(lines_of(path, file), 1):
+                if not line.endswith(b"\n"):
+                    break  # the last line of a session that was killed
+                found.append(_exchanged(path, number, line))
     return sorted(found, key=lambda entry: entry[0])
+
+
+def _exchanged(path: Path, number: int, line: bytes) -> tuple[int, int, str, bytes]:
+    """Return what a line of a file has of the line to the board."""
+    try:
+        entry = from_json(line)
+        ns, tick, way, data = (entry[name] for name in ("ns", "tick", "way", "data"))
+        if type(ns) is int and type(tick) is int and way in (">", "<"):
+            return ns, tick, way, bytes.fromhex(data)
+    except (ValueError, KeyError, TypeError):
+        pass
+    raise UsageError(
+        f"{path}, line {number}: found {line[:80]!r}; allowed ns and tick, whole numbers, way, > or <, and data in "
+        "hexadecimal digits; remove the line"
+    )

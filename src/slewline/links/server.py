@@ -43,6 +43,7 @@ from .views.views import Views
 
 if TYPE_CHECKING:
     from ..bench import Bench
+    from ..gate import LinkPlace
     from .control.control import Control
     from .views.dialogue import Dialogue
     from .views.scope import Scope
@@ -194,8 +195,8 @@ class Server:
         self._say_format(line, port.where)
         return port
 
-    def pty(self, line: HostLine, link: str) -> OpenPort:
-        """Serve a line on a pseudo-terminal, found by a symbolic link."""
+    def pty(self, line: HostLine, link: str | LinkPlace) -> OpenPort:
+        """Serve a line on a pseudo-terminal, found by a symbolic link, whose place a file may have named."""
         from .ports.pty import PtyPort
 
         self._check(line, "pty")

@@ -15,19 +15,21 @@ A line is in the file as soon as it is over, so a dialogue that was cut off is g
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from os import PathLike
 from pathlib import Path
 from time import monotonic_ns
 from typing import Any, Literal
 
-from ..errors import UsageError
+from ..errors import BenchFileError, UsageError
+from ..gate import LATEST_PS, from_json, lines_of, opened
 
 KIND, VERSION = "dialogue", 1
 LONGEST = 256  # characters of one entry
 END = b"\r"
+LATEST_US = LATEST_PS // 10**6
 
 Speaker = Literal["host", "module", "tool"]
 
@@ -53,6 +55,24 @@ class DialogueHeader:
     checksum: bool | None = None
     address: int = 0
     straps: Mapping[str, int] = field(default_factory=dict)
+
+
+def _whole(value: Any, low: int, high: int) -> bool:
+    return type(value) is int and low <= value <= high
+
+
+HEADER: Mapping[str, tuple[str, Callable[[Any], bool]]] = {  # in a file: what is allowed, and whether a value is that
+    "part": ("the name of a part", lambda value: isinstance(value, str)),
+    "markings": ("text", lambda value: isinstance(value, str)),
+    "crystal_hz": ("whole hertz, or null", lambda value: value is None or _whole(value, 1, LATEST_PS)),
+    "baud": ("a rate, or null", lambda value: value is None or _whole(value, 1, LATEST_PS)),
+    "checksum": ("true, false, null", lambda value: value is None or isinstance(value, bool)),
+    "address": ("an address, 0 to 255", lambda value: _whole(value, 0, 255)),
+    "straps": (
+        "an object with 0 or 1 for a pin",
+        lambda value: isinstance(value, dict) and all(_whole(level, 0, 1) for level in value.values()),
+    ),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,21 +210,28 @@ class RecordedDialogue:
             UsageError: the file cannot be read, is no dialogue, or is damaged before its last line.
         """
         try:
-            lines = Path(path).read_bytes().split(b"\n")
-        except OSError as error:
-            raise UsageError(f"dialogue {path}: {error.strerror or error}; name a file that can be read") from None
-        torn = bool(lines.pop())  # what is behind the last line feed
-        header = _header(path, lines[0] if lines else b"")
+            with opened(path) as file:
+                return cls._read(path, lines_of(path, file))
+        except BenchFileError as error:
+            raise UsageError(f"dialogue {error}") from None
+
+    @classmethod
+    def _read(cls, path: str | PathLike[str], lines: Iterator[bytes]) -> RecordedDialogue:
+        """Return the dialogue of which these are the lines."""
+        header = _header(path, next(lines, b"").rstrip(b"\n"))
         said: list[Said] = []
-        for number, line in enumerate(lines[1:], start=2):
+        for number, line in enumerate(lines, start=2):
+            if not line.endswith(b"\n"):
+                return cls(header, tuple(said), torn=True)
+            line = line[:-1]
             try:
-                said.append(_said(json.loads(line)))
+                said.append(_said(from_json(line)))
             except (ValueError, KeyError, TypeError) as error:
                 raise UsageError(
                     f"dialogue {path}, line {number}: {line[:80]!r} is no entry ({error}); allowed at_us, last_us, "
                     "from (host, module or tool) and text; remove the line, or take the file as it was recorded"
                 ) from None
-        return cls(header, tuple(said), torn)
+        return cls(header, tuple(said))
 
     def write(self, path: str | PathLike[str]) -> None:
         """Write the dialogue into a new file, without the remarks of slewline.
@@ -226,7 +253,7 @@ def _header(path: str | PathLike[str], line: bytes) -> DialogueHeader:
     """Return what the first line says."""
     expected = f'{{"slewline":"{KIND} {VERSION}","part":...}}'
     try:
-        found = json.loads(line)
+        found = from_json(line)
         kind, _, version = found["slewline"].rpartition(" ")
     except (ValueError, KeyError, TypeError, AttributeError):
         raise UsageError(
@@ -235,18 +262,28 @@ def _header(path: str | PathLike[str], line: bytes) -> DialogueHeader:
         ) from None
     if (kind, version) != (KIND, str(VERSION)):
         raise UsageError(f"dialogue {path}: is a {found['slewline']!r}; this version reads {KIND} {VERSION}")
-    known = {each.name for each in fields(DialogueHeader)}
-    try:
-        return DialogueHeader(**{name: value for name, value in found.items() if name in known})
-    except TypeError:
-        raise UsageError(f"dialogue {path}: its first line names no part; expected {expected}") from None
+    if "part" not in found:
+        raise UsageError(f"dialogue {path}: its first line names no part; expected {expected}")
+    known = {name: value for name, value in found.items() if name in HEADER}
+    for name, value in known.items():
+        says, fits = HEADER[name]
+        if not fits(value):
+            shown = json.dumps(value)[:80]
+            raise UsageError(f"dialogue {path}, line 1: {name}: found {shown}; allowed {says}; correct the line")
+    return DialogueHeader(**known)
 
 
 def _said(entry: Any) -> Said:
     """Return an entry of a file."""
     if not isinstance(entry, dict):
         raise TypeError("not an object")
-    at_us, speaker = int(entry["at_us"]), entry["from"]
+    at_us, speaker = entry["at_us"], entry["from"]
+    last_us: Any = entry.get("last_us", at_us)
+    for name, value in (("at_us", at_us), ("last_us", last_us)):
+        if not _whole(value, -LATEST_US, LATEST_US):
+            raise ValueError(f"{name}: allowed a whole number up to {LATEST_US}")
     if speaker not in ("host", "module", "tool"):
         raise ValueError(f"from {speaker!r}")
-    return Said(at_us, int(entry.get("last_us", at_us)), speaker, entry["text"].encode("latin-1"))
+    if not isinstance(entry["text"], str):
+        raise TypeError("text: allowed text")
+    return Said(at_us, last_us, speaker, entry["text"].encode("latin-1"))

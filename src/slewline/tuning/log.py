@@ -12,10 +12,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from hashlib import blake2b
+from io import BufferedReader, FileIO
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, cast
 
-from ..errors import UsageError
+from ..errors import BenchFileError, UsageError
+from ..gate import from_json, lines_of
 from ..locks import lock
 from ..version import __version__
 from .judging import Verdict
@@ -66,23 +68,38 @@ class Log:
         if not lock(self._file.fileno()):
             raise UsageError(f"{path}: another sweep writes into it; wait until it is finished, or name another file")
         try:
-            self._file.seek(0)
-            data = self._file.read()
+            whole = self._read(task)
+        except BenchFileError as error:
+            raise UsageError(str(error)) from None
         except OSError as error:
             raise self._refused(error) from None
-        whole = data.rfind(b"\n") + 1
-        lines = data[:whole].splitlines()
-        if lines:
-            self._check(lines[0], task)
-            self.verdicts.update(self._verdict(number, line) for number, line in enumerate(lines[1:], 2))
-        elif not FIRST.startswith(data[: len(FIRST)]):
-            raise UsageError(f"{path}: is no log of a sweep; name a new file")
         try:
             self._file.truncate(whole)
         except OSError as error:
             raise self._refused(error) from None
-        if not lines:
+        if not whole:
             self._write({"tune": VERSION, "digest": digest(task), "slewline": __version__, "task": task})
+
+    def _read(self, task: Mapping[str, Any]) -> int:
+        """Read what is there; return how many bytes of it are whole lines."""
+        whole = 0
+        self._file.seek(0)
+        file = BufferedReader(cast("FileIO", self._file))
+        try:
+            for number, line in enumerate(lines_of(self.path, file), 1):
+                if not line.endswith(b"\n"):
+                    if not (whole or FIRST.startswith(line[: len(FIRST)])):
+                        raise UsageError(f"{self.path}: is no log of a sweep; name a new file")
+                    break
+                if number == 1:
+                    self._check(line, task)
+                else:
+                    key, verdict = self._verdict(number, line.rstrip(b"\n"))
+                    self.verdicts[key] = verdict
+                whole += len(line)
+        finally:
+            file.detach()
+        return whole
 
     def add(self, key: tuple[str, str], values: Mapping[str, Any], verdict: Verdict) -> None:
         """Write a verdict.
@@ -131,15 +148,15 @@ class Log:
             return (str(entry["move"]), str(entry["run"])), Verdict(
                 bool(entry["lost"]), float(entry["error"]), float(entry["worst"])
             )
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, TypeError, ValueError, OverflowError):
             found = line[:SHORT].decode(errors="replace")
             raise UsageError(f"{self.path}, line {number}: {found}: is no judged run; remove the line") from None
 
 
 def _object(line: bytes) -> dict[str, Any] | None:
     try:
-        found = json.loads(line)
-    except (ValueError, RecursionError):
+        found = from_json(line)
+    except ValueError:
         return None
     return found if isinstance(found, dict) else None
 

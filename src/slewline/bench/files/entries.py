@@ -13,11 +13,11 @@ from os import PathLike
 from typing import Any, BinaryIO, NamedTuple
 
 from ...errors import BenchFileError, TornJournal
+from ...gate import LATEST_PS as LATEST
+from ...gate import from_json, opened
 from .journal import VERSION
-from .text import opened
 
 LONGEST = 1 << 26  # bytes of a line: one with a script of the greatest length
-LATEST = 1 << 63  # ps
 
 
 class Kind(NamedTuple):
@@ -111,10 +111,11 @@ class Entries:
     def _parsed(self, number: int, line: bytes) -> dict[str, Any] | None:
         """An entry; None, if it is cut off."""
         try:
-            entry = json.loads(line.decode("ascii"))
+            line.decode("ascii")
+            entry = from_json(line)
             if isinstance(entry, dict) and isinstance(entry.get("do"), str) and "t" in entry:
                 return entry
-        except (ValueError, RecursionError) as error:
+        except ValueError as error:
             if isinstance(error, UnicodeDecodeError):
                 raise BenchFileError(f"journal {self.path}: is not text") from None
         if line.endswith(b"\n") or len(line) == LONGEST:

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...core.memory.image import HEX, LARGEST, check_text, from_file, from_hex, named_file, to_hex
 from ...errors import UsageError
-from .text import read_file
+from ...gate import read_file
 
 
 def read_image(path: str | PathLike[str]) -> bytes:

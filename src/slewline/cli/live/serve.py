@@ -191,6 +191,8 @@ def open_bench_file(server: Server, file: BenchFile) -> list[tuple[str, str]]:
             lines.append(server.line(*port.chips, framing=port.framing, over=port.over, prologix=port.prologix))
     for port, line in zip(served, lines, strict=True):
         with file.at("serve", port.number, port.kind):
+            if port.kind == "serial":
+                say(f"slewline: {file.path}: opens the serial port {port.where} of this machine for {line.name}")
             found.append((titled(line), getattr(server, port.kind)(line, port.where).where))
     return found
 

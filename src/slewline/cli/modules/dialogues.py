@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from ..options.kinds import HintingCommand
-from ..options.shared import EXIT, JSON, MEMORY, OPTIONS, path
+from ..options.shared import ALLOW_CODE, EXIT, JSON, MEMORY, OPTIONS, path
 from ..options.values import FILE, PartName, Strap, TimeWithUnit
 from .options import CLOCK, MARKINGS, PORT, setting_options
 
@@ -111,6 +111,7 @@ def terminal_command(**options: Any) -> int:
 @CLOCK
 @MEMORY
 @OPTIONS
+@ALLOW_CODE
 def compare_command(**options: Any) -> int:
     """Compare what was measured with the model: the signals of a waveform file, or the dialogue with a module.
 
@@ -142,6 +143,7 @@ DIALOGUES = (
         "memory",
     ),
     "options",
+    "allow_code",
 )
 
 

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ...chips import sheet_of
+from ...chips import chip_class, sheet_of
 from ...core.time.timebase import hertz
+from ...errors import BenchFileError, SlewlineError, UsageError
+from ...gate import FileGate, opened
 from ...modules.comparing.exchanges import are_checked, exchanges_of
 from ...modules.comparing.replay import PS_PER_US
 from ...modules.dialogue import KIND, DialogueFile, DialogueHeader, RecordedDialogue
@@ -24,6 +26,7 @@ from ..live.serve import say
 from ..programs import print_json
 
 if TYPE_CHECKING:
+    from ...core.chip import Chip
     from ...modules.module import Module
 
 BEGINNING = f'{{"slewline":"{KIND} '.encode()
@@ -32,9 +35,9 @@ BEGINNING = f'{{"slewline":"{KIND} '.encode()
 def is_dialogue(path: str) -> bool:
     """Return whether a file begins as a dialogue does, or cannot be read: reading it reports why."""
     try:
-        with open(path, "rb") as file:
+        with opened(path) as file:
             return file.read(len(BEGINNING)) == BEGINNING
-    except OSError:
+    except (BenchFileError, OSError):
         return True
 
 
@@ -65,6 +68,7 @@ class CompareDialogue:
     replace: bool
     report: str | None
     tolerance: int | None
+    allow_code: bool
     as_json: bool
 
     def perform(self) -> int:
@@ -74,8 +78,9 @@ class CompareDialogue:
         dialogue = RecordedDialogue.read(self.dialogue)
         if dialogue.torn:
             say(f"slewline: {self.dialogue}: the last line was cut off, and is left out")
+        cls = self.chip(dialogue)
         dialogue = replace(dialogue, header=self.header(dialogue))
-        speech = self.speech(dialogue.header)
+        speech = self.speech(cls, dialogue.header)
         if self.port is not None:
             dialogue = self.played(dialogue, speech)
         elif self.report is not None:
@@ -83,13 +88,22 @@ class CompareDialogue:
         tolerance = usual_tolerance(speech, dialogue.header.crystal_hz)
         if self.tolerance is not None:
             tolerance = tolerance._replace(fixed_us=self.tolerance / PS_PER_US)
-        options = read_options(self.options, dialogue.header.part)
-        found = DialogueComparison(dialogue, speech, tolerance, options, self.memory).compare()
+        options = read_options(self.options, cls)
+        found = DialogueComparison(dialogue, speech, tolerance, options, self.memory, cls).compare()
         if self.as_json:
             print_json(found.as_json())
         else:
             click.echo(str(found))
         return 0 if found.agree else FOUND
+
+    def chip(self, dialogue: RecordedDialogue) -> type[Chip]:
+        """Return the class of the part: of the user's word, or of that of the dialogue, which anybody may have made."""
+        if self.part is not None:
+            return chip_class(self.part)
+        try:
+            return FileGate(self.dialogue, allow_code=self.allow_code).code(chip_class, dialogue.header.part)
+        except SlewlineError as error:
+            raise UsageError(f"dialogue {self.dialogue}, line 1: part: {error}") from error
 
     def header(self, dialogue: RecordedDialogue) -> DialogueHeader:
         """Return the header of a dialogue, with what the command line says instead."""
@@ -106,9 +120,9 @@ class CompareDialogue:
             crystal_hz=header.crystal_hz if self.crystal is None else int(hertz(self.crystal)),
         )
 
-    def speech(self, header: DialogueHeader) -> Speech:
+    def speech(self, cls: type[Chip], header: DialogueHeader) -> Speech:
         """Return how the module was spoken to."""
-        return speech_of(sheet_of(header.part), header.baud, header.checksum, header.address)
+        return speech_of(sheet_of(cls), header.baud, header.checksum, header.address)
 
     def played(self, dialogue: RecordedDialogue, speech: Speech) -> RecordedDialogue:
         """Play a dialogue to the module now; return what was said."""

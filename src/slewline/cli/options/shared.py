@@ -21,11 +21,15 @@ ALLOW_CODE = click.option(
     "--allow-code",
     is_flag=True,
     callback=look_here,
-    help="A bench file or journal may name a chip or part as module:Class, which runs the code of the module.",
+    help="Bench files, journals, dialogues may name a chip or part as module:Class, which runs the code of the module.",
 )
 CRYSTAL = click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
 MEMORY = path("--memory", help="Image of the memory beside the chip: a dump, or Intel HEX.")
-ANYWHERE = click.option("--anywhere", is_flag=True, help="The bench file may name files outside its own folder.")
+ANYWHERE = click.option(
+    "--anywhere",
+    is_flag=True,
+    help="The bench file may name files and links outside its own folder, and any device.",
+)
 OPTIONS = click.option(
     "--options",
     metavar="F.toml",

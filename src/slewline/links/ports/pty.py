@@ -19,21 +19,19 @@ On macOS there is no EXTPROC of this kind: a pseudo-terminal there is for hosts 
 from __future__ import annotations
 
 import os
-import re
-import stat
 import struct
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
 
 from ...errors import UsageError
+from ...gate import LinkPlace
 from ..lines.port_line import PortLine
 from ..sockets import system
 from ..sockets.loop import Loop
 from ..sockets.stream import SocketStream
+from .link import DeviceLink
 
-DEVICE = re.compile(r"/dev/(?:pts/|ttys)[0-9]+")  # of Linux, of macOS
 CFLAG, LFLAG, ISPEED, OSPEED = 2, 3, 4, 5  # places in what tcgetattr returns
 SETTLE_S, PROMPT_SETTLE_S = 0.0005, 0.01  # the second one in a process that keeps the host from running
 WAYS = "set 8N1 in the host, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
@@ -77,27 +75,27 @@ class PtyPort:
     """A line on a pseudo-terminal; a host may come and go unnoticed.
 
     Args:
-        link: a symbolic link of this name is made, and removed at the end.
+        link: a symbolic link of this name is made, and removed at the end; a file gives the place that its gate allows.
 
     Raises:
         UsageError: the link cannot be made, or the file exists and is not an old link of ours; or the system
             has no pseudo-terminals.
     """
 
-    def __init__(self, loop: Loop, line: PortLine, link: str) -> None:
+    def __init__(self, loop: Loop, line: PortLine, link: str | LinkPlace) -> None:
         if not hasattr(os, "openpty"):
             raise UsageError(NONE)
-        if system.WINDOWS_PORT.fullmatch(link):
+        if isinstance(link, str) and system.WINDOWS_PORT.fullmatch(link):
             raise UsageError(
                 f"{link} is the name of a port on Windows (--serial {link}); name a link, such as /tmp/{link}"
             )
         if not link:
             raise UsageError("a pty needs a link; name it, such as /tmp/x")
-        self.loop, self.line, self.link = loop, line, Path(link)
+        self.loop, self.line, self.where = loop, line, str(Path(str(link)))
         self.master, self.slave = os.openpty()  # without a slave of its own, the master fails when the host closes
         self.name = os.ttyname(self.slave)
         try:
-            self._make_link()
+            self._link = DeviceLink(link, self.name)
         except BaseException:
             self._close()
             raise
@@ -110,11 +108,6 @@ class PtyPort:
         else:
             self.stream = PacketStream(loop, end, line, self._changed, self._used)
         line.attach(self.name, self.stream.write, self.stream.resume)
-
-    @property
-    def where(self) -> str:
-        """The name of the link."""
-        return str(self.link)
 
     @property
     def hint(self) -> str:
@@ -167,29 +160,10 @@ class PtyPort:
         termios.tcsetattr(self.slave, termios.TCSANOW, settings)
         self.ours = termios.tcgetattr(self.slave)
 
-    # ------------------------------------------------------------------------------------------------------ the link
-    def _make_link(self) -> None:
-        with suppress(FileNotFoundError):
-            mode = os.lstat(self.link).st_mode
-            if not stat.S_ISLNK(mode) or not self._stale(os.readlink(self.link)):
-                raise UsageError(
-                    f"{self.link}: this file exists and is not an old link of slewline; remove it, or name another"
-                )
-            os.unlink(self.link)
-        try:
-            os.symlink(self.name, self.link)
-        except OSError as error:
-            raise UsageError(f"{self.link}: {error.strerror}; name a link in a writable directory") from None
-
-    def _stale(self, target: str) -> bool:
-        """Was the link left behind by a server that has been killed?  Its device is gone, or is the one we have."""
-        return DEVICE.fullmatch(target) is not None and (target == self.name or not os.path.exists(target))
-
+    # ------------------------------------------------------------------------------------------------------- the end
     def close(self) -> None:
         """Remove the link, and hang up."""
-        with suppress(OSError):
-            if os.readlink(self.link) == self.name:
-                os.unlink(self.link)
+        self._link.remove()
         self.stream.close()
         self.line.leave("closed")
         self._close()

@@ -33,6 +33,7 @@ from typing import Any
 
 BINARY = getattr(os, "O_BINARY", 0)  # without it Windows writes CR LF for LF
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # opening a symbolic link fails
+FOLDER = getattr(os, "O_DIRECTORY", 0)  # opening anything but a directory fails
 EXTPROC: int | None = 0o200000 if sys.platform == "linux" else None  # of a pty; the module termios has no name for it
 FORK: Callable[[], int] | None = getattr(os, "fork", None)
 FINE_MS = 1

@@ -11,12 +11,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from statistics import median
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from ..dialogue import RecordedDialogue
 from ..spoken import Speech
 from .exchanges import RecordedExchange, commands, exchanges_of
 from .replay import ModelAnswer, ModelReplay
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
 
 ADAPTER_US = 16_000  # how long an adapter for USB may hold a character back
 SYSTEM_US = 4_000  # two frames of USB, a proxy, and the waking of a program
@@ -146,6 +149,7 @@ class DialogueComparison:
         tolerance: None: `usual_tolerance`.
         options: of the model.
         memory: an image of the memory beside the chip.
+        cls: the class of the chip, as for `ModelLine`.
 
     Raises:
         UsageError: the model takes no such straps, crystal or options.
@@ -158,7 +162,9 @@ class DialogueComparison:
         tolerance: Tolerance | None = None,
         options: Mapping[str, Any] | None = None,
         memory: str | None = None,
+        cls: type[Chip] | None = None,
     ) -> None:
+        self.cls = cls
         self.header, self.speech, self.options, self.memory = dialogue.header, speech, options, memory
         self.tolerance = tolerance or usual_tolerance(speech, dialogue.header.crystal_hz)
         self.exchanges = exchanges_of(dialogue.said, speech)
@@ -182,7 +188,7 @@ class DialogueComparison:
 
     def played(self, count: int, shift_us: float = 0) -> list[ModelAnswer]:
         """Return what the model answers to the first lines of the dialogue; the last one may be shifted."""
-        replay = ModelReplay(self.header, self.speech, self.options, self.memory)
+        replay = ModelReplay(self.header, self.speech, self.options, self.memory, self.cls)
         return replay.play(self.exchanges[:count], lambda *both: bool(self._time_rows(*both)), shift_us)
 
     # ---------------------------------------------------------------------------------------------------------- times

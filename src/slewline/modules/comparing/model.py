@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast
 
+from ...chips import chip_class
 from ...core.datasheet.channel import AdaptiveLine, SerialLine
 from ...core.time.hook import Hook
 from ...core.time.timebase import PS_PER_S
@@ -63,6 +64,7 @@ class ModelLine:
         speech: how it is spoken to.
         options: of the model.
         memory: an image of the memory beside the chip.
+        cls: the class of the chip; None: that of the part which the header names, unless it is code.
 
     Raises:
         UsageError: straps, a crystal or options that the part has not.
@@ -74,13 +76,15 @@ class ModelLine:
         speech: Speech,
         options: Mapping[str, Any] | None = None,
         memory: str | None = None,
+        cls: type[Chip] | None = None,
     ) -> None:
         from ...bench import Bench
         from ...bench.memories import put_memory
 
         bench = Bench()
         straps = strapped(speech) | dict(header.straps)
-        self.chip = bench.add(header.part, crystal=header.crystal_hz, straps=straps, **(options or {}))
+        cls = cls or chip_class(header.part, allow_code=False)
+        self.chip = bench.add(cls, crystal=header.crystal_hz, straps=straps, **(options or {}))
         put_memory(bench, self.chip, memory)
         self.kernel, self.speech = bench.kernel, speech
         self.port: SerialPort | AdaptiveHost | ModelAdapter

@@ -5,6 +5,7 @@ A file appears whole or not at all, and none is replaced unless that is asked fo
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import count
@@ -14,6 +15,7 @@ from pathlib import Path
 from ...core.datasheet.table import Sheet
 from ...core.memory.image import to_hex
 from ...errors import UsageError
+from ...gate import read_file
 from ...record.whole_file import WholeFile
 from ..failures import ModuleFailure, RefusedCommand
 from ..module import Module
@@ -220,9 +222,14 @@ def free(path: str | PathLike[str], what: str, same: str | None = None) -> Path:
     """
     for number in count(1):
         found = beside(path, what if number == 1 else f"{what}-{number}")
-        if not found.exists() or (same is not None and found.read_bytes() == same.encode("latin-1")):
+        if not os.path.lexists(found) or (same is not None and has(found, same)):
             return found
     raise AssertionError
+
+
+def has(path: Path, text: str) -> bool:
+    """Return whether a file is there, and has this text; what is no regular file, or longer, has not."""
+    return path.is_file() and path.stat().st_size == len(text) and read_file(path) == text.encode("latin-1")
 
 
 def check_new(path: Path, replace: bool) -> None:
@@ -261,7 +268,7 @@ def save_beside(
     """
     text = contents.text
     found = free(path, "before", text) if keep is None else Path(keep)
-    if found.is_file() and found.read_bytes() == text.encode("latin-1"):
+    if has(found, text):
         say(f"{found} has what is there")
         return found
     check_new(found, replace=False)

@@ -81,7 +81,7 @@ class BusHost(Host):
     @from_outside
     def write(self, chip: str, data: Sequence[int]) -> None:
         """Queue bytes for a chip."""
-        port, data = served(self.name, self.ports, chip), bytes(data)
+        port, data = served(self.name, self.ports, chip), as_bytes(self.name, data)
         self.input("write", chip, data)
         if data:
             self.queue.post(f"sends to {chip}", lambda: port.send(data))

@@ -63,7 +63,7 @@ class FlowHost(Host):
     def write(self, chip: str, data: Sequence[int]) -> None:
         """Queue bytes for a chip."""
         served(self.name, self.chips, chip)
-        data = bytes(data)
+        data = as_bytes(self.name, data)
         self.input("write", chip, data)
         if data:
             self.queue.post(f"sends to {chip}", lambda: self.port.send(data))

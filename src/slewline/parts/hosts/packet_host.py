@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 POLL = "1 ms"  # a host that waits for a status bit asks so often
+LONGEST_READ = 1 << 10  # bytes of one operation; a packet has less than ten
 
 
 class Result(NamedTuple):
@@ -291,7 +292,7 @@ class PacketHost(Host):
         self, chip: str, data: Sequence[int], command: bool, low_ps: int, gap_ps: int, ready: bool
     ) -> Request[None]:
         """Queue a write operation."""
-        port, data = served(self.name, self.ports, chip), bytes(data)
+        port, data = served(self.name, self.ports, chip), as_bytes(self.name, data)
         self.input("strobe", chip, data, command, low_ps, gap_ps, ready)
 
         async def action() -> None:
@@ -308,6 +309,8 @@ class PacketHost(Host):
     def sample(self, chip: str, number: int, low_ps: int, gap_ps: int, ready: bool) -> Request[bytes]:
         """Queue a read operation."""
         port = served(self.name, self.ports, chip)
+        if whole(number) is None or not 0 < number <= LONGEST_READ:
+            raise UsageError(f"{self.name}: a read of {number!r} bytes; allowed 1..{LONGEST_READ}")
         self.input("sample", chip, number, low_ps, gap_ps, ready)
         return self.queue.submit(f"a word from {chip}", lambda: port.take(number, Strobes(low_ps, gap_ps, ready)))
 

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from ...core.datasheet.table import Pin
 
 PUSH_PS = 2_000_000  # the counts of a shaft that is turned by hand
+FASTEST = 100_000_000  # counts/s of a shaft that another machine turns: chips count a few million
 AXIS = Option("axis", "int", 1, "of the chip", low=1, high=4)
 MOTOR = MappingProxyType({"pulse": "pulse", "dir": "direction"})  # its pins, as the encoder calls them
 COUNT_WIRING = MappingProxyType({"a": "encoder_a", "b": "encoder_b"})
@@ -158,7 +159,7 @@ class Encoder(ShowsCounts, Part):
 
     options = (
         AXIS,
-        Option("counts", "int", 4000, "per revolution", low=1),
+        Option("counts", "int", 4000, "per revolution", low=1, high=1 << 20),
         Option("steps", "int", 12800, "per revolution, of a motor of its own", low=1),
         Option("reverse", "bool", False, "it counts the other way"),
         Option("lag", "time", "1 us", "from a step to its count", low=1),
@@ -259,6 +260,8 @@ class Quadrature(ShowsCounts, Part):
     def run(self, rate: int) -> None:
         """Turn at so many counts/s from now on, less than 0: backwards; 0: stop."""
         check_counts(self, rate)
+        if abs(rate) > FASTEST:
+            raise UsageError(f"{self.name}: {rate} counts/s; allowed {-FASTEST} to {FASTEST}")
         self.input("run", rate)
         now = self.kernel.now
         self.shaft.cut(now)  # what comes at this instant is known: nothing else turns the shaft

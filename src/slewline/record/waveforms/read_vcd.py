@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import re
 from fractions import Fraction
-from io import BufferedReader
 from pathlib import Path
+from typing import BinaryIO
 
 from ...core.time.timebase import Time, picoseconds
-from ...errors import UsageError, WaveformError
+from ...errors import BenchFileError, UsageError, WaveformError
+from ...gate import opened
 from .vcd_changes import Changes
 from .vcd_header import FilePlace, Header, read_header
 from .waveforms import Waveforms
@@ -53,13 +54,15 @@ def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = Fa
     """
     unit = None if timescale is None else picoseconds(timescale)
     try:
-        with open(path, "rb") as file:
+        with opened(path) as file:
             return Waveforms(path, *_read(str(path), file, unit, torn))
+    except BenchFileError as error:
+        raise UsageError(str(error)) from error
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
-def _read(path: str, file: BufferedReader, unit: int | None, torn: bool) -> tuple[Header, Changes]:
+def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Header, Changes]:
     head = _head(path, file)
     header, at = read_header(FilePlace(path, head))
     if not header.variables:
@@ -86,7 +89,7 @@ def _read(path: str, file: BufferedReader, unit: int | None, torn: bool) -> tupl
     return header, changes
 
 
-def _head(path: str, file: BufferedReader) -> bytes:
+def _head(path: str, file: BinaryIO) -> bytes:
     """The beginning of a file, with all its declarations."""
     head = bytearray(file.read(BLOCK))
     if not head.strip():

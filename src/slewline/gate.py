@@ -1,0 +1,267 @@
+"""The gate: every file of the user's is read here, and what a file names is allowed or refused here.
+
+A bench file, a journal, a dialogue, a log, a black box, a backup, an image of a memory may come from anybody.  What it
+names is of three classes, and the code that reads it asks its `FileGate`:
+
+    of the folder    a file in the folder of the naming file or below, wherever links lead; a link for a pty there, with
+                     a name that no tool runs, and no link on the way; a serial device of this system
+    elsewhere        any other file, link, device; only with `anywhere` (--anywhere)
+    code             a chip or part as module:Class, whose import runs it; only with `allow_code` (--allow-code)
+
+What a user names on the command line or in Python is his own word, and passes.  The bounds are for both: a file is a
+regular one and has a length, so has a line; JSON has a depth, a number of values, and finite numbers.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import stat
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from math import isfinite
+from os import PathLike
+from pathlib import Path, PurePath
+from typing import Any, BinaryIO, NamedTuple, TypeVar
+
+from .errors import BenchFileError, SlewlineError
+
+T = TypeVar("T")
+
+MAX_BYTES = 10_000_000  # of a file that is read whole
+MAX_LINE = 1 << 20  # bytes of a line of a log
+MAX_VALUES = 1 << 20  # of JSON in one line; the longest list of ours is a memory, 64K
+LATEST_PS = 1 << 63  # instants are less: what is plotted and recorded has 64 bits
+
+KINDS = {  # what may be in the place of a file
+    stat.S_IFDIR: "a directory",
+    stat.S_IFIFO: "a FIFO",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}
+LINK_NAME = re.compile(r"(?P<stem>[A-Za-z0-9][\w+-]*)(?:\.(?:pty|tty|port|serial))?", re.ASCII)
+RUN = re.compile(r".*file|configure|sconstruct|sconscript|build|workspace", re.IGNORECASE)  # by make, docker, scons ...
+RUN_IN = ("bin", "sbin", "scripts", "hooks")  # folders in which any name is one of a program
+FILE_THERE = "copy it there, or allow files anywhere (--anywhere, load(path, anywhere=True))"
+LINK_THERE = "name a link in that folder or below, or allow links anywhere (--anywhere, load(path, anywhere=True))"
+SERIAL = re.compile(  # of Linux, of macOS and the BSDs, of Windows
+    r"/dev/(?:tty[A-Za-z]+[0-9]+|rfcomm[0-9]+|(?:tty|cu)\..+|cuaU?[0-9.]+)|(?:\\\\\.\\)?(?i:com)[0-9]+:?"
+)
+
+
+# ---------------------------------------------------------------------------------------------------- what a file names
+class LinkPlace(NamedTuple):
+    """The place of a link for a pty, as a file names it.
+
+    `folder` may be reached by links; on the way through the folders `below` it none is followed.
+    """
+
+    folder: Path
+    below: tuple[str, ...]
+    name: str
+
+    def __str__(self) -> str:
+        return str(self.folder.joinpath(*self.below, self.name))
+
+
+class FileGate:
+    """What a file may name.
+
+    Args:
+        path: the file, from whose folder its names count.
+        anywhere: it may name files, links and devices elsewhere.
+        allow_code: it may name chips and parts as module:Class, whose import runs the code of the module.
+    """
+
+    def __init__(self, path: str | PathLike[str], anywhere: bool = False, allow_code: bool = False) -> None:
+        self.folder, self.anywhere, self.allow_code = Path(path).parent, anywhere, allow_code
+
+    def file(self, name: Any) -> Path:
+        """Return the path of a file that is to be read.
+
+        Raises:
+            SlewlineError: it is outside the folder, wherever links lead.
+            OSError, ValueError: no path.
+        """
+        path = self.folder / self._text(name)
+        if not self.anywhere and not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder)):
+            raise self._outside(name, FILE_THERE)
+        return path
+
+    def link(self, name: Any) -> LinkPlace:
+        """Return the place of a link for a pty, which `links.ports.link` makes without following a link on the way.
+
+        Raises:
+            SlewlineError: it is outside the folder, or a tool would run what has this name.
+        """
+        path = PurePath(self._text(name))
+        if self.anywhere:
+            whole = self.folder / path
+            return LinkPlace(whole.parent, (), whole.name)
+        if path.is_absolute():
+            roots = (os.path.abspath(self.folder), os.path.realpath(self.folder))
+            own_root = next((root for root in roots if path.is_relative_to(root)), None)
+            if own_root is None:
+                raise self._outside(name, LINK_THERE)
+            path = path.relative_to(own_root)
+        if ".." in path.parts or path.is_absolute() or path.drive:
+            raise self._outside(name, LINK_THERE)
+        *below, own = path.parts or ("",)
+        named = LINK_NAME.fullmatch(own)
+        if named is None or RUN.fullmatch(named["stem"]):
+            raise SlewlineError(
+                f"found {name!r}, a name that a tool may run or read; allowed letters, digits, - and _, with or "
+                "without .pty, .tty, .port, .serial, and no Makefile or the like; or allow any name (--anywhere)"
+            )
+        if refused := next((each for each in below if each.startswith(".") or each.lower() in RUN_IN), None):
+            raise SlewlineError(
+                f"found {name!r}, in a folder {refused!r}, whose files are run; name a link in another folder, "
+                "or allow links anywhere (--anywhere)"
+            )
+        return LinkPlace(self.folder, tuple(below), own)
+
+    def device(self, name: Any) -> str:
+        """Return the name of a serial port of this machine.
+
+        Raises:
+            SlewlineError: it is no serial device: to open another one may do anything.
+        """
+        device = self._text(name)
+        if not self.anywhere and not SERIAL.fullmatch(device if os.name == "nt" else os.path.realpath(device)):
+            raise SlewlineError(
+                f"found {name!r}, which is no serial port; allowed names such as /dev/ttyUSB0, COM3; "
+                "or allow any device (--anywhere)"
+            )
+        return device
+
+    def code(self, find: Callable[..., type[T]], name: Any) -> type[T]:
+        """Return the class of a chip or part; module:Class is imported only with leave.
+
+        Args:
+            find: `chip_class` or `part_class`.
+
+        Raises:
+            UnknownName: there is none.
+            UsageError: it is code, without leave; or no class.
+        """
+        return find(self._text(name), allow_code=self.allow_code)
+
+    def _text(self, name: Any) -> str:
+        if not isinstance(name, str):
+            raise SlewlineError(f"found {name!r}; allowed text")
+        return name
+
+    def _outside(self, name: Any, remedy: str) -> SlewlineError:
+        return SlewlineError(f"found {name!r}, outside the folder of the bench file; {remedy}")
+
+
+# --------------------------------------------------------------------------------------------------- how files are read
+def read_file(path: str | PathLike[str]) -> bytes:
+    """Return the bytes of a regular file.
+
+    Raises:
+        BenchFileError: there is no such file, it is no regular file, or it is too long.
+    """
+    with refusals(path), opened(path) as file:
+        return _bounded(path, file.read(MAX_BYTES + 1))
+
+
+def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:
+    """Return the text of a file.
+
+    Args:
+        data: what it holds, if that has been read.
+
+    Raises:
+        BenchFileError: there is no such file, or it is no text.
+    """
+    data = read_file(path) if data is None else _bounded(path, data)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        found = f"byte {data[error.start]:02X} in line {line} is not UTF-8 text"
+        raise BenchFileError(f"{path}: {found}; is it the right file?") from None
+    if "\0" in text:
+        raise BenchFileError(f"{path}: contains NUL bytes, so it is not text; is it the right file?")
+    return text
+
+
+def _bounded(path: str | PathLike[str], data: bytes) -> bytes:
+    if len(data) > MAX_BYTES:
+        raise BenchFileError(f"{path}: more than {MAX_BYTES} bytes; is it the right file?")
+    return data
+
+
+def opened(path: str | PathLike[str]) -> BinaryIO:
+    """Open a regular file, to read its bytes; to open a FIFO is to wait, and to open a device may do anything.
+
+    Raises:
+        BenchFileError: there is no such file, or it is no regular file.
+    """
+    with refusals(path):
+        kind = stat.S_IFMT(Path(path).stat().st_mode)
+        if kind != stat.S_IFREG:
+            raise BenchFileError(f"{path}: is {KINDS.get(kind, 'no file')}; give a regular file")
+        return open(path, "rb")
+
+
+def lines_of(path: str | PathLike[str], file: BinaryIO) -> Iterator[bytes]:
+    """Yield the lines of an open file, each with its line feed; the last one has none if it was cut off.
+
+    Args:
+        path: the file, for messages.
+
+    Raises:
+        BenchFileError: a line is too long, or cannot be read.
+    """
+    number = 0
+    with refusals(path):
+        while line := file.readline(MAX_LINE):
+            number += 1
+            if len(line) == MAX_LINE and not line.endswith(b"\n"):
+                raise BenchFileError(f"{path}, line {number}: more than {MAX_LINE} bytes; is it the right file?")
+            yield line
+
+
+@contextmanager
+def refusals(path: str | PathLike[str]) -> Iterator[None]:
+    """Raise what the system refuses as an error of ours."""
+    try:
+        yield
+    except BenchFileError:
+        raise
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise BenchFileError(f"{path}: cannot be read: {why}; name a file that can be read") from None
+
+
+# ----------------------------------------------------------------------------------------------------------------- JSON
+def from_json(line: bytes) -> Any:
+    """Return what a line of JSON in UTF-8 stands for.
+
+    Raises:
+        ValueError: no JSON; or nested too deeply, too many values, a number that is not finite, half a character.
+    """
+    if len(line) > MAX_VALUES and sum(_BARE.sub(b"", line).count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
+        raise ValueError(f"more than {MAX_VALUES} values")
+    try:
+        found = json.loads(line.decode(), parse_constant=_finite, parse_float=_finite)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    if b"\\u" in line:
+        json.dumps(found, ensure_ascii=False).encode()  # UnicodeEncodeError is a ValueError
+    return found
+
+
+_BARE = re.compile(rb'"(?:[^"\\]|\\.)*+"')
+
+
+def _finite(text: str) -> float:
+    """Return a number."""
+    value = float(text)
+    if not isfinite(value):
+        raise ValueError(f"{text} is no finite number")
+    return value

@@ -1,0 +1,87 @@
+"""The symbolic link by which a device is found.
+
+It is made over nothing but an old link of ours.  The folder in which it is made is held open until it is removed, so
+that no other one can take its place meanwhile; below the folder of a bench file no link is followed on the way.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from contextlib import suppress
+from pathlib import Path
+
+from ...errors import UsageError
+from ...gate import LinkPlace
+from ..sockets.system import FOLDER, NO_LINK
+
+DEVICE = re.compile(r"/dev/(?:pts/|ttys)[0-9]+")  # of Linux, of macOS
+
+
+class DeviceLink:
+    """A link to a device, from now until `remove`.
+
+    Args:
+        place: where it is to be: the name of a user, who may name any; or the place that a file names.
+        target: the device.
+
+    Raises:
+        UsageError: it cannot be made, or the file exists and is not an old link of ours.
+    """
+
+    def __init__(self, place: str | LinkPlace, target: str) -> None:
+        self.path, self.target = Path(str(place)), target
+        if not isinstance(place, LinkPlace):
+            place = LinkPlace(self.path.parent, (), self.path.name)
+        self.name = place.name
+        try:
+            self._folder = _entered(place)
+        except OSError as error:
+            raise self._refused(error) from None
+        try:
+            self._make()
+        except OSError as error:
+            os.close(self._folder)
+            raise self._refused(error) from None
+        except BaseException:
+            os.close(self._folder)
+            raise
+
+    def _make(self) -> None:
+        with suppress(FileNotFoundError):
+            mode = os.lstat(self.name, dir_fd=self._folder).st_mode
+            if not stat.S_ISLNK(mode) or not self._stale(os.readlink(self.name, dir_fd=self._folder)):
+                raise UsageError(
+                    f"{self.path}: this file exists and is not an old link of slewline; remove it, or name another"
+                )
+            os.unlink(self.name, dir_fd=self._folder)
+        os.symlink(self.target, self.name, dir_fd=self._folder)
+
+    def _stale(self, target: str) -> bool:
+        """Was the link left behind by a server that has been killed?  Its device is gone, or is the one we have."""
+        return DEVICE.fullmatch(target) is not None and (target == self.target or not os.path.exists(target))
+
+    def _refused(self, error: OSError) -> UsageError:
+        return UsageError(
+            f"{self.path}: {error.strerror}; name a link in a writable directory, which is no link itself"
+        )
+
+    def remove(self) -> None:
+        """Remove the link, unless another program has put its own there."""
+        with suppress(OSError):
+            if os.readlink(self.name, dir_fd=self._folder) == self.target:
+                os.unlink(self.name, dir_fd=self._folder)
+        os.close(self._folder)
+
+
+def _entered(place: LinkPlace) -> int:
+    """Open the folder of a link; below the folder from which it counts no link is followed."""
+    folder = os.open(place.folder, os.O_RDONLY | FOLDER)
+    for each in place.below:
+        above = folder
+        try:
+            folder = os.open(each, os.O_RDONLY | FOLDER | NO_LINK, dir_fd=above)
+        finally:
+            os.close(above)
+    return folder
