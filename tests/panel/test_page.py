@@ -36,7 +36,7 @@ def opened(browser, panel, size):
         one = browser.new_page(viewport=size, **more)
         one.add_init_script(script)
         pages.append(one)
-        one.set_default_timeout(15_000)
+        one.set_default_timeout(60_000)
         one.on("pageerror", lambda error: wrong.append(str(error)))
         one.on("console", lambda said: wrong.append(said.text) if said.type in ("error", "warning") else None)
         one.on("request", lambda asked: wrong.append(asked.url) if panel.host not in asked.url else None)

@@ -85,8 +85,7 @@ class Server:
         troubles, found: what is wrong around the chips, in words; how many findings there were.
         branch: the number of the run that is shown: 0 is the one that began with the server.
         breakpoints, travel: where virtual time stops; pause, steps and going back, for the control port.
-        exchanges: puts another bench in the place of the present one.
-        views, reports: what the control port shows; findings on their way to the user, without repetitions.
+        exchanges: replaces the bench; views: what the control port shows; reports: findings, without repetitions.
     """
 
     def __init__(

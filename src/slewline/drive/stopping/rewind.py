@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 
 STOPS = (Happening.STOPPED, Happening.BRAKED)
 TRIES = 6
-REST_PS = 5 * 10**12  # in which a chip comes to rest that was told to
+REST_PS = 5 * 10**12  # in which a chip comes to rest
 SLICE_PS = 10**10
-BEHIND_PS = 2 * 10**11  # the present, at rest: to follow it more often would be all that an idle drive does
+BEHIND_PS = 2 * 10**11  # at rest: to follow more often would be all that an idle drive does
 SHADOWS = 3  # of the past, each for one more try
 MOST_NS = 10_000_000  # of a turn, in which the past is followed
 LINE_MS = 40  # that a line and a board are slow at most, to hear a command and to answer
@@ -325,8 +325,7 @@ class Rewind:
         axis: Axis = bench.chips[self.state.chip.name].axis(self.state.number).motor
         missing, rest = self._missing(axis, instant, now, position, sign)
         if axis.moving and rest >= now - SLICE_PS:  # where it comes to rest is still to come
-            end = now + REST_PS
-            while axis.moving and bench.now_ps < end:
+            while axis.moving and bench.now_ps < now + REST_PS:
                 bench.run_to(f"{bench.now_ps + SLICE_PS} ps")
             missing, rest = self._missing(axis, instant, bench.now_ps, position, sign)
         stands = not axis.moving or rest < axis.kernel.now - SLICE_PS
