@@ -18,12 +18,14 @@ uint8_t enter_to_stop(uint8_t causes, uint32_t *tick)
 {
     for (;;) {
         *tick = hal_enter();
-        /* The quick answer first: steps wait meanwhile. */
-        if (!(causes & may_stop[down]) && !is_in_pause())
-            return 0;
-        if (!takes_away(causes)) {
-            hal_show_in_time(phases_due);
-            return 0;
+        /* The quick answers first: steps wait meanwhile. */
+        if (!(causes & may_stop[down])) {
+            if (!is_in_pause())
+                return 0;
+            if (!takes_away(causes)) {
+                hal_show_in_time(phases_due);
+                return 0;
+            }
         }
         if (!hal_disarm())
             return 1;
@@ -98,12 +100,10 @@ static uint8_t bits_of(uint8_t set)
 
 /* Return the inputs.  An emergency stop that has changed counts immediately, and before the others.  An input that
    changes again within as many looks as the filter has keeps its former level; its edge calls another look. */
-static uint8_t steady(void)
+static __attribute__((noinline)) uint8_t steady(void)
 {
     uint8_t seen = hal_levels(), doubtful = 0, n;
 
-    if (!config.filter)
-        return seen;
     for (n = config.filter; n && !((seen ^ levels) & estops) && seen != levels; n--) {
         uint8_t now;
 
@@ -117,12 +117,21 @@ static uint8_t steady(void)
     return (uint8_t)((seen & ~doubtful) | (levels & doubtful));
 }
 
+/* What stops the motor: where steps are fast there is no time for more than this before the next one. */
+static __attribute__((noinline)) void stop_by(uint8_t changed, uint8_t becoming)
+{
+    uint32_t tick;
+
+    if (enter_to_stop(becoming, &tick))
+        act_in_peace(changed, becoming, tick);
+    hal_leave();
+}
+
 /* Steps go on while inputs only cause events, or begin a brake, which the first of several does.  Then interrupts are
    off for as long only as it takes to fix what the events say; they are written behind that. */
-static void act_on(uint8_t seen)
+static __attribute__((noinline)) void act_on(uint8_t seen, uint8_t changed, uint8_t becoming)
 {
-    uint8_t inputs = levels, changed = seen ^ inputs, becoming = becoming_active(changed, seen);
-    uint8_t marking = becoming & marks, noted = (changed & config.report) | marking;
+    uint8_t inputs = levels, marking = becoming & marks, noted = (changed & config.report) | marking;
     uint8_t many = bits_of(noted), braking = 0, number, state_then, i, bit;
     int32_t position;
     uint32_t tick;
@@ -162,8 +171,15 @@ static void act_on(uint8_t seen)
 
 void look(void)
 {
-    uint8_t seen;
+    for (;;) {
+        uint8_t seen = config.filter ? steady() : hal_levels(), changed = seen ^ levels, becoming;
 
-    while ((seen = steady()) != levels)
-        act_on(seen);
+        if (!changed)
+            return;
+        becoming = becoming_active(changed, seen);
+        if (becoming & may_stop[down])
+            stop_by(changed, becoming);
+        else
+            act_on(seen, changed, becoming);
+    }
 }

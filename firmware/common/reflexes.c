@@ -43,11 +43,6 @@ void sort_reflexes(void)
     may_stop[1] = stops[1] | estops;
 }
 
-uint8_t becoming_active(uint8_t changed, uint8_t seen)
-{
-    return changed & (uint8_t)~(seen ^ config.active);
-}
-
 uint8_t has_estop(uint8_t inputs)
 {
     return becoming_active(estops, inputs);

@@ -4,6 +4,8 @@
 
 #include <stdint.h>
 
+#include "config.h"
+
 /* What acts: bits 0..5 inputs, and two commands of the host that act as an input with that reflex does. */
 #define BY_STOP 0x40
 #define BY_BRAKE 0x80
@@ -13,7 +15,10 @@ uint8_t has_estop(uint8_t inputs); /* is an emergency stop active, with these le
 uint8_t is_estop_active(void);
 
 /* Return the inputs among `changed` that are active with the levels `seen`. */
-uint8_t becoming_active(uint8_t changed, uint8_t seen);
+static inline uint8_t becoming_active(uint8_t changed, uint8_t seen)
+{
+    return changed & (uint8_t)~(seen ^ config.active);
+}
 
 /* Bit n: input n has this reflex; for some by direction, up and down. */
 extern uint8_t brakes[2];
