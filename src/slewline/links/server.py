@@ -85,7 +85,8 @@ class Server:
         troubles, found: what is wrong around the chips, in words; how many findings there were.
         branch: the number of the run that is shown: 0 is the one that began with the server.
         breakpoints, travel: where virtual time stops; pause, steps and going back, for the control port.
-        exchanges: replaces the bench; views: what the control port shows; reports: findings, without repetitions.
+        exchanges, views: replaces the bench; what the control port shows.
+        reports: findings on their way to the user, without repetitions.
     """
 
     def __init__(
@@ -106,9 +107,8 @@ class Server:
         self.notes: list[Callable[[], str]] = []
         self.lines: dict[str, HostLine] = {}
         self.ports: list[OpenPort] = []
-        self.found = 0
+        self.found = self.branch = 0
         self._over = False
-        self.branch = 0
         self.breakpoints = Breakpoints(bench, pace, self._stopped)
         self.views = Views(self)
         self._dialogue: Dialogue | None = None
