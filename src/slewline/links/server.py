@@ -17,7 +17,7 @@ from functools import cached_property, partial
 from ipaddress import ip_address
 from os import PathLike
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from ..bench.hosting import channel_over
 from ..core.chip import Chip
@@ -44,23 +44,13 @@ from .views.views import Views
 if TYPE_CHECKING:
     from ..bench import Bench
     from .control.control import Control
+    from .face import OpenPort
     from .views.dialogue import Dialogue
     from .views.scope import Scope
 
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
 LOOK_S = 5.0
 PORTS: Mapping[type[HostLine], type[TcpPort]] = {RegisterLine: RegisterPort, PrologixLine: PrologixPort}
-
-
-class OpenPort(Protocol):
-    """A port, of whatever kind."""
-
-    @property
-    def where(self) -> str:
-        """Where it is found."""
-
-    def close(self) -> None:
-        """Close it."""
 
 
 class Server:

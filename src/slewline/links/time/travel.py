@@ -22,12 +22,13 @@ from ...core.messages.whole import whole
 from ...core.time.timebase import readable
 from ...errors import UsageError
 from ..sockets import system
-from .branches import Answer, Branch, Checkpoint, Data, Travels
+from .branches import Answer, Branch, Checkpoint, Data
 from .roads import Road, connection, greeting
 from .worlds import fork_checkpoint
 
 if TYPE_CHECKING:
     from ...bench import Bench
+    from ..face import ServerFace
 
 DUE_S = 0.02  # of work, after which the next checkpoint is due
 CALM_S = 0.002  # before the next event, in which there is time to fork
@@ -41,7 +42,7 @@ STAND = b'{"do":"pause"}\n'
 class TimeTravel:
     """Checkpoints and branches of a server; without a journal there is no way back."""
 
-    def __init__(self, server: Travels) -> None:
+    def __init__(self, server: ServerFace) -> None:
         self.server, self.bench = server, server.bench
         self.checkpoints: list[Checkpoint] = []
         self.known: dict[int, Branch] = {}
@@ -270,10 +271,8 @@ class TimeTravel:
         self._branch(self.current)
 
         def reply() -> None:
-            rows = [
-                {"number": one.number, "parent": one.parent, "from_ps": one.from_ps, "now_ps": one.now_ps}
-                for one in self.known.values()
-            ]
+            keys = ("number", "parent", "from_ps", "now_ps")
+            rows = [{key: getattr(one, key) for key in keys} for one in self.known.values()]
             answer({"branches": rows, "current": self.current, "time_ps": self.now_ps})
 
         self._ask_time(reply)

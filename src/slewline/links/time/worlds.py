@@ -28,7 +28,7 @@ from ..sockets import system
 from ..sockets.loop import Loop
 
 if TYPE_CHECKING:
-    from .branches import Travels
+    from ..face import ServerFace
 
 LOOPBACK = "127.0.0.1:0"
 GRACE_S = 10.0  # in which the server has to connect
@@ -36,7 +36,7 @@ MOST = 1 << 20  # bytes of an order or of its answer
 Data = dict[str, Any]
 
 
-def fork_checkpoint(server: Travels) -> tuple[int, socket.socket]:
+def fork_checkpoint(server: ServerFace) -> tuple[int, socket.socket]:
     """Fork a checkpoint of a server; return its process and the socket on which it takes orders."""
     ours, theirs = socket.socketpair()
     process = cast("Callable[[], int]", system.FORK)()
@@ -74,7 +74,7 @@ def open_descriptors() -> list[int]:
     return list(range(3, 1024))
 
 
-def wait_for_orders(server: Travels, orders: socket.socket) -> None:
+def wait_for_orders(server: ServerFace, orders: socket.socket) -> None:
     """Fork a world for each order, until nobody is there to give any."""
     worlds: dict[int, int] = {}  # the number of the branch, by process
 
@@ -117,7 +117,7 @@ class World:
             journal; `branch`, its number; `token` of its control port; `breakpoints`.
     """
 
-    def __init__(self, server: Travels, order: Data, answers: socket.socket) -> None:
+    def __init__(self, server: ServerFace, order: Data, answers: socket.socket) -> None:
         self.server, self.order, self.answers = server, order, answers
         self.bench = server.bench
         self.inherited = server.travel, server.ports, server.loop  # what they have open is not ours to close
