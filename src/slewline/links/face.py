@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from ..bench import Bench
     from ..core.chip import Chip
     from ..core.component import Finding
@@ -111,10 +113,10 @@ class ServerFace(Protocol):
     def controls(self) -> Sequence[Control]:
         """Return the control ports."""
 
-    def control(self, address: str, token: str | None = None) -> OpenPort:
+    def control(self, address: str | Path, token: str | None = None) -> OpenPort:
         """Open a control port."""
 
-    def tcp(self, line: HostLine, address: str) -> OpenPort:
+    def tcp(self, line: HostLine, address: str | Path) -> OpenPort:
         """Serve a line on a TCP socket."""
 
     def furnish(self, bench: Bench) -> None:

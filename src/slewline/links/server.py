@@ -30,7 +30,7 @@ from .lines.log import TranscriptFile
 from .lines.pace import Pace, Paced
 from .ports.prologix import PrologixLine, PrologixPort
 from .ports.registers import RegisterLine, RegisterPort
-from .ports.tcp import TcpPort
+from .ports.tcp import LOCAL, TcpPort
 from .serving import line_to, prologix_line
 from .sockets.address import is_loopback, parse_address
 from .sockets.loop import Loop
@@ -42,6 +42,8 @@ from .views.reports import FindingReports, Lateness
 from .views.views import Views
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from ..bench import Bench
     from .control.control import Control
     from .face import OpenPort
@@ -170,8 +172,11 @@ class Server:
         if port not in line.ports:
             raise UsageError(f"{line.name}: has no serial line for --{port}; use --{' or --'.join(line.ports)}")
 
-    def tcp(self, line: HostLine, address: str) -> OpenPort:
-        """Serve a line on a TCP socket, HOST:PORT: its bytes as they are, or requests for registers."""
+    def tcp(self, line: HostLine, address: str | Path) -> OpenPort:
+        """Serve a line on a TCP socket, HOST:PORT: its bytes as they are, or requests for registers.
+
+        A `Path` is a Unix socket, which has the rights of its folder.
+        """
         kind = next((port for of, port in PORTS.items() if isinstance(line, of)), TcpPort)
         return self._on_tcp(kind, line, address)
 
@@ -206,7 +211,7 @@ class Server:
         self._say_format(line, device)
         return port
 
-    def control(self, address: str, token: str | None = None) -> OpenPort:
+    def control(self, address: str | Path, token: str | None = None) -> OpenPort:
         """Open a control port, HOST:PORT; with a token, which clients must know, other machines may reach it, too."""
         from .control.control import Control
 
@@ -214,7 +219,7 @@ class Server:
         self._warn_remote("control", port.where, "any client with the token can drive every pin")
         return port
 
-    def _on_tcp(self, kind: type[TcpPort], line: HostLine, address: str) -> OpenPort:
+    def _on_tcp(self, kind: type[TcpPort], line: HostLine, address: str | Path) -> OpenPort:
         """A line on a socket."""
         port = self._opened(kind(self.loop, line, address, self.allow_remote, partial(self.say, line.name)))
         self._warn_remote(
@@ -224,6 +229,8 @@ class Server:
 
     def _warn_remote(self, name: str, where: str, may: str) -> None:
         """Of a port that other machines can reach."""
+        if where.endswith(LOCAL):
+            return
         host, _ = parse_address(where.rpartition("//")[2], True)
         if not is_loopback(host):
             reach = "every network of this machine" if ip_address(host).is_unspecified else f"the network of {host}"

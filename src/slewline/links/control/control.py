@@ -23,6 +23,7 @@ import socket
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from time import perf_counter
 from traceback import format_exception
 from typing import TYPE_CHECKING, Any
@@ -75,14 +76,14 @@ class Control:
         UsageError: the address is taken, or other machines could reach it and there is no token.
     """
 
-    def __init__(self, server: ServerFace, address: str, token: str | None = None) -> None:
+    def __init__(self, server: ServerFace, address: str | Path, token: str | None = None) -> None:
         self.server, self.token = server, token
         self.clients: list[Client] = []
         if token is not None and len(token) < SHORTEST_TOKEN:
             raise UsageError(
                 f"the token of the control port has {len(token)} characters; give {SHORTEST_TOKEN} or more"
             )
-        host, _ = parse_address(address, server.allow_remote)
+        host = "localhost" if isinstance(address, Path) else parse_address(address, server.allow_remote)[0]
         if token is None and not is_loopback(host):
             raise UsageError(f"address {address!r}: other machines could drive the pins; add --token if they may")
         self.listener = Listener(server.loop, address, self._accept, server.allow_remote)

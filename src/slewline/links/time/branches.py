@@ -42,4 +42,6 @@ class Branch:
     leash: socket.socket | None = None  # the world ends when it is closed
     rest: bytes = b""  # of what has come on the leash
     waiting: list[Callable[[], object]] = field(default_factory=list)  # for its time, in order
+    silent: int = 0  # looks at it, one after the other, at which it owed an answer
+    watched: bool = False
     touched: bool = False
