@@ -47,9 +47,10 @@ from slewline.language.describe import describe, option_table, table
 from slewline.language.lines import usage
 from slewline.language.lines.reference import line_table
 from slewline.language.packets import Packets
-from slewline.links.control.kinds import Key, RequestSpec
+from slewline.links.control.kinds import A_TIME, Key, RequestSpec
 from slewline.links.control.requests import COMMON, NAMES, REQUESTS, schema
 from slewline.links.control.rows_of_events import EVENTS
+from slewline.links.control.validator import in_words, span
 from slewline.parts import KINDS, options_of, part_class
 from slewline.parts.base.part import Part
 from slewline.parts.motors import drivers, loads, motors
@@ -245,6 +246,8 @@ example.
 
 - A client connects by TCP and sends a JSON object a line, encoded in UTF-8. It gets one a line for each, in order.
 - A reply has `time_ps`, virtual time in picoseconds. One that has `error` says what was wrong; nothing was done.
+- Every request is checked against the schema before anything is done: `true` is no number, and a value outside its
+  range is refused. An `error` has the place, what was found, and what is allowed.
 - Times are text with a unit (`"250 ms"`) or whole picoseconds. Levels are electrical. Pins have their full names.
 - A client that waits (`advance`, `until`) may send more: that is read when its reply has gone out. Any number of
   clients may be connected.
@@ -287,7 +290,7 @@ def form(row: RequestSpec) -> str:
     """One form of a request."""
     parts = [f"\n{row.says}\n\n    {json.dumps({'do': row.do} | row.example)}\n"]
     if row.keys:
-        parts.append("\n" + table(("key", "", "if left out"), map(key_row, row.keys)) + "\n")
+        parts.append("\n" + table(("key", "", "value", "if left out"), map(request_row, row.keys)) + "\n")
     if row.reply:
         parts.append("\n" + table(("reply", ""), (key_row(key)[:2] for key in row.reply)) + "\n")
     return "".join(parts)
@@ -296,6 +299,12 @@ def form(row: RequestSpec) -> str:
 def key_row(key: Key) -> tuple[str, str, str]:
     """A key of a request or of a reply."""
     return f"`{key.name}`", key.says, key.default
+
+
+def request_row(key: Key) -> tuple[str, str, str, str]:
+    """A key of a request, with what the validator allows."""
+    what = "a time" if key.kind.get("pattern") == A_TIME else in_words(key.kind)
+    return f"`{key.name}`", key.says, ", ".join(filter(None, (what, span(key.kind)))), key.default
 
 
 def control_schema() -> str:

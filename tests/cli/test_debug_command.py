@@ -52,6 +52,15 @@ def test_the_refusal_of_the_server_is_passed_on(call, arguments, says):
     assert says in ran.err
 
 
+@pytest.mark.system
+@pytest.mark.parametrize("arguments", [("cy525",), ("--attach", "127.0.0.1:1")])
+def test_without_a_terminal_it_draws_nothing_and_ends(arguments):
+    call = [sys.executable, "-m", "slewline", "debug", *arguments]
+    ran = subprocess.run(call, stdin=subprocess.DEVNULL, capture_output=True, timeout=PATIENCE, check=False)
+    assert (ran.returncode, ran.stdout) == (2, b"")
+    assert b"debug needs a terminal for its screen" in ran.stderr and b"\x1b" not in ran.stderr
+
+
 def test_without_textual(call, monkeypatch):
     for name in [name for name in sys.modules if name.startswith(("textual", "slewline.panel"))]:
         monkeypatch.delitem(sys.modules, name)

@@ -48,6 +48,14 @@ def test_what_is_wrong_is_told(capsys, module, parameters, says):
     assert module.position == 0
 
 
+def test_an_address_that_other_machines_reach_needs_an_option(capsys, module, monkeypatch):
+    monkeypatch.setenv("EPICS_CAS_INTF_ADDR_LIST", "127.0.0.1 0.0.0.0")
+    told = refused(capsys, module.url, *OPTIONS, *RAMP)
+    assert "EPICS_CAS_INTF_ADDR_LIST 0.0.0.0: other machines could move the motor; add --allow-remote" in told
+    told = refused(capsys, module.url, *OPTIONS, "--allow-remote", "S=10")
+    assert "no value for T" in told
+
+
 def test_a_port_that_is_not_there_is_told(capsys):
     assert "/dev/none: No such file or directory" in refused(capsys, "/dev/none", *OPTIONS, *RAMP)
 

@@ -121,6 +121,7 @@ def when_the_panel_runs(*row):
         ([], "give one of a chip"),
         (["cy525", "--attach", "127.0.0.1:1"], "give one of a chip"),
         (["--attach", "127.0.0.1:1", "--rate", "2"], "leave out --rate"),
+        when_the_panel_runs(["--attach", "127.0.0.1:1"], "the panel has not opened; the reason is above"),
         when_the_panel_runs(["cy526"], "cy525"),
         when_the_panel_runs(["nothing.cy525"], "nothing.cy525"),
         (["cy525", "--listen", "0.0.0.0:0"], "--allow-remote"),

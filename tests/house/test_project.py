@@ -155,7 +155,11 @@ def test_the_workflow_of_a_release_lets_nothing_out_without_a_person():
     holders = [name for name, job in flow["jobs"].items() if job.get("permissions", {}).get("id-token") == "write"]
     assert holders == ["attest", "publish"] and flow["jobs"]["publish"]["environment"]["name"] == "release"
     checked_out = [name for name, job in flow["jobs"].items() if "checkout" in json.dumps(job)]
-    assert checked_out == ["build"]  # what runs code of the repository can sign nothing
+    assert checked_out == ["build", "test"]  # what runs code of the repository can sign nothing
+    uploads = [name for name, job in flow["jobs"].items() if "upload-artifact" in json.dumps(job)]
+    tests = [name for name, job in flow["jobs"].items() if "make test" in json.dumps(job)]
+    assert (uploads, tests) == (["build"], ["test"])  # packages of others never run beside what is uploaded
+    assert flow["jobs"]["attest"]["needs"] == ["build", "test"]
     for path in (ROOT / ".github/workflows").iterdir():
         used = re.findall(r"uses: (\S+)", path.read_text("utf-8"))
         assert used and all(re.fullmatch(r"[\w/-]+@[0-9a-f]{40}", action) for action in used), path.name

@@ -109,6 +109,82 @@ def test_two_clients_that_go_back_at_once_come_to_their_own_instants(module):
         assert x.ask("view")["time_ps"] == (late if shown == one["branch"] else early)
 
 
+@pytest.mark.parametrize("do", ["status", "branches", "branch", "back", "subscribe"])
+def test_a_branch_that_does_not_answer_is_left(module, do):
+    x = module()
+    x.ask("pause")
+    now = x.ask("advance", time="10 ms")["time_ps"]
+    assert x.ask("back", time="1 ms")["branch"] == 1
+    (world,) = x.worlds()
+    os.kill(world, signal.SIGSTOP)
+    keys = {"branch": {"number": 0}, "back": {"time": "2 ms"}, "subscribe": {"every": "10 ms"}}.get(do, {})
+    reply = x.ask(do, **keys)  # is answered, with an error or not
+    assert "time_ps" in reply and ("error" in reply) == (do in ("status", "subscribe", "back"))
+    other = x.another()
+    assert other("branches")["current"] == 0
+    assert other("view")["time_ps"] == now
+    until(lambda: not alive(world))
+
+
+def test_a_branch_that_nobody_asks_for_anything_is_left_as_well(module):
+    x = module()
+    x.ask("pause")
+    x.ask("advance", time="10 ms")
+    x.ask("subscribe", every="10 ms")
+    x.ask("back", time="1 ms")
+    (world,) = x.worlds()
+    os.kill(world, signal.SIGSTOP)
+    while (event := x.ask.answer()).get("event") != "branch" or event["branch"] != 0:
+        pass
+    until(lambda: not alive(world))
+    x.another()("go")
+    assert x.host.ask(b"F\r") == b"R\r"
+
+
+def test_the_ports_of_a_branch_are_of_this_user_alone(module, tmp_path):
+    x = module()
+    x.ask("pause")
+    x.ask("advance", time="10 ms")
+    x.ask("back", time="1 ms")
+    (world,) = x.worlds()
+    assert (len(listening(x.server.process.pid)), listening(world)) == (2, [])
+    sockets = [path for path in opened_sockets(world) if "slewline-" in path]
+    assert len(sockets) >= 2 and {os.stat(Path(path).parent).st_mode & 0o777 for path in sockets} == {0o700}
+    x.ask("branch", number=0)
+    until(lambda: not any(map(os.path.exists, sockets)))  # it was left untouched, and is dropped
+
+
+def numbers_of(process):
+    """The numbers of the sockets that a process has open."""
+    found = set()
+    for name in os.listdir(f"/proc/{process}/fd"):
+        with suppress(OSError):
+            found.add(os.readlink(f"/proc/{process}/fd/{name}").removeprefix("socket:[").rstrip("]"))
+    return found
+
+
+def listening(process):
+    """The TCP ports on which a process listens."""
+    rows = [line.split() for line in Path(f"/proc/{process}/net/tcp").read_text().splitlines()[1:]]
+    return [row[1] for row in rows if row[3] == "0A" and row[9] in numbers_of(process)]
+
+
+def opened_sockets(process):
+    """The paths of the Unix sockets on which a process listens."""
+    rows = [line.split() for line in Path(f"/proc/{process}/net/unix").read_text().splitlines()[1:]]
+    return [row[7] for row in rows if len(row) > 7 and row[6] in numbers_of(process)]
+
+
+def test_a_branch_that_works_for_long_is_kept(module):
+    x = module()
+    x.ask("pause")
+    x.ask("advance", time="10 ms")
+    x.ask("back", time="1 ms")
+    x.ask("until", time="2000 s")  # nothing happens: it is there at once, or works
+    time.sleep(2)
+    assert x.ask("branches")["current"] == 1
+
+
 def test_what_is_refused_changes_nothing(module):
     x = module()
     assert "has not come" in x.ask("back", time="1000 s")["error"]
@@ -116,9 +192,11 @@ def test_what_is_refused_changes_nothing(module):
     x.ask("pause")
     x.ask("back", time="1 ms")
     x.ask("go")
-    for wrong in ([1], True, "1", 1.0, 7):
-        assert x.ask("back", time="1 ms", branch=wrong)["error"] == f"no branch {wrong!r}; there are: 0, 1"
-        assert x.ask("branch", number=wrong)["error"].startswith(f"no branch {wrong!r}; there are: 0, ")
+    for wrong in ([1], True, "1", 1.5):
+        assert x.ask("back", time="1 ms", branch=wrong)["error"].startswith("back: branch: ")
+        assert x.ask("branch", number=wrong)["error"].startswith("branch: number: ")
+    assert x.ask("back", time="1 ms", branch=7)["error"] == "no branch 7; there are: 0, 1"
+    assert x.ask("branch", number=7)["error"].startswith("no branch 7; there are: 0, ")
     assert "has not come" in x.ask("back", time="1000 s", branch=0)["error"]
     x.ask("go")
     assert "has not come" in x.ask("back", time="1000 s")["error"]
@@ -316,7 +394,7 @@ def test_many_ways_back_leave_nothing_open(module):
     until(lambda: len(x.worlds()) == processes)
     until(lambda: x.descriptors() == was)
     assert x.server.memory_kb() - memory < 2000
-    assert len(list(folder_of(x).iterdir())) == 1
+    assert len(list(folder_of(x).iterdir())) == 3  # journal, control port and line of the branch that is shown
 
 
 def test_twenty_branches_that_were_changed_of_which_the_last_ones_are_kept(module):

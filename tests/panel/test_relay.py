@@ -88,8 +88,9 @@ def test_the_end_of_the_server_closes_the_page():
     assert panel.close() == ""
 
 
-def test_without_a_server_the_page_is_told():
-    panel = PanelProcess("127.0.0.1:1")
+def test_when_the_server_has_gone_the_page_is_told():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        panel = PanelProcess("{}:{}".format(*server.getsockname()))
     with panel.connect() as page, pytest.raises(ConnectionClosed) as closed:
         page.recv(PATIENCE)
     assert "no server" in closed.value.rcvd.reason
@@ -160,7 +161,7 @@ def test_a_page_that_goes_while_something_is_sent_to_it_ends_without_a_word(serv
 
         page = WebSocket({"type": "websocket", "headers": []}, receive, send)
         address, _, port = served.where.rpartition(":")
-        await Relay(page, Access(address, int(port), "t", CONTROL_TOKEN)).run()
+        await Relay(page, Access(address, int(port), "t", CONTROL_TOKEN)).run(lambda _relay, _own: None)
         return len(said)
 
     assert asyncio.run(asyncio.wait_for(relayed(), PATIENCE)) == taken

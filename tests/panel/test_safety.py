@@ -256,9 +256,53 @@ def test_a_hundred_pages_are_held(panels):
     until(lambda: admitted(panel))
 
 
+def test_pages_that_only_read_do_not_shut_out_the_page_of_the_user(panels):
+    panel = panels()
+    with ExitStack() as stack:
+        for page in [stack.enter_context(panel.connect()) for _ in range(CLIENTS)]:
+            assert json.loads(page.recv(PATIENCE)) == {"event": "panel", "writes": False}
+        with pytest.raises(ConnectionClosed) as closed, panel.connect() as page:
+            page.recv(PATIENCE)
+        assert closed.value.rcvd.code == FULL
+        for page in [stack.enter_context(panel.connect(panel.token)) for _ in range(CLIENTS)]:
+            assert json.loads(page.recv(PATIENCE)) == {"event": "panel", "writes": True}
+        with pytest.raises(ConnectionClosed), panel.connect(panel.token) as page:
+            page.recv(PATIENCE)
+
+
+def test_pages_that_say_nothing_do_not_shut_out_the_page_of_the_user(panels):
+    panel = panels()
+    with ExitStack() as stack:
+        for _ in range(CLIENTS + 3):
+            stack.enter_context(connect(f"ws://{panel.host}/link", origin=panel.origin, proxy=None, compression=None))
+        with panel.connect(panel.token) as page:
+            assert json.loads(page.recv(PATIENCE))["writes"]
+
+
+def test_pings_whose_answers_nobody_reads_cost_no_memory(panel):
+    with socket.create_connection(("127.0.0.1", panel.port), PATIENCE) as one:
+        head = f"GET /link HTTP/1.1\r\nHost: {panel.host}\r\nOrigin: {panel.origin}\r\nUpgrade: websocket\r\n"
+        head += (
+            "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+        )
+        one.sendall(head.encode())
+        assert b"101" in one.recv(1000)
+        before = panel.memory()
+        pings = (b"\x89\xfd\0\0\0\0" + bytes(125)) * 8000  # a megabyte
+        one.settimeout(1)
+        with suppress(OSError):
+            for _ in range(60):
+                one.sendall(pings)
+        assert panel.memory() - before < 20
+    with panel.connect(panel.token) as page:
+        page.recv(PATIENCE)
+        assert ask(page, do="status")["chips"]
+
+
 def test_a_hundred_connections_that_say_nothing_are_dropped(panel):
     silent = [socket.create_connection(("127.0.0.1", panel.port), PATIENCE) for _ in range(100)]
     time.sleep(0.3)
+    assert get(panel)[0] == 200  # the oldest one gives way
     for one in silent[:60]:
         one.close()
     assert get(panel)[0] == 200

@@ -17,7 +17,7 @@ from functools import cached_property, partial
 from ipaddress import ip_address
 from os import PathLike
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from ..bench.hosting import channel_over
 from ..core.chip import Chip
@@ -30,7 +30,7 @@ from .lines.log import TranscriptFile
 from .lines.pace import Pace, Paced
 from .ports.prologix import PrologixLine, PrologixPort
 from .ports.registers import RegisterLine, RegisterPort
-from .ports.tcp import TcpPort
+from .ports.tcp import LOCAL, TcpPort
 from .serving import line_to, prologix_line
 from .sockets.address import is_loopback, parse_address
 from .sockets.loop import Loop
@@ -42,26 +42,18 @@ from .views.reports import FindingReports, Lateness
 from .views.views import Views
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from ..bench import Bench
     from ..gate import LinkPlace
     from .control.control import Control
+    from .face import OpenPort
     from .views.dialogue import Dialogue
     from .views.scope import Scope
 
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
 LOOK_S = 5.0
 PORTS: Mapping[type[HostLine], type[TcpPort]] = {RegisterLine: RegisterPort, PrologixLine: PrologixPort}
-
-
-class OpenPort(Protocol):
-    """A port, of whatever kind."""
-
-    @property
-    def where(self) -> str:
-        """Where it is found."""
-
-    def close(self) -> None:
-        """Close it."""
 
 
 class Server:
@@ -180,8 +172,11 @@ class Server:
         if port not in line.ports:
             raise UsageError(f"{line.name}: has no serial line for --{port}; use --{' or --'.join(line.ports)}")
 
-    def tcp(self, line: HostLine, address: str) -> OpenPort:
-        """Serve a line on a TCP socket, HOST:PORT: its bytes as they are, or requests for registers."""
+    def tcp(self, line: HostLine, address: str | Path) -> OpenPort:
+        """Serve a line on a TCP socket, HOST:PORT: its bytes as they are, or requests for registers.
+
+        A `Path` is a Unix socket, which has the rights of its folder.
+        """
         kind = next((port for of, port in PORTS.items() if isinstance(line, of)), TcpPort)
         return self._on_tcp(kind, line, address)
 
@@ -216,7 +211,7 @@ class Server:
         self._say_format(line, device)
         return port
 
-    def control(self, address: str, token: str | None = None) -> OpenPort:
+    def control(self, address: str | Path, token: str | None = None) -> OpenPort:
         """Open a control port, HOST:PORT; with a token, which clients must know, other machines may reach it, too."""
         from .control.control import Control
 
@@ -224,7 +219,7 @@ class Server:
         self._warn_remote("control", port.where, "any client with the token can drive every pin")
         return port
 
-    def _on_tcp(self, kind: type[TcpPort], line: HostLine, address: str) -> OpenPort:
+    def _on_tcp(self, kind: type[TcpPort], line: HostLine, address: str | Path) -> OpenPort:
         """A line on a socket."""
         port = self._opened(kind(self.loop, line, address, self.allow_remote, partial(self.say, line.name)))
         self._warn_remote(
@@ -234,6 +229,8 @@ class Server:
 
     def _warn_remote(self, name: str, where: str, may: str) -> None:
         """Of a port that other machines can reach."""
+        if where.endswith(LOCAL):
+            return
         host, _ = parse_address(where.rpartition("//")[2], True)
         if not is_loopback(host):
             reach = "every network of this machine" if ip_address(host).is_unspecified else f"the network of {host}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import TYPE_CHECKING, cast
 
 from ..bench.hosting import channel_over
 from ..core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowBus, HostPort, row_for
@@ -16,12 +16,10 @@ from .ports.prologix import PrologixLine
 from .ports.registers import RegisterLine
 
 if TYPE_CHECKING:
-    from ..bench import Bench
     from ..core.chip import Chip
     from ..parts.hosts.adaptive_host import AdaptiveHost
     from ..parts.hosts.bus_host import BusHost
-    from .lines.log import TranscriptFile
-    from .lines.pace import Pace
+    from .face import ServerFace
 
 DEAF = (
     "the UART of {chip} only receives: no command is answered; with --framing (in a bench file framing = true) ?0 "
@@ -29,26 +27,14 @@ DEAF = (
 )
 
 
-class Serves(Protocol):
-    """A server that makes a line."""
-
-    bench: Bench
-    pace: Pace
-    log: TranscriptFile
-    troubles: list[str]
-
-    def say(self, line: str, text: str) -> None:
-        """Tell the user something."""
-
-
 def line_to(
-    server: Serves, channel: Channel, name: str, chips: Sequence[Chip], framing: bool, over: str | None
+    server: ServerFace, channel: Channel, name: str, chips: Sequence[Chip], framing: bool, over: str | None
 ) -> HostLine:
     """Return a line to chips on a channel."""
     return row_for(channel, LINES, "serves")(server, name, chips, framing, over)
 
 
-def prologix_line(server: Serves, name: str, chips: Sequence[Chip]) -> HostLine:
+def prologix_line(server: ServerFace, name: str, chips: Sequence[Chip]) -> HostLine:
     """Return a GPIB controller on a bus with chips.
 
     Raises:
@@ -61,7 +47,7 @@ def prologix_line(server: Serves, name: str, chips: Sequence[Chip]) -> HostLine:
     return PrologixLine(name, server.pace, server.log, controller, devices)
 
 
-def serial_line(server: Serves, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
+def serial_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
     """Return characters, to modules that share a line."""
     if framing:
         raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
@@ -70,14 +56,14 @@ def serial_line(server: Serves, name: str, chips: Sequence[Chip], framing: bool,
     return ConnectorLine(name, chips, server.pace, server.log, port)
 
 
-def register_line(server: Serves, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
+def register_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
     """Return the registers of a board on a host port, or on a bus that works both ways."""
     if framing:
         raise UsageError(f"{name}: has registers of its own; leave out the framing")
     return RegisterLine(name, chips[0], server.pace, server.log, board(server.bench, chips[0], over))
 
 
-def adaptive_line(server: Serves, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
+def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
     """Return characters, to a chip that finds the rate; a character waits for CTS where the chip uses it."""
     if framing:
         raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
@@ -85,7 +71,7 @@ def adaptive_line(server: Serves, name: str, chips: Sequence[Chip], framing: boo
     return ConnectorLine(name, chips, server.pace, server.log, cast("AdaptiveHost", host))
 
 
-def bus_line(server: Serves, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
+def bus_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
     """Return lines of text to a host on a bus; without framing, characters to its UART."""
     if framing:
         host = server.bench.host(chips[0], name=f"{name}_host", over=over)
@@ -94,7 +80,7 @@ def bus_line(server: Serves, name: str, chips: Sequence[Chip], framing: bool, ov
     return ConnectorLine(name, chips, server.pace, server.log, uart(server.bench, chips[0]))
 
 
-LINES: Mapping[type[Channel], Callable[[Serves, str, Sequence[Chip], bool, str | None], HostLine]] = {
+LINES: Mapping[type[Channel], Callable[[ServerFace, str, Sequence[Chip], bool, str | None], HostLine]] = {
     BusHandshake: bus_line,
     SerialChannel: serial_line,
     HostPort: register_line,

@@ -31,7 +31,7 @@ from ..links.sockets.stream import CHUNK
 from ..links.sockets.system import fine_timer
 
 if TYPE_CHECKING:
-    from ..links.server import OpenPort
+    from ..links.face import OpenPort
     from .dialogue import DialogueFile
 
 BACKLOG = 4096  # characters that may wait for the serial port; a host that sends more is held up

@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import os
 import secrets
+import socket
 import sys
 import threading
 from collections.abc import Callable, Sequence
@@ -20,6 +21,7 @@ from ..links.sockets.address import is_loopback, parse_address
 
 LISTEN = "127.0.0.1:0"
 WRONG_USE = 2
+CONNECT_S = 5.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -50,6 +52,13 @@ def run(options: argparse.Namespace) -> int:
     if not port:
         raise UsageError(f"address {attach!r}: a control port has a number")
     listen, at = parse_address(options.listen, options.allow_remote)
+    try:
+        socket.create_connection((host, port), CONNECT_S).close()
+    except OSError as error:
+        raise UsageError(
+            f"--attach {attach}: {error.strerror or error}; give the control port of a running server, or start one: "
+            f"slewline serve ... --control {attach}"
+        ) from None
     access = Access(
         host,
         port,

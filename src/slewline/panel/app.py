@@ -20,6 +20,7 @@ from starlette.middleware import Middleware
 from starlette.routing import Mount, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from ..errors import UsageError
 from ..links.sockets.address import resolved
@@ -43,9 +44,17 @@ class HttpConnection(H11Protocol):
         """Take a connection."""
         super().connection_made(transport)
         if len(self.connections) > CONNECTIONS:
-            transport.abort()
-            return
+            idle = [one for one in self.connections if isinstance(one, HttpConnection) and one.is_idle]
+            if not idle:
+                transport.abort()
+                return
+            min(idle, key=lambda one: one.deadline.when()).transport.abort()  # the oldest one gives way
         self.deadline = self.loop.call_later(IDLE_S, self.give_up)
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing is being answered on it."""
+        return hasattr(self, "deadline") and self.cycle is None
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Take notice that the connection has gone."""
@@ -59,6 +68,67 @@ class HttpConnection(H11Protocol):
             self.transport.abort()
 
 
+class PageSocket(WebSocketsSansIOProtocol):
+    """A websocket that is not read while its pongs are not: what answers pings has no other bound."""
+
+    held = False
+
+    def handle_ping(self) -> None:
+        """Answer a ping; read no more while the answers are not taken."""
+        super().handle_ping()
+        if not self.writable.is_set() and not self.read_paused:
+            self.read_paused = self.held = True
+            self.transport.pause_reading()
+
+    def resume_writing(self) -> None:
+        """Read on."""
+        super().resume_writing()
+        if self.held and self.queue.empty():  # else the page's next message is what is waited for
+            self.read_paused = False
+            self.transport.resume_reading()
+        self.held = False
+
+
+class Pages:
+    """The pages that are open: those with the token, those that may only read, and those that have not sent theirs.
+
+    Each has its own bound, so that the user's own page is never shut out by others.
+    """
+
+    def __init__(self) -> None:
+        self.undecided: dict[Relay, asyncio.Task[None]] = {}  # the oldest one first
+        self.own: set[Relay] = set()
+        self.readers: set[Relay] = set()
+
+    async def run(self, relay: Relay) -> None:
+        """Let a page be open until it has gone."""
+        if len(self.undecided) >= CLIENTS:
+            next(iter(self.undecided.values())).cancel()
+        self.undecided[relay] = asyncio.ensure_future(relay.run(self.admit))
+        try:
+            await self.undecided[relay]
+        except asyncio.CancelledError:
+            if (task := asyncio.current_task()) is None or task.cancelling():
+                raise  # the panel ends
+            await relay.hang_up(Hangup(FULL, f"{CLIENTS} pages have connected without a token; load the page again."))
+        finally:
+            self.undecided.pop(relay, None)
+            self.own.discard(relay)
+            self.readers.discard(relay)
+
+    def admit(self, relay: Relay, own: bool) -> None:
+        """Count a page, now that it has sent its token, or none.
+
+        Raises:
+            Hangup: there are too many of its kind.
+        """
+        self.undecided.pop(relay, None)
+        pages = self.own if own else self.readers
+        if len(pages) >= CLIENTS:
+            raise Hangup(FULL, f"{CLIENTS} pages are open already.")
+        pages.add(relay)
+
+
 def application(access: Access, port: int, name: str, allow_remote: bool = False) -> Starlette:
     """Return the web application.
 
@@ -68,20 +138,10 @@ def application(access: Access, port: int, name: str, allow_remote: bool = False
         name: the name or address on which it listens.
         allow_remote: browsers on other machines may ask.
     """
-    clients = 0
+    pages = Pages()
 
     async def link(page: WebSocket) -> None:
-        nonlocal clients
-        relay = Relay(page, access)
-        if clients >= CLIENTS:
-            await page.accept()
-            await relay.hang_up(Hangup(FULL, f"{CLIENTS} pages are open already."))
-            return
-        clients += 1
-        try:
-            await relay.run()
-        finally:
-            clients -= 1
+        await pages.run(Relay(page, access))
 
     return Starlette(
         routes=[WebSocketRoute("/link", link), Mount("/", StaticFiles(directory=PAGE, html=True))],
@@ -116,7 +176,7 @@ class PanelServer:
             uvicorn.Config(
                 application(access, self.port, host, allow_remote),
                 http=HttpConnection,
-                ws="websockets-sansio",
+                ws=PageSocket,
                 ws_max_size=LONGEST,
                 ws_ping_interval=PING_S,
                 ws_ping_timeout=PING_S,

@@ -17,6 +17,7 @@ from __future__ import annotations
 import asyncio
 import hmac
 import json
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -139,8 +140,12 @@ class Relay:
         self.sending = asyncio.Lock()
         self.waits: set[asyncio.Task[None]] = set()
 
-    async def run(self) -> None:
-        """Pass messages both ways until one side has gone."""
+    async def run(self, admit: Callable[[Relay, bool], object]) -> None:
+        """Pass messages both ways until one side has gone.
+
+        Args:
+            admit: called with whether the page has the token; raises `Hangup` if there are too many such pages.
+        """
         try:
             await self.page.accept()
             async with asyncio.timeout(GREETING_S):
@@ -155,6 +160,7 @@ class Relay:
             return
         try:
             writes = self.access.writes(greeting)
+            admit(self, parsed(greeting).get("token") is not None)
             reader, writer = await self.connected()
         except Hangup as error:
             await self.hang_up(error)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
 from threading import Thread
-from typing import IO, TYPE_CHECKING, Any, cast
+from typing import IO, TYPE_CHECKING, Any, TextIO, cast
 
 import click
 
@@ -140,6 +140,11 @@ class DebugCommand:
         )
 
 
+def is_terminal(file: TextIO | None) -> bool:
+    """Return whether a file is a terminal."""
+    return file is not None and file.isatty()
+
+
 def end_with_input(server: Server) -> None:
     """Stop a server when the standard input ends, as it does with the process at its other end."""
 
@@ -178,8 +183,13 @@ def run(app: Debugger) -> int:
     """Show a screen until its user leaves it; return the exit status.
 
     Raises:
-        SlewlineError: it could not connect, or the server has gone.
+        SlewlineError: it could not connect, or the server has gone; or there is no terminal.
     """
+    if not (is_terminal(sys.stdin) and is_terminal(sys.__stderr__)):  # on which the screen is drawn
+        raise UsageError(
+            "debug needs a terminal for its screen, and standard input or error is none; `slewline run` plays a "
+            "program without one"
+        )
     app.run()
     if app.failure is not None:
         raise app.failure

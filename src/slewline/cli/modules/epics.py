@@ -15,6 +15,7 @@ from ...chips import ramps_of, sheet_of
 from ...core.messages.whole import counted
 from ...core.time.timebase import hertz
 from ...errors import UsageError
+from ...links.sockets.address import is_loopback
 from ...modules.dialogue import DialogueFile, DialogueHeader
 from ...modules.failures import ModuleFailure
 from ...modules.finding import find
@@ -43,11 +44,19 @@ class EpicsCommand:
     crystal: str | None
     every: float
     replace: bool
+    allow_remote: bool
 
     def perform(self) -> int:
         """Do it, until a signal ends it; return the exit status."""
+        from ...labs.epics import interfaces
         from ...labs.record import MotorRecord
 
+        remote = [address for address in interfaces() if not is_loopback(address)]
+        if remote and not self.allow_remote:
+            raise UsageError(
+                f"EPICS_CAS_INTF_ADDR_LIST {' '.join(remote)}: other machines could move the motor; add --allow-remote "
+                "if they may, or set it to 127.0.0.1"
+            )
         if not 0.05 <= self.every <= 3600:
             raise click.UsageError(f"--every {self.every}; allowed 0.05 to 3600 s")
         self.file: DialogueFile | None = None
@@ -110,7 +119,6 @@ class EpicsCommand:
     async def serve(self, record: MotorRecord) -> None:
         """Serve the record until a signal comes."""
         from ...labs.epics import interfaces, serve
-        from ...links.sockets.address import is_loopback
         from ...links.sockets.system import numbers
 
         loop, task = asyncio.get_running_loop(), asyncio.current_task()

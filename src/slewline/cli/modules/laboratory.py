@@ -26,6 +26,7 @@ from .options import PORT, setting_options
     "--every", type=float, default=2.0, show_default=True, metavar="S", help="Ask a motor at rest where it is."
 )
 @click.option("--replace", is_flag=True, help="Moves may replace the program in the module's RAM.")
+@click.option("--allow-remote", is_flag=True, help="Other machines may connect, and move the motor.")
 def epics_command(**options: Any) -> int:
     """Serve the motor behind a real module on PORT as a motor record, on Channel Access, until SIGINT or SIGTERM.
 
@@ -35,7 +36,8 @@ def epics_command(**options: Any) -> int:
 
     A GS-C takes moves in programs alone: each replaces the program in RAM, not the one that M has kept.
 
-    Clients of this machine may connect; others only if EPICS_CAS_INTF_ADDR_LIST names an address that they reach.
+    Clients of this machine may connect; others only if EPICS_CAS_INTF_ADDR_LIST names an address that they
+    reach, with --allow-remote.
     """
     from .epics import EpicsCommand
 

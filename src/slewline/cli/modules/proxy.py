@@ -15,7 +15,7 @@ from ..live.serve import ended_by_signals, say, show_ports
 
 if TYPE_CHECKING:
     from ...core.wires.serial import LineSetting
-    from ...links.server import OpenPort
+    from ...links.face import OpenPort
     from ...links.sockets.loop import Loop
     from ...modules.dialogue import DialogueFile
     from ...modules.proxy import Proxy, ProxyEnd

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from ...core.time.timebase import PS_PER_S, picoseconds
 from ..sockets.stream import SocketStream
@@ -12,40 +12,12 @@ from .kinds import Data
 from .requests import READING
 
 if TYPE_CHECKING:
-    from .verbs import Controlled
+    from ..face import ClientFace
 
 QUEUE = 1 << 24  # bytes of requests
 HARMLESS = READING | {"record", "pause", "breakpoints"}  # what leaves a branch as it is
 MARK = "of the branch"  # the id of a request of ours
 MARKED = json.dumps({"id": MARK})[:-1].encode()
-
-
-class Asking(Protocol):
-    """A client of the control port."""
-
-    server: Controlled
-    stream: SocketStream
-    waiting: bool
-    every_s: float
-
-    @property
-    def token(self) -> str | None:
-        """What a client must send with its first request."""
-
-    def perform(self, request: Data) -> Data | None:
-        """Do what a request asks for, here."""
-
-    def watch(self, every_s: float) -> None:
-        """Send events from now on, at most so often; 0: no more."""
-
-    def reply(self, request: Data, found: Data) -> None:
-        """Send the reply to a request."""
-
-    def event(self, found: Data) -> None:
-        """Send an event, if it has subscribed."""
-
-    def go_on(self) -> None:
-        """Answer requests that have come meanwhile."""
 
 
 class Beyond:
@@ -55,7 +27,7 @@ class Beyond:
         OSError: nobody is there.
     """
 
-    def __init__(self, client: Asking, where: str) -> None:
+    def __init__(self, client: ClientFace, where: str) -> None:
         self.client = client
         self.owed: list[Data] = []  # requests without a reply
         self.socket = connection(where)

@@ -23,8 +23,10 @@ import socket
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from time import perf_counter
-from typing import Any
+from traceback import format_exception
+from typing import TYPE_CHECKING, Any
 
 from ...bench.runner import Wait
 from ...core.wires.pin import Condition
@@ -36,10 +38,14 @@ from ..sockets.stream import SocketStream
 from ..views.views import at, difference, put
 from .beyond import Beyond
 from .kinds import Data
-from .requests import as_object, read
+from .requests import read
 from .time_verbs import TimeVerbs
-from .verbs import Controlled, PinVerbs
+from .validator import as_object
+from .verbs import PinVerbs
 from .view_verbs import ViewVerbs
+
+if TYPE_CHECKING:
+    from ..face import ServerFace
 
 LONGEST = 1 << 16  # bytes of a request
 QUEUE = 1 << 24  # bytes of replies
@@ -70,14 +76,14 @@ class Control:
         UsageError: the address is taken, or other machines could reach it and there is no token.
     """
 
-    def __init__(self, server: Controlled, address: str, token: str | None = None) -> None:
+    def __init__(self, server: ServerFace, address: str | Path, token: str | None = None) -> None:
         self.server, self.token = server, token
         self.clients: list[Client] = []
         if token is not None and len(token) < SHORTEST_TOKEN:
             raise UsageError(
                 f"the token of the control port has {len(token)} characters; give {SHORTEST_TOKEN} or more"
             )
-        host, _ = parse_address(address, server.allow_remote)
+        host = "localhost" if isinstance(address, Path) else parse_address(address, server.allow_remote)[0]
         if token is None and not is_loopback(host):
             raise UsageError(f"address {address!r}: other machines could drive the pins; add --token if they may")
         self.listener = Listener(server.loop, address, self._accept, server.allow_remote)
@@ -192,9 +198,18 @@ class Client:
             found = self.perform(request)
             if found is not None:
                 self.reply(request, found)
-        except (SlewlineError, TypeError, ValueError, KeyError) as error:
+        except Exception as error:
             self.waiting = False
-            self.reply(request or numbered(line), {"error": str(error)})
+            request = request or numbered(line)
+            self.reply(request, self.failed(request, error))
+
+    def failed(self, request: Data, error: Exception) -> Data:
+        """Return what a client gets of an error: our own message, or that the terminal of the server has it."""
+        if isinstance(error, SlewlineError):
+            return {"error": str(error)}
+        do = request.get("do", "request")
+        self.server.say("server", f"control port: {do}: {''.join(format_exception(error))}")
+        return {"error": f"{do}: a mistake in slewline, not in the request; the terminal of the server shows where"}
 
     def perform(self, request: Data) -> Data | None:
         """Do what a request asks for; None: the reply comes later."""

@@ -12,17 +12,29 @@ MAX_FINDINGS = 1000
 
 # ----------------------------------------------------------------------------------------------------- kinds of values
 TEXT: Data = {"type": "string"}
+NAME: Data = TEXT | {"maxLength": 200}
 WHOLE: Data = {"type": "integer"}
 BOOLEAN: Data = {"type": "boolean"}
 NUMBER: Data = {"type": "number"}
-TIME: Data = {"type": ["string", "integer"]}
+A_TIME = r"^\s*[+-]?[0-9]{1,30}(\.[0-9]{0,30})?\s*[A-Za-zµ]+\s*$"  # a quantity with its unit
+A_RATE = r"^[0-9]{1,9}(\.[0-9]{1,30})?$"
+INT64 = 1 << 63
+INTEGER: Data = WHOLE | {"minimum": -INT64, "maximum": INT64 - 1}  # of a request: it is kept in arrays
+COUNT: Data = WHOLE | {"minimum": 0, "maximum": INT64 - 1}
+INSTANT: Data = {"type": ["string", "integer"], "pattern": A_TIME, "minimum": 0, "maximum": INT64 - 1}
+TIME: Data = INSTANT | {"maximum": INT64 // 2}  # from now on
 LEVEL: Data = {"enum": [0, 1]}
-PIN: Data = TEXT | {"pattern": r"^\w+\.\w+$"}
+PIN: Data = NAME | {"pattern": r"^\w+\.\w+$", "examples": ["x.enable"]}
 
 
-def array(of: Data) -> Data:
+def array(of: Data, most: int | None = None) -> Data:
     """Return the schema of a list of values of a kind."""
-    return {"type": "array", "items": of}
+    return {"type": "array", "items": of} | ({} if most is None else {"maxItems": most})
+
+
+def one_of(*forms: Data) -> Data:
+    """Return the schema of an object that has one of some forms, each with its own keys and no others."""
+    return {"oneOf": [form | {"additionalProperties": False} for form in forms]}
 
 
 def mapping(of: Data) -> Data:
@@ -96,11 +108,13 @@ class RequestSpec:
 
 
 A_PIN = Key("pin", PIN, "owner and pin")
-A_LEVEL = Key("level", LEVEL, "0 or 1, the electrical level")
-A_CHIP = Key("chip", TEXT, "its name")
-AN_AXIS = Key("axis", WHOLE, "counted from 1", "1")
-A_LINE = Key("line", TEXT, "its name, or that of any chip on it")
+A_LEVEL = Key("level", LEVEL, "the electrical level")
+A_CHIP = Key("chip", NAME, "its name")
+AN_AXIS = Key("axis", WHOLE | {"minimum": 1, "maximum": 16}, "counted from 1", "1")
+A_LINE = Key("line", NAME, "its name, or that of any chip on it")
+EDGES = ("rises", "falls", "any")
+EDGE = Key("edge", {"enum": list(EDGES)}, "which edge", "any")
 TIMEOUT = Key("timeout", TIME, "how long to wait at most", "60 s")
 MET = Key("met", BOOLEAN, "was the condition met?")
-START = Key("start", TIME, "the window", "0")
-STOP = Key("stop", TIME, "its end", "now")
+START = Key("start", INSTANT, "the window", "0")
+STOP = Key("stop", INSTANT, "its end", "now")

@@ -1,18 +1,19 @@
 """The requests of the control port: what each needs and what its reply has, as rows.
 
-The check of a request, the JSON schema and the page of the documentation are made from them; what a request does is the
-method of its name in `verbs.py`, `time_verbs.py` and `view_verbs.py`.
+The JSON schema is made from them, and `validator.py` checks each request against it; so is the page of the
+documentation.  What a request does is the method of its name in `verbs.py`, `time_verbs.py` and `view_verbs.py`.
 """
 
 from __future__ import annotations
 
-import json
+from functools import cache
 
 from ...core.messages.near import hint
 from ...errors import UsageError
 from . import rows, rows_of_time, rows_of_views
 from .kinds import TEXT, WHOLE, Data, Key, RequestSpec, record
 from .rows_of_events import EVENTS, EventSpec
+from .validator import as_object, check, shown
 
 REQUESTS = (*rows.REQUESTS, *rows_of_time.REQUESTS, *rows_of_views.REQUESTS)
 NAMES = tuple(dict.fromkeys(row.do for row in REQUESTS))
@@ -27,45 +28,21 @@ def read(line: bytes) -> Data:
     """Return a request.
 
     Raises:
-        UsageError: no JSON object with a known "do", or keys that it does not have.
+        UsageError: no JSON object with a known "do", or keys or values that it does not have.
     """
     request = as_object(line)
     do = request.get("do")
-    rows = [row for row in REQUESTS if row.do == do]
-    if not rows:
-        raise UsageError(f"do {do!r}; allowed {', '.join(NAMES)}{hint(do, NAMES)}")
-    keys = {key.name: key for row in rows for key in row.keys}
-    needed = [name for name in keys if all(name in row.needs for row in rows)]
-    for name in needed:
-        if name not in request:
-            raise UsageError(f"{do}: needs {', '.join(needed)}; {name} is missing")
-    for name, value in request.items():
-        if name not in ("do", *keys, *(key.name for key in COMMON)):
-            allowed = ", ".join(keys) or "nothing"
-            raise UsageError(f"{do}: {name} is unknown; allowed {allowed}{hint(name, keys)}")
-        if name in keys and must_be_text(keys[name].kind) and not isinstance(value, str):
-            raise UsageError(f"{do}: {name} {value!r}; expected text")
-    return request
-
-
-def as_object(line: bytes) -> Data:
-    """Return a line as a JSON object.
-
-    Raises:
-        UsageError: it is none.
-    """
-    try:
-        found = json.loads(line)
-    except (ValueError, RecursionError):
-        found = None
-    if not isinstance(found, dict):
-        raise UsageError(f'{line[:60]!r} is not a JSON object; expected a line such as {{"do": "status"}}')
+    if not isinstance(do, str) or do not in NAMES:
+        near = hint(do, NAMES) if isinstance(do, str) else ""
+        raise UsageError(f"do {shown(do)}; allowed {', '.join(NAMES)}{near}")
+    found: Data = check(request, kind_of(do), do)
     return found
 
 
-def must_be_text(kind: Data) -> bool:
-    """Return whether a value of this kind has to be text."""
-    return kind.get("type") == "string" or isinstance(kind.get("enum", [0])[0], str)
+@cache
+def kind_of(do: str) -> Data:
+    """Return the schema of a verb, in all its forms."""
+    return {"oneOf": [request_schema(row) for row in REQUESTS if row.do == do]}
 
 
 # -------------------------------------------------------------------------------------------------------------- schema

@@ -5,23 +5,37 @@ from __future__ import annotations
 from .kinds import (
     A_CHIP,
     A_PIN,
+    A_RATE,
     AN_AXIS,
+    COUNT,
+    EDGE,
+    INSTANT,
+    INTEGER,
     MET,
+    NAME,
     NUMBER,
+    PIN,
     TEXT,
-    TIME,
     TIMEOUT,
     WHOLE,
+    Data,
     Key,
     RequestSpec,
     array,
+    one_of,
     record,
 )
 
 STEPS = ("instruction", "step", "command", "finding")
-EDGES = ("rises", "falls", "any")
-EDGE = Key("edge", {"enum": list(EDGES)}, ", ".join(EDGES), "any")
-A_BREAKPOINT = {"type": "object"}
+RATE: Data = {"type": ["string", "number"], "pattern": A_RATE, "examples": ["0.1"], "minimum": 0.001, "maximum": 1000}
+MOST_BREAKPOINTS = 256
+A_BREAKPOINT = one_of(
+    record({"chip": NAME, "address": COUNT}),
+    record({"chip": NAME, "position": INTEGER}, {"axis": AN_AXIS.kind}),
+    record({"chip": NAME, "register": NAME}, {"axis": AN_AXIS.kind, "value": INTEGER}),
+    record({"pin": PIN}, {"edge": EDGE.kind}),
+    record({"finding": NAME}),
+)
 A_BRANCH = record(
     {"number": WHOLE, "parent": {"type": ["integer", "null"]}, "from_ps": WHOLE, "now_ps": WHOLE},
 )
@@ -32,14 +46,14 @@ REQUESTS = (
         "go",
         "Let time pass with the wall clock again.",
         {"rate": "0.1"},
-        (Key("rate", {"type": ["string", "number"]}, "virtual seconds per second, 0.001 to 1000", "as before"),),
+        (Key("rate", RATE, "virtual seconds per second", "as before"),),
         (Key("rate", NUMBER, "the rate now"),),
     ),
     RequestSpec(
         "step",
         "Pause, and let time pass to the next event of a chip.",
         {"chip": "x", "by": "instruction"},
-        (A_CHIP, Key("by", {"enum": list(STEPS)}, ", ".join(STEPS)), AN_AXIS, TIMEOUT),
+        (A_CHIP, Key("by", {"enum": list(STEPS)}, "which event"), AN_AXIS, TIMEOUT),
         (MET,),
         "chip",
     ),
@@ -55,7 +69,7 @@ REQUESTS = (
         "until",
         "Wait until an instruction of the stored program begins.",
         {"chip": "x", "address": 7},
-        (A_CHIP, Key("address", WHOLE, "of the instruction"), TIMEOUT),
+        (A_CHIP, Key("address", COUNT, "of the instruction"), TIMEOUT),
         (MET,),
         "instruction",
     ),
@@ -63,7 +77,7 @@ REQUESTS = (
         "until",
         "Wait until an instant.",
         {"time": "1.5 s"},
-        (Key("time", TIME, "since the beginning"),),
+        (Key("time", INSTANT, "since the beginning"),),
         (MET,),
         "time",
     ),
@@ -74,9 +88,9 @@ REQUESTS = (
         (
             Key(
                 "breakpoints",
-                array(A_BREAKPOINT),
-                "chip and address; chip and position; chip and register, with a value or for any change; pin and edge; "
-                "finding, with the name of a chip or part, or empty for all",
+                array(A_BREAKPOINT, MOST_BREAKPOINTS),
+                "without a value, any change of the register; of a finding, the name of a chip or part, or empty for "
+                "all",
                 "those there are",
             ),
         ),
@@ -86,7 +100,7 @@ REQUESTS = (
         "back",
         "Go to an instant of the past, and pause there; what is done from there on is a branch.",
         {"time": "50 ms"},
-        (Key("time", TIME, "since the beginning"), Key("branch", WHOLE, "of which branch", "the one that is shown")),
+        (Key("time", INSTANT, "since the beginning"), Key("branch", COUNT, "of which branch", "the one that is shown")),
         (Key("branch", WHOLE, "the number of the new branch"),),
     ),
     RequestSpec(
@@ -101,7 +115,7 @@ REQUESTS = (
         "branch",
         "Go to a branch as it was left, and pause there.",
         {"number": 0},
-        (Key("number", WHOLE, "of the branch"),),
+        (Key("number", COUNT, "of the branch"),),
         (Key("branch", WHOLE, "its number"),),
     ),
 )

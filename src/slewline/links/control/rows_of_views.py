@@ -5,6 +5,11 @@ from __future__ import annotations
 from .kinds import (
     A_CHIP,
     BOOLEAN,
+    COUNT,
+    EDGE,
+    LEVEL,
+    NAME,
+    NUMBER,
     PIN,
     START,
     STOP,
@@ -16,6 +21,7 @@ from .kinds import (
     RequestSpec,
     array,
     mapping,
+    one_of,
     record,
 )
 
@@ -43,7 +49,15 @@ SHEET = record(
 PROGRAM_ROW = record({"address": WHOLE, "bytes": TEXT, "text": TEXT}, {"line": WHOLE})
 PROBLEM = record({"line": WHOLE, "column": WHOLE, "length": WHOLE, "severity": TEXT, "says": TEXT, "remedy": TEXT})
 FORMS = ("vcd", "csv")
-THE_SIGNALS = Key("signals", array(TEXT), "pins and quantities, as `signals` lists them")
+AN_EVENT = one_of(
+    record({"pin": PIN, "level": LEVEL}),
+    record({"pin": PIN}, {"edge": EDGE.kind}),
+    record({"quantity": NAME, "value": NUMBER}, {"slope": EDGE.kind}),
+    record({"finding": NAME}),
+)
+SCALAR: Data = {"type": ["string", "number", "boolean"]}
+MOST_SIGNALS, MOST_ARGUMENTS = 256, 8
+THE_SIGNALS = Key("signals", array(NAME, MOST_SIGNALS), "pins and quantities, as `signals` lists them")
 
 REQUESTS = (
     RequestSpec(
@@ -88,7 +102,7 @@ REQUESTS = (
         "said",
         "What hosts and chips have said, with findings and events; oldest first.",
         {"start": 0},
-        (Key("start", WHOLE, "the number of the first entry", "0"),),
+        (Key("start", COUNT, "the number of the first entry", "0"),),
         (Key("entries", array(ENTRY), f"the last {MAX_ENTRIES}"), Key("omitted", WHOLE, "how many are left out")),
         reads=True,
     ),
@@ -129,8 +143,8 @@ REQUESTS = (
         (
             Key(
                 "on",
-                OBJECT,
-                "pin and edge, or level; quantity, value and slope; finding, with the name of its source",
+                AN_EVENT,
+                "what happens; of a finding, the name of its source, or empty for all",
             ),
             START,
             STOP,
@@ -143,7 +157,7 @@ REQUESTS = (
         "export",
         "Recorded pins as a file.",
         {"signals": ["x.clock"], "start": 0, "stop": "1 s", "form": "vcd"},
-        (THE_SIGNALS, START, STOP, Key("form", {"enum": list(FORMS)}, ", ".join(FORMS))),
+        (THE_SIGNALS, START, STOP, Key("form", {"enum": list(FORMS)}, "the format of the file")),
         (Key("text", TEXT, "what is in the file"),),
         reads=True,
     ),
@@ -157,7 +171,11 @@ REQUESTS = (
         "act",
         "Do something to a part, as a hand would.",
         {"part": "jog", "verb": "cw"},
-        (Key("part", TEXT, "its name"), Key("verb", TEXT, "what to do"), Key("args", {"type": "array"}, "", "none")),
+        (
+            Key("part", NAME, "its name"),
+            Key("verb", NAME, "what to do"),
+            Key("args", array(SCALAR, MOST_ARGUMENTS), "what its verb takes", "none"),
+        ),
     ),
     RequestSpec(
         "assemble",
@@ -178,7 +196,7 @@ REQUESTS = (
         "example",
         "The text of an example.",
         {"name": "programs/weld.cy525"},
-        (Key("name", TEXT, "of the example"),),
+        (Key("name", NAME, "of the example"),),
         (Key("text", TEXT, "what is in the file"),),
         reads=True,
     ),

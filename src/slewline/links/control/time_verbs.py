@@ -17,10 +17,7 @@ from ..time.moments import (
     StepCondition,
 )
 from .kinds import Data
-from .rows_of_time import STEPS
 from .verbs import Verbs
-
-SLOWEST, FASTEST = 0.001, 1000
 
 
 class TimeVerbs(Verbs):
@@ -35,14 +32,11 @@ class TimeVerbs(Verbs):
         """Let time pass with the wall clock again."""
         pace = self.server.pace
         if isinstance(pace, Paced):
-            rate = request.get("rate")
-            if rate is not None and not SLOWEST <= as_number(rate) <= FASTEST:
-                raise UsageError(f"rate {rate!r}; allowed {SLOWEST} to {FASTEST}")
-            pace.go(rate)
+            pace.go(request.get("rate"))
             found: Data = {"rate": float(pace.rate)}
         else:
             if "rate" in request:
-                raise UsageError("rate: time passes for hosts alone here (--lockstep); leave it out")
+                raise UsageError("go: rate: time passes for hosts alone here (--lockstep); leave it out")
             pace.go()
             found = {"rate": 1.0}
         self.server.breakpoints.arm()
@@ -77,14 +71,8 @@ class TimeVerbs(Verbs):
     def next_event(self, request: Data) -> Condition:
         """Return the condition of a step."""
         if "pin" in request:
-            if "chip" in request:
-                raise UsageError("step: give a chip, or a pin")
             return PinCondition(self.bench.pin(request["pin"]), request.get("edge", "any"))
-        if not {"chip", "by"} <= set(request):
-            raise UsageError("step: needs chip and by, or pin")
         chip, by = self.chip(request["chip"]), request["by"]
-        if by not in STEPS:
-            raise UsageError(f"by {by!r}; allowed {', '.join(STEPS)}")
         if by == "instruction":
             if not chip.program_rows() and chip.program_counter is None:
                 raise UsageError(f"{chip.name}: no program is stored, so there is no instruction to come")
@@ -106,18 +94,13 @@ class TimeVerbs(Verbs):
 
     def condition(self, request: Data) -> Condition:
         """Return the condition of a request: a level of a pin, a position of an axis, an instruction of a program."""
-        keys = set(request) & {"pin", "level", "chip", "position", "address", "time"}
-        if keys == {"pin", "level"}:
+        if "pin" in request:
             return self.bench.pin(request["pin"]).is_(request["level"])
-        if keys == {"chip", "position"}:
-            if not isinstance(request["position"], int):
-                raise UsageError(f"position {request['position']!r}; expected a whole number")
+        if "position" in request:
             return self.axis(request).reaches(request["position"])
-        if keys == {"chip", "address"}:
+        if "address" in request:
             return self.chip(request["chip"]).at_instruction(request["address"])
-        if keys == {"time"}:
-            return self.instant(moment(request["time"]))
-        raise UsageError("until: give pin and level, chip and position, chip and address, or time")
+        return self.instant(moment(request["time"]))
 
     def instant(self, at: int) -> Condition:
         """Return the condition that an instant is there (ps)."""
@@ -141,8 +124,6 @@ class TimeVerbs(Verbs):
         """Replace the breakpoints, if there are any in the request; reply with those there are."""
         breakpoints = self.server.breakpoints
         if "breakpoints" in request:
-            if not isinstance(request["breakpoints"], list):
-                raise UsageError(f"breakpoints {request['breakpoints']!r}; expected a list")
             breakpoints.replace(request["breakpoints"])
         return {"breakpoints": [*map(str, breakpoints.conditions)], "rows": breakpoints.rows}
 
@@ -178,11 +159,3 @@ class Pushing(Condition):
     def foreseen(self) -> Callable[[], int | None] | None:
         """What promises say of the condition."""
         return self.condition.foreseen
-
-
-def as_number(rate: object) -> float:
-    """Return a rate as a number; 0 for what is none."""
-    try:
-        return float(str(rate))
-    except ValueError:
-        return 0

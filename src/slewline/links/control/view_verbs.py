@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from functools import partial
+from inspect import Parameter, signature
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...bench.files import examples
 from ...bench.scripts.script import run_script
@@ -23,8 +24,9 @@ from ...language.describe import syntax
 from ...language.lint import lint
 from ...parts.hosts.host import Host
 from ..lines.line import ConnectorLine
-from .kinds import Data
-from .rows_of_views import FORMS, MAX_COLUMNS, MAX_ENTRIES
+from .kinds import INTEGER, Data
+from .rows_of_views import MAX_ENTRIES
+from .validator import check
 from .verbs import Verbs
 
 if TYPE_CHECKING:
@@ -34,8 +36,8 @@ if TYPE_CHECKING:
     from ...parts.base.part import Part
 
 WORK_S = 0.0005  # how long a window is worked out in a turn of the loop
+PARAMETERS = {"int": "integer", "float": "number", "str": "string", "bool": "boolean"}
 EXPORTED = 5_000_000  # characters of a file
-LONGEST = 1 << 20  # characters of a program
 
 
 class ViewVerbs(Verbs):
@@ -82,10 +84,7 @@ class ViewVerbs(Verbs):
 
     def do_said(self, request: Data) -> Data:
         """Reply with the last entries."""
-        start = request.get("start", 0)
-        if not isinstance(start, int):
-            raise UsageError(f"start {start!r}; expected the number of an entry")
-        entries, omitted = self.server.dialogue.since(start)
+        entries, omitted = self.server.dialogue.since(request.get("start", 0))
         return {"entries": entries[-MAX_ENTRIES:], "omitted": omitted + max(len(entries) - MAX_ENTRIES, 0)}
 
     # --------------------------------------------------------------------------------------------------------- scope
@@ -95,21 +94,17 @@ class ViewVerbs(Verbs):
 
     def do_record(self, request: Data) -> Data:
         """Keep what pins do."""
-        pins = texts(request, "pins")
-        if pins:
-            self.bench.record(*pins, keep=request.get("keep", "1 h"))
+        if request["pins"]:
+            self.bench.record(*request["pins"], keep=request.get("keep", "1 h"))
         return {}
 
     def do_window(self, request: Data) -> None:
         """Reply with what signals did; a long answer is worked out beside everything else."""
-        columns = request["columns"]
-        if not isinstance(columns, int) or not 1 <= columns <= MAX_COLUMNS:
-            raise UsageError(f"columns {columns!r}; allowed 1 to {MAX_COLUMNS}")
-        names = texts(request, "signals")
-        work = self.server.scope.window(names, *self.of_window(request), columns)
-        self.go_on_with(work, self.client.answer_later(request))
+        names = [*dict.fromkeys(request["signals"])]
+        work = self.server.scope.window(names, *self.of_window(request), request["columns"])
+        self.go_on_with(request, work, self.client.answer_later(request))
 
-    def go_on_with(self, work: Iterator[Data | None], answer: Callable[[Data], object]) -> None:
+    def go_on_with(self, request: Data, work: Iterator[Data | None], answer: Callable[[Data], object]) -> None:
         """Work for a share of the turn; answer when it is done."""
         end_s = perf_counter() + WORK_S
         found = None
@@ -117,19 +112,17 @@ class ViewVerbs(Verbs):
             for found in work:
                 if found is not None or perf_counter() > end_s:
                     break
-        except SlewlineError as error:
-            answer({"error": str(error)})
+        except Exception as error:
+            answer(self.client.failed(request, error))
             return
         if found is not None:
             answer({"signals": found})
         else:
-            self.server.loop.ask(partial(self.go_on_with, work, answer))
+            self.server.loop.ask(partial(self.go_on_with, request, work, answer))
 
     def do_find(self, request: Data) -> Data:
         """Reply with the instant at which something happens."""
-        if not isinstance(request["on"], dict):
-            raise UsageError(f"on {request['on']!r}; expected an object such as {{'pin': 'x.slew', 'edge': 'falls'}}")
-        found = self.server.scope.find(request["on"], *self.of_window(request), request.get("last") is True)
+        found = self.server.scope.find(request["on"], *self.of_window(request), request.get("last", False))
         return {"found_ps": found}
 
     def of_window(self, request: Data) -> tuple[int, int]:
@@ -140,14 +133,19 @@ class ViewVerbs(Verbs):
 
     def do_export(self, request: Data) -> Data:
         """Reply with recorded pins as a file."""
-        form, names = request["form"], texts(request, "signals")
-        if form not in FORMS:
-            raise UsageError(f"form {form!r}; allowed {', '.join(FORMS)}")
-        pins = [name for name in names if name in self.bench.recorded]
+        form = request["form"]
+        pins = [name for name in dict.fromkeys(request["signals"]) if name in self.bench.recorded]
+        if not pins:
+            raise UsageError("export: signals: no recorded pin is among them; `record` keeps what pins do from then on")
         start, stop = (f"{ps} ps" for ps in self.of_window(request))
         with TemporaryDirectory() as folder:
             path = Path(folder) / f"window.{form}"
-            (self.bench.save_vcd if form == "vcd" else self.bench.save_csv)(path, pins, as_time(start), as_time(stop))
+            try:
+                (self.bench.save_vcd if form == "vcd" else self.bench.save_csv)(
+                    path, pins, as_time(start), as_time(stop)
+                )
+            except SlewlineError as error:  # it names a file of the server
+                raise UsageError(f"export: {str(error).removeprefix(f'{path}: ')}") from None
             if path.stat().st_size > EXPORTED:
                 raise UsageError(f"export: {path.stat().st_size} bytes; allowed {EXPORTED}; choose a shorter window")
             return {"text": path.read_text("utf-8")}
@@ -173,21 +171,17 @@ class ViewVerbs(Verbs):
 
     def do_act(self, request: Data) -> Data:
         """Do something to a part."""
-        args = request.get("args", [])
-        if not isinstance(args, list):
-            raise UsageError(f"args {args!r}; expected a list")
         part = self.bench[request["part"]]
         if request["verb"] not in getattr(part, "verbs", ()):
             allowed = ", ".join(getattr(part, "verbs", ())) or "none"
             raise UsageError(f"{part.name}: no verb {request['verb']!r}; allowed {allowed}")
-        input_of(part, request["verb"])(*args)
+        method = input_of(part, request["verb"])
+        method(*arguments(method, request.get("args", [])))
         return {}
 
     def do_assemble(self, request: Data) -> Data:
         """Reply with an assembled program, and what is odd about it."""
         chip, text = self.chip(request["chip"]), request["text"]
-        if len(text) > LONGEST:
-            raise UsageError(f"assemble: {len(text)} characters; allowed {LONGEST}")
         problems = lint(text, chip.sheet, checks_of(type(chip), chip.sheet))
         try:
             assembly = assemble(text, chip.sheet, "program")
@@ -226,16 +220,27 @@ class ViewVerbs(Verbs):
         return {"text": found[request["name"]].read_text("utf-8", "replace")}
 
 
-def texts(request: Data, key: str) -> list[str]:
-    """Return a list of texts in a request.
+def arguments(method: Callable[..., object], values: list[Any]) -> list[Any]:
+    """Return the arguments of a part's verb, each of the kind that its parameter has.
 
     Raises:
-        UsageError: it is none.
+        UsageError: too few, too many, or of another kind.
     """
-    value = request[key]
-    if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
-        raise UsageError(f'{key} {value!r}; expected a list such as ["x.pulse"]')
-    return value
+    parameters = [*signature(method).parameters.values()]
+    needed = sum(parameter.default is parameter.empty for parameter in parameters)
+    if not needed <= len(values) <= len(parameters):
+        takes = ", ".join(parameter.name for parameter in parameters) or "nothing"
+        raise UsageError(f"act: args: a list of {len(values)}; {method.__name__} takes {takes}")
+    return [
+        check(value, argument(parameter), f"act: args[{number}]")
+        for number, (value, parameter) in enumerate(zip(values, parameters, strict=False))
+    ]
+
+
+def argument(parameter: Parameter) -> Data:
+    """Return the kind of a parameter of a part's verb, from its annotation."""
+    types = [PARAMETERS[each] for each in str(parameter.annotation).split(" | ")]
+    return INTEGER if types == ["integer"] else {"type": types}
 
 
 def as_time(text: str) -> Time:

@@ -22,6 +22,7 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
+from pathlib import Path
 
 from ...errors import UsageError
 from ..lines.port_line import PortLine
@@ -31,6 +32,7 @@ from ..sockets.preamble import HOLD_S, Preamble
 from ..sockets.stream import CHUNK, QUEUE, SocketStream
 
 KEEPALIVE = (("TCP_KEEPIDLE", 10), ("TCP_KEEPINTVL", 5), ("TCP_KEEPCNT", 3), ("TCP_USER_TIMEOUT", 25_000))
+LOCAL = "a socket of this user"  # where a Unix socket is, and who has come on one
 RETRY_S = 0.5  # when the system cannot accept a connection
 # Acknowledge at once: a host that writes in small pieces, as most do, else waits 40 ms before the next one goes out.
 QUICK: int | None = getattr(socket, "TCP_QUICKACK", None)
@@ -44,13 +46,21 @@ class Listener:
     """A socket that listens; `accept` is called with each connection and the name of the other side."""
 
     def __init__(
-        self, loop: Loop, address: str, accept: Callable[[socket.socket, str], object], allow_remote: bool = False
+        self,
+        loop: Loop,
+        address: str | Path,
+        accept: Callable[[socket.socket, str], object],
+        allow_remote: bool = False,
     ) -> None:
         self.loop, self.accept = loop, accept
-        host, port = parse_address(address, allow_remote)
-        family = resolved(host, address)
         try:
-            self.socket = socket.create_server((host, port), family=family)
+            if isinstance(address, Path):
+                self.socket = socket.socket(socket.AF_UNIX)
+                self.socket.bind(str(address))
+                self.socket.listen()
+            else:
+                host, port = parse_address(address, allow_remote)
+                self.socket = socket.create_server((host, port), family=resolved(host, address))
         except OSError as error:
             raise UsageError(f"address {address!r}: {error.strerror or error}; choose another one") from None
         self.socket.setblocking(False)
@@ -67,7 +77,9 @@ class Listener:
 
     @property
     def where(self) -> str:
-        """HOST:PORT as it is."""
+        """HOST:PORT as it is; of a Unix socket, that it is one."""
+        if not isinstance(self.socket.getsockname(), tuple):
+            return LOCAL
         host, port = self.socket.getsockname()[:2]
         return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
@@ -79,6 +91,9 @@ class Listener:
         except OSError:  # no descriptors left, for example: others may close theirs
             self.pause()
             self.loop.after(RETRY_S, self.listen)
+            return
+        if not isinstance(peer, tuple):
+            self.accept(connection, LOCAL)
             return
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
@@ -252,7 +267,7 @@ class TcpPort:
         self,
         loop: Loop,
         line: PortLine,
-        address: str,
+        address: str | Path,
         allow_remote: bool = False,
         tell: Callable[[str], object] = lambda _text: None,
     ) -> None:

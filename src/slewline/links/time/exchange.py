@@ -14,11 +14,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 from ...bench.rewinding import take_over
-from ...core.component import Finding
 from ...core.time.timebase import readable
 from ...errors import UsageError
 from ..lines.line import Act, Acts, ConnectorLine, HostLine
@@ -28,32 +27,10 @@ if TYPE_CHECKING:
     from ...bench import Bench
     from ...core.time.kernel import Kernel
     from ...core.wires.serial import Character
-    from ..lines.log import TranscriptFile
-    from ..lines.pace import Pace
-    from ..views.views import Views
-    from .breakpoints import Breakpoints
-    from .travel import TimeTravel
+    from ..face import ServerFace
 
 KEPT_STRETCHES = 10_000  # of the past of each axis; a server runs for months
 KEEP = "1 h"  # of pins that are recorded
-
-
-class Exchanging(Protocol):
-    """A server whose bench may change."""
-
-    bench: Bench
-    pace: Pace
-    log: TranscriptFile
-    lines: dict[str, HostLine]
-    breakpoints: Breakpoints
-    views: Views
-    travel: TimeTravel
-
-    def furnish(self, bench: Bench) -> None:
-        """Listen to a bench."""
-
-    def finding(self, found: Finding) -> None:
-        """Tell of a finding."""
 
 
 class Ear:
@@ -133,7 +110,7 @@ class Ears:
 class Exchanges:
     """Puts other benches in the place of the one that is served."""
 
-    def __init__(self, server: Exchanging) -> None:
+    def __init__(self, server: ServerFace) -> None:
         self.server = server
         self.ears: WeakKeyDictionary[Kernel, dict[str, Ear]] = WeakKeyDictionary()
         self.others: list[Bench] = []  # to which one listens

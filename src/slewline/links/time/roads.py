@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import socket
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from ..sockets.address import parse_address
 from ..sockets.stream import CHUNK, SocketStream
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from ..sockets.loop import Loop
     from .branches import Branch
 
+ANSWER_S = 1.5  # in which a branch has to answer
 AGAIN_S = 0.01  # after which a host may send on that had to wait
 
 
@@ -66,10 +67,40 @@ class Road:
         self.socket.close()
 
 
-def connection(where: str) -> socket.socket:
-    """Return a connection to a port of this machine."""
-    found = socket.create_connection(parse_address(where), timeout=5)
-    found.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+def rebuilt(loop: Loop, lines: Sequence[HostLine], branch: Branch, before: Sequence[Road]) -> list[Road]:
+    """Let bytes of hosts go to a branch, and no longer to the one before; return the new ways.
+
+    Raises:
+        OSError: the branch cannot be reached; the ways before are still there.
+    """
+    roads: list[Road] = []
+    try:
+        for line in lines:
+            if branch.number:
+                roads.append(Road(loop, line, branch.lines[line.name], branch))
+    except OSError:
+        for road in roads:
+            road.close()
+        raise
+    for road in before:
+        road.close()
+    for road in roads:
+        road.open()
+    for line in lines:
+        if line.resume is not None:
+            line.resume()  # there is other room than before
+    return roads
+
+
+def connection(path: str) -> socket.socket:
+    """Return a connection to a port of a branch: a socket in a folder of this user alone."""
+    found = socket.socket(socket.AF_UNIX)
+    try:
+        found.settimeout(ANSWER_S)
+        found.connect(path)
+    except OSError:
+        found.close()
+        raise
     return found
 
 

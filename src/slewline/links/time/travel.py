@@ -22,17 +22,19 @@ from ...core.messages.whole import whole
 from ...core.time.timebase import readable
 from ...errors import UsageError
 from ..sockets import system
-from .branches import Answer, Branch, Checkpoint, Data, Travels
-from .roads import Road, connection, greeting
+from .branches import Answer, Branch, Checkpoint, Data
+from .roads import Road, connection, greeting, rebuilt
 from .worlds import fork_checkpoint
 
 if TYPE_CHECKING:
     from ...bench import Bench
+    from ..face import ServerFace
 
 DUE_S = 0.02  # of work, after which the next checkpoint is due
 CALM_S = 0.002  # before the next event, in which there is time to fork
 LATE_S = 0.4  # of work, after which it is made even so
 MOST = 48  # checkpoints
+WATCH_S, LOOKS = 0.25, 6  # between two looks at the branch that is shown; in how many of them it has to answer
 MOST_BRANCHES = 16  # besides the first one
 ASK = b'{"do":"read","pins":[]}\n'  # of a branch, for its time
 STAND = b'{"do":"pause"}\n'
@@ -41,7 +43,7 @@ STAND = b'{"do":"pause"}\n'
 class TimeTravel:
     """Checkpoints and branches of a server; without a journal there is no way back."""
 
-    def __init__(self, server: Travels) -> None:
+    def __init__(self, server: ServerFace) -> None:
         self.server, self.bench = server, server.bench
         self.checkpoints: list[Checkpoint] = []
         self.known: dict[int, Branch] = {}
@@ -210,7 +212,7 @@ class TimeTravel:
             self._lose(branch, "its process has ended")
         *lines, branch.rest = (branch.rest + data).split(b"\n")
         for line in lines:
-            branch.now_ps = json.loads(line)["time_ps"]
+            branch.now_ps, branch.silent = json.loads(line)["time_ps"], 0
             branch.waiting.pop(0)()
 
     def _answered(self, mark: Checkpoint) -> None:
@@ -270,10 +272,8 @@ class TimeTravel:
         self._branch(self.current)
 
         def reply() -> None:
-            rows = [
-                {"number": one.number, "parent": one.parent, "from_ps": one.from_ps, "now_ps": one.now_ps}
-                for one in self.known.values()
-            ]
+            keys = ("number", "parent", "from_ps", "now_ps")
+            rows = [{key: getattr(one, key) for key in keys} for one in self.known.values()]
             answer({"branches": rows, "current": self.current, "time_ps": self.now_ps})
 
         self._ask_time(reply)
@@ -307,9 +307,27 @@ class TimeTravel:
             branch.now_ps = self.bench.now_ps
             go_on()
             return
+        self._send(branch, STAND if stand else ASK, go_on)
+
+    def _send(self, branch: Branch, request: bytes, go_on: Callable[[], object]) -> None:
+        """Send a request of ours to a branch; go on when it has answered, or has ended."""
         branch.waiting.append(go_on)
         with suppress(OSError):  # `_heard` sees it
-            branch.leash.sendall(STAND if stand else ASK)
+            cast("socket.socket", branch.leash).sendall(request)
+
+    def _watch(self, branch: Branch) -> None:
+        """Leave the branch that is shown as soon as it does not answer any more."""
+        branch.watched = self.current == branch.number and self.known.get(branch.number) is branch
+        if not branch.watched:
+            return
+        if not branch.waiting:
+            branch.silent = 0
+            self._send(branch, ASK, lambda: None)
+        elif branch.silent >= LOOKS:  # looks, and not seconds: where the machine is busy, both are late
+            self._lose(branch, f"it has not answered for {LOOKS * WATCH_S:g} s")
+            return
+        branch.silent += 1
+        self.server.loop.after(WATCH_S, lambda: self._watch(branch))
 
     # -------------------------------------------------------------------------------------------------------- a switch
     def _switch(self, branch: Branch) -> None:
@@ -320,38 +338,18 @@ class TimeTravel:
         """
         before = self.known[self.current]
         if branch is not before:
-            self._build_roads(branch)
+            self.roads = rebuilt(self.server.loop, [*self.server.lines.values()], branch, self.roads)
         self.current = branch.number
+        if branch.number and not branch.watched:
+            self._watch(branch)
         event = {"event": "branch", "branch": branch.number, "time_ps": branch.now_ps}
-        for control in self.server.controls():
-            for client in [*control.clients]:
-                client.divert(branch.control, event)
+        for client in [client for control in self.server.controls() for client in control.clients]:
+            client.divert(branch.control, event)
         if before.number and not before.touched and before is not branch:
             self._drop(before)
         for old in [one for one in self.known.values() if one.number][:-MOST_BRANCHES]:
             if old is not branch:
                 self._drop(old)
-
-    def _build_roads(self, branch: Branch) -> None:
-        """Let bytes of hosts go to a branch, and no longer to the one before."""
-        lines = self.server.lines.values()
-        roads: list[Road] = []
-        try:
-            for line in lines:
-                if branch.number:
-                    roads.append(Road(self.server.loop, line, branch.lines[line.name], branch))
-        except OSError:
-            for road in roads:
-                road.close()
-            raise
-        for road in self.roads:
-            road.close()
-        self.roads = roads
-        for road in roads:
-            road.open()
-        for line in lines:
-            if line.resume is not None:
-                line.resume()  # there is other room than before
 
     def _lose(self, branch: Branch, why: str) -> None:
         """A branch has ended by itself: the first one is shown again."""
@@ -371,11 +369,12 @@ class TimeTravel:
         if branch.leash is not None and branch.leash.fileno() >= 0:
             self.server.loop.watch(branch.leash.fileno())
             branch.leash.close()
-        with suppress(OSError):
-            branch.journal.unlink()
+        for path in (branch.journal, Path(branch.control), *map(Path, branch.lines.values())):
+            with suppress(OSError):
+                path.unlink()
         if branch.process:
             with suppress(OSError):
-                os.kill(branch.process, signal.SIGTERM)
+                os.kill(branch.process, signal.SIGKILL)  # the only signal that a stopped process takes
 
     def touch(self) -> None:
         """Take notice that the branch that is shown is no longer what it was at first, and worth to be kept."""

@@ -8,8 +8,8 @@
 
 A running coroutine cannot be copied, a process can.  A checkpoint lets go of all that it has inherited from outside, so
 that no host hangs on it, and waits for an order; for each it forks once more and stays as it is.  The copy plays what
-the journal has from there up to the instant that is wanted, opens a control port and a port for each line, on this
-machine alone, and says where they are.  From there on it is a server like the first one.
+the journal has from there up to the instant that is wanted, opens a control port and a port for each line,
+as sockets in a folder of this user alone, and says where they are.  From there on it is a server like the first one.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import socket
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from ...bench.replaying import go_on
@@ -28,15 +29,14 @@ from ..sockets import system
 from ..sockets.loop import Loop
 
 if TYPE_CHECKING:
-    from .branches import Travels
+    from ..face import ServerFace
 
-LOOPBACK = "127.0.0.1:0"
 GRACE_S = 10.0  # in which the server has to connect
 MOST = 1 << 20  # bytes of an order or of its answer
 Data = dict[str, Any]
 
 
-def fork_checkpoint(server: Travels) -> tuple[int, socket.socket]:
+def fork_checkpoint(server: ServerFace) -> tuple[int, socket.socket]:
     """Fork a checkpoint of a server; return its process and the socket on which it takes orders."""
     ours, theirs = socket.socketpair()
     process = cast("Callable[[], int]", system.FORK)()
@@ -74,7 +74,7 @@ def open_descriptors() -> list[int]:
     return list(range(3, 1024))
 
 
-def wait_for_orders(server: Travels, orders: socket.socket) -> None:
+def wait_for_orders(server: ServerFace, orders: socket.socket) -> None:
     """Fork a world for each order, until nobody is there to give any."""
     worlds: dict[int, int] = {}  # the number of the branch, by process
 
@@ -117,7 +117,7 @@ class World:
             journal; `branch`, its number; `token` of its control port; `breakpoints`.
     """
 
-    def __init__(self, server: Travels, order: Data, answers: socket.socket) -> None:
+    def __init__(self, server: ServerFace, order: Data, answers: socket.socket) -> None:
         self.server, self.order, self.answers = server, order, answers
         self.bench = server.bench
         self.inherited = server.travel, server.ports, server.loop  # what they have open is not ours to close
@@ -182,6 +182,11 @@ class World:
     def open_ports(self) -> Data:
         """Open the ports; return where they are."""
         server = self.server
-        control = server.control(LOOPBACK, self.order["token"])
-        lines = {name: server.tcp(line, LOOPBACK).where.rpartition("//")[2] for name, line in server.lines.items()}
-        return {"control": control.where, "lines": lines, "process": os.getpid(), "journal": self.order["copy"]}
+        place = Path(self.order["copy"])  # in a folder that other users cannot enter
+        control = place.with_suffix(".c")
+        server.control(control, self.order["token"])
+        lines = {}
+        for number, (name, line) in enumerate(server.lines.items()):
+            lines[name] = str(path := place.with_suffix(f".{number}"))
+            server.tcp(line, path)
+        return {"control": str(control), "lines": lines, "process": os.getpid(), "journal": self.order["copy"]}

@@ -16,7 +16,7 @@ from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from ...core.motion.quantity import column_edges
-from ...errors import NotRecorded, UsageError
+from ...errors import NotRecorded
 from ...record.recording.recorder import Recorder
 from .cells import BOTH, UNKNOWN, Cells, Points, points, sign, width_of
 
@@ -160,25 +160,19 @@ class Scope:
             UsageError: not a pin and its edge or level, nor a quantity, a value and its slope, nor a finding.
             NotRecorded: the pin is not recorded.
         """
-        if {"pin", "level"} <= set(on):
+        if "level" in on:
             return self._level(on["pin"], on["level"], start, stop, last)
         if "pin" in on:
             return self._edge(on["pin"], on.get("edge", "any"), start, stop, last)
-        if "quantity" in on and "value" in on:
+        if "quantity" in on:
             return self._crossing(on["quantity"], on["value"], on.get("slope", "any"), start, stop, last)
-        if isinstance(on.get("finding"), str):
-            found = self.bench[on["finding"]].findings if on["finding"] else self.bench.findings
-            times = [each.time_ps for each in found if start <= each.time_ps <= stop]
-            return None if not times else times[-1] if last else times[0]
-        raise UsageError(
-            f"find on {dict(on)!r}; allowed pin and edge; pin and level; quantity, value and slope; finding"
-        )
+        found = self.bench[on["finding"]].findings if on["finding"] else self.bench.findings
+        times = [each.time_ps for each in found if start <= each.time_ps <= stop]
+        return None if not times else times[-1] if last else times[0]
 
     def _edge(self, name: str, edge: str, start: int, stop: int, last: bool) -> int | None:
         probe, recorder = self.probe(name), self.recorder
-        wanted = {"rises": (1,), "falls": (0,), "any": (0, 1, -1)}.get(edge)
-        if wanted is None:
-            raise UsageError(f"edge {edge!r}; allowed rises, falls, any")
+        wanted = {"rises": (1,), "falls": (0,), "any": (0, 1, -1)}[edge]
         first = max(start, recorder.since(probe))
         if not last:
             return next((time for time, level in recorder.each_edge(probe, first, stop) if level in wanted), None)
@@ -194,8 +188,6 @@ class Scope:
 
     def _level(self, name: str, level: Any, start: int, stop: int, last: bool) -> int | None:
         """The first instant at which a pin has a level, or the last."""
-        if level not in (0, 1):
-            raise UsageError(f"find {name}: level {level!r}; allowed 0, 1")
         probe = self.probe(name)
         start = max(start, self.recorder.since(probe))
         if start > stop:
@@ -212,8 +204,6 @@ class Scope:
         return None if ended is None else ended - 1
 
     def _crossing(self, name: str, value: Any, slope: str, start: int, stop: int, last: bool) -> int | None:
-        if not isinstance(value, int | float) or slope not in ("rises", "falls", "any"):
-            raise UsageError(f"find {name}: value {value!r}, slope {slope!r}; allowed a number; rises, falls, any")
         times, values = self.bench.quantity(name).outline(max(start, self._kept(name)), stop, 4000)
         found = None
         for before, time, after in zip(values, times[1:], values[1:], strict=False):

@@ -2,37 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from ...core.time.timebase import PS_PER_S
 from ..lines.line import ConnectorLine, HostLine
-from ..lines.pace import Pace, Paced
+from ..lines.pace import Paced
 
 if TYPE_CHECKING:
-    from ...bench import Bench
     from ...core.chip import Chip
     from ...core.component import Finding
     from ...core.motion.one_axis import OneAxis
+    from ..face import ServerFace
 
 SHOWN_FINDINGS = 20
 
 
-class Serving(Protocol):
-    """What a status has of a server."""
-
-    bench: Bench
-    pace: Pace
-    lines: dict[str, HostLine]
-    found: int
-    notes: list[Callable[[], str]]
-    troubles: list[str]
-
-    def steps_of(self, chip: Chip) -> int:
-        """Return how many steps a chip has made since the beginning, on all axes."""
-
-
-def status(server: Serving) -> dict[str, Any]:
+def status(server: ServerFace) -> dict[str, Any]:
     """Return everything that a client of the control port may want to know."""
     return {
         "pace": pace(server),
@@ -43,7 +28,7 @@ def status(server: Serving) -> dict[str, Any]:
     }
 
 
-def pace(server: Serving) -> dict[str, Any]:
+def pace(server: ServerFace) -> dict[str, Any]:
     """Return how time passes, and how late the wall clock was met, in microseconds."""
     lag = server.pace.lag
     found: dict[str, Any] = {"lockstep": server.pace.lockstep}
@@ -53,7 +38,7 @@ def pace(server: Serving) -> dict[str, Any]:
     return found
 
 
-def chip_status(server: Serving, chip: Chip) -> dict[str, Any]:
+def chip_status(server: ServerFace, chip: Chip) -> dict[str, Any]:
     """Return the state of a chip, with its last findings."""
     return {
         "part": chip.sheet.part,
@@ -94,7 +79,7 @@ def line_status(line: HostLine) -> dict[str, Any]:
     return found
 
 
-def as_line(server: Serving) -> str:
+def as_line(server: ServerFace) -> str:
     """Return the state as a line for a terminal."""
     bench, lag = server.bench, server.pace.lag
     parts = [f"{bench.now_ps / PS_PER_S:.3f} s"]

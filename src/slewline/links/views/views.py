@@ -3,37 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 from zlib import crc32
 
-from ..lines.pace import Pace, Paced
+from ..lines.pace import Paced
 
 if TYPE_CHECKING:
     from ...bench import Bench
     from ...core.chip import Chip
     from ...parts.base.part import Part
-    from .dialogue import Dialogue
+    from ..face import ServerFace
 
 Data = dict[str, Any]
-
-
-class Viewed(Protocol):
-    """What is seen of a server."""
-
-    bench: Bench
-    pace: Pace
-    found: int
-    branch: int
-
-    @property
-    def dialogue(self) -> Dialogue:
-        """What hosts and chips have said."""
 
 
 class Views:
     """The views of a server; of a stored program they have the sum, which tells another one from it."""
 
-    def __init__(self, server: Viewed) -> None:
+    def __init__(self, server: ServerFace) -> None:
         self.server, self.bench = server, server.bench
 
     def move(self, bench: Bench) -> None:

@@ -206,7 +206,7 @@ class Encoder(ShowsCounts, Part):
         """Start to watch the pins: the part is wired, and time is about to pass."""
         if self._motor is not None:
             if not ((net := self.pins["pulse"].net).drivers or net.joined):
-                self.finding("open-pin", "pulse is open, so only push() turns the shaft; give to=x, or on=motor")
+                self.finding("open-pin", "pulse is open, so only push turns the shaft; give to=x, or on=motor")
             self._motor.rewired()
         self.rule.start()
 
@@ -229,7 +229,7 @@ class Encoder(ShowsCounts, Part):
         """Let the shaft slip: it does not follow the next steps, so many counts long, whatever their direction."""
         check_counts(self, counts)
         if counts < 0:
-            raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 and more (push() turns the shaft)")
+            raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 and more (push turns the shaft)")
         self.input("slip", counts)
         self.shaft.slip(self._outputs.steps(counts))
         self.kernel.settle()

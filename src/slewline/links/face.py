@@ -1,0 +1,141 @@
+"""The faces of a server and of its clients: what the rooms see of them, in types alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from ..bench import Bench
+    from ..core.chip import Chip
+    from ..core.component import Finding
+    from ..core.wires.pin import Condition
+    from .control.control import Control
+    from .lines.line import HostLine
+    from .lines.log import TranscriptFile
+    from .lines.pace import Pace
+    from .sockets.loop import Loop
+    from .sockets.stream import SocketStream
+    from .time.breakpoints import Breakpoints
+    from .time.travel import TimeTravel
+    from .views.dialogue import Dialogue
+    from .views.reports import FindingReports
+    from .views.scope import Scope
+    from .views.views import Views
+
+
+Data = dict[str, Any]
+
+
+class OpenPort(Protocol):
+    """A port, of whatever kind."""
+
+    @property
+    def where(self) -> str:
+        """Where it is found."""
+
+    def close(self) -> None:
+        """Close it."""
+
+
+class ClientFace(Protocol):
+    """A client of the control port, as verbs and branches see it."""
+
+    server: ServerFace
+    stream: SocketStream
+    waiting: bool
+    every_s: float
+
+    @property
+    def token(self) -> str | None:
+        """What a client must send with its first request."""
+
+    def perform(self, request: Data) -> Data | None:
+        """Do what a request asks for, here; None: the reply comes later."""
+
+    def wait(
+        self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool
+    ) -> None:
+        """Owe a reply until a condition is met, or at an instant (ps); `pushes`: a paused time passes for it."""
+
+    def answer_later(self, request: Data) -> Callable[[Data], object]:
+        """Owe a reply; return what sends it."""
+
+    def reply(self, request: Data, found: Data) -> None:
+        """Send the reply to a request."""
+
+    def failed(self, request: Data, error: Exception) -> Data:
+        """Return what a client gets of an error."""
+
+    def subscribe(self, every_s: float) -> Data:
+        """Send events from now on; return the view."""
+
+    def watch(self, every_s: float) -> None:
+        """Send events from now on, at most so often; 0: no more."""
+
+    def event(self, found: Data) -> None:
+        """Send an event, if it has subscribed."""
+
+    def go_on(self) -> None:
+        """Answer requests that have come meanwhile."""
+
+
+class ServerFace(Protocol):
+    """A server, as lines, views, the control port and the ways back in time see it: `Server` describes the names."""
+
+    bench: Bench
+    pace: Pace
+    loop: Loop
+    log: TranscriptFile
+    lines: dict[str, HostLine]
+    ports: list[OpenPort]
+    allow_remote: bool
+    tell: Callable[[str], object]
+    found: int
+    notes: list[Callable[[], str]]
+    troubles: list[str]
+    branch: int
+    breakpoints: Breakpoints
+    reports: FindingReports
+    travel: TimeTravel
+    views: Views
+
+    @property
+    def scope(self) -> Scope:
+        """What signals did."""
+
+    @property
+    def dialogue(self) -> Dialogue:
+        """What hosts and chips have sent."""
+
+    def controls(self) -> Sequence[Control]:
+        """Return the control ports."""
+
+    def control(self, address: str | Path, token: str | None = None) -> OpenPort:
+        """Open a control port."""
+
+    def tcp(self, line: HostLine, address: str | Path) -> OpenPort:
+        """Serve a line on a TCP socket."""
+
+    def furnish(self, bench: Bench) -> None:
+        """Listen to a bench."""
+
+    def finding(self, found: Finding) -> None:
+        """Report a finding."""
+
+    def say(self, line: str, text: str) -> None:
+        """Report something to the user, once."""
+
+    def steps_of(self, chip: Chip) -> int:
+        """Return how many steps a chip has made since the beginning, on all axes."""
+
+    def catch_up(self) -> None:
+        """Work what hosts have sent before this moment, where they need not wait for answers."""
+
+    def serve(self, done: Callable[[], bool]) -> None:
+        """Let time pass and answer, until something is done."""
+
+    def stop(self) -> None:
+        """End the server."""
