@@ -62,7 +62,8 @@ class ModelLine:
         header: its crystal and straps.
         speech: how it is spoken to.
         options: of the model.
-        memory: an image of the memory beside the chip.
+        memory: an image of the memory beside the chip, in a file.
+        shown: its bytes, if there is no file.
 
     Raises:
         UsageError: straps, a crystal or options that the part has not.
@@ -74,6 +75,7 @@ class ModelLine:
         speech: Speech,
         options: Mapping[str, Any] | None = None,
         memory: str | None = None,
+        shown: bytes = b"",
     ) -> None:
         from ...bench import Bench
         from ...bench.memories import put_memory
@@ -81,7 +83,9 @@ class ModelLine:
         bench = Bench()
         straps = strapped(speech) | dict(header.straps)
         self.chip = bench.add(header.part, crystal=header.crystal_hz, straps=straps, **(options or {}))
-        put_memory(bench, self.chip, memory)
+        part = put_memory(bench, self.chip, memory)
+        if part is not None and memory is None and shown:
+            part.load(shown)
         self.kernel, self.speech = bench.kernel, speech
         self.port: SerialPort | AdaptiveHost | ModelAdapter
         if isinstance(speech, FramedSpeech):
