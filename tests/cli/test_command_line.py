@@ -208,7 +208,11 @@ from slewline.cli.main import main
 main()
 """
     ran = subprocess.run([sys.executable, "-c", code, "--version"], check=False, capture_output=True, text=True)
-    assert (ran.returncode, ran.stdout, ran.stderr) == (1, "", "slewline: interrupted; no file was written\n")
+    assert (ran.returncode, ran.stdout, ran.stderr) == (
+        1,
+        "",
+        "slewline: interrupted; files that were not finished are as they were\n",
+    )
 
 
 @pytest.mark.system
@@ -227,7 +231,7 @@ main.invoke = invoke
 main.main()
 """
     ran = subprocess.run([sys.executable, "-c", code, "--version"], check=False, capture_output=True, text=True)
-    assert (ran.returncode, ran.stderr) == (1, "slewline: interrupted; no file was written\n")
+    assert (ran.returncode, ran.stderr) == (1, "slewline: interrupted; files that were not finished are as they were\n")
 
 
 @pytest.mark.system
@@ -250,7 +254,10 @@ def test_an_interrupt_leaves_no_file(call, five, folder, monkeypatch):
 
     monkeypatch.setattr(slewline.Bench, "run_until_idle", interrupt)
     ran = call("run", five, "--journal", "j", "--vcd", "x.vcd", "--json", "x.json")
-    assert (ran.status, ran.err.split("\n")[-2]) == (1, "slewline: interrupted; no file was written")
+    assert (ran.status, ran.err.split("\n")[-2]) == (
+        1,
+        "slewline: interrupted; files that were not finished are as they were",
+    )
     assert [path.name for path in folder.iterdir()] == [five]
 
 

@@ -151,7 +151,7 @@ def test_a_dialogue_is_played_to_a_module_now(call, dialogue, serve):  # noqa: F
     served = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs=0")
     name = dialogue(["F", "V1", "Q", "V2"], planted={3: b"V+7\r"})
     found = call("compare", name, "--port", served.where, "--report", "now", "--tolerance", "60 s")
-    assert (found.status, found.err) == (0, ""), found.out
+    assert (found.status, found.err) == (0, "slewline: the raw characters that came are in now.raw\n"), found.out
     assert found.out.startswith("gs-c200s: 4 exchanges, 0 differences")
     said = RecordedDialogue.read("now").said
     assert [each.text for each in said] == ["F\r", "R\r", "V1\r", "V+0\r", "Q\r", "END\r", "V2\r", "V70\r"]

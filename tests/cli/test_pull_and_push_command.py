@@ -16,7 +16,8 @@ def test_a_program_goes_in_and_comes_out_with_its_dialogues(call, write):
     sent = call("push", url, write("weld.gs-c200s", *WELD), "--store", "--markings", "GS-C200S 9431")
     assert (sent.status, sent.out) == (0, "")
     assert sent.err.splitlines() == [
-        f"slewline: gs-c200s at {url}, 9600 7O2; what is said goes to weld.gs-c200s.dialogue",
+        f"slewline: gs-c200s at {url}, 9600 7O2; what is said goes to weld.gs-c200s.dialogue, raw characters to "
+        "weld.gs-c200s.raw",
         "slewline: wrote weld.before.gs-c200s: 0 instructions, 0 locations",
         "slewline: verified: 4 instructions",
         "slewline: M: program to EEPROM ...",
@@ -53,7 +54,11 @@ CANNOT_BE = [
     (("push", "slewline://cy525", "p.cy525"), 2, "what cannot be verified is not sent"),
     (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--baud", "19200"), 2, "--baud 19200: no rate of the"),
     (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--from", "5"), 2, "--from 5: the program of a"),
-    (("pull", "slewline://gs-c200", "-o", "a.gs-c200s"), 1, "V1 was answered with 'V0'; allowed V([+-][0"),
+    (
+        ("pull", "slewline://gs-c200", "-o", "a.gs-c200s"),
+        1,
+        "V1 was answered with 'V0'; allowed V, a sign, 1 to 7 digits",
+    ),
     (("pull", "slewline://gs-c200s?br0=1", "-o", "a.gs-c200s", "--baud", "9600"), 1, "nothing answers V2"),
     (("pull", "loop://", "-o", "a.gs-c200s"), 1, "a line that echoes is a modem's or a console's"),
     (("push", "slewline://cy545", "p.cy545", "--chip", "cy545"), 2, "--part names the part"),
@@ -75,5 +80,5 @@ def test_what_cannot_be_done_is_said_and_nothing_is_written(call, write, subtest
             called = call(*words)
             assert (called.status, called.out) == (status, "")
             assert says in called.err
-            after = {path: path.read_bytes() for path in Path().iterdir() if path.suffix != ".dialogue"}
+            after = {path: path.read_bytes() for path in Path().iterdir() if path.suffix not in (".dialogue", ".raw")}
             assert after == before

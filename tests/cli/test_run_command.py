@@ -7,7 +7,10 @@ import io
 import json
 import os
 import re
+import signal
+import subprocess
 import sys
+import time
 from itertools import count, pairwise
 from pathlib import Path
 
@@ -172,10 +175,10 @@ def test_strict_is_content_without_findings(call, five):
 
 
 def test_a_bench_file_says_how_long(call, bench):
-    for line, ended, time in (("until", "until", 3 * 10**9), ("timeout", "timeout", 3 * 10**9)):
+    for line, ended, time_ps in (("until", "until", 3 * 10**9), ("timeout", "timeout", 3 * 10**9)):
         Path(bench).write_text(f'[bench]\n{line} = "3 ms"\n{BENCH}')
         found = call("run", bench, "--json", "-").json["chips"]["x"]
-        assert (found["ended"], found["time_ps"]) == (ended, time)
+        assert (found["ended"], found["time_ps"]) == (ended, time_ps)
     assert call("run", bench, "--timeout", "1 s", "--json", "-").json["chips"]["x"]["ended"] == "idle"
 
 
@@ -508,3 +511,49 @@ def test_an_input_is_a_regular_file(call, arguments):
         os.mkfifo(name)
     called = call(*arguments)
     assert called.status == 2 and "is a FIFO; give a regular file" in called.err
+
+
+# -------------------------------------------------------------------------------------------------------------- signals
+SIGNALS = ["SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGKILL"]
+
+
+@pytest.mark.posix
+@pytest.mark.system
+@pytest.mark.parametrize("name", SIGNALS)
+def test_a_signal_leaves_no_part_of_a_file_and_after_a_kill_the_next_run_removes_it(call, five, endless, folder, name):
+    words = [sys.executable, "-m", "slewline", "run", endless, "--vcd", "x.vcd", "--journal", "j", "--until", "9999 s"]
+    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    try:
+        deadline = time.monotonic() + 20
+        while not list(folder.glob(".*.part")):
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.01)
+        assert call("run", five, "--vcd", "y.vcd", "-q").status == 0  # another process leaves it alone
+        assert list(folder.glob(".*.part"))
+        process.send_signal(getattr(signal, name))
+        _, told = process.communicate(timeout=20)
+    finally:
+        process.kill()
+        process.communicate()
+    if name == "SIGKILL":
+        assert list(folder.glob(".*.part"))
+        assert call("run", five, "--vcd", "y.vcd", "-q").status == 0
+    else:
+        assert (process.returncode, "Traceback" in told) == (1, False), told
+        assert told.splitlines()[-1] == "slewline: interrupted; files that were not finished are as they were"
+    assert sorted(path.name for path in folder.iterdir()) == sorted([five, endless, "y.vcd"])
+
+
+@pytest.mark.posix
+@pytest.mark.system
+def test_a_hangup_that_is_ignored_stays_so(five):
+    code = f"""
+import signal, sys
+signal.signal(signal.SIGHUP, signal.SIG_IGN)
+from slewline.cli import main
+invoke = main.invoke
+main.invoke = lambda words: (signal.raise_signal(signal.SIGHUP), invoke(words))[1]
+sys.argv = ["slewline", "run", {five!r}, "-q"]
+main.main()
+"""
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

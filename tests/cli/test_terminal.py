@@ -45,6 +45,9 @@ def talk(call, monkeypatch):
     return talk
 
 
+LEAVES = "Ctrl-D leaves, :help lists the commands"
+
+
 def test_lines_their_answers_and_what_is_odd(talk):
     found = talk("V1", "S0", "Q")
     assert found.status == 0
@@ -57,7 +60,7 @@ def test_lines_their_answers_and_what_is_odd(talk):
         "gs-c200s> Q",
         "END  (end of the listing, 1 ms)",
     ]
-    assert found.err == f"slewline: gs-c200s at {GSC}, 9600 7O2; Ctrl-D leaves, :help lists the commands\n"
+    assert found.err == f"slewline: gs-c200s at {GSC}, 9600 7O2; raw characters go to terminal.gs-c200s.raw; {LEAVES}\n"
 
 
 def test_a_part_that_answers_queries_only(talk):

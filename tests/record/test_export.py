@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import stat
+import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -171,6 +174,88 @@ def test_file_has_the_usual_rights(tmp_path):
         pass
     (tmp_path / "b").touch()
     assert os.stat(tmp_path / "a").st_mode == os.stat(tmp_path / "b").st_mode
+
+
+@pytest.mark.posix
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o4755, 0o444])
+def test_a_file_that_is_replaced_passes_its_mode_on_and_nobody_reads_it_meanwhile(tmp_path, mode):
+    (tmp_path / "a").write_text("old")
+    (tmp_path / "a").chmod(mode)
+    file = WholeFile(tmp_path / "a")
+    assert stat.S_IMODE(os.stat(file.part).st_mode) == mode
+    file.write(b"new")
+    file.commit()
+    assert (tmp_path / "a").read_bytes() == b"new"
+    assert stat.S_IMODE(os.stat(tmp_path / "a").st_mode) == mode
+
+
+class Owned:
+    """A result of os.stat with another owner."""
+
+    def __init__(self, found, uid, gid):
+        self.st_mode, self.st_uid, self.st_gid = found.st_mode, uid, gid
+
+
+@pytest.mark.posix
+@pytest.mark.parametrize("permitted", [True, False])
+def test_a_file_that_is_replaced_keeps_its_owner_or_that_is_said(tmp_path, monkeypatch, recwarn, permitted):
+    """Of two users there is one here: what the system says of owners is made up."""
+    path, owners = tmp_path / "a", {"a": (4001, 4002)}
+    path.write_text("old")
+    path.chmod(0o6640)
+    real = Path.stat
+
+    def chown(part, uid, gid):
+        if not permitted:
+            raise PermissionError(1, "Operation not permitted")
+        owners[part.name] = uid, gid
+        os.chmod(part, 0o644)  # as the system does
+
+    def told(self, **more):
+        return Owned(real(self, **more), *owners.get(self.name, (1, 1)))
+
+    monkeypatch.setattr(os, "chown", chown)
+    warnings.simplefilter("always")
+    file = WholeFile(path)
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "stat", told)
+        file._kept_owner = file._take_over(file.part)
+    file.commit()
+    assert stat.S_IMODE(os.stat(path).st_mode) == (0o6640 if permitted else 0o640)
+    says = [str(each.message) for each in recwarn]
+    assert says == ([] if permitted else [f"{path}: its owner and group are yours now, not those it had"])
+    assert not permitted or owners[file.part.name] == (4001, 4002)
+
+
+@pytest.mark.posix
+def test_what_a_killed_process_has_left_is_removed_and_what_is_being_written_is_not(tmp_path):
+    for name in (".slewline-4000000-7.part", ".slewline-x-7.part", ".slewline-4000000-7.parts", "slewline-1-1.part"):
+        (tmp_path / name).write_text("dead")
+    (tmp_path / ".slewline-1-1.part").symlink_to("slewline-1-1.part")
+    one, other = WholeFile(tmp_path / "a"), WholeFile(tmp_path / "b")
+    for file in (one, other):
+        file.write(b"whole")
+        file.commit()
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        ".slewline-1-1.part",
+        ".slewline-4000000-7.parts",
+        ".slewline-x-7.part",
+        "a",
+        "b",
+        "slewline-1-1.part",
+    ]
+
+
+@pytest.mark.posix
+def test_a_durable_file_is_on_the_disk_before_its_name_is(tmp_path, monkeypatch):
+    done = []
+    for name in ("fsync", "replace"):
+        real = getattr(os, name)
+        monkeypatch.setattr(os, name, lambda *words, name=name, real=real: (done.append(name), real(*words)))
+    for durable in (False, True):
+        with WholeFile(tmp_path / "a", durable=durable) as file:
+            file.write(b"whole")
+    assert done == ["replace", "fsync", "replace", "fsync"]
 
 
 @pytest.mark.posix

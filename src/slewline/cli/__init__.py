@@ -6,3 +6,7 @@ are in templates/: `both`, and what only a chip or a part has; `new.py` knows th
 """
 
 FOUND, WRONG_USE = 1, 2  # exit status; 0: all is well
+
+
+class Terminated(KeyboardInterrupt):
+    """The system asks the process to end: as Ctrl-C does, but not for a line alone."""

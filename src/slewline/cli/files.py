@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +20,9 @@ from ..gate import read_text
 
 if TYPE_CHECKING:
     from ..core.chip import Chip
+
+if TYPE_CHECKING:
+    from ..record.whole_file import WholeFile
 
 LONGEST = 1000  # characters of a line
 STDIN = "-"
@@ -118,7 +120,7 @@ class Outputs:
     def __init__(self, inputs: Iterable[str]) -> None:
         self.taken = {os.path.realpath(path) for path in inputs}
         self.written: list[str] = []
-        self._part: tuple[str, Path] | None = None
+        self._growing: WholeFile | None = None
 
     def claim(
         self, path: str | None, endings: tuple[str, ...] = (), bare: bool = False, own: bool = False
@@ -170,30 +172,26 @@ class Outputs:
     # --------------------------------------------------------------------------------------------------- the journal
     def partial(self, path: str | None) -> str | None:
         """Return a name for a file that grows during a run, until `keep` puts it in place."""
-        from ..record.whole_file import neighbour
+        from ..record.whole_file import WholeFile
 
         if path is None:
             return None
         real = Path(os.path.realpath(path))
         if real.exists() and not real.is_file():
             return path  # a pipe or a device
-        part, file = neighbour(real)
-        file.close()
-        self._part = path, part
-        return str(part)
+        self._growing = WholeFile(path)
+        return str(self._growing.part)
 
     def keep(self) -> None:
         """Put the growing file in place."""
-        if self._part is not None:
-            path, part = self._part
-            os.replace(part, os.path.realpath(path))
-            self.written.append(path)
-            self._part = None
+        if self._growing is not None:
+            self._growing.commit()
+            self.written.append(str(self._growing.path))
+            self._growing = None
 
     def __enter__(self) -> Outputs:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._part is not None:
-            with suppress(OSError):
-                self._part[1].unlink()
+        if self._growing is not None:
+            self._growing.discard()

@@ -10,8 +10,9 @@ import io
 import os
 import signal
 import sys
+import warnings
 
-from . import FOUND, WRONG_USE
+from . import FOUND, WRONG_USE, Terminated
 
 TYPE_CHECKING = False  # nothing is loaded here that can be loaded later: see `main`
 if TYPE_CHECKING:
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
 
     import click
 
-INTERRUPTED = "interrupted; no file was written"
+INTERRUPTED = "interrupted; files that were not finished are as they were"
+ENDS = ("SIGTERM", "SIGHUP", "SIGQUIT")  # as far as the system has them
 
 
 def main() -> None:
@@ -39,12 +41,32 @@ def main() -> None:
     try:
         if default:
             signal.signal(signal.SIGINT, signal.default_int_handler)
+        _end_in_order()
+        warnings.showwarning = _shown  # type: ignore[assignment]
         status = invoke(sys.argv[1:])
     except KeyboardInterrupt:  # before the command began, or after it
         _interrupted()
     if default:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Python takes its time to end
     sys.exit(status)
+
+
+def _end_in_order() -> None:
+    """Let SIGTERM, SIGHUP and SIGQUIT end the command as Ctrl-C does; one that is ignored, as by nohup, stays so."""
+    own = os.getpid()
+    numbers = [number for name in ENDS if (number := getattr(signal, name, None)) is not None]
+    numbers = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+
+    def end(number: int, _frame: object) -> None:
+        if os.getpid() != own:  # a copy of the process
+            signal.signal(number, signal.SIG_DFL)
+            signal.raise_signal(number)
+        for each in numbers:
+            signal.signal(each, signal.SIG_IGN)
+        raise Terminated
+
+    for number in numbers:
+        signal.signal(number, end)
 
 
 def _plainer(error: UnicodeError) -> tuple[str, int]:
@@ -95,6 +117,11 @@ def invoke(arguments: Sequence[str]) -> int:
 def _let_go() -> None:
     """Standard output cannot be written: what is left must not trouble the interpreter when it ends."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _shown(message: Warning | str, *_: object) -> None:
+    """Print a warning as a message of ours."""
+    sys.stderr.write(f"slewline: {message}\n")
 
 
 def _called(cli: click.Command, arguments: Sequence[str]) -> int:

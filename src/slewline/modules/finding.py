@@ -10,16 +10,23 @@ import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from ..core.datasheet.table import Sheet
 from .adapter import FramedSpeech
+from .deviations import deviations
 from .failures import DamagedAnswer, NoAnswer, RefusedCommand
 from .module import DialogueRecord, Module
 from .port import ModulePort
 from .speech import LineSpeech, QuerySpeech, speech_of
 from .spoken import CR, Speech
 
+if TYPE_CHECKING:
+    from .raw import RawRecord
+
 LOOK_S = 0.35  # of silence at a rate, after which the next one is tried
+FOLLOWS_S = 0.05  # of silence, after which an answer is over, whatever its end is
+MOST_HEARD = 1024  # characters of an answer
 LOOKS = 2  # at a rate: the first line may only end what the module had got of another one
 
 
@@ -32,6 +39,7 @@ def find(
     address: int | None = None,
     transcript: DialogueRecord | None = None,
     may_move: bool = False,
+    raw: RawRecord | None = None,
 ) -> Module:
     """Return the module at a port, which has answered a question.
 
@@ -42,6 +50,7 @@ def find(
         checked: its lines have checksums; None: it is looked for.
         address: of the module on a line of several; None: none.
         transcript, may_move: as for `Module`.
+        raw: keeps what goes over the line.
 
     Raises:
         UsageError: there is no such port, or the part has not what was given.
@@ -49,10 +58,12 @@ def find(
         PortLost: the port is gone.
     """
     speech = speech_of(sheet, baud, checked, address)
-    port = ModulePort(where, speech.setting)
+    port = ModulePort(where, speech.setting, raw)
     try:
         look = next(look for kind, look in LOOKS_FOR.items() if isinstance(speech, kind))
-        return look(Module(port, speech, transcript, may_move=may_move), baud, checked)
+        module = look(Module(port, speech, transcript, may_move=may_move), baud, checked)
+        _check_deviations(module)
+        return module
     except BaseException:
         port.close()
         raise
@@ -78,7 +89,34 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
                 return module
             if heard:
                 strange.append(f"{heard[:40]!r} at {rate} baud")
+                _check_deviations(module)
     raise NoAnswer(_unfound(module, baud, strange))
+
+
+def _check_deviations(module: Module) -> None:
+    """Ask, and see what comes to its end: whether it is an answer of the part that deviates from the sheet.
+
+    Raises:
+        DamagedAnswer: it does, twice in the same way.
+    """
+    speech = module.speech
+    seen = ""
+    for _ in range(LOOKS):
+        module.tidy()
+        module.send(speech.framed(speech.probe))
+        heard, silence = b"", LOOK_S
+        while len(heard) < MOST_HEARD and (more := module.hear(silence + 12 * speech.character_s)):
+            heard += more
+            silence = FOLLOWS_S
+        found = deviations(speech, speech.probe, heard)
+        if found and found == seen:
+            raise DamagedAnswer(
+                f"{module.name}: {speech.probe} was answered with {heard[:60]!r} at {speech.setting.in_full}, and that "
+                f"is not as in the sheet: {found}"
+            )
+        if not found:
+            return
+        seen = found
 
 
 def _at(speech: Speech, baud: int, checked: bool) -> Speech:

@@ -7,9 +7,10 @@ from collections.abc import Callable
 from time import monotonic_ns
 from typing import NamedTuple, Protocol
 
+from .deviations import deviations, in_words
 from .failures import DamagedAnswer, MotionRefused, NoAnswer, RefusedCommand
 from .port import ModulePort
-from .spoken import Speech
+from .spoken import CR, Speech
 
 TRIES = 4
 NOISE = "check cable, rate and format for noise, and call again"
@@ -156,7 +157,8 @@ class Module:
         try:
             lines = tuple(self.speech.lines(received))
         except DamagedAnswer as damaged:
-            raise DamagedAnswer(f"{self.name}: the answer to {command} came damaged: {damaged}; {NOISE}") from None
+            why = deviations(self.speech, command, received) or damaged
+            raise DamagedAnswer(f"{self.name}: the answer to {command} came damaged: {why}; {NOISE}") from None
         if not (lines and self.speech.refusal(lines[-1])):
             self._note_entry(command)
         return ModuleAnswer(lines, sent_ns, first_ns, last_ns)
@@ -174,8 +176,10 @@ class Module:
             if found := re.fullmatch(shape, answer):
                 return self.speech.value(what, found[1])
             self.transcript.note(f"asked again: {answer!r} is no answer to {command}")
+        why = deviations(self.speech, command, answer.encode("latin-1") + CR)
         raise DamagedAnswer(
-            f"{self.name}: {command} was answered with {answer!r}; allowed {shape}; {self._strange(command, answer)}"
+            f"{self.name}: {command} was answered with {answer!r}{': ' * bool(why)}{why}; allowed {in_words(shape)}; "
+            f"{self._strange(command, answer)}"
         )
 
     def wait_until_ready(self, seconds: float) -> None:
@@ -261,10 +265,11 @@ class Module:
     def _silence(self, command: str, received: bytes, patience: float) -> str:
         setting = self.speech.setting.in_full
         if received:
-            return (
-                f"{self.name}: the answer to {command} stops after {received[-40:]!r}, {len(received)} characters; "
-                f"allowed one that ends; {NOISE}"
-            )
+            stops = f"stops after {received[-40:]!r}, {len(received)} characters"
+            why = deviations(self.speech, command, received)
+            if why:
+                return f"{self.name}: the answer to {command} {stops}, and is not as in the sheet: {why}"
+            return f"{self.name}: the answer to {command} {stops}; allowed one that ends; {NOISE}"
         return (
             f"{self.name}: no answer to {command} within {patience:.1f} s, at {setting}; is it this part, is it "
             "switched on, are these its rate, checksums and address (--baud, --checksum, --address)?"

@@ -19,6 +19,7 @@ from .failures import PortLost
 
 if TYPE_CHECKING:
     from ..core.wires.serial import LineSetting
+    from .raw import RawRecord
 
 Result = TypeVar("Result")
 SLICE_S = 0.02  # of a read that waits
@@ -38,15 +39,16 @@ class ModulePort:
     Args:
         where: as pySerial takes it.
         setting: rate and format.
+        raw: keeps what goes over the line.
 
     Raises:
         UsageError: there is no such port, it is in use, or it does not take the setting.
     """
 
-    def __init__(self, where: str, setting: LineSetting) -> None:
+    def __init__(self, where: str, setting: LineSetting, raw: RawRecord | None = None) -> None:
         from ..links.ports.device import refused  # which says what is missing, if pySerial is
 
-        self.where, self.setting = where, setting
+        self.where, self.setting, self.raw = where, setting, raw
         word = setting.word
         import serial
 
@@ -63,6 +65,11 @@ class ModulePort:
         except (OSError, ValueError, TypeError) as error:
             raise UsageError(f"{where}: {refused(where, error)}") from None
         self._see_faults()
+        self._note_setting()
+
+    def _note_setting(self) -> None:
+        if self.raw is not None:
+            self.raw.note(self.setting.in_full)
 
     def _see_faults(self) -> None:
         """Let the driver make NUL of a character with a parity or framing fault, where it can."""
@@ -87,6 +94,7 @@ class ModulePort:
         self.setting = setting
         self._do(lambda: setattr(self.line, "baudrate", int(setting.baud)))
         self._see_faults()
+        self._note_setting()
 
     # --------------------------------------------------------------------------------------------------- out and back
     def write(self, data: bytes) -> int:
@@ -97,6 +105,8 @@ class ModulePort:
         """
         now = time.monotonic_ns()
         self._do(lambda: self.line.write(data))
+        if self.raw is not None:
+            self.raw.sent(data, now)
         return now
 
     def read(self, silence: float) -> Chunk:
@@ -106,12 +116,12 @@ class ModulePort:
             PortLost: the port is gone.
         """
         waited = 0.0
-        while not (data := self._do(lambda: self.line.read(1))):
+        while not (data := self._take(lambda: 1)):
             waited += SLICE_S
             if waited >= silence:
                 return Chunk(b"", time.monotonic_ns())
         now = time.monotonic_ns()
-        return Chunk(data + self._do(lambda: self.line.read(self.line.in_waiting)), now)
+        return Chunk(data + self.waiting(), now)
 
     def waiting(self) -> bytes:
         """Return what has come already.
@@ -119,7 +129,12 @@ class ModulePort:
         Raises:
             PortLost: the port is gone.
         """
-        data: bytes = self._do(lambda: self.line.read(self.line.in_waiting))
+        return self._take(lambda: self.line.in_waiting)
+
+    def _take(self, size: Callable[[], int]) -> bytes:
+        data: bytes = self._do(lambda: self.line.read(size()))
+        if self.raw is not None:
+            self.raw.came(data, time.monotonic_ns())
         return data
 
     def pause(self, seconds: float) -> None:
@@ -130,10 +145,9 @@ class ModulePort:
         try:
             return call()
         except (OSError, TypeError, AttributeError) as error:  # what pySerial raises of a port that is gone
-            why = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
-            raise PortLost(
-                f"{self.where}: the port is gone ({why}); allowed a cable that stays; plug it in, and call again"
-            ) from None
+            found = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
+            why = found.partition("(")[0].strip()  # the rest is pySerial's guess
+            raise PortLost(f"{self.where}: the port is gone ({why}); plug it in, and call again") from None
 
     # ----------------------------------------------------------------------------------------------------------- close
     def close(self) -> None:

@@ -5,11 +5,18 @@ pipe, /dev/stdout) cannot be replaced and is written as it is.
 
 A symbolic link that the user named stays, and its target is written.  Where the name is slewline's own, a link
 was put there by another program: the neighbour is a new file or none, and any other is refused (`own`).
+
+A file that is replaced passes its mode on, and its owner and group where the system permits that.  The neighbour is
+locked while it is being written, so that one without a lock was left by a process that was killed: it is removed by the
+next that writes in that folder.
 """
 
 from __future__ import annotations
 
 import os
+import re
+import stat
+import warnings
 import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -19,6 +26,7 @@ from pathlib import Path
 from types import TracebackType
 
 from ..errors import UsageError
+from ..locks import lock
 
 CONVERTED = {  # files of waveforms that other programs make of a VCD file
     ".fst": "vcd2fst FILE.vcd FILE.fst makes an FST file of it",
@@ -26,6 +34,9 @@ CONVERTED = {  # files of waveforms that other programs make of a VCD file
     ".lxt": "vcd2lxt FILE.vcd FILE.lxt makes an LXT file of it",
 }
 _NUMBERS = count()
+_PART = re.compile(r"\.slewline-[0-9]+-[0-9]+\.part")
+LOCK_TRIES = 100  # after which a file system has no locks
+_SPECIAL = stat.S_ISUID | stat.S_ISGID  # bits that are the owner's to give
 
 
 def check_suffix(path: str | Path, allowed: Sequence[str], *, bare: bool = False) -> None:
@@ -53,14 +64,18 @@ class WholeFile:
 
     Args:
         own: the name was made here, not by the user: a symbolic link of that name is refused.
+        durable: the bytes are on the disk before the file has its name, which a power cut then does not take away.
+
+    Attributes:
+        part: the neighbour; None: the file is written in place.
 
     Raises:
         UsageError: the path is a directory, or cannot be written.
     """
 
-    def __init__(self, path: str | Path, own: bool = False) -> None:
-        self.path = Path(path)
-        self._part: Path | None = None
+    def __init__(self, path: str | Path, own: bool = False, *, durable: bool = False) -> None:
+        self.path, self.durable = Path(path), durable
+        self.part: Path | None = None
         with self.refusals():
             if own and self.path.is_symlink():
                 raise UsageError(f"{path}: is a symbolic link, which is not followed here; remove it")
@@ -71,10 +86,33 @@ class WholeFile:
                 raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}")
             self.handle: BufferedWriter
             if self._target.is_file() or not self._target.exists():
-                self._part, self.handle = neighbour(self._target)
+                _remove_dead(self._target.parent)
+                self.part, self.handle = _neighbour(self._target)
             else:
                 self.handle = open(self._target, "wb")  # noqa: SIM115
-        self._end = weakref.finalize(self, _abandon, self.handle, self._part)
+        self._end = weakref.finalize(self, _abandon, self.handle, self.part)
+        if self.part is not None:
+            try:
+                self._kept_owner = self._take_over(self.part)
+            except BaseException:
+                self.discard()
+                raise
+
+    def _take_over(self, part: Path) -> bool:
+        """Give the neighbour mode, owner and group of the file that it will replace; return whether all were given."""
+        try:
+            before, now = self._target.stat(), part.stat()
+        except FileNotFoundError:
+            return True  # a new file
+        owners = before.st_uid, before.st_gid
+        if owners != (now.st_uid, now.st_gid):
+            with suppress(OSError):
+                os.chown(part, *owners)  # before the mode: it takes special bits away
+            now = part.stat()
+        kept = owners == (now.st_uid, now.st_gid)
+        with self.refusals():
+            os.chmod(part, stat.S_IMODE(before.st_mode) & ~(0 if kept else _SPECIAL))
+        return kept
 
     def write(self, data: bytes | memoryview) -> None:
         """Append bytes."""
@@ -86,10 +124,21 @@ class WholeFile:
         if not self._end.alive:
             return
         with self.refusals():
+            self.handle.flush()
+            if self.part is not None:
+                if self.durable:
+                    os.fsync(self.handle.fileno())
+                try:
+                    os.replace(self.part, self._target)  # while it is locked
+                except PermissionError:  # an open file has a name for good on Windows
+                    self.handle.close()
+                    os.replace(self.part, self._target)
+            self._end.detach()
             self.handle.close()
-            if self._part is not None:
-                os.replace(self._part, self._target)
-        self._end.detach()
+            if self.durable and self.part is not None:
+                _sync_names(self._target.parent)
+        if self.part is not None and not self._kept_owner:
+            warnings.warn(f"{self.path}: its owner and group are yours now, not those it had", stacklevel=2)
 
     def discard(self) -> None:
         """Discard what was written, unless it is in place already."""
@@ -116,15 +165,43 @@ class WholeFile:
             self.discard()
 
 
-def neighbour(target: Path) -> tuple[Path, BufferedWriter]:
-    """Return a new hidden file next to another one, and its name; nothing that is there already is opened."""
-    while True:
+def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
+    """Return a new hidden file next to another one, locked, and its name; nothing that is there already is opened."""
+    for number in count():
         part = target.with_name(f".slewline-{os.getpid()}-{next(_NUMBERS)}.part")
         with suppress(FileExistsError):  # of a process that was killed, or a link that another program put there
-            return part, open(part, "xb")
+            handle = open(part, "xb")  # noqa: SIM115
+            locked = lock(handle.fileno()) or number >= LOCK_TRIES
+            if locked and part.exists():
+                return part, handle
+            handle.close()  # another process took it for a dead one, before it was locked
+            part.unlink(missing_ok=True)
+    raise AssertionError
+
+
+def _remove_dead(folder: Path) -> None:
+    """Remove the neighbours that processes have left which were killed: nobody has them locked."""
+    for part in folder.glob(".slewline-*.part"):
+        if _PART.fullmatch(part.name) and not part.is_symlink() and part.is_file():
+            with suppress(OSError), open(part, "r+b") as file:
+                if lock(file.fileno()):
+                    part.unlink()
+
+
+def _sync_names(folder: Path) -> None:
+    """Make the names in a folder safe from a power cut, where it can be opened."""
+    with suppress(PermissionError):  # Windows opens no folder
+        file = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(file)
+        finally:
+            os.close(file)
 
 
 def _abandon(handle: BufferedWriter, part: Path | None) -> None:
+    if part is not None:
+        with suppress(OSError):  # Windows removes no open file
+            part.unlink(missing_ok=True)
     with suppress(OSError):  # it may try to write what it still holds, to a full disk for example
         handle.close()
     if part is not None:

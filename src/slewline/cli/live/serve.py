@@ -305,7 +305,7 @@ def signals(server: Server) -> AbstractContextManager[None]:
 
 @contextmanager
 def ended_by_signals(loop: Loop, stop: Callable[[], object], status: Callable[[], object]) -> Iterator[None]:
-    """Call `stop` on SIGINT, SIGTERM, SIGHUP and SIGBREAK; `status`, in its turn, on SIGUSR1.
+    """Call `stop` on SIGINT, SIGTERM, SIGHUP, SIGQUIT and SIGBREAK; `status`, in its turn, on SIGUSR1.
 
     From the first one on they mean nothing any more: the process ends anyway.  A SIGHUP that is ignored, as `nohup` has
     it, stays so.  A system may lack some of them.
@@ -313,7 +313,7 @@ def ended_by_signals(loop: Loop, stop: Callable[[], object], status: Callable[[]
     from ...links.sockets import system
 
     hangup = system.numbers("SIGHUP")
-    ends = system.numbers("SIGINT", "SIGTERM", "SIGBREAK")
+    ends = system.numbers("SIGINT", "SIGTERM", "SIGQUIT", "SIGBREAK")
     ends += [number for number in hangup if signal.getsignal(number) is not signal.SIG_IGN]
 
     def end(*_: object) -> None:

@@ -7,6 +7,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from time import monotonic
 from typing import TYPE_CHECKING
 
 import click
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...modules.module import Module
 
+PROGRESS_S = 3.0
 BEGINNING = f'{{"slewline":"{KIND} '.encode()
 
 
@@ -47,6 +49,19 @@ class SendableFile(DialogueFile):
     def note(self, text: str) -> None:
         """Print a remark."""
         say(f"slewline: {text}")
+
+
+class ComparisonProgress:
+    """Prints how far a comparison is, when it takes long."""
+
+    def __init__(self) -> None:
+        self.next_s = monotonic() + PROGRESS_S
+
+    def __call__(self, number: int) -> None:
+        """Take the number of an exchange."""
+        if monotonic() >= self.next_s:
+            self.next_s += PROGRESS_S
+            say(f"slewline: the model is at exchange {number} ...")
 
 
 @dataclass
@@ -89,7 +104,8 @@ class CompareDialogue:
         if self.tolerance is not None:
             tolerance = tolerance._replace(fixed_us=self.tolerance / PS_PER_US)
         options = read_options(self.options, cls)
-        found = DialogueComparison(dialogue, speech, tolerance, options, self.memory, cls).compare()
+        progress = ComparisonProgress()
+        found = DialogueComparison(dialogue, speech, tolerance, options, self.memory, cls, progress).compare()
         if self.as_json:
             print_json(found.as_json())
         else:
@@ -139,8 +155,9 @@ class CompareDialogue:
         """Yield the module, with a file that takes down what is said; of a failure before anything was, nothing."""
         from ...modules.module import TIDY_S, Module
         from ...modules.port import ModulePort
+        from .programs import raw_record, say_raw
 
-        with ModulePort(str(self.port), speech.setting) as port:
+        with raw_record(self.report or self.dialogue) as raw, ModulePort(str(self.port), speech.setting, raw) as port:
             file = SendableFile(path, replace(header, baud=speech.baud), lambda text: say(f"slewline: {text}"))
             try:
                 module = Module(port, speech, file, may_move=self.move)
@@ -148,6 +165,7 @@ class CompareDialogue:
                     module.send(speech.wake)
                     module.listen(TIDY_S)
                 yield module
+                say_raw(raw)
             finally:
                 file.close()
                 if not file.entries:

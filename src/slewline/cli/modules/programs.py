@@ -15,6 +15,7 @@ from ...modules.failures import ModuleFailure
 from ...modules.finding import find
 from ...modules.programs.backup import check_new, check_push, check_recall, check_store, pull, push
 from ...modules.programs.restore import STORED_BYTE_S, ProgramText
+from ...modules.raw import RawRecord
 from ...modules.speech import speech_of
 from .. import FOUND
 from ..files import read_program, sheet_for
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from ...core.datasheet.table import Sheet
     from ...modules.module import Module
 
-DIALOGUE = ".dialogue"
+DIALOGUE, RAW = ".dialogue", ".raw"
 
 
 @dataclass
@@ -44,17 +45,31 @@ class PortOptions:
     def module(self, sheet: Sheet, beside: str, may_move: bool = False) -> Iterator[Module]:
         """Find the module, and take down what is said to it; what has gone wrong is shown by `shown`."""
         speech_of(sheet, self.baud, self.checksum, self.address)  # a mistake here opens no port
-        path = free_dialogue(beside) if self.dialogue is None else Path(self.dialogue)
+        path = free(beside, DIALOGUE) if self.dialogue is None else Path(self.dialogue)
         check_new(path, replace=False)
-        found = find(self.port, sheet, baud=self.baud, checked=self.checksum, address=self.address, may_move=may_move)
-        speech = found.speech
         crystal = None if self.crystal is None else int(hertz(self.crystal))
-        markings = self.markings or ""
-        header = DialogueHeader(sheet.part, markings, crystal, speech.baud, speech.checked, speech.address)
-        with found.port, DialogueFile(path, header, tell) as file:
-            found.transcript = file
-            tell(f"{found.name}, {speech.setting}{', with checksums' * speech.checked}; what is said goes to {path}")
-            yield found
+        with raw_record(beside) as raw:
+            found = self.found(sheet, raw, may_move)
+            speech = found.speech
+            markings = self.markings or ""
+            header = DialogueHeader(sheet.part, markings, crystal, speech.baud, speech.checked, speech.address)
+            with found.port, DialogueFile(path, header, tell) as file:
+                found.transcript = file
+                goes = f"what is said goes to {path}, raw characters to {raw.path}"
+                tell(f"{found.name}, {speech.setting}{', with checksums' * speech.checked}; {goes}")
+                yield found
+
+    def found(self, sheet: Sheet, raw: RawRecord, may_move: bool) -> Module:
+        """Return the module, which has answered."""
+        return find(
+            self.port,
+            sheet,
+            baud=self.baud,
+            checked=self.checksum,
+            address=self.address,
+            may_move=may_move,
+            raw=raw,
+        )
 
 
 def tell(text: str) -> None:
@@ -62,13 +77,32 @@ def tell(text: str) -> None:
     say(f"slewline: {text}")
 
 
-def free_dialogue(beside: str) -> Path:
-    """Return the name of a new file for a dialogue, beside a file of a program."""
-    path, number = Path(beside + DIALOGUE), 1
+def free(beside: str, ending: str) -> Path:
+    """Return the name of a new file of a kind, beside another file."""
+    path, number = Path(beside + ending), 1
     while path.exists():
         number += 1
-        path = Path(f"{beside}-{number}{DIALOGUE}")
+        path = Path(f"{beside}-{number}{ending}")
     return path
+
+
+@contextmanager
+def raw_record(beside: str) -> Iterator[RawRecord]:
+    """Keep what comes from a module in a file of its own; where something goes wrong, say where it is."""
+    raw = RawRecord(free(beside, RAW), tell)
+    try:
+        yield raw
+    except BaseException:
+        say_raw(raw)
+        raise
+    finally:
+        raw.close()
+
+
+def say_raw(raw: RawRecord) -> None:
+    """Say where the characters are that have come."""
+    if raw.is_kept:
+        tell(f"the raw characters that came are in {raw.path}")
 
 
 def performed(work: Callable[[], object]) -> int:
@@ -77,6 +111,9 @@ def performed(work: Callable[[], object]) -> int:
         work()
     except ModuleFailure as failure:
         tell(str(failure))
+        return FOUND
+    except KeyboardInterrupt:
+        tell("interrupted")
         return FOUND
     return 0
 

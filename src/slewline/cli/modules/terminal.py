@@ -18,10 +18,10 @@ from ...extras import needs
 from ...modules.comparing.model import ModelLine
 from ...modules.conversation import Conversation, Reply, ShadowModel
 from ...modules.dialogue import DialogueFile, DialogueHeader
-from ...modules.finding import find
 from ...modules.speech import speech_of
+from .. import Terminated
 from ..files import read_options
-from .programs import PortOptions, performed, tell
+from .programs import PortOptions, performed, raw_record, tell
 
 LISTEN_S = 0.05  # how often what comes unasked is looked for
 LEAVE = "Ctrl-D leaves, :help lists the commands"
@@ -46,9 +46,8 @@ class TerminalCommand(PortOptions):
 
     def _converse(self, part: str, options: dict[str, Any]) -> None:
         with ExitStack() as stack:
-            module = find(
-                self.port, sheet_of(part), baud=self.baud, checked=self.checksum, address=self.address, may_move=True
-            )
+            raw = stack.enter_context(raw_record(self.dialogue or f"terminal.{part}"))
+            module = self.found(sheet_of(part), raw, may_move=True)
             stack.enter_context(module.port)
             speech = module.speech
             header = DialogueHeader(
@@ -63,7 +62,8 @@ class TerminalCommand(PortOptions):
             if self.dialogue is not None:
                 module.transcript = stack.enter_context(DialogueFile(self.dialogue, header, tell))
             shadow = ShadowModel(ModelLine(header, speech, options)) if self.model else None
-            tell(f"{module.name}, {speech.setting}{', with checksums' * speech.checked}; {LEAVE}")
+            goes = f"raw characters go to {raw.path}"
+            tell(f"{module.name}, {speech.setting}{', with checksums' * speech.checked}; {goes}; {LEAVE}")
             converse(Conversation(module, shadow), self.lines)
 
     def lines(self, conversation: Conversation, lock: Lock) -> Iterator[str]:
@@ -92,6 +92,8 @@ def converse(conversation: Conversation, lines: Lines) -> None:
             show_unasked(conversation)
             try:
                 reply = conversation.say(line)
+            except Terminated:
+                raise
             except KeyboardInterrupt:
                 reply = Reply(failure="not waited for")
         show(reply)
@@ -139,6 +141,8 @@ def typed(conversation: Conversation) -> Iterator[str]:
             except EOFError:
                 click.echo()
                 return
+            except Terminated:
+                raise
             except KeyboardInterrupt:  # the line is given up
                 click.echo()
 
@@ -197,6 +201,8 @@ def prompted(conversation: Conversation, lock: Lock) -> Iterator[str]:
                     yield session.prompt()
                 except EOFError:
                     return
+                except Terminated:
+                    raise
                 except KeyboardInterrupt:  # the line is given up
                     continue
 

@@ -55,7 +55,9 @@ def fork_checkpoint(server: ServerFace) -> tuple[int, socket.socket]:
 
 def let_go(kept: int) -> None:
     """Let go of every descriptor but one: what is open in this process then leads nowhere."""
-    system.ignore(system.numbers("SIGINT", "SIGHUP", "SIGUSR1"))  # a terminal sends them to all processes on it
+    system.ignore(
+        system.numbers("SIGINT", "SIGHUP", "SIGQUIT", "SIGUSR1")
+    )  # a terminal sends them to all processes on it
     system.forget_children()
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.set_wakeup_fd(-1)

@@ -13,9 +13,11 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from ..deviations import deviations
 from ..dialogue import RecordedDialogue
 from ..spoken import Speech
 from .exchanges import RecordedExchange, commands, exchanges_of
+from .memory import memory_of
 from .replay import ModelAnswer, ModelReplay
 
 if TYPE_CHECKING:
@@ -89,7 +91,9 @@ class Differences:
 
     `is_timed` says whether times are compared; `moments` counts answers that agree within the tolerance of the instant
     at which they were asked for; `delays_us` are the delays of the module less those of the model, of all answers that
-    both have given.
+    both have given.  `deviations` are those of the module from the sheet, each with its exchanges; `from_before` are
+    questions for what the module may hold since before the dialogue; `shown` counts the bytes of memory that the model
+    has been given, since the dialogue lists them.
     """
 
     part: str
@@ -100,6 +104,9 @@ class Differences:
     moments: int = 0
     delays_us: list[float] = field(default_factory=list)
     findings: list[tuple[int, str, str]] = field(default_factory=list)  # exchange, code and text
+    deviations: dict[str, list[int]] = field(default_factory=dict)
+    from_before: list[str] = field(default_factory=list)
+    shown: int = 0
 
     @property
     def agree(self) -> bool:
@@ -120,6 +127,9 @@ class Differences:
             "module_less_model_us": {
                 name: round(what(self.delays_us), 1) if self.delays_us else None for name, what in delays.items()
             },
+            "deviations": [{"exchanges": numbers, "text": says} for says, numbers in self.deviations.items()],
+            "held_before": self.from_before,
+            "memory_bytes": self.shown,
             "findings": [{"exchange": number, "code": code, "text": text} for number, code, text in self.findings],
         }
 
@@ -136,6 +146,16 @@ class Differences:
         if self.delays_us:
             least, middle, most = (what(self.delays_us) / 1000 for what in (min, median, max))
             rows.append(f"answers of the module later by {least:.1f} to {most:.1f} ms, median {middle:.1f} ms")
+        for says, numbers in self.deviations.items():
+            more = f" and {len(numbers) - 1} more" if len(numbers) > 1 else ""
+            rows.append(f"exchange {numbers[0]}{more}, the module: {says}")
+        if self.from_before:
+            rows.append(
+                f"{', '.join(self.from_before)}: no line before sets what this asks for; the module may hold it since "
+                "earlier, and the model begins as after power-up"
+            )
+        if self.shown:
+            rows.append(f"the model's memory has {self.shown} bytes that the dialogue lists; --memory gives it others")
         rows += [f"exchange {number}, the model: {code}: {text}" for number, code, text in self.findings]
         return "\n".join(rows)
 
@@ -148,8 +168,9 @@ class DialogueComparison:
         speech: how the module was spoken to.
         tolerance: None: `usual_tolerance`.
         options: of the model.
-        memory: an image of the memory beside the chip.
+        memory: an image of the memory beside the chip; None: what the dialogue shows of it (`shown`).
         cls: the class of the chip, as for `ModelLine`.
+        progress: called with the number of the exchange now and then.
 
     Raises:
         UsageError: the model takes no such straps, crystal or options.
@@ -163,16 +184,20 @@ class DialogueComparison:
         options: Mapping[str, Any] | None = None,
         memory: str | None = None,
         cls: type[Chip] | None = None,
+        progress: Callable[[int], object] = lambda _number: None,
     ) -> None:
         self.cls = cls
         self.header, self.speech, self.options, self.memory = dialogue.header, speech, options, memory
         self.tolerance = tolerance or usual_tolerance(speech, dialogue.header.crystal_hz)
         self.exchanges = exchanges_of(dialogue.said, speech)
+        self.shown = memory_of(self.exchanges, speech) if memory is None else b""
+        self.progress = progress
         self.asked_again = 0
 
     def compare(self) -> Differences:
         """Play the dialogue to the model, and return where it differs."""
         found = Differences(self.header.part, self.tolerance, len(self.exchanges), self.speech.is_timed)
+        found.shown = len(self.shown)
         answers = self.played(len(self.exchanges))
         for exchange, answer in zip(self.exchanges, answers, strict=True):
             found.findings += dict.fromkeys((exchange.number, each.code, each.text) for each in answer.findings)
@@ -181,6 +206,7 @@ class DialogueComparison:
                     found.moments += 1
                 else:
                     found.rows += self._answer_rows(exchange, answer)
+                    self._explain(exchange, found)
             if self.speech.is_timed and exchange.delay_us is not None and answer.delay_us is not None:
                 found.delays_us.append(exchange.delay_us - answer.delay_us)
                 found.rows += self._time_rows(exchange, answer)
@@ -188,7 +214,8 @@ class DialogueComparison:
 
     def played(self, count: int, shift_us: float = 0) -> list[ModelAnswer]:
         """Return what the model answers to the first lines of the dialogue; the last one may be shifted."""
-        replay = ModelReplay(self.header, self.speech, self.options, self.memory, self.cls)
+        replay = ModelReplay(self.header, self.speech, self.options, self.memory, self.cls, self.shown)
+        replay.progress = self.progress
         return replay.play(self.exchanges[:count], lambda *both: bool(self._time_rows(*both)), shift_us)
 
     # ---------------------------------------------------------------------------------------------------------- times
@@ -216,8 +243,10 @@ class DialogueComparison:
             data.decode("latin-1").replace("\r\n", "\r").removesuffix("\r").split("\r")
             for data in (exchange.answer, answer.answer)
         )
-        if len(module) == len(model) == 1:
+        if len(module) == len(model) == 1 and module != model:
             return [self._row(exchange, "answer", module[0], model[0])]
+        if module == model:  # but for the ends of their lines
+            return [self._row(exchange, "answer", exchange.answer.decode("latin-1"), answer.answer.decode("latin-1"))]
         lines = max(len(module), len(model))
         pairs = zip(_filled(module, lines), _filled(model, lines), strict=True)
         return [
@@ -225,6 +254,27 @@ class DialogueComparison:
             for number, (own, theirs) in enumerate(pairs, start=1)
             if own != theirs
         ]
+
+    def _explain(self, exchange: RecordedExchange, found: Differences) -> None:
+        """Note what explains an answer that differs: a deviation from the sheet, or what the module held before."""
+        sent = commands(self.speech, exchange.sent)
+        if not sent or not exchange.answer:
+            return
+        says = deviations(self.speech, sent[-1], exchange.answer)
+        if says:
+            found.deviations.setdefault(says, []).append(exchange.number)
+        elif self._is_from_before(exchange.number, sent[-1]) and sent[-1] not in found.from_before:
+            found.from_before.append(sent[-1])
+
+    def _is_from_before(self, number: int, command: str) -> bool:
+        """Does a question ask for a register that no line before it may have changed?"""
+        names = {register.letter for register in self.speech.sheet.registers}
+        letter = command[-1:]
+        row = self.speech.row(command)
+        if row is None or row.role != "question" or letter not in names:
+            return False
+        before = [each for one in self.exchanges[: number - 1] for each in commands(self.speech, one.sent)]
+        return not any(each.startswith(letter) or self.speech.moves(each) for each in before)
 
     def _at_another_moment(self, exchange: RecordedExchange) -> bool:
         """Does the model answer as the module did if it is asked a little earlier or later?"""

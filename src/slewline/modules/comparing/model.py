@@ -63,8 +63,9 @@ class ModelLine:
         header: its crystal and straps.
         speech: how it is spoken to.
         options: of the model.
-        memory: an image of the memory beside the chip.
+        memory: an image of the memory beside the chip, in a file.
         cls: the class of the chip; None: that of the part which the header names, unless it is code.
+        shown: its bytes, if there is no file.
 
     Raises:
         UsageError: straps, a crystal or options that the part has not.
@@ -77,6 +78,7 @@ class ModelLine:
         options: Mapping[str, Any] | None = None,
         memory: str | None = None,
         cls: type[Chip] | None = None,
+        shown: bytes = b"",
     ) -> None:
         from ...bench import Bench
         from ...bench.memories import put_memory
@@ -85,7 +87,9 @@ class ModelLine:
         straps = strapped(speech) | dict(header.straps)
         cls = cls or chip_class(header.part, allow_code=False)
         self.chip = bench.add(cls, crystal=header.crystal_hz, straps=straps, **(options or {}))
-        put_memory(bench, self.chip, memory)
+        part = put_memory(bench, self.chip, memory)
+        if part is not None and memory is None and shown:
+            part.load(shown)
         self.kernel, self.speech = bench.kernel, speech
         self.port: SerialPort | AdaptiveHost | ModelAdapter
         if isinstance(speech, FramedSpeech):

@@ -45,7 +45,12 @@ class ModelAnswer:
 
 
 class ModelReplay(ModelLine):
-    """The model of a part, to which a dialogue is sent; a new one for each replay."""
+    """The model of a part, to which a dialogue is sent; a new one for each replay.
+
+    `progress` is called with the number of the exchange now and then, while a replay goes on.
+    """
+
+    progress: Callable[[int], object] = staticmethod(lambda _number: None)
 
     def play(
         self,
@@ -94,11 +99,12 @@ class ModelReplay(ModelLine):
         if exchange.last_us is not None:
             limit_us = max(exchange.last_us + offset_us, answer.over_us) + LATE_US
             lines = exchange.answer.count(CR)
-            self.kernel.run_while(lambda: self._has(lines), round(limit_us * PS_PER_US))
+            self.kernel.run_while(lambda: self._has(lines, exchange.number), round(limit_us * PS_PER_US))
             self.run(self.heard[-1].end_ps if self.heard else 0)
         self._take([answer])
 
-    def _has(self, lines: int) -> bool:
+    def _has(self, lines: int, number: int) -> bool:
+        self.progress(number)
         return sum(each.byte == CR[0] for each in self.heard) >= lines
 
     def _take(self, answers: list[ModelAnswer]) -> None:

@@ -12,12 +12,12 @@ from itertools import count
 from os import PathLike
 from pathlib import Path
 
-from ...core.datasheet.table import Sheet
+from ...core.datasheet.table import Row, Sheet
 from ...core.memory.image import to_hex
-from ...errors import UsageError
+from ...errors import SlewlineError, UsageError
 from ...gate import read_file
 from ...record.whole_file import WholeFile
-from ..failures import ModuleFailure, RefusedCommand
+from ..failures import ModuleFailure, PortLost, RefusedCommand
 from ..module import Module
 from .contents import ModuleContents, read_contents
 from .readers import Say
@@ -70,34 +70,53 @@ def pull(
 def _pull_other(module: Module, contents: ModuleContents, path: Path, say: Say) -> None:
     """Save the program that is kept without power, and put the other one back."""
     (row,) = contents.sheet.acting("recall")
-    try:
-        module.ask(row.form)
-    except RefusedCommand as refused:
-        say(f"{row.form} was answered with {refused.code}: {refused.says}; there is no other program to save")
-        return
-    with _putting_back(module, contents, say):
-        other = read_contents(module)
-        save(path, other, say)
+    with _putting_back(module, contents, row, say):
+        try:
+            module.ask(row.form)
+        except RefusedCommand as refused:
+            say(f"{row.form} was answered with {refused.code}: {refused.says}; there is no other program to save")
+            return
+        save(path, read_contents(module), say)
 
 
 @contextmanager
-def _putting_back(module: Module, contents: ModuleContents, say: Say) -> Iterator[None]:
-    """Put a program back into a module at the end, whatever happens meanwhile."""
+def _putting_back(module: Module, contents: ModuleContents, recall: Row, say: Say) -> Iterator[None]:
+    """Put a program back into a module at the end, whatever happens meanwhile; it is verified by its listing."""
+    wanted = ProgramText.read(contents.text, contents.sheet, module.name)
+    restore = Restore(module, wanted, contents, say)
+    restore.holds = restore.stands = f"its RAM has the program that it keeps without power, unless {recall.form} failed"
+    began = ""
     try:
         yield
+    except (SlewlineError, KeyboardInterrupt) as failure:
+        began = _why(failure)
+        raise
     finally:
-        wanted = ProgramText.read(contents.text, contents.sheet, module.name)
-        restore = Restore(module, wanted, contents, say)
         try:
-            restore.contents = read_contents(module)
-            if restore.contents.stored != wanted.stored:
-                say("put back what was there ...")
-                send(restore)
-        except ModuleFailure as failure:
+            _put_back(restore)
+        except (ModuleFailure, KeyboardInterrupt) as failure:
+            whys = dict.fromkeys(filter(None, (began, _why(failure))))
             raise Unfinished(
-                f"{failure}\nthe program that was there is not back: {restore.stands}; the file has it: slewline push "
-                "puts it back"
+                "\n".join(whys) + f"\nthe program that was there is not back.  What {module.name} holds, as far as it "
+                f"has answered: {restore.stands}.  The file has the program: slewline push puts it back"
             ) from None
+
+
+def _put_back(restore: Restore) -> None:
+    """Send a program, unless the module holds it; what it holds is not known if it cannot be read."""
+    try:
+        restore.contents = read_contents(restore.module)
+    except PortLost:
+        raise
+    except ModuleFailure:
+        restore.is_known = False
+    if not restore.is_there:
+        restore.say("put back what was there ...")
+        send(restore)
+
+
+def _why(failure: BaseException) -> str:
+    return "interrupted" if isinstance(failure, KeyboardInterrupt) else str(failure)
 
 
 def check_recall(sheet: Sheet, recall: bool) -> None:
@@ -148,9 +167,8 @@ def push(
         if store:
             restore.store()
     except (ModuleFailure, KeyboardInterrupt) as failure:
-        why = "interrupted" if isinstance(failure, KeyboardInterrupt) else str(failure)
         raise Unfinished(
-            f"{why}\nwhat {module.name} holds, as far as it has answered: {restore.stands}"
+            f"{_why(failure)}\nwhat {module.name} holds, as far as it has answered: {restore.stands}"
             f"{'; ' + kept if kept else ''}\nto go on, call the same again"
         ) from None
     say(restore.stands)
@@ -248,12 +266,12 @@ def save(path: Path, contents: ModuleContents, say: Say) -> None:
     Raises:
         UsageError: it cannot be written.
     """
-    with WholeFile(path) as file:
+    with WholeFile(path, durable=True) as file:
         file.write(contents.text.encode("latin-1"))
     say(f"wrote {path}: {contents.size}")
     if unsaid := contents.unsaid:
         image = path.with_name(path.name + IMAGE)
-        with WholeFile(image) as file:
+        with WholeFile(image, durable=True) as file:
             file.write(to_hex(contents.image).encode("ascii"))
         say(f"{path} does not say all of the program: {unsaid}; its bytes are in {image}")
 
@@ -272,5 +290,9 @@ def save_beside(
         say(f"{found} has what is there")
         return found
     check_new(found, replace=False)
+    earlier = sorted(found.parent.glob(f"{beside(path, 'before*').name}")) if keep is None else []
     save(found, contents, say)
+    if earlier:
+        names = ", ".join(map(str, earlier))
+        say(f"{names}: of earlier pushes; what is in {found} may be what one of them has left half sent")
     return found

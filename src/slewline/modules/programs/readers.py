@@ -15,6 +15,7 @@ from ...language.disassemble import instruction, text_at
 from ...language.lines import parse
 from ...language.verbatim import Verbatim
 from ..adapter import PROGRAM, FramedSpeech
+from ..deviations import deviations
 from ..failures import DamagedAnswer, ListingDiffers, ModuleFailure, NoAnswer
 from ..module import Module
 from ..spoken import CR
@@ -52,6 +53,8 @@ def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] 
         try:
             found = read()
         except (NoAnswer, DamagedAnswer) as error:
+            if came_twice(failure, error):
+                raise
             failure = error
             continue
         if found is not None and (found in seen or alone(found)):
@@ -59,6 +62,12 @@ def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] 
         if found is not None:
             seen.append(found)
     raise failure
+
+
+def came_twice(before: ModuleFailure | None, now: ModuleFailure) -> bool:
+    """Return whether two readings failed with the same characters: that is no noise."""
+    received = getattr(now, "received", b"")
+    return bool(received) and getattr(before, "received", b"") == received
 
 
 def _check_base(sheet: Sheet, base: int | None) -> None:
@@ -73,6 +82,7 @@ def read_listing(module: Module, base: int | None = None, say: Say = lambda _tex
 
     Raises:
         ListingDiffers: no two listings agree.
+        NoAnswer: no listing ends.
         DamagedAnswer: what it lists is no program of the part.
         UsageError: `base` is given.
     """
@@ -80,33 +90,42 @@ def read_listing(module: Module, base: int | None = None, say: Say = lambda _tex
     _check_base(sheet, base)
     (listing,) = sheet.acting("list")
     seen: list[tuple[str, ...]] = []
+    failure: NoAnswer | None = None
     for _ in range(READINGS):
         try:
-            found = module.ask(listing.form).lines[:-1]
+            found = module.ask(listing.form).lines
         except NoAnswer as silence:
-            if not seen and not silence.received:
+            if not seen and (not silence.received or came_twice(failure, silence)):
                 raise
+            failure = silence
             continue
         if found in seen:
-            return ProgramReading(found, b"".join(_instruction(module, line).stored for line in found))
+            return _listed(module, found)
         seen.append(found)
+    if failure is not None and not seen:
+        raise failure
     raise ListingDiffers(f"{module.name}: {READINGS} listings, and no two agree; check the line for noise")
 
 
-def _instruction(module: Module, line: str) -> Command:
-    """Return a line of a listing as an instruction.
+def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
+    """Return the program of a listing, whose last line is its end.
 
     Raises:
-        DamagedAnswer: it is none.
+        DamagedAnswer: a line of it is no instruction.
     """
     sheet = module.speech.sheet
-    command = parse(sheet, line)
-    if isinstance(command, Command) and command.row.stored:
-        return command
-    raise DamagedAnswer(
-        f"{module.name}: it lists {line!r}, which is no instruction of the {sheet.part.upper()}; is --part the right "
-        "part?"
-    )
+    stored = b""
+    for line in lines[:-1]:
+        command = parse(sheet, line)
+        if not (isinstance(command, Command) and command.row.stored):
+            (listing,) = sheet.acting("list")
+            why = deviations(module.speech, listing.form, "".join(f"{each}\r" for each in lines).encode("latin-1"))
+            raise DamagedAnswer(
+                f"{module.name}: it lists {line!r}, which is no instruction of the {sheet.part.upper()}"
+                f"{': ' * bool(why)}{why}; is --part the right part?"
+            )
+        stored += command.stored
+    return ProgramReading(lines[:-1], stored)
 
 
 # ------------------------------------------------------------------------------------------- what shows lines of memory

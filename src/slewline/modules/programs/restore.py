@@ -93,14 +93,17 @@ class Restore:
     ) -> None:
         self.module, self.wanted, self.contents, self.say, self.pace = module, wanted, contents, say, pace
         self.sheet = wanted.sheet
-        self.stands = "it is as it was"  # what the module holds, in words
+        self.holds = "its program is as it was"  # until it is sent another one, in words
+        self.stands = self.holds  # what the module holds now, in words
+        self.is_known = True  # `contents` are what it holds
 
     @property
     def is_there(self) -> bool:
         """Does the module hold the program already?"""
         held, wanted = self.contents, self.wanted
         whole = held.stored == wanted.stored or not self.sheet.acting("list")
-        return held.base == wanted.base and whole and held.stored.startswith(wanted.stored)
+        same = held.base == wanted.base and whole and held.stored.startswith(wanted.stored)
+        return self.is_known and same
 
     @property
     def was_cut(self) -> bool:

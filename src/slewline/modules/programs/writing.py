@@ -295,7 +295,8 @@ def send(restore: Restore) -> None:
     Raises:
         ModuleFailure: `restore.stands` says what the module holds.
     """
-    restore.stands = "of its registers some may be set already; its program is as it was"
+    if restore.wanted.before:
+        restore.stands = f"of its registers some may be set already; {restore.holds}"
     for each in restore.wanted.before:
         restore.set(each)
     serial = next(channel for channel in restore.sheet.channels if isinstance(channel, (*WRITERS,)))

@@ -1,0 +1,199 @@
+"""How an answer deviates from the sheet: the fewest deviations that explain all of it, in words.
+
+A mend undoes one kind of deviation; `deviations` looks for the fewest after which the answer is one of the part.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from itertools import combinations
+from typing import NamedTuple
+
+from ..language.dialect import Command, dialect_of
+from ..language.lines import parse
+from .failures import DamagedAnswer
+from .speech import LineSpeech, QuerySpeech
+from .spoken import CR, Speech
+
+MOST = 2  # deviations that are looked for together
+LONGEST = 4096  # characters of an answer that is looked into
+BLANKS = b" \t"
+
+
+class Asked(NamedTuple):
+    """A question: how the part is spoken to, and the command."""
+
+    speech: Speech
+    command: str
+
+    @property
+    def lists(self) -> bool:
+        """Does it ask for a listing with an end?"""
+        row = self.speech.row(self.command)
+        return row is not None and row.role == "list"
+
+
+class Mend(NamedTuple):
+    """A kind of deviation: what it is called, and what undoes it."""
+
+    says: str
+    undo: Callable[[Asked, bytes], bytes]
+
+
+def deviations(speech: Speech, command: str, received: bytes) -> str:
+    """Return in words how an answer deviates from the sheet; empty: it does not, or in no way that has a name."""
+    asked = Asked(speech, command)
+    if not received or len(received) > LONGEST or not isinstance(speech, (LineSpeech, QuerySpeech)):
+        return ""
+    if fits(asked, received):
+        return ""
+    for number in range(1, MOST + 1):
+        for mends in combinations(MENDS, number):
+            if fits(asked, _undone(asked, received, mends)):
+                return " and ".join(mend.says for mend in mends)
+    return ""
+
+
+def _undone(asked: Asked, received: bytes, mends: Sequence[Mend]) -> bytes:
+    """Return an answer without deviations; nothing, if one of them is not there."""
+    for mend in mends:
+        before, received = received, mend.undo(asked, received)
+        if received == before:
+            return b""
+    return received
+
+
+def fits(asked: Asked, received: bytes) -> bool:
+    """Return whether these characters are an answer of the part to a question."""
+    if not received.endswith(CR):
+        return False
+    try:
+        lines = asked.speech.lines(received)
+    except DamagedAnswer:
+        return False
+    if len(lines) == 1 and asked.speech.refusal(lines[0]):
+        return True
+    shape = next((shape for each, shape in asked.speech.questions.values() if each == asked.command), None)
+    if shape is not None:
+        return re.fullmatch(shape, "\r".join(lines)) is not None
+    if asked.lists:
+        return lines[-1] == _end_of(asked) and all(is_instruction(asked, line) for line in lines[:-1])
+    if isinstance(asked.speech, QuerySpeech):
+        (pointer,) = asked.speech.sheet.acting("pointer")
+        wanted = 1 + asked.speech.listed_lines(asked.command)
+        return len(lines) == wanted and re.fullmatch(rf"{pointer.form}=[0-9]{{5}}", lines[0]) is not None
+    return len(lines) == 1 and lines[0] in dialect_of(asked.speech.sheet).answers
+
+
+def is_instruction(asked: Asked, line: str) -> bool:
+    """Return whether a line of a listing is an instruction."""
+    command = parse(asked.speech.sheet, line)
+    return isinstance(command, Command) and bool(command.row.stored)
+
+
+def _end_of(asked: Asked) -> str:
+    """Return the line that ends a listing; empty: there is none."""
+    answers = dialect_of(asked.speech.sheet).answers.items()
+    return next((answer for answer, says in answers if "listing" in says), "")
+
+
+# ---------------------------------------------------------------------------------------------------------- the mends
+def _each(undo: Callable[[Asked, bytes], bytes]) -> Callable[[Asked, bytes], bytes]:
+    """Return what undoes a deviation of each line by itself."""
+    return lambda asked, data: b"".join(undo(asked, line) for line in data.splitlines(keepends=True))
+
+
+def _echo(asked: Asked, data: bytes) -> bytes:
+    sent = asked.speech.framed(asked.command)
+    for each in (sent + b"\n", sent, sent.rstrip(CR)):
+        if data.startswith(each) and len(data) > len(each):
+            return data[len(each) :].lstrip(b"\n")
+    return data
+
+
+def _no_prompt(_asked: Asked, data: bytes) -> bytes:
+    return re.sub(rb"(?m)^[>*#:?]+ ?|[>*#:?]+ ?\Z", b"", data)
+
+
+def _capitals(asked: Asked, line: bytes) -> bytes:
+    text = line.rstrip(b"\r\n").decode("latin-1")
+    return line if asked.lists and is_instruction(asked, text) else line.upper()
+
+
+def _joined(asked: Asked, data: bytes) -> bytes:
+    """Return a listing with lines joined that are no instructions by themselves."""
+    if not asked.lists:
+        return data
+    *lines, end = data.removesuffix(CR).split(CR)
+    found: list[bytes] = []
+    for line in lines:
+        goes_on = found and not re.match(rb"[A-Za-z+-]", line)
+        found[-1:] = [found[-1] + line] if goes_on else [*found[-1:], line]
+    return CR.join([*found, end]) + CR
+
+
+def _with_end(asked: Asked, data: bytes) -> bytes:
+    end = _end_of(asked).encode("ascii")
+    return data + end + CR if asked.lists and end and not data.endswith(end + CR) else data
+
+
+def _last_line(asked: Asked, data: bytes) -> bytes:
+    return data if asked.lists else data.removesuffix(CR).rpartition(CR)[2] + CR
+
+
+def _padded(asked: Asked, line: bytes) -> bytes:
+    """Return a number with as many digits as the sheet has."""
+    found = re.fullmatch(rb"([A-Z])=([0-9]+)\r", line)
+    if found and isinstance(asked.speech, QuerySpeech):
+        digits = asked.speech.dialect.queries.get(found[1].decode("ascii"), 0)
+        return found[1] + b"=" + found[2].lstrip(b"0").rjust(digits, b"0") + CR
+    return re.sub(rb"\A(V[+-]?)0+(?=[0-9]{2})", rb"\1", line)
+
+
+def _unchecked(asked: Asked, line: bytes) -> bytes:
+    if not isinstance(asked.speech, LineSpeech) or asked.speech.checked:
+        return line
+    checked = LineSpeech(asked.speech.sheet, asked.speech.baud, True, asked.speech.address)
+    with suppress(DamagedAnswer):
+        return checked.stripped(line.rstrip(CR)).encode("latin-1") + CR
+    return line
+
+
+MENDS = (
+    Mend("bit 7 of its characters is 1, where they have 7 bits", lambda _, data: bytes(each & 0x7F for each in data)),
+    Mend("it echoes what is sent, as a modem or a console does", _echo),
+    Mend("its lines end in CR LF, where the sheet has CR", lambda _, data: data.replace(b"\r\n", CR)),
+    Mend(
+        "its lines end in LF, where the sheet has CR", lambda _, data: data if CR in data else data.replace(b"\n", CR)
+    ),
+    Mend("its lines end in LF CR, where the sheet has CR", lambda _, data: data.replace(b"\n\r", CR)),
+    Mend("no CR ends it", lambda _, data: data if data.endswith(CR) else data + CR),
+    Mend("empty lines are in it", lambda _, data: re.sub(rb"\r+", CR, data.lstrip(CR))),
+    Mend("its lines end in checksums (--checksum)", _each(_unchecked)),
+    Mend("characters of a prompt are around it", _no_prompt),
+    Mend("blanks are before or after it", _each(lambda _, line: line.rstrip(CR).strip(BLANKS) + CR)),
+    Mend("blanks are in it", _each(lambda _, line: re.sub(rb"[ \t]", b"", line))),
+    Mend("small letters are in it, where the sheet has capitals", _each(_capitals)),
+    Mend("the address is in front of it", _each(lambda _, line: re.sub(rb"\A[1-7](?=[A-Z])", b"", line))),
+    Mend("lines come before it", _last_line),
+    Mend("its number has not as many digits as the sheet", _each(_padded)),
+    Mend("a V is missing in front of it", lambda _, data: data if data.startswith(b"V") else b"V" + data),
+    Mend("lines of the listing are wrapped", _joined),
+    Mend("the listing has no END", _with_end),
+)
+
+
+# --------------------------------------------------------------------------------------------------------- in words
+def in_words(shape: str) -> str:
+    """Return the pattern of an answer as a person reads it: V, a sign, 1 to 7 digits."""
+    words = re.sub(r"[()]", "", shape)
+    for pattern, says in (
+        (r"\[\+-\]", ", a sign"),
+        (r"\[0-9\]\{([0-9]+),([0-9]+)\}", r", \1 to \2 digits"),
+        (r"\[0-9\]\{([0-9]+)\}", r", \1 digits"),
+        (r"\[0-7\]\[0-7\]", ", 2 digits of 0 to 7"),
+    ):
+        words = re.sub(pattern, says, words)
+    return words
