@@ -14,7 +14,7 @@ from types import MappingProxyType
 from ..core.datasheet.table import Sheet
 from .adapter import FramedSpeech
 from .failures import DamagedAnswer, NoAnswer, RefusedCommand
-from .module import DialogueRecord, Module
+from .module import NOTICE_S, DialogueRecord, Module
 from .port import ModulePort
 from .speech import LineSpeech, QuerySpeech, speech_of
 from .spoken import CR, Speech
@@ -32,6 +32,7 @@ def find(
     address: int | None = None,
     transcript: DialogueRecord | None = None,
     may_move: bool = False,
+    say: Callable[[str], object] = lambda _text: None,
 ) -> Module:
     """Return the module at a port, which has answered a question.
 
@@ -41,7 +42,7 @@ def find(
         baud: its rate; None: it is looked for, where straps set it.
         checked: its lines have checksums; None: it is looked for.
         address: of the module on a line of several; None: none.
-        transcript, may_move: as for `Module`.
+        transcript, may_move, say: as for `Module`.
 
     Raises:
         UsageError: there is no such port, or the part has not what was given.
@@ -52,7 +53,7 @@ def find(
     port = ModulePort(where, speech.setting)
     try:
         look = next(look for kind, look in LOOKS_FOR.items() if isinstance(speech, kind))
-        return look(Module(port, speech, transcript, may_move=may_move), baud, checked)
+        return look(Module(port, speech, transcript, may_move=may_move, say=say), baud, checked)
     except BaseException:
         port.close()
         raise
@@ -61,7 +62,7 @@ def find(
 # ---------------------------------------------------------------------------------------------- what answers every line
 def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
     """Ask at one rate after the other, with and without checksums."""
-    first = module.speech
+    first, begun_s = module.speech, module.port.clock()
     strange: list[str] = []
     for rate in first.rates if baud is None else (baud,):
         speech = _at(first, rate, bool(checked))
@@ -78,6 +79,8 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
                 return module
             if heard:
                 strange.append(f"{heard[:40]!r} at {rate} baud")
+            if module.port.clock() > begun_s + NOTICE_S:
+                module.notice(f"{strange[-1] if strange else 'nothing'} came so far; other rates are tried")
     raise NoAnswer(_unfound(module, baud, strange))
 
 
@@ -89,13 +92,14 @@ def _heard(module: Module) -> bytes:
     """Ask once; return what comes, up to a carriage return."""
     module.tidy()
     module.send(module.speech.framed(module.speech.probe))
-    heard = b""
-    while not heard.endswith(CR):
-        chunk = module.port.read(LOOK_S + 12 * module.speech.character_s)
-        if not chunk.data:
-            break
-        module.transcript.module(chunk.data, chunk.ns)
+    heard, probe = b"", module.speech.probe
+    silence = LOOK_S + 12 * module.speech.character_s
+    for chunk in module.chunks(
+        silence, module.speech.seconds(module.speech.longest(probe), silence), f"the answer to {probe}"
+    ):
         heard += chunk.data
+        if heard.endswith(CR):
+            break
     return heard
 
 
@@ -184,8 +188,10 @@ def _by_adapter(module: Module, baud: int | None, checked: bool | None) -> Modul
     for _ in range(LOOKS):
         module.tidy()
         module.send(speech.wake)
-        while (heard := module.hear(LOOK_S)) and not speech.is_complete("", heard):
-            pass  # more of what the adapter says to that
+        heard = b""
+        for heard, _ in module.chunks(LOOK_S, speech.seconds(speech.longest(speech.probe), LOOK_S)):
+            if speech.is_complete("", heard):
+                break  # what the adapter says to that is over
         try:
             said = module.once(speech.probe).text
         except NoAnswer as silence:

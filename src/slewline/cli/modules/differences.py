@@ -129,7 +129,7 @@ class CompareDialogue:
         with ModulePort(str(self.port), speech.setting) as port:
             file = SendableFile(path, replace(header, baud=speech.baud), lambda text: say(f"slewline: {text}"))
             try:
-                module = Module(port, speech, file, may_move=self.move)
+                module = Module(port, speech, file, may_move=self.move, say=lambda text: say(f"slewline: {text}"))
                 if speech.wake:
                     module.send(speech.wake)
                     module.listen(TIDY_S)

@@ -46,7 +46,15 @@ class PortOptions:
         speech_of(sheet, self.baud, self.checksum, self.address)  # a mistake here opens no port
         path = free_dialogue(beside) if self.dialogue is None else Path(self.dialogue)
         check_new(path, replace=False)
-        found = find(self.port, sheet, baud=self.baud, checked=self.checksum, address=self.address, may_move=may_move)
+        found = find(
+            self.port,
+            sheet,
+            baud=self.baud,
+            checked=self.checksum,
+            address=self.address,
+            may_move=may_move,
+            say=tell,
+        )
         speech = found.speech
         crystal = None if self.crystal is None else int(hertz(self.crystal))
         markings = self.markings or ""

@@ -47,7 +47,13 @@ class TerminalCommand(PortOptions):
     def _converse(self, part: str, options: dict[str, Any]) -> None:
         with ExitStack() as stack:
             module = find(
-                self.port, sheet_of(part), baud=self.baud, checked=self.checksum, address=self.address, may_move=True
+                self.port,
+                sheet_of(part),
+                baud=self.baud,
+                checked=self.checksum,
+                address=self.address,
+                may_move=True,
+                say=tell,
             )
             stack.enter_context(module.port)
             speech = module.speech
