@@ -52,6 +52,13 @@ def held_back() -> Iterator[None]:
         mask(signal.SIG_SETMASK, kept)
 
 
+def obey_termination() -> None:
+    """Let SIGTERM end this process although it was held back when it was started."""
+    mask: Any = getattr(signal, "pthread_sigmask", None)
+    if mask is not None:
+        mask(signal.SIG_UNBLOCK, [signal.SIGTERM])
+
+
 def follow(wait: Callable[[], object], end: Callable[[], object] = lambda: os._exit(0)) -> None:
     """End this process when the one that started it has ended.
 

@@ -9,9 +9,11 @@ import sys
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from random import Random
 
 import pytest
 
+from slewline.cli import main as entry
 from tests.links.conftest import PATIENCE, Asks, Client, children
 
 pytestmark = [pytest.mark.posix, pytest.mark.system]
@@ -202,3 +204,108 @@ def test_a_worker_of_tune_that_was_killed_is_reported(tmp_path):
         assert "a process of the pool has died; try fewer jobs" in x.said("err")
         assert "Traceback" not in x.said("err")
         assert x.left() == []
+
+
+# -------------------------------------------------------------------------------------------------------- any signal
+PORT = ("--tcp", "127.0.0.1:0")
+PANEL = ("--panel", "127.0.0.1:0")
+SLOW = "slewline://gs-c200s?chs=0&br0=1&br1=1&br2=1&rate=1"  # the last of the rates that are tried
+FILES = {
+    "long.cy525": SCRIPT,
+    "p.gs-c200s": "Po\nS10\nR5\nPx\n",
+    "b.toml": '[[chip]]\nname = "x"\npart = "cy525"\n[[serve]]\nchips = ["x"]\ntcp = "127.0.0.1:0"\n',
+}
+COMMANDS = {
+    "run": ("run", "long.cy525", "--vcd", "o.vcd", "--journal", "o.journal", "--timeout", "1000 s"),
+    "tune": (*TUNE, "--jobs", "1"),
+    "tune with workers": (*TUNE, "--jobs", "2"),
+    "panel": ("panel", "cy525", "--no-browser"),
+    "panel of a bench": ("panel", "b.toml", "--no-browser"),
+    "serve": ("serve", "gs-c200s", *PORT),
+    "serve with a panel": ("serve", "gs-c200s", *PORT, *PANEL, "--journal", "o.journal", "--state", "kept"),
+    "debug": ("debug", "cy525", "--control", "127.0.0.1:0", "--while-input"),
+    "pull": ("pull", SLOW, "-o", "saved.gs-c200s"),
+    "push": ("push", SLOW, "p.gs-c200s"),
+    "terminal": ("terminal", MODULE, "--part", "gs-c200s"),
+}
+KINDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGKILL")
+ORDERLY = ("SIGINT", *getattr(entry, "ENDS", ()))  # the signals at which a command removes what is unfinished
+LONGEST_S = 2.5
+
+
+def hit(command, kind, seed, folder):
+    """Send a signal to a command, or to all of its processes, at some instant; see that nothing is left."""
+    folder.mkdir()
+    for name, text in FILES.items():
+        (folder / name).write_text(text)
+    random = Random(f"{command} {kind} {seed}")
+    number = getattr(signal, kind)
+    code = f"import slewline.testing; {MAIN}" if "slewline://" in str(COMMANDS[command]) else MAIN  # pySerial knows it
+    with started(*COMMANDS[command], folder=folder, code=code) as x:
+        x.until(lambda: BEGUN in x.said("err"))
+        early = seed % 3 == 0  # while it is being loaded
+        time.sleep(random.uniform(0.02, 0.5 if early else LONGEST_S))
+        with suppress(ProcessLookupError):  # it has done its work
+            (os.killpg if seed % 2 else os.kill)(x.process.pid, number)
+        assert x.left() == [], (command, kind, seed)
+        assert "Traceback" not in x.said("err"), (command, kind, seed, x.said("err"))
+        if kind in ORDERLY:
+            assert not list(folder.glob("**/*.part")), (command, kind, seed)
+
+
+@pytest.mark.parametrize(("number", "command"), [*enumerate(COMMANDS)])
+def test_a_signal_at_some_instant_leaves_nothing(tmp_path, number, command):
+    hit(command, KINDS[number % len(KINDS)], number, tmp_path / "here")
+
+
+@pytest.mark.long
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_sixty_signals_at_any_instant_leave_nothing(tmp_path, command, kind):
+    for seed in range(60):
+        hit(command, kind, seed, tmp_path / str(seed))
+
+
+# ---------------------------------------------------------------------------------------------- what a process may lack
+def without(streams, *arguments, folder):
+    """Call a command whose standard streams are closed, as some supervisors have it."""
+    shell = [
+        "sh",
+        "-c",
+        f'exec "$@" {streams}',
+        "sh",
+        sys.executable,
+        "-c",
+        "from slewline.cli.main import main; main()",
+    ]
+    return subprocess.run(
+        [*shell, *arguments], check=False, cwd=folder, capture_output=True, text=True, timeout=PATIENCE
+    )
+
+
+def test_closed_standard_streams_lead_nowhere(tmp_path):
+    (tmp_path / "p.cy525").write_text("R 5\n")
+    found = without(">&-", "chips", folder=tmp_path)
+    assert (found.returncode, found.stderr) == (0, "")
+    assert without("2>&-", "chips", folder=tmp_path).stdout.count("cy525")
+    found = without("<&-", "run", "-", "--chip", "cy525", folder=tmp_path)
+    assert (found.returncode, found.stderr) == (
+        2,
+        "slewline: -: has no commands; write a command a line, such as R 100\n",
+    )
+    found = without("<&- >&- 2>&-", "run", "p.cy525", "--vcd", "o.vcd", folder=tmp_path)
+    assert found.returncode == 0
+    assert "$enddefinitions" in (tmp_path / "o.vcd").read_text()
+
+
+def test_a_server_and_its_panel_need_no_standard_streams(tmp_path):
+    shell = f'exec {sys.executable} -c "{MAIN}" serve cy525 --pty link --panel 127.0.0.1:0 <&- >&- 2>&-'
+    x = Started(["sh", "-c", shell.replace(f"; import os; os.write(2, {BEGUN.encode()!r})", "")], tmp_path)
+    try:
+        x.until(lambda: (tmp_path / "link").exists() and panel_of(x.process.pid))
+        x.process.send_signal(signal.SIGINT)
+        assert x.process.wait(PATIENCE) == 0
+        assert x.left() == []
+    finally:
+        x.close()

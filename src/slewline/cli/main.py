@@ -25,6 +25,7 @@ INTERRUPTED = "interrupted; no file was written"
 
 def main() -> None:
     """Run the command line, as the console script `slewline` does, and exit with its status."""
+    _open_closed()
     if default := signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupted)  # an exception would show what is being loaded
     try:
@@ -45,6 +46,16 @@ def main() -> None:
     if default:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Python takes its time to end
     sys.exit(status)
+
+
+def _open_closed() -> None:
+    """Let standard streams that are closed lead nowhere: the next file that is opened would take their place."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            nowhere = os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+            os.set_inheritable(nowhere, True)
+            mode = "w" if number else "r"
+            setattr(sys, name, open(nowhere, mode, encoding="utf-8"))  # noqa: SIM115  # it stays open
 
 
 def _plainer(error: UnicodeError) -> tuple[str, int]:

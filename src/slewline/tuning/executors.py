@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from ..core.messages.whole import whole
 from ..errors import UsageError
 from ..extras import needs
-from ..lifeline import end_of_parent, follow, held_back
+from ..lifeline import end_of_parent, follow, held_back, obey_termination
 from ..version import __version__
 
 PATIENCE = "10 s"  # for a scheduler that does not answer
@@ -54,6 +54,7 @@ class Worker(SpawnProcess):
     def run(self) -> None:
         """Compute what it is given."""
         signal(SIGINT, SIG_IGN)  # Windows holds nothing back
+        obey_termination()  # by which a pool whose worker has died ends the others
         follow(end_of_parent)
         super().run()
 
