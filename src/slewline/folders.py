@@ -9,9 +9,15 @@ from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
+from .errors import UsageError
+
 
 def state_folder() -> Path:
-    """Return where this system keeps what programs remember: the folder of slewline there."""
+    """Return where this system keeps what programs remember: the folder of slewline there.
+
+    Raises:
+        UsageError: the user has no home.
+    """
     return _folder("", "Library/Application Support", "XDG_STATE_HOME", ".local/state")
 
 
@@ -19,6 +25,9 @@ def cache_folder() -> Path | None:
     """Return where what can be made again is kept: SLEWLINE_CACHE, or the folder of slewline in that of this system.
 
     None: SLEWLINE_CACHE is empty, and nothing is to be kept.
+
+    Raises:
+        UsageError: the user has no home.
     """
     named = os.environ.get("SLEWLINE_CACHE")
     if named is not None:
@@ -28,10 +37,24 @@ def cache_folder() -> Path | None:
 
 def _folder(windows: str, mac: str, variable: str, usual: str) -> Path:
     if os.name == "nt":
-        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData/Local") / "slewline" / windows
+        return Path(os.environ.get("LOCALAPPDATA") or _home("LOCALAPPDATA") / "AppData/Local") / "slewline" / windows
     if sys.platform == "darwin":
-        return Path.home() / mac / "slewline"
-    return Path(os.environ.get(variable) or Path.home() / usual) / "slewline"
+        return _home("HOME") / mac / "slewline"
+    return Path(os.environ.get(variable) or _home(f"HOME or {variable}") / usual) / "slewline"
+
+
+def _home(variables: str) -> Path:
+    """Return the home of the user.
+
+    Raises:
+        UsageError: he has none, as a user of a container that only has a number; it names the variables to set.
+    """
+    try:
+        return Path.home()
+    except RuntimeError:
+        raise UsageError(
+            f"this user has no home folder: HOME is not set, and the system does not know the user; set {variables}"
+        ) from None
 
 
 def keep_source(text: str) -> Path | None:
@@ -39,7 +62,7 @@ def keep_source(text: str) -> Path | None:
 
     What lies beside it may be run: nobody but the user may be able to write there.
     """
-    with suppress(OSError, RuntimeError):  # RuntimeError: he has no home
+    with suppress(OSError, UsageError):  # UsageError: he has no home
         folder = cache_folder()
         if folder is None:
             return None

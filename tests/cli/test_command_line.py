@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import pytest
 
 import slewline
+from slewline import folders
 from slewline.cli.version import build, is_compiled
 from slewline.core.time import kernel
 from slewline.extras import EXTRAS
@@ -359,3 +360,15 @@ def split(part, line):
 def test_refused_lines_leave_no_warning_of_the_interpreter(five):
     ran = python("sys.exit(invoke(sys.argv[1:]))", "run", five, "--drive", "bell=0")
     assert (ran.returncode, ran.stderr.count("\n")) == (2, 1)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a user of Windows has a home")
+def test_a_user_without_home_and_name_is_told_what_to_set(call, monkeypatch):
+    for variable in ("HOME", "XDG_STATE_HOME", "XDG_CACHE_HOME", "SLEWLINE_CACHE"):
+        monkeypatch.delenv(variable, raising=False)
+    monkeypatch.setattr(os, "getuid", lambda: 54321)
+    found = call("drive", "gs-c200s", "--board", "twin", "--tcp", "127.0.0.1:0")
+    variables = "HOME" if sys.platform == "darwin" else "HOME or XDG_STATE_HOME"
+    says = f"HOME is not set, and the system does not know the user; set {variables}\n"
+    assert (found.status, found.err.endswith(says)) == (2, True)
+    assert folders.keep_source("x = 1") is None

@@ -27,6 +27,7 @@ ENDS = ("SIGTERM", "SIGHUP", "SIGQUIT")  # as far as the system has them
 
 def main() -> None:
     """Run the command line, as the console script `slewline` does, and exit with its status."""
+    _open_closed()
     if default := signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupted)  # an exception would show what is being loaded
     try:
@@ -67,6 +68,16 @@ def _end_in_order() -> None:
 
     for number in numbers:
         signal.signal(number, end)
+
+
+def _open_closed() -> None:
+    """Let standard streams that are closed lead nowhere: the next file that is opened would take their place."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            nowhere = os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+            os.set_inheritable(nowhere, True)
+            mode = "w" if number else "r"
+            setattr(sys, name, open(nowhere, mode, encoding="utf-8"))  # noqa: SIM115  # it stays open
 
 
 def _plainer(error: UnicodeError) -> tuple[str, int]:

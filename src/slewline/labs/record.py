@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..core.time.timebase import PS_PER_S
 from ..errors import SlewlineError, UsageError
-from ..modules.failures import DamagedAnswer, ModuleFailure, NoAnswer, PortLost, RefusedCommand
+from ..modules.failures import DamagedAnswer, EndlessInput, ModuleFailure, NoAnswer, PortLost, RefusedCommand
 from .fields import (
     SEVERITY,
     AlarmSeverity,
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from .motor import ModuleMotor
 
 Result = TypeVar("Result")
-LOST_BY = (PortLost, NoAnswer, DamagedAnswer)
+LOST_BY = (PortLost, NoAnswer, EndlessInput, DamagedAnswer)
 NEWS_S = 0.03  # in which caproto sends what was posted, which a client is to have before its put completes
 RETRY_S = 2.0  # between two attempts to find a module that is lost
 DIRECTION, DONE, PROBLEM, MOVING, LOST = 1 << 0, 1 << 1, 1 << 9, 1 << 10, 1 << 12  # bits of MSTA

@@ -123,6 +123,10 @@ class FramedSpeech(Speech):
         found = [each.row for byte in sent if isinstance(each := decoder.feed(byte, bool(TEXT), False), Command)]
         return found[0] if len(found) == 1 else None
 
+    def longest(self, command: str) -> int:
+        """Return how many characters an answer may have: those of the largest verify group."""
+        return super().longest(command) + 3 * max(self.sheet.verify_bytes)
+
     def is_complete(self, command: str, received: bytes) -> bool:
         """Return whether the line of an answer is over."""
         return received.endswith(END)

@@ -17,7 +17,7 @@ from ..errors import SlewlineError
 from ..language.describe import describe_command, syntax
 from ..language.dialect import dialect_of
 from ..language.lookup import SIGNED
-from .failures import DamagedAnswer, ModuleFailure, NoAnswer
+from .failures import DamagedAnswer, EndlessInput, ModuleFailure, NoAnswer
 from .module import TIDY_S
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ VERBS = {
     ":send": "send characters as they are, such as :send V1\\r",
     ":quit": "leave; so does Ctrl-D",
 }
+SHOWN_S = 1.0  # after which is shown what has come, even if more does
 LONGEST_S = 600  # of virtual time that the model may catch up with at a line
 
 
@@ -132,7 +133,7 @@ class Conversation:
         since, findings = self._odd(data)
         try:
             answer = self.module.once(line)
-        except (NoAnswer, DamagedAnswer) as failure:
+        except (NoAnswer, EndlessInput, DamagedAnswer) as failure:
             return Reply(findings=findings, since=since, failure=str(failure))
         answered_ms = (answer.first_ns - answer.sent_ns) / 1e6 if answer.lines else None
         return Reply(answer.lines, self.meaning(answer.lines), findings, since, answered_ms=answered_ms)
@@ -149,10 +150,15 @@ class Conversation:
         data, came_ns = self.module.port.waiting(), time.monotonic_ns()
         if not data:
             return ""
-        while chunk := self.module.port.read(TIDY_S).data:
-            data += chunk
-        self.module.transcript.module(data, came_ns, time.monotonic_ns())
-        return data.decode("latin-1")
+        self.module.transcript.module(data, came_ns)
+        return (data + self._until_silence(TIDY_S)).decode("latin-1")
+
+    def _until_silence(self, silence: float) -> bytes:
+        """Return what comes until there is silence for so many seconds, or else for `SHOWN_S`: it has to be shown."""
+        try:
+            return b"".join(chunk.data for chunk in self.module.chunks(silence, SHOWN_S))
+        except EndlessInput as endless:
+            return endless.received
 
     # --------------------------------------------------------------------------------------------------------- verbs
     def _verb(self, verb: str, rest: str) -> Reply:
@@ -182,10 +188,7 @@ class Conversation:
             return Reply(failure=f":send {text}: allowed ASCII, and \\r, \\n, \\x41 for other characters")
         since, findings = self._odd(data)
         self.module.send(data)
-        answer = b""
-        while chunk := self.module.port.read(self.speech.patience("")).data:
-            self.module.transcript.module(chunk, time.monotonic_ns())
-            answer += chunk
+        answer = self._until_silence(self.speech.patience(self.speech.probe))
         lines = answer.decode("latin-1").removesuffix("\r").split("\r") if answer else []
         return Reply([each.encode("unicode_escape").decode() for each in lines], "", findings, since)
 

@@ -24,6 +24,14 @@ class NoAnswer(ModuleFailure):
         self.received = received
 
 
+class EndlessInput(ModuleFailure):
+    """Characters still come after the time that all of an answer takes; `received` are those so far."""
+
+    def __init__(self, text: str, received: bytes) -> None:
+        super().__init__(text)
+        self.received = received
+
+
 class DamagedAnswer(ModuleFailure):
     """An answer came with a wrong checksum, with a fault in a character, or is no answer of the part at all."""
 

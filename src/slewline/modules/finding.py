@@ -16,7 +16,7 @@ from ..core.datasheet.table import Sheet
 from .adapter import FramedSpeech
 from .deviations import deviations
 from .failures import DamagedAnswer, NoAnswer, RefusedCommand
-from .module import DialogueRecord, Module
+from .module import NOTICE_S, DialogueRecord, Module
 from .port import ModulePort
 from .speech import LineSpeech, QuerySpeech, speech_of
 from .spoken import CR, Speech
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 LOOK_S = 0.35  # of silence at a rate, after which the next one is tried
 FOLLOWS_S = 0.05  # of silence, after which an answer is over, whatever its end is
-MOST_HEARD = 1024  # characters of an answer
+MOST_HEARD = 1024  # characters of an answer, however long
 LOOKS = 2  # at a rate: the first line may only end what the module had got of another one
 
 
@@ -40,6 +40,7 @@ def find(
     transcript: DialogueRecord | None = None,
     may_move: bool = False,
     raw: RawRecord | None = None,
+    say: Callable[[str], object] = lambda _text: None,
 ) -> Module:
     """Return the module at a port, which has answered a question.
 
@@ -49,7 +50,7 @@ def find(
         baud: its rate; None: it is looked for, where straps set it.
         checked: its lines have checksums; None: it is looked for.
         address: of the module on a line of several; None: none.
-        transcript, may_move: as for `Module`.
+        transcript, may_move, say: as for `Module`.
         raw: keeps what goes over the line.
 
     Raises:
@@ -61,7 +62,7 @@ def find(
     port = ModulePort(where, speech.setting, raw)
     try:
         look = next(look for kind, look in LOOKS_FOR.items() if isinstance(speech, kind))
-        module = look(Module(port, speech, transcript, may_move=may_move), baud, checked)
+        module = look(Module(port, speech, transcript, may_move=may_move, say=say), baud, checked)
         _check_deviations(module)
         return module
     except BaseException:
@@ -72,7 +73,7 @@ def find(
 # ---------------------------------------------------------------------------------------------- what answers every line
 def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
     """Ask at one rate after the other, with and without checksums."""
-    first = module.speech
+    first, begun_s = module.speech, module.port.clock()
     strange: list[str] = []
     for rate in first.rates if baud is None else (baud,):
         speech = _at(first, rate, bool(checked))
@@ -90,6 +91,8 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
             if heard:
                 strange.append(f"{heard[:40]!r} at {rate} baud")
                 _check_deviations(module)
+            if module.port.clock() > begun_s + NOTICE_S:
+                module.notice(f"{strange[-1] if strange else 'nothing'} came so far; other rates are tried")
     raise NoAnswer(_unfound(module, baud, strange))
 
 
@@ -104,10 +107,11 @@ def _check_deviations(module: Module) -> None:
     for _ in range(LOOKS):
         module.tidy()
         module.send(speech.framed(speech.probe))
-        heard, silence = b"", LOOK_S
-        while len(heard) < MOST_HEARD and (more := module.hear(silence + 12 * speech.character_s)):
-            heard += more
-            silence = FOLLOWS_S
+        silence = LOOK_S + 12 * speech.character_s
+        heard = b""
+        for chunk in module.chunks(silence, speech.seconds(MOST_HEARD, silence), f"the answer to {speech.probe}"):
+            heard = chunk.data + module.listen(FOLLOWS_S, MOST_HEARD)
+            break
         found = deviations(speech, speech.probe, heard)
         if found and found == seen:
             raise DamagedAnswer(
@@ -127,13 +131,14 @@ def _heard(module: Module) -> bytes:
     """Ask once; return what comes, up to a carriage return."""
     module.tidy()
     module.send(module.speech.framed(module.speech.probe))
-    heard = b""
-    while not heard.endswith(CR):
-        chunk = module.port.read(LOOK_S + 12 * module.speech.character_s)
-        if not chunk.data:
-            break
-        module.transcript.module(chunk.data, chunk.ns)
+    heard, probe = b"", module.speech.probe
+    silence = LOOK_S + 12 * module.speech.character_s
+    for chunk in module.chunks(
+        silence, module.speech.seconds(module.speech.longest(probe), silence), f"the answer to {probe}"
+    ):
         heard += chunk.data
+        if heard.endswith(CR):
+            break
     return heard
 
 
@@ -222,8 +227,10 @@ def _by_adapter(module: Module, baud: int | None, checked: bool | None) -> Modul
     for _ in range(LOOKS):
         module.tidy()
         module.send(speech.wake)
-        while (heard := module.hear(LOOK_S)) and not speech.is_complete("", heard):
-            pass  # more of what the adapter says to that
+        heard = b""
+        for heard, _ in module.chunks(LOOK_S, speech.seconds(speech.longest(speech.probe), LOOK_S)):
+            if speech.is_complete("", heard):
+                break  # what the adapter says to that is over
         try:
             said = module.once(speech.probe).text
         except NoAnswer as silence:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from time import monotonic_ns
 from typing import NamedTuple, Protocol
 
 from .deviations import deviations, in_words
-from .failures import DamagedAnswer, MotionRefused, NoAnswer, RefusedCommand
-from .port import ModulePort
+from .failures import DamagedAnswer, EndlessInput, MotionRefused, NoAnswer, RefusedCommand
+from .port import SLICE_S, Chunk, ModulePort
 from .spoken import CR, Speech
 
 TRIES = 4
 NOISE = "check cable, rate and format for noise, and call again"
 BUSY_S = 0.2  # after which a module that is busy is asked again
+NOTICE_S = 2.0  # after which a message shows what has come, or that nothing has
 TIDY_S = 0.05  # of silence, after which nothing comes any more of what was not asked for
 
 
@@ -70,18 +71,25 @@ class Module:
         speech: how it is spoken to.
         transcript: takes down what is said.
         may_move: send commands that may make the motor step, too.
+        say: is called, once, with what the user should know of an exchange that takes long.
 
     Attributes:
-        port, speech, transcript, may_move: the arguments.
+        port, speech, transcript, may_move, say: the arguments.
         entering: this session has begun program entry, and not ended it.
     """
 
     def __init__(
-        self, port: ModulePort, speech: Speech, transcript: DialogueRecord | None = None, *, may_move: bool = False
+        self,
+        port: ModulePort,
+        speech: Speech,
+        transcript: DialogueRecord | None = None,
+        *,
+        may_move: bool = False,
+        say: Callable[[str], object] = lambda _text: None,
     ) -> None:
-        self.port, self.speech, self.may_move = port, speech, may_move
+        self.port, self.speech, self.may_move, self.say = port, speech, may_move, say
         self.transcript: DialogueRecord = NoRecord() if transcript is None else transcript
-        self.entering = False
+        self.entering = self.noticed = False
 
     @property
     def name(self) -> str:
@@ -99,6 +107,7 @@ class Module:
             MotionRefused: the command may make a step, and may not.
             RefusedCommand: the module has refused it.
             NoAnswer, DamagedAnswer: what has become of a command that is no question is not known.
+            EndlessInput: characters still come after the time that the longest answer takes.
             PortLost: the port is gone.
         """
         repeatable = self.speech.is_question(command)
@@ -109,6 +118,7 @@ class Module:
                 if not repeatable or not tries_left:
                     raise
                 self.transcript.note(f"asked again: {failure}")
+                self.notice(f"no whole answer to {command} so far; it is sent again")
                 continue
             last = answer.lines[-1] if answer.lines else ""
             # noise that no check sees has made something else of a question that is refused
@@ -126,6 +136,7 @@ class Module:
         *,
         again: bool = False,
         enough: Callable[[bytes], bool] | None = None,
+        longest: int | None = None,
     ) -> ModuleAnswer:
         """Send a command once; return its answer, whatever it is.
 
@@ -133,9 +144,10 @@ class Module:
             data: what goes over the wire; None: the command as the part has it.
             again: it has not been answered before.
             enough: says of what has come whether more of it need not be waited for.
+            longest: how many characters the answer may have; None: as the speech has it.
 
         Raises:
-            MotionRefused, NoAnswer, DamagedAnswer, PortLost: as for `ask`.
+            MotionRefused, NoAnswer, EndlessInput, DamagedAnswer, PortLost: as for `ask`.
         """
         self.check_motion(command)
         self.tidy()
@@ -147,13 +159,14 @@ class Module:
             return ModuleAnswer((), sent_ns, sent_ns, sent_ns)
         received, first_ns, last_ns = b"", 0, 0
         patience = self.speech.patience(command)
-        while not (self.speech.is_complete(command, received) or (enough is not None and enough(received))):
-            chunk = self.port.read(patience)
-            if not chunk.data:
-                raise NoAnswer(self._silence(command, received, patience), received)
-            self.transcript.module(chunk.data, chunk.ns)
+        characters = len(data) + (self.speech.longest(command) if longest is None else longest)
+        for chunk in self.chunks(patience, self.speech.seconds(characters, patience), f"the answer to {command}"):
             received += chunk.data
             first_ns, last_ns = first_ns or chunk.ns, chunk.ns
+            if self.speech.is_complete(command, received) or (enough is not None and enough(received)):
+                break
+        else:
+            raise NoAnswer(self._silence(command, received, patience), received)
         try:
             lines = tuple(self.speech.lines(received))
         except DamagedAnswer as damaged:
@@ -206,26 +219,67 @@ class Module:
         self.transcript.host(data, sent_ns)
         return sent_ns
 
-    def listen(self, silence: float) -> bytes:
-        """Return what comes until there is silence for so many seconds."""
-        heard = b""
-        while data := self.hear(silence):
-            heard += data
-        return heard
+    def chunks(self, silence: float, seconds: float, what: str = "what was not asked for") -> Iterator[Chunk]:
+        """Yield what comes until there is silence; every exchange with a module waits here, and nowhere else.
 
-    def hear(self, silence: float) -> bytes:
-        """Return what comes next, or nothing after so many seconds of silence."""
-        chunk = self.port.read(silence)
-        if chunk.data:
+        Args:
+            silence: so many seconds without a character are the end.
+            seconds: after which it is over, even if characters still come.  A process that was stopped meanwhile has
+                not waited.
+            what: is waited for, for messages.
+
+        Raises:
+            EndlessInput: characters still come after these seconds.
+            PortLost: the port is gone.
+        """
+        received, waited, before = b"", 0.0, self.port.clock()
+        while (chunk := self.port.read(silence)).data:
             self.transcript.module(*chunk)
-        return chunk.data
+            received += chunk.data
+            yield chunk
+            now = self.port.clock()
+            waited += min(now - before, silence + SLICE_S)
+            before = now
+            if waited > seconds:
+                raise EndlessInput(
+                    f"{self.name}: {what} is not over after {seconds:.1f} s: {received[-40:]!r} came last, of "
+                    f"{len(received)} characters; allowed a port that is silent unless it is asked; check that it is "
+                    "the port of the module, and --baud",
+                    received,
+                )
+            if waited > NOTICE_S:
+                self.notice(f"{what} is not over; received so far: {received[-40:]!r}, {len(received)} characters")
 
-    def tidy(self) -> None:
-        """Take down what comes without being asked for, such as an answer that was late, until there is silence."""
+    def notice(self, text: str) -> None:
+        """Let the user know, once, what takes so long."""
+        if not self.noticed:
+            self.noticed = True
+            self.say(f"{self.name}: {text}")
+
+    def listen(self, silence: float, longest: int = 0) -> bytes:
+        """Return what comes until there is silence for so many seconds.
+
+        Args:
+            longest: how many characters may come.
+
+        Raises:
+            EndlessInput: there is no silence after the time that these characters take.
+        """
+        return b"".join(chunk.data for chunk in self.chunks(silence, self.speech.seconds(longest, silence)))
+
+    def tidy(self, longest: int = 0) -> None:
+        """Take down what comes without being asked for, such as an answer that was late, until there is silence.
+
+        Args:
+            longest: how many characters may come.
+
+        Raises:
+            EndlessInput: as for `listen`.
+        """
         if data := self.port.waiting():
             self.transcript.module(data, monotonic_ns())
             self.transcript.note("that was not asked for")
-            self.listen(TIDY_S)
+            self.listen(TIDY_S, longest)
 
     def check_motion(self, command: str) -> None:
         """Check that a command may be sent.

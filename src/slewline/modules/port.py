@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 SLICE_S = 0.02  # of a read that waits
+WRITE_S = 5.0  # after which a port that takes no characters will take none
 IFLAG = 0  # of what termios.tcgetattr returns
 
 
@@ -60,6 +61,7 @@ class ModulePort:
                 parity=word.parity[0].upper(),
                 stopbits=float(word.stop),
                 timeout=SLICE_S,
+                write_timeout=WRITE_S,
                 exclusive=True,
             )
         except (OSError, ValueError, TypeError) as error:
@@ -101,7 +103,7 @@ class ModulePort:
         """Send characters; return the instant just before (ns of `time.monotonic_ns`).
 
         Raises:
-            PortLost: the port is gone.
+            PortLost: the port is gone, or takes nothing for `WRITE_S`.
         """
         now = time.monotonic_ns()
         self._do(lambda: self.line.write(data))
@@ -137,13 +139,24 @@ class ModulePort:
             self.raw.came(data, time.monotonic_ns())
         return data
 
+    def clock(self) -> float:
+        """Return seconds that only grow: of the wall clock, or of a module in virtual time."""
+        return float(getattr(self.line, "clock", time.monotonic)())
+
     def pause(self, seconds: float) -> None:
         """Let time pass on the line."""
         getattr(self.line, "sleep", time.sleep)(seconds)
 
     def _do(self, call: Callable[[], Any]) -> Any:
+        from serial import SerialTimeoutException
+
         try:
             return call()
+        except SerialTimeoutException:
+            raise PortLost(
+                f"{self.where}: the port has taken no characters for {WRITE_S:g} s; allowed one without flow control; "
+                "check the adapter, and call again"
+            ) from None
         except (OSError, TypeError, AttributeError) as error:  # what pySerial raises of a port that is gone
             found = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
             why = found.partition("(")[0].strip()  # the rest is pySerial's guess

@@ -84,6 +84,13 @@ class LineSpeech(Speech):
         last = received[:-1].rpartition(CR)[2]
         return (last[:-1] if self.checked else last).decode("latin-1") in self.dialect.answers
 
+    def longest(self, command: str) -> int:
+        """Return how many characters an answer may have: of a listing, those of a full memory."""
+        row = self.row(command)
+        if row is None or row.role != "list":
+            return super().longest(command)
+        return (self.sheet.buffer_bytes + 1) * (self.dialect.longest or super().longest(command))
+
     def stripped(self, line: bytes) -> str:
         """Return a line without its checksum."""
         text = super().stripped(line)
@@ -176,6 +183,10 @@ class QuerySpeech(Speech):
         """Return the silence, in seconds, after which an answer does not come any more."""
         looked = self.sheet.buffer_bytes * FETCH_S if self.listed_lines(command) else 0.0
         return super().patience(command) + looked
+
+    def longest(self, command: str) -> int:
+        """Return how many characters an answer may have: of a listing, those of the whole memory."""
+        return super().longest(command) + self.sheet.buffer_bytes * bool(self.listed_lines(command))
 
     def listed_lines(self, command: str) -> int:
         """Return how many lines of memory a query asks for, besides the pointer."""

@@ -17,6 +17,8 @@ CR = b"\r"
 FAULTY = 0  # what a driver makes of a character with a parity or framing fault
 ANSWER_S = 1.0  # of silence after which no answer comes any more; no sheet states a time
 STORED_S = 15.0  # the same, of a command that writes an EEPROM
+LONGEST = 80  # characters of an answer that is no listing
+SLACK_S = 5.0  # for an exchange, besides twice the time that its characters take
 
 
 class Speech:
@@ -158,6 +160,19 @@ class Speech:
         row = self.row(command)
         silence = STORED_S if row is not None and row.role == "store" else ANSWER_S
         return silence + (len(command) + 4) * self.character_s
+
+    def longest(self, command: str) -> int:
+        """Return how many characters the answer to a command may have."""
+        return LONGEST
+
+    def seconds(self, characters: int, silence: float) -> float:
+        """Return the time, in seconds, within which an exchange is over, however much comes.
+
+        Args:
+            characters: how many go to and fro, at most.
+            silence: in seconds, before the first one comes.
+        """
+        return 2 * characters * self.character_s + max(SLACK_S, silence)
 
     def lines(self, received: bytes) -> list[str]:
         """Return the lines of an answer, without checksums.

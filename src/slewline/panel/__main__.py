@@ -13,10 +13,10 @@ import os
 import secrets
 import socket
 import sys
-import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from ..errors import SlewlineError, UsageError
+from ..lifeline import end_of_input, follow
 from ..links.sockets.address import is_loopback, parse_address
 
 LISTEN = "127.0.0.1:0"
@@ -71,16 +71,9 @@ def run(options: argparse.Namespace) -> int:
     sys.stdout.write(f"panel: {panel.url}\n")
     sys.stdout.flush()
     if options.with_parent:
-        threading.Thread(target=end_with_parent, args=(panel.stop,), daemon=True).start()
+        follow(end_of_input, panel.stop)
     panel.run()
     return 0
-
-
-def end_with_parent(stop: Callable[[], object]) -> None:
-    """Wait until the standard input is closed, as it is when the process at its other end has gone; then stop."""
-    while os.read(0, 4096):
-        pass
-    stop()
 
 
 if __name__ == "__main__":

@@ -32,6 +32,7 @@ from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
 from ..bench import Bench
 from ..core.chip import Chip
+from ..core.time.timebase import PS_PER_S
 from ..core.wires.serial import CharacterFormat
 from .endpoint import SerialEndpoint, word_of
 from .rig import Rig, from_url, seconds
@@ -171,6 +172,10 @@ class Serial(SerialBase):
         """Let virtual time pass: what time.sleep is to a program with a real port."""
         self._must_be_open()
         self._end.sleep(duration)
+
+    def clock(self) -> float:
+        """Return the virtual time (s): what time.monotonic is to a program with a real port."""
+        return self.rig.bench.now_ps / PS_PER_S
 
     def _update_break_state(self) -> None:
         self._must_be_open()

@@ -7,12 +7,14 @@ from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from importlib import import_module
 from logging import CRITICAL, getLogger
-from multiprocessing import get_context
+from multiprocessing.context import SpawnContext, SpawnProcess
+from signal import SIG_IGN, SIGINT, signal
 from typing import Any, NamedTuple
 
 from ..core.messages.whole import whole
 from ..errors import UsageError
 from ..extras import needs
+from ..lifeline import end_of_parent, follow, held_back, obey_termination
 from ..version import __version__
 
 PATIENCE = "10 s"  # for a scheduler that does not answer
@@ -41,6 +43,41 @@ class Inline(Executor):
 INLINE = Workers(Inline(), 1, "")
 
 
+class Worker(SpawnProcess):
+    """A process of the pool, which ends with the one that has started it."""
+
+    def start(self) -> None:
+        """Begin."""
+        with held_back():
+            super().start()
+
+    def run(self) -> None:
+        """Compute what it is given."""
+        signal(SIGINT, SIG_IGN)  # Windows holds nothing back
+        obey_termination()  # by which a pool whose worker has died ends the others
+        follow(end_of_parent)
+        super().run()
+
+
+class WorkerContext(SpawnContext):
+    """Makes workers, and can end them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.made: list[Worker] = []
+
+    def Process(self, *args: Any, **kwargs: Any) -> Worker:  # type: ignore[override]
+        """Return a new worker."""
+        self.made.append(Worker(*args, **kwargs))
+        return self.made[-1]
+
+    def kill(self) -> None:
+        """End all workers, whatever they are doing."""
+        for worker in self.made:
+            if worker.pid is not None:
+                worker.kill()
+
+
 @contextmanager
 def processes(jobs: int) -> Iterator[Workers]:
     """Yield a pool of processes of this machine; with one job nothing is started.
@@ -56,8 +93,13 @@ def processes(jobs: int) -> Iterator[Workers]:
     if number == 1:
         yield INLINE
         return
-    with ProcessPoolExecutor(number, mp_context=get_context("spawn")) as pool:
-        yield Workers(pool, AHEAD * number, "a process of the pool has died; try fewer jobs")
+    context = WorkerContext()
+    with ProcessPoolExecutor(number, mp_context=context) as pool:
+        try:
+            yield Workers(pool, AHEAD * number, "a process of the pool has died; try fewer jobs")
+        except BaseException:  # nobody waits for what is being computed
+            context.kill()
+            raise
 
 
 @contextmanager

@@ -15,7 +15,6 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
-from threading import Thread
 from typing import IO, TYPE_CHECKING, Any, TextIO, cast
 
 import click
@@ -23,6 +22,7 @@ import click
 from ...chips import CATALOGUE
 from ...errors import UsageError
 from ...extras import needs
+from ...lifeline import end_of_input, follow, start
 from ..files import chip_of, is_bench, read_options, read_program
 from ..single import single
 
@@ -156,12 +156,7 @@ def end_with_input(server: Server) -> None:
         server.loop.watch(0, read)  # a process with threads cannot be forked, and forks are the way back
         return
 
-    def wait() -> None:
-        while os.read(0, 1024):
-            pass
-        server.stop()
-
-    Thread(target=wait, daemon=True).start()
+    follow(end_of_input, server.stop)
 
 
 def app_class() -> Any:
@@ -208,10 +203,9 @@ def server_process(arguments: list[str]) -> Iterator[tuple[str, str]]:
     token = secrets.token_urlsafe(16)
     call = [sys.executable, "-m", "slewline", "debug", *arguments, "--control", LOOPBACK, "--while-input"]
     environment = os.environ | {TOKEN: token, "PYTHONUNBUFFERED": "1"}
-    pipe = subprocess.PIPE
     with (
         TemporaryFile() as said,  # by the server, beside what the screen shows
-        subprocess.Popen(call, stdin=pipe, stdout=pipe, stderr=said, env=environment) as process,
+        start(call, environment, said) as process,
     ):
         given, printed = cast("IO[bytes]", process.stdin), cast("IO[bytes]", process.stdout)
         try:

@@ -77,7 +77,9 @@ class PanelCommand:
                 signal.signal(number, lambda *_: panel.stop())
             panel.attach(address)
             self.tell(panel)
-            panel.wait()
+            while panel.wait() and not panel.stopped and panel.replace(lambda text: say(f"slewline: {text}")):
+                panel.attach(address)
+                show_ports([("panel", panel.url)])
         return 0
 
     # -------------------------------------------------------------------------------------------- a server of our own

@@ -6,15 +6,17 @@ import os
 import secrets
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, cast
 
 from ...errors import UsageError
 from ...extras import lacking, needs
+from ...lifeline import follow, how, start
 from ...links.sockets.address import parse_address
 
 if TYPE_CHECKING:
@@ -44,14 +46,13 @@ class PanelProcess:
             raise UsageError(needs("the panel needs", "panel"))
         parse_address(listen, allow_remote)
         self.token, self.url = token, ""
-        command = [sys.executable, "-P", "-m", "slewline.panel", "--attach", "-", "--listen", listen, "--with-parent"]
-        command += [*["--read-only"] * read_only, *["--allow-remote"] * allow_remote]
-        environment = {name: value for name, value in os.environ.items() if name != "SLEWLINE_TOKEN"}
+        self.command = [sys.executable, "-P", "-m", "slewline.panel", "--attach", "-", "--listen", listen]
+        self.command += ["--with-parent", *["--read-only"] * read_only, *["--allow-remote"] * allow_remote]
+        self.environment = {name: value for name, value in os.environ.items() if name != "SLEWLINE_TOKEN"}
         if token is not None:
-            environment["SLEWLINE_TOKEN"] = token
-        self.process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment, text=True
-        )
+            self.environment["SLEWLINE_TOKEN"] = token
+        self.stopped = self.was_replaced = False
+        self.process = start(self.command, self.environment)
 
     @classmethod
     def beside(cls, listen: str, read_only: bool = False, allow_remote: bool = False) -> PanelProcess:
@@ -59,8 +60,10 @@ class PanelProcess:
         return cls(listen, secrets.token_urlsafe(24), read_only, allow_remote)
 
     def open(self, server: Server) -> None:
-        """Open the page of a server of this process."""
-        self.attach(server.control(CONTROL, self.token).where)
+        """Open the page of a server of this process, which notices when the panel ends by itself."""
+        control = server.control(CONTROL, self.token).where
+        self.attach(control)
+        self._watch(server, control)
 
     def attach(self, control: str) -> None:
         """Open the page of the server with this control port, HOST:PORT.
@@ -68,21 +71,74 @@ class PanelProcess:
         Raises:
             UsageError: it does not open.
         """
-        if self.process.stdin is None or self.process.stdout is None:
-            return
-        with suppress(OSError):
-            self.process.stdin.write(f"{control}\n")
-            self.process.stdin.flush()
-        self.url = self.process.stdout.readline().partition(": ")[2].strip()
-        if not self.url:
+        self._send(control)
+        if self.process.stdout is not None and not self._opened(self.process.stdout.readline()):
             raise UsageError("the panel has not opened; the reason is above")
 
-    def wait(self) -> None:
-        """Wait until the panel has ended."""
-        self.process.wait()
+    def _send(self, control: str) -> None:
+        """Send the panel the control port that it waits for."""
+        with suppress(OSError):
+            if self.process.stdin is not None:
+                self.process.stdin.write(f"{control}\n".encode())
+                self.process.stdin.flush()
+
+    def _opened(self, line: bytes) -> bool:
+        """Take the line in which the panel says where its page is found; return whether it is one."""
+        self.url = line.decode().partition(": ")[2].strip()
+        return bool(self.url)
+
+    def replace(self, tell: Callable[[str], object]) -> bool:
+        """Start a panel that has ended by itself once more, but only once; return whether that was done.
+
+        Args:
+            tell: is called with what has happened, and what can be done.
+        """
+        status, out = self.process.wait(), self.process.stdout
+        ended = f"the panel has ended ({how(status)})"
+        for pipe in (self.process.stdin, out):
+            if pipe is not None:
+                with suppress(OSError):
+                    pipe.close()
+        if self.was_replaced:
+            tell(f"{ended} once more, and is not started again; to have a page, end this command and start it again")
+            return False
+        tell(f"{ended}, and is started again")
+        self.was_replaced = True
+        self.process = start(self.command, self.environment)
+        if self.stopped:  # meanwhile
+            self.stop()
+        return True
+
+    def _watch(self, server: Server, control: str) -> None:
+        """Let the loop of a server notice when the panel ends, or when one that was started again has opened."""
+        out, loop = cast("IO[bytes]", self.process.stdout), server.loop
+
+        def read(data: bytes) -> None:
+            if data and self._opened(data):
+                server.tell(f"panel: {self.url}")
+            elif not data:
+                if os.name == "posix":
+                    loop.watch(out.fileno())
+                if not self.stopped and self.replace(server.tell):
+                    self._send(control)
+                    self._watch(server, control)
+
+        def wait() -> None:
+            while data := out.readline():
+                loop.ask(partial(read, data))
+
+        if os.name == "posix":
+            loop.watch(out.fileno(), lambda: read(os.read(out.fileno(), 4096)))
+        else:  # a loop waits for sockets alone
+            follow(wait, lambda: loop.ask(partial(read, b"")))
+
+    def wait(self) -> int:
+        """Wait until the panel has ended; return its exit status."""
+        return self.process.wait()
 
     def stop(self) -> None:
         """Let the panel end: it does so when its standard input is closed; may be called in a signal handler."""
+        self.stopped = True
         if self.process.stdin is not None:
             with suppress(OSError):
                 self.process.stdin.close()

@@ -160,7 +160,7 @@ class CompareDialogue:
         with raw_record(self.report or self.dialogue) as raw, ModulePort(str(self.port), speech.setting, raw) as port:
             file = SendableFile(path, replace(header, baud=speech.baud), lambda text: say(f"slewline: {text}"))
             try:
-                module = Module(port, speech, file, may_move=self.move)
+                module = Module(port, speech, file, may_move=self.move, say=lambda text: say(f"slewline: {text}"))
                 if speech.wake:
                     module.send(speech.wake)
                     module.listen(TIDY_S)

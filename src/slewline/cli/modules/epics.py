@@ -80,7 +80,9 @@ class EpicsCommand:
         if not sheet.acting("goto"):
             raise UsageError(f"{self.part}: no serial line over which a record moves it; allowed a part that has one")
         values = self.values()
-        found = find(self.port, sheet, baud=self.baud, checked=self.checksum, address=self.address, may_move=True)
+        found = find(
+            self.port, sheet, baud=self.baud, checked=self.checksum, address=self.address, may_move=True, say=tell
+        )
         try:
             speech = found.speech
             if self.dialogue is not None and self.file is None:

@@ -69,6 +69,7 @@ class PortOptions:
             address=self.address,
             may_move=may_move,
             raw=raw,
+            say=tell,
         )
 
 

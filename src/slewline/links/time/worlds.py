@@ -16,15 +16,18 @@ from __future__ import annotations
 
 import json
 import os
+import select
 import signal
 import socket
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from ...bench.replaying import go_on
+from ...lifeline import follow
 from ..sockets import system
 from ..sockets.loop import Loop
 
@@ -111,6 +114,13 @@ def lines_of(orders: socket.socket) -> Iterator[bytes]:
             yield from lines
 
 
+def hung_up(orders: int) -> None:
+    """Wait until the other end of a socket is closed, and read nothing: a checkpoint takes its orders from it."""
+    poll = select.poll()
+    poll.register(orders, 0)
+    poll.poll()
+
+
 class World:
     """A server in a copy of its process.
 
@@ -128,6 +138,7 @@ class World:
 
     def run(self) -> None:
         """Go to the instant, open the ports, answer where they are, and serve."""
+        follow(partial(hung_up, os.dup(self.answers.fileno())), self.orphaned)
         try:
             with self.silence():
                 self.arrive()
@@ -140,6 +151,11 @@ class World:
             self.server.branch = self.order["branch"]
             self.server.loop.after(GRACE_S, self.grow_up)
             self.server.serve(self.deserted)
+
+    def orphaned(self) -> None:
+        """End if the server has ended that has asked for this world, unless it has come; then its leash is the end."""
+        if not any(control.clients for control in self.server.controls()):
+            os._exit(0)
 
     def grow_up(self) -> None:
         """Be deserted, if nobody has come yet."""

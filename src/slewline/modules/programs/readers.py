@@ -220,7 +220,9 @@ class MemoryReader(ProgramReader):
         """Return a line of memory; empty: erased; None: the module speaks of another address."""
         module = self.module
         module.ask(f"{self.pointer.form} {address}")
-        answer = module.once(f"{self.dialect.query} {self.dialect.listing},1", enough=_shows_erased)
+        answer = module.once(
+            f"{self.dialect.query} {self.dialect.listing},1", enough=_shows_erased, longest=LONGEST_LINE
+        )
         shown, line = answer.lines[:2]
         if shown != f"{self.pointer.form}={address:05}":
             return None
@@ -228,7 +230,7 @@ class MemoryReader(ProgramReader):
             return line.encode("latin-1") + CR
         seconds = (self.sheet.buffer_bytes - address) * module.speech.character_s
         self.say(f"{module.name}: erased from {address} on; the module sends it to its end, {seconds:.0f} s at most")
-        module.tidy()
+        module.tidy(self.sheet.buffer_bytes - address)
         return b""
 
 
