@@ -116,7 +116,7 @@ def test_pull_push_and_compare_end_at_a_port_that_never_falls_silent(tmp_path, m
         assert "Traceback" not in err
         what = "GPGG" if how == "chatter" else "xxx" if how == "no line ends" else "$GP"
         assert what in err, (command, err)
-    assert not list(tmp_path.glob("saved.*"))
+    assert {*tmp_path.glob("saved.*")} <= {tmp_path / f"saved.{part}.raw"}
     assert not list(tmp_path.glob("*.before.*"))
 
 
@@ -130,7 +130,8 @@ def test_the_time_is_that_of_the_characters_and_what_comes_is_told_before(capfd,
         took = time.monotonic() - begun
     lines = capfd.readouterr().err.splitlines()
     assert took > spoken.SLACK_S  # that it ends at all is what matters; how soon is the business of the next tests
-    assert [" is not over; received so far: " in line for line in lines] == [True, False]
+    assert [" is not over; received so far: " in line for line in lines] == [True, False, False]
+    assert ".raw" in lines[-1]
     assert "$GPGGA" in lines[0]
     assert "allowed a port that is silent unless it is asked" in lines[1]
 
@@ -167,7 +168,7 @@ class Clocked:
 
 def clocked(every, part="gs-c200s", **speech):
     port = object.__new__(ModulePort)
-    port.where, port.line = "port", Clocked(every)
+    port.where, port.line, port.raw = "port", Clocked(every), None
     spoken_as = speech_of(sheet_of(part), **speech)
     port.setting = spoken_as.setting
     return Module(port, spoken_as, Taken())

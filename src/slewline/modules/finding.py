@@ -110,7 +110,7 @@ def _check_deviations(module: Module) -> None:
         silence = LOOK_S + 12 * speech.character_s
         heard = b""
         for chunk in module.chunks(silence, speech.seconds(MOST_HEARD, silence), f"the answer to {speech.probe}"):
-            heard = chunk.data + module.listen(FOLLOWS_S, MOST_HEARD)
+            heard = chunk.data + module.listen(FOLLOWS_S + 12 * speech.character_s, MOST_HEARD)
             break
         found = deviations(speech, speech.probe, heard)
         if found and found == seen:
