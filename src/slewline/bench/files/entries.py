@@ -60,6 +60,7 @@ OPTIONAL: dict[str, Kind] = {  # in any entry that has them
     "on": TEXT_OR_NONE,
     "error": TEXT,
     "content": LIST,
+    "pending": TRUTH,
 }
 
 

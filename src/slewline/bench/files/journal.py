@@ -10,9 +10,9 @@ run that was killed is good up to its last whole line.
 
     {"do": "store", "t": 15000000000, "of": "x", "call": 3, "error": "x.eeprom: cannot write the memory: ..."}
 
-What a store outside has refused, or made of its content, is in it as well: `call` is the number of the call since its
-owner was put on the bench, and a replay does the same there (`core/memory/store.py`).  `entries.py` lists what each
-entry has.
+What a store outside has refused, or made of its content, and when it was still writing, is in it as well: `call` is
+the number of the call since its owner was put on the bench, and a replay does the same there (`core/memory/store.py`).
+`entries.py` lists what each entry has.
 
 `part` and, of a part, `kind` are names that find the class again: ours, those of entry points, or module:Class.
 

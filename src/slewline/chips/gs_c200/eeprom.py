@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ...core.context import ChipContext
-from ...core.memory.store import Store
+from ...core.memory.store import Store, written
 from ...core.time.kernel import Task
 from ...core.wires.waits import until
 from .activity import EEPROM, Activity
@@ -47,31 +47,32 @@ class ProgramEeprom:
         return self.task is not None
 
     # ---------------------------------------------------------------------------------------------------------- write
-    def write(self, written: Callable[[bool], None]) -> None:
-        """Begin to write the program; `written` is called at the end, with whether that has succeeded."""
-        self.task = self.kernel.spawn(self._write, bytes(self.program.memory), written, name=f"{self.chip.name} writes")
+    def write(self, over: Callable[[bool], None]) -> None:
+        """Begin to write the program; `over` is called at the end, with whether that has succeeded."""
+        self.task = self.kernel.spawn(self._write, bytes(self.program.memory), over, name=f"{self.chip.name} writes")
         self.activity.begin(EEPROM)
 
-    async def _write(self, program: bytes, written: Callable[[bool], None]) -> None:
+    async def _write(self, program: bytes, over: Callable[[bool], None]) -> None:
         """Write byte after byte, a check byte after them, and verify all of it."""
         self.chip.waits("writing the EEPROM")
         self.activity.works_on("M")
         self.saving = program, self.kernel.now
         await until(self.kernel, self.kernel.now + self.write_ps * (len(program) + 1) // self.full)
-        self.spoiled = self._programmed(program)
+        self.spoiled = await self._programmed(program)
         if self.spoiled:
             self.chip.finding("E6", f"the EEPROM was not written: {self.spoiled}")
         self.task = self.saving = None
         self.activity.works_on("")
         self.activity.end(EEPROM)
         self.chip.waits("waiting for a command")
-        written(not self.spoiled)
+        over(not self.spoiled)
         self.refresh_idle()
 
-    def _programmed(self, program: bytes) -> str:
-        """Keep a program; return why that failed, empty if it did not."""
+    async def _programmed(self, program: bytes) -> str:
+        """Keep a program; return why that failed, empty if it did not.  The EEPROM takes as long as its store does."""
         try:
             self.store.write(INVALID if self.fails else program)
+            await written(self.kernel, self.store)
             return "" if self.store.read() == program else "it does not hold the program"
         except OSError as error:
             return str(error)

@@ -18,20 +18,20 @@ from ...bench.memories import is_outside, put_memory
 from ...chips import sheet_of
 from ...core.datasheet.channel import AdaptiveLine, FlowBus
 from ...core.datasheet.option import checked, read
-from ...errors import UsageError
+from ...errors import StoreError, UsageError
 from ..files import read_options, say_replaced
 from .process import PanelProcess, kept_journal
 
 if TYPE_CHECKING:
     from ...bench.file import BenchFile
     from ...core.datasheet.table import Sheet
+    from ...links.lines.background import BackgroundStore
     from ...links.lines.line import HostLine
     from ...links.lines.pace import Pace
-    from ...links.lines.store import FileStore
     from ...links.server import Server
     from ...links.sockets.loop import Loop
 
-    Stores = Callable[[str], FileStore]
+    Stores = Callable[[str], BackgroundStore]
     Call = Callable[..., object]
 
 PORTS = ("tcp", "pty", "rfc2217", "serial")
@@ -264,19 +264,36 @@ def state_directory(path: str | None) -> Iterator[Stores | None]:
     if not lock(held):
         os.close(held)
         raise UsageError(f"--state {path}: another server uses it; stop that one, or give another directory")
+    stores: list[BackgroundStore] = []
+
+    def stored(name: str) -> BackgroundStore:
+        stores.append(background_store(directory / f"{name}.eeprom"))
+        return stores[-1]
+
     try:
-        yield lambda name: stored(directory / f"{name}.eeprom")
+        yield stored
     finally:
+        for store in stores:
+            finish(store)
         os.close(held)
 
 
-def stored(path: Path) -> FileStore:
+def background_store(path: Path) -> BackgroundStore:
     """Return a memory in a file; a damaged one is reported now, not when a program is missing."""
+    from ...links.lines.background import BackgroundStore
     from ...links.lines.store import FileStore
 
-    store = FileStore(path)
-    store.read()
-    return store
+    return BackgroundStore(FileStore(path))
+
+
+def finish(store: BackgroundStore) -> None:
+    """Wait until a memory is in its file; what is waited for, and what has failed, is reported."""
+    if not store.wait(STATUS_S):
+        say(f"slewline: {store.path} is still being written: the disk is slow; the command ends when it is there")
+    try:
+        store.close()
+    except StoreError as error:
+        say(f"slewline: {error}")
 
 
 def say(text: str, end: str = "\n") -> None:

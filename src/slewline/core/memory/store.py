@@ -3,17 +3,23 @@
 content   0 ........ 17 ........ 23            a store holds bytes from address 0 on
           write: all of them again
 append:             |new| at 17                some of them, or more after the last one
+pending             is it still being written?    where a store returns before it has written
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, Protocol, TypeVar
 
 from ...errors import StoreError, UsageError
 from ..datasheet.option import Option
+from ..time.kernel import Kernel
+from ..time.timebase import PS_PER_S
+from ..wires.waits import until
 
 T = TypeVar("T")
+LOOK_PS = PS_PER_S // 1000  # after which a store that is writing is asked again; then after twice the time
 
 
 class Store(Protocol):
@@ -39,6 +45,27 @@ class AppendStore(Store, Protocol):
         Raises:
             UsageError: there would be a hole before `at`: what a new memory holds is for the part to write.
         """
+
+
+def is_pending(store: Store) -> bool:
+    """Return whether a store is still writing what it was given last; one without `pending` has written it.
+
+    Raises:
+        OSError: it has refused that.
+    """
+    pending = getattr(store, "pending", None)
+    return pending is not None and bool(pending())
+
+
+async def written(kernel: Kernel, store: Store) -> None:
+    """Wait until a store has written what it was given.
+
+    Raises:
+        OSError: it has refused that.
+    """
+    begun = kernel.now
+    while is_pending(store):
+        await until(kernel, max(begun + LOOK_PS, 2 * kernel.now - begun))
 
 
 class Memory:
@@ -70,7 +97,7 @@ class Memory:
 
 
 class JournaledStore:
-    """A store whose faults a journal hears of: calls that it refuses, and another content than it was given.
+    """A store whose faults a journal gets: calls that it refuses, delays, and another content than it was given.
 
     Calls are numbered from `begin` on; in a replay `ReplayedStore` does at the same calls what this one did.
 
@@ -115,6 +142,22 @@ class JournaledStore:
             put(whole, data, at)
             self.write(bytes(whole))
 
+    def pending(self) -> bool:
+        """Return whether the store is still writing; a call of its own if it is, or has refused what it was given."""
+        try:
+            pending = is_pending(self.store)
+        except OSError as error:
+            if self._calls is not None:
+                self._calls += 1
+                with suppress(OSError):
+                    self._known.write(self.store.read())
+                self._tell(call=self._calls, pending=False, error=str(error), content=list(self._known.data))
+            raise
+        if pending and self._calls is not None:
+            self._calls += 1
+            self._tell(call=self._calls, pending=True)
+        return pending
+
     def detach(self, faults: Mapping[int, Mapping[str, Any]]) -> None:
         """Keep the content in the model from now on, with the faults of a replay (see `ReplayedStore`)."""
         self.store = ReplayedStore(self._known.data, faults, self._calls)
@@ -127,6 +170,9 @@ class JournaledStore:
         """
         if store.read() != self._known.data:
             store.write(self._known.data)
+            if (wait := getattr(store, "wait", None)) is not None:
+                wait()
+            is_pending(store)
         self.store = store
 
     def _told(self, call: Callable[[], T]) -> T:
@@ -174,15 +220,22 @@ class ReplayedStore(Memory):
         self._call()
         super().append(data, at)
 
+    def pending(self) -> bool:
+        """Return whether the store of the recorded run was still writing."""
+        if self._calls is None or "pending" not in (fault := self._faults.get(self._calls + 1, {})):
+            return False
+        self._call()
+        return bool(fault["pending"])
+
     def _call(self) -> None:
         if self._calls is None:
             return
         self._calls += 1
         fault = self._faults.get(self._calls, {})
-        if "error" in fault:
-            raise StoreError(fault["error"])
         if "content" in fault:
             self._content = bytearray(fault["content"])
+        if "error" in fault:
+            raise StoreError(fault["error"])
 
 
 def put(content: bytearray, data: bytes, at: int | None = None) -> int:
@@ -197,7 +250,8 @@ def put(content: bytearray, data: bytes, at: int | None = None) -> int:
 class BufferedStore:
     """A large memory on its way to a store: what is put is there at once, and `flush` brings it to the store.
 
-    Bytes that stand close together go as one piece, so a flush costs as much as a few bytes do.
+    Bytes that stand close together go as one piece, so a flush costs as much as a few bytes do.  While the store is
+    still writing, what is put waits for the next flush.
 
     Args:
         store: where the memory is kept; one without `append` gets all of it with every flush.
@@ -212,28 +266,54 @@ class BufferedStore:
     def __init__(self, store: Store, content: bytes) -> None:
         found = store.read()
         self.store, self.content = store, bytearray(found or content)
-        self.unsaved: set[int] = set()  # addresses that have been put since the last flush
+        self.unsaved: set[int] = set()  # addresses that have been put, until the store has written them
+        self._given: set[int] = set()  # those of them that it is writing
         if not found:
             store.write(content)
+            if is_pending(store):
+                self.unsaved = set(range(len(content)))
+                self._given = set(self.unsaved)
 
     def put(self, address: int, byte: int) -> None:
         """Put a byte, 0 to 255, at an address."""
         self.content[address] = byte
         self.unsaved.add(address)
+        self._given.discard(address)
 
-    def flush(self) -> None:
-        """Bring to the store what has been put since the last flush.
+    def wait(self) -> None:
+        """Wait until the store has written, or refused, what it was given."""
+        if (wait := getattr(self.store, "wait", None)) is not None:
+            wait()
+
+    def flush(self) -> bool:
+        """Bring to the store what has been put since the last flush; return whether it has all of it now.
 
         Raises:
             OSError: the store has refused; everything that it may lack goes with the next flush.
         """
+        return self._is_written() and (not self.unsaved or self._give())
+
+    def _is_written(self) -> bool:
+        """Return whether the store has what it was given."""
+        try:
+            if is_pending(self.store):
+                return False
+        except OSError:
+            self._given.clear()
+            raise
+        self.unsaved -= self._given
+        self._given.clear()
+        return True
+
+    def _give(self) -> bool:
         append = getattr(self.store, "append", None)
         if append is None:
             self.store.write(bytes(self.content))
         else:
             for first, last in self._pieces():
                 append(bytes(self.content[first : last + 1]), first)
-        self.unsaved.clear()
+        self._given = set(self.unsaved)
+        return self._is_written()
 
     def _pieces(self) -> list[tuple[int, int]]:
         """The first and the last address of each piece that is to be kept."""

@@ -249,14 +249,18 @@ class Eeprom(Part):
         """Bring to the store what has been written; one that refuses is a finding, and gets it with the next flush."""
         self._flushing = False
         try:
-            self._kept.flush()
+            if not self._kept.flush() and not self._flushing:
+                self._flushing = True
+                self.kernel.call_at(self.kernel.now + self._flush_ps, self.flush)
         except OSError as error:
             self.finding("not-kept", f"{self.unsaved} bytes of the memory are not saved: {error}")
 
     def leave(self) -> None:
         """Flush: the bench is being closed."""
-        if self.unsaved:
-            self.flush()
+        for _ in range(2):  # what the first one finds refused is tried once more
+            self._kept.wait()
+            if self.unsaved:
+                self.flush()
 
     @property
     def idle(self) -> bool:

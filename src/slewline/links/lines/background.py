@@ -1,0 +1,146 @@
+"""A memory in a file that a thread of its own writes: a disk that is slow makes one module wait, not a whole server.
+
+    module     M .............................. Y         write ... pending? ... pending? ... no: it is there
+    thread       [ write, fsync, read back, rename ]
+    others     go on
+
+What has been given and is not yet being written gives way to a later `write`, so no more than two contents wait.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+
+from ...core.memory.store import Memory
+from ...core.time.hook import Hook
+from ...errors import SlewlineError, StoreError
+from .store import FileStore
+
+
+class BackgroundStore:
+    """A store that returns before it has written; see `core.memory.store`.
+
+    All its methods are called by one thread, that of the server; `on_failure` is called by it, too.
+
+    Args:
+        store: what writes; nothing else may use it.
+
+    Raises:
+        StoreError: it cannot be read.
+    """
+
+    def __init__(self, store: FileStore) -> None:
+        self.store = store
+        self.path = store.path
+        self.on_failure: Hook[[str]] = Hook()
+        self._content = Memory(store.read())
+        self._todo: deque[Callable[[], None]] = deque()
+        self._refusal: StoreError | None = None
+        self._busy = self._ends = False
+        self._changed = threading.Condition()
+        self._thread: threading.Thread | None = None
+
+    # ---------------------------------------------------------------------------------------------------------- store
+    def read(self) -> bytes:
+        """Return the content: what is being written, or else what the file has.
+
+        Raises:
+            StoreError: as for `FileStore.read`.
+        """
+        if self._is_at_work():
+            return self._content.read()
+        try:
+            self._content.write(self.store.read())
+        except StoreError as refusal:
+            self.on_failure(str(refusal))
+            raise
+        return self._content.read()
+
+    def write(self, data: bytes) -> None:
+        """Begin to make this the content; whether it is refused, `pending` says."""
+        data = bytes(data)
+        self._content.write(data)
+        self._do(lambda: self._write(data), alone=True)
+
+    def append(self, data: bytes, at: int | None = None) -> None:
+        """Begin to put some bytes into the content; whether it is refused, `pending` says.
+
+        Raises:
+            UsageError: the address is beyond the end.
+        """
+        data = bytes(data)
+        address = len(self._content.data) if at is None else at
+        self._content.append(data, at)
+        self._do(lambda: self.store.append(data, address))
+
+    def pending(self) -> bool:
+        """Return whether it is still being written.
+
+        Raises:
+            StoreError: it was refused; this is raised once.
+        """
+        if self._is_at_work():
+            return True
+        refusal, self._refusal = self._refusal, None
+        if refusal is not None:
+            self.on_failure(str(refusal))
+            raise refusal
+        return False
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Wait until all has been written, or refused, at most so many seconds; return whether it has."""
+        with self._changed:
+            return self._changed.wait_for(lambda: not (self._busy or self._todo), seconds)
+
+    def close(self) -> None:
+        """Write what is left, and end; a second call does nothing.
+
+        Raises:
+            StoreError: it was refused.
+        """
+        with self._changed:
+            self._ends = True
+            self._changed.notify_all()
+        if self._thread is not None:
+            self._thread.join()
+        self.pending()
+
+    # --------------------------------------------------------------------------------------------------------- thread
+    def _is_at_work(self) -> bool:
+        with self._changed:
+            return self._busy or bool(self._todo)
+
+    def _do(self, job: Callable[[], None], alone: bool = False) -> None:
+        with self._changed:
+            if alone:
+                self._todo.clear()
+            self._todo.append(job)
+            self._changed.notify_all()
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name=f"{self.path.name} is written", daemon=True)
+            self._thread.start()
+
+    def _write(self, data: bytes) -> None:
+        self.store.write(data)
+        self._refusal = None  # what was refused before is in it
+
+    def _run(self) -> None:
+        while (job := self._next()) is not None:
+            try:
+                job()
+            except SlewlineError as refusal:
+                self._refusal = StoreError(str(refusal))
+            finally:
+                with self._changed:
+                    self._busy = False
+                    self._changed.notify_all()
+
+    def _next(self) -> Callable[[], None] | None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._todo or self._ends)
+            if not self._todo:
+                return None
+            self._busy = True
+            return self._todo.popleft()
