@@ -102,16 +102,17 @@ def test_bytes_that_are_put_while_others_are_written_go_with_the_next_flush(stor
     store.wait()
     disk.ready.clear()
     memory.put(3, 7)
+    memory.put(5, 1)
     assert not memory.flush()
     memory.put(3, 8)
     memory.put(60, 9)
-    assert not memory.flush() and memory.unsaved == {3, 60}
+    assert not memory.flush() and memory.unsaved == {3, 5, 60}
     disk.failures = 1
     disk.ready.set()
     memory.wait()
     with pytest.raises(StoreError):
         memory.flush()
-    assert memory.unsaved == {3, 60}
+    assert memory.unsaved == {3, 5, 60}
     memory.flush()
     memory.wait()
     assert memory.flush() and not memory.unsaved
