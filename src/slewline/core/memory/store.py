@@ -270,9 +270,8 @@ class BufferedStore:
         self._given: set[int] = set()  # those of them that it is writing
         if not found:
             store.write(content)
-            if is_pending(store):
-                self.unsaved = set(range(len(content)))
-                self._given = set(self.unsaved)
+            self.wait()
+            is_pending(store)
 
     def put(self, address: int, byte: int) -> None:
         """Put a byte, 0 to 255, at an address."""

@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 from ...core.memory.store import Memory
 from ...core.time.hook import Hook
-from ...errors import SlewlineError, StoreError
+from ...errors import StoreError
 from .store import FileStore
 
 
@@ -38,8 +38,7 @@ class BackgroundStore:
         self._content = Memory(store.read())
         self._todo: deque[Callable[[], None]] = deque()
         self._refusal: StoreError | None = None
-        self._busy = self._ends = False
-        self._changed = threading.Condition()
+        self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
 
     # ---------------------------------------------------------------------------------------------------------- store
@@ -91,36 +90,33 @@ class BackgroundStore:
 
     def wait(self, seconds: float | None = None) -> bool:
         """Wait until all has been written, or refused, at most so many seconds; return whether it has."""
-        with self._changed:
-            return self._changed.wait_for(lambda: not (self._busy or self._todo), seconds)
+        thread = self._thread
+        if thread is not None:
+            thread.join(seconds)
+        return thread is None or not thread.is_alive()
 
     def close(self) -> None:
-        """Write what is left, and end; a second call does nothing.
+        """Write what is left.
 
         Raises:
             StoreError: it was refused.
         """
-        with self._changed:
-            self._ends = True
-            self._changed.notify_all()
-        if self._thread is not None:
-            self._thread.join()
+        self.wait()
         self.pending()
 
     # --------------------------------------------------------------------------------------------------------- thread
     def _is_at_work(self) -> bool:
-        with self._changed:
-            return self._busy or bool(self._todo)
+        with self._lock:
+            return self._thread is not None
 
     def _do(self, job: Callable[[], None], alone: bool = False) -> None:
-        with self._changed:
+        with self._lock:
             if alone:
                 self._todo.clear()
             self._todo.append(job)
-            self._changed.notify_all()
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._run, name=f"{self.path.name} is written", daemon=True)
-            self._thread.start()
+            if self._thread is None:  # it ends when nothing is left: only a process of one thread keeps its past
+                self._thread = threading.Thread(target=self._run, name=f"{self.path.name} is written", daemon=True)
+                self._thread.start()
 
     def _write(self, data: bytes) -> None:
         self.store.write(data)
@@ -130,17 +126,12 @@ class BackgroundStore:
         while (job := self._next()) is not None:
             try:
                 job()
-            except SlewlineError as refusal:
+            except Exception as refusal:  # whatever it is, the module must not wait for ever
                 self._refusal = StoreError(str(refusal))
-            finally:
-                with self._changed:
-                    self._busy = False
-                    self._changed.notify_all()
 
     def _next(self) -> Callable[[], None] | None:
-        with self._changed:
-            self._changed.wait_for(lambda: self._todo or self._ends)
-            if not self._todo:
-                return None
-            self._busy = True
-            return self._todo.popleft()
+        with self._lock:
+            if self._todo:
+                return self._todo.popleft()
+            self._thread = None
+            return None

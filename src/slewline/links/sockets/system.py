@@ -29,6 +29,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from importlib import import_module
+from tempfile import TemporaryDirectory, gettempdir
 from typing import Any
 
 BINARY = getattr(os, "O_BINARY", 0)  # without it Windows writes CR LF for LF
@@ -62,6 +63,12 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
             select.select([self.fileno()], [], [], timeout)
             timeout = 0
         return super().select(timeout)  # type: ignore[no-any-return]
+
+
+def folder_for_sockets() -> TemporaryDirectory[str]:
+    """Return a new folder of this user alone, whose path is short enough: that of a socket has 103 bytes at most."""
+    place = "/tmp" if os.name == "posix" and len(os.fsencode(gettempdir())) > 60 else None
+    return TemporaryDirectory(prefix="slewline-", dir=place, ignore_cleanup_errors=True)
 
 
 def pair() -> tuple[socket.socket, socket.socket]:
