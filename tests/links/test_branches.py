@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from slewline.links.sockets import system
+
 from .conftest import STRAPS, Asks, children, until
 from .test_travel_families import differences, everything
 
@@ -523,3 +525,12 @@ def test_requests_that_come_in_pieces_are_whole_in_the_branch(serve, client, tmp
         ask("go")
         host.send(rest)
         assert host.read(answer) == answer
+
+
+def test_sockets_have_short_paths_wherever_temporary_files_are(tmp_path, monkeypatch):
+    long = tmp_path / ("a folder for temporary files" * 5)
+    long.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(long))
+    with system.folder_for_sockets() as folder, socket.socket(socket.AF_UNIX) as end:
+        end.bind(f"{folder}/branch1000.99")
+        assert os.stat(folder).st_mode & 0o077 == 0
