@@ -228,7 +228,7 @@ COMMANDS = {
     "push": ("push", SLOW, "p.gs-c200s"),
     "terminal": ("terminal", MODULE, "--part", "gs-c200s"),
 }
-KINDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGKILL")
+KINDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGKILL")
 ORDERLY = ("SIGINT", *getattr(entry, "ENDS", ()))  # the signals at which a command removes what is unfinished
 LONGEST_S = 2.5
 
