@@ -94,7 +94,9 @@ def processes(jobs: int) -> Iterator[Workers]:
         yield INLINE
         return
     context = WorkerContext()
-    with ProcessPoolExecutor(number, mp_context=context) as pool:
+    with held_back():  # a process of Python's own is started, too, which cleans up
+        pool = ProcessPoolExecutor(number, mp_context=context)
+    with pool:
         try:
             yield Workers(pool, AHEAD * number, "a process of the pool has died; try fewer jobs")
         except BaseException:  # nobody waits for what is being computed

@@ -74,7 +74,7 @@ class ServeCommand:
         """Do it, until a signal ends it; returns the exit status."""
         ports = self.check_options()
         say_replaced(self.journal)
-        with ExitStack() as stack, state_directory(self.state) as stores:
+        with ExitStack() as stack, state_directory(self.state, self.lockstep) as stores:
             panel = None
             if self.panel is not None:
                 panel = stack.enter_context(PanelProcess.beside(self.panel, allow_remote=self.allow_remote))
@@ -243,8 +243,12 @@ def titled(line: HostLine) -> str:
 
 
 @contextmanager
-def state_directory(path: str | None) -> Iterator[Stores | None]:
+def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores | None]:
     """Yield the memories of chips, by name, in a directory that one server at a time holds; None: no such directory.
+
+    Args:
+        path: of the directory.
+        lockstep: time follows no clock: it waits for the disk.
 
     Raises:
         UsageError: it cannot be written, or another server has it.
@@ -267,7 +271,7 @@ def state_directory(path: str | None) -> Iterator[Stores | None]:
     stores: list[BackgroundStore] = []
 
     def stored(name: str) -> BackgroundStore:
-        stores.append(background_store(directory / f"{name}.eeprom"))
+        stores.append(background_store(directory / f"{name}.eeprom", lockstep))
         return stores[-1]
 
     try:
@@ -278,12 +282,12 @@ def state_directory(path: str | None) -> Iterator[Stores | None]:
         os.close(held)
 
 
-def background_store(path: Path) -> BackgroundStore:
+def background_store(path: Path, lockstep: bool) -> BackgroundStore:
     """Return a memory in a file; a damaged one is reported now, not when a program is missing."""
-    from ...links.lines.background import BackgroundStore
+    from ...links.lines.background import PATIENCE_S, BackgroundStore
     from ...links.lines.store import FileStore
 
-    return BackgroundStore(FileStore(path))
+    return BackgroundStore(FileStore(path), None if lockstep else PATIENCE_S)
 
 
 def finish(store: BackgroundStore) -> None:

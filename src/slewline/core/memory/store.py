@@ -19,7 +19,7 @@ from ..time.timebase import PS_PER_S
 from ..wires.waits import until
 
 T = TypeVar("T")
-LOOK_PS = PS_PER_S // 1000  # after which a store that is writing is asked again; then after twice the time
+LOOK_PS = PS_PER_S // 100  # after which a store that is still writing is asked again
 
 
 class Store(Protocol):
@@ -63,9 +63,8 @@ async def written(kernel: Kernel, store: Store) -> None:
     Raises:
         OSError: it has refused that.
     """
-    begun = kernel.now
     while is_pending(store):
-        await until(kernel, max(begun + LOOK_PS, 2 * kernel.now - begun))
+        await until(kernel, kernel.now + LOOK_PS)
 
 
 class Memory:

@@ -18,6 +18,8 @@ from ...core.time.hook import Hook
 from ...errors import StoreError
 from .store import FileStore
 
+PATIENCE_S = 0.001
+
 
 class BackgroundStore:
     """A store that returns before it has written; see `core.memory.store`.
@@ -26,13 +28,15 @@ class BackgroundStore:
 
     Args:
         store: what writes; nothing else may use it.
+        patience_s: how long `pending` waits for it, in seconds: where virtual time passes faster than that of the wall
+            clock, a module must not ask again and again; None: until it has written, where time follows no clock.
 
     Raises:
         StoreError: it cannot be read.
     """
 
-    def __init__(self, store: FileStore) -> None:
-        self.store = store
+    def __init__(self, store: FileStore, patience_s: float | None = PATIENCE_S) -> None:
+        self.store, self.patience_s = store, patience_s
         self.path = store.path
         self.on_failure: Hook[[str]] = Hook()
         self._content = Memory(store.read())
@@ -80,7 +84,7 @@ class BackgroundStore:
         Raises:
             StoreError: it was refused; this is raised once.
         """
-        if self._is_at_work():
+        if not self.wait(self.patience_s):
             return True
         refusal, self._refusal = self._refusal, None
         if refusal is not None:
