@@ -89,7 +89,7 @@ class Module:
     ) -> None:
         self.port, self.speech, self.may_move, self.say = port, speech, may_move, say
         self.transcript: DialogueRecord = NoRecord() if transcript is None else transcript
-        self.entering = self.noticed = False
+        self.entering = self._noticed = False
 
     @property
     def name(self) -> str:
@@ -252,8 +252,8 @@ class Module:
 
     def notice(self, text: str) -> None:
         """Let the user know, once, what takes so long."""
-        if not self.noticed:
-            self.noticed = True
+        if not self._noticed:
+            self._noticed = True
             self.say(f"{self.name}: {text}")
 
     def listen(self, silence: float, longest: int = 0) -> bytes:
@@ -331,5 +331,5 @@ class Module:
 
     def _strange(self, command: str, answer: str) -> str:
         if command in answer and not answer.startswith(f"{command} "):
-            return "the line echoes what is sent, as a modem does; name the port of the module"
+            return "it echoes what is sent, as a modem or a console does; name the port of the module"
         return "is this the right port, and --part the right part?"
