@@ -267,6 +267,35 @@ def test_sixty_signals_at_any_instant_leave_nothing(tmp_path, command, kind):
         hit(command, kind, seed, tmp_path / str(seed))
 
 
+DROPPED = """
+import os, signal, time
+from slewline.cli import main
+class Taken:
+    def __del__(self):
+        os.kill(os.getpid(), signal.{kind})
+        for _ in range(1000):  # Python looks at signals between two instructions
+            pass
+
+def command(_arguments):
+    print("begun", flush=True)
+    Taken()
+    time.sleep(60)
+
+main.invoke = command
+main.main()
+"""
+
+
+@pytest.mark.parametrize("kind", ORDERLY)
+def test_a_signal_where_python_drops_exceptions_ends_the_command(tmp_path, kind):
+    code = f"import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n{DROPPED.format(kind=kind)}"
+    found = subprocess.run(
+        [sys.executable, "-c", code], check=False, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE / 2
+    )
+    assert (found.returncode, found.stdout) == (1, "begun\n")
+    assert found.stderr == "slewline: interrupted; files that were not finished are as they were\n"
+
+
 # ---------------------------------------------------------------------------------------------- what a process may lack
 def without(streams, *arguments, folder):
     """Call a command whose standard streams are closed, as some supervisors have it."""

@@ -11,6 +11,7 @@ import os
 import signal
 import sys
 import warnings
+from functools import partial
 
 from . import FOUND, WRONG_USE, Terminated
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     import click
 
 INTERRUPTED = "interrupted; files that were not finished are as they were"
+AGAIN_S = 0.01
 ENDS = ("SIGTERM", "SIGHUP", "SIGQUIT")  # as far as the system has them
 
 
@@ -44,6 +46,7 @@ def main() -> None:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         _end_in_order()
         warnings.showwarning = _shown  # type: ignore[assignment]
+        sys.unraisablehook = _dropped
         status = invoke(sys.argv[1:])
     except KeyboardInterrupt:  # before the command began, or after it
         _interrupted()
@@ -68,6 +71,19 @@ def _end_in_order() -> None:
 
     for number in numbers:
         signal.signal(number, end)
+
+
+def _dropped(failed: sys.UnraisableHookArgs) -> None:
+    """Interrupt once more if Python has dropped the interrupt, as in `__del__` and in what a weak reference calls."""
+    if not isinstance(failed.exc_value, KeyboardInterrupt):
+        sys.__unraisablehook__(failed)
+        return
+    import threading
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    main, kill = threading.main_thread().ident, getattr(signal, "pthread_kill", None)  # that thread may be asleep
+    again = partial(signal.raise_signal, signal.SIGINT) if kill is None else partial(kill, main, signal.SIGINT)
+    threading.Timer(AGAIN_S, again).start()  # when this place has been left
 
 
 def _open_closed() -> None:
@@ -149,6 +165,7 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
         error.show()
         return error.exit_code
     except click.Abort:
+        sys.unraisablehook = lambda _failed: None  # what was being made is not whole, and cannot be taken apart
         click.echo(f"slewline: {INTERRUPTED}", err=True)
         return FOUND
     except ModuleNotFoundError as error:
