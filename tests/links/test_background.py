@@ -88,6 +88,9 @@ def test_a_write_that_was_refused_is_raised_once_and_reported_once(store, disk):
 def test_what_waits_gives_way_to_a_later_write(store, disk):
     """A disk that stands for an hour while a supply is switched does not fill the memory."""
     disk.ready.clear()
+    store.write(b"")
+    while store._todo:
+        time.sleep(0.001)
     for number in range(1000):
         store.write(b"%d" % number)
     disk.failures = 1  # the first one, which is under way

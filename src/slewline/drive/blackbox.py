@@ -47,8 +47,8 @@ def new_folder(inside: str | PathLike[str] | None = None) -> Path:
     """
     try:
         place = state_folder() / "drive" if inside is None else Path(inside)
-    except RuntimeError as error:
-        raise UsageError(f"black box: {error}; set HOME, or give a folder (--black-box DIR)") from None
+    except UsageError as error:
+        raise UsageError(f"black box: {error}, or give a folder (--black-box DIR)") from None
     stem = strftime("%Y-%m-%d-%H%M%S")
     try:
         place.mkdir(parents=True, exist_ok=True)
