@@ -80,16 +80,18 @@ def test_signals_are_heard_before_a_port_is_open(monkeypatch, capfd):
 
 
 @pytest.mark.posix
-def test_a_hang_up_that_is_ignored_stays_so(lockstep):
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"])
+def test_a_signal_that_is_ignored_stays_so(lockstep, name):
     server, _ = lockstep()
-    kept = {number: signal.getsignal(number) for number in (*ENDS, signal.SIGUSR1)}
-    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    number = getattr(signal, name)
+    kept = {each: signal.getsignal(each) for each in (*ENDS, signal.SIGQUIT, signal.SIGUSR1)}
+    signal.signal(number, signal.SIG_IGN)
     try:
         with signals(server):
-            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+            assert signal.getsignal(number) is signal.SIG_IGN
     finally:
-        for number, handler in kept.items():
-            signal.signal(number, handler)
+        for each, handler in kept.items():
+            signal.signal(each, handler)
     server.close()
 
 

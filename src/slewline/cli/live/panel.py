@@ -73,7 +73,7 @@ class PanelCommand:
 
         token = os.environ.get("SLEWLINE_TOKEN") or None
         with PanelProcess(self.listen, token, self.read_only, self.allow_remote) as panel:
-            for number in system.numbers("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
+            for number in system.ends():
                 signal.signal(number, lambda *_: panel.stop())
             panel.attach(address)
             self.tell(panel)

@@ -328,14 +328,11 @@ def signals(server: Server) -> AbstractContextManager[None]:
 def ended_by_signals(loop: Loop, stop: Callable[[], object], status: Callable[[], object]) -> Iterator[None]:
     """Call `stop` on SIGINT, SIGTERM, SIGHUP, SIGQUIT and SIGBREAK; `status`, in its turn, on SIGUSR1.
 
-    From the first one on they mean nothing any more: the process ends anyway.  A SIGHUP that is ignored, as `nohup` has
-    it, stays so.  A system may lack some of them.
+    From the first one on they mean nothing any more: the process ends anyway.  One that is ignored stays so.
     """
     from ...links.sockets import system
 
-    hangup = system.numbers("SIGHUP")
-    ends = system.numbers("SIGINT", "SIGTERM", "SIGQUIT", "SIGBREAK")
-    ends += [number for number in hangup if signal.getsignal(number) is not signal.SIG_IGN]
+    ends = system.ends()
 
     def end(*_: object) -> None:
         system.ignore(ends)

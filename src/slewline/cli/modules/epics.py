@@ -121,14 +121,14 @@ class EpicsCommand:
     async def serve(self, record: MotorRecord) -> None:
         """Serve the record until a signal comes."""
         from ...labs.epics import interfaces, serve
-        from ...links.sockets.system import numbers
+        from ...links.sockets.system import ends
 
         loop, task = asyncio.get_running_loop(), asyncio.current_task()
         addresses = interfaces()
         for address in addresses:
             if not is_loopback(address):
                 tell(f"{address}: open to other machines; any client that connects can move the motor")
-        for number in numbers("SIGINT", "SIGTERM", "SIGHUP"):
+        for number in ends():
             signal.signal(number, lambda *_: loop.call_soon_threadsafe(task.cancel) if task is not None else None)
         with suppress(asyncio.CancelledError):
             await serve(

@@ -154,6 +154,15 @@ def numbers(*names: str) -> list[int]:
     return [int(getattr(signal, name)) for name in names if hasattr(signal, name)]
 
 
+def ends() -> list[int]:
+    """Return the signals that end a process, as far as they are there.
+
+    One that is ignored, as by `nohup`, and by a script in what it runs in the background, stays so.
+    """
+    found = numbers("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")
+    return [number for number in found if signal.getsignal(number) is not signal.SIG_IGN]
+
+
 def forget_children() -> None:
     """Let processes that this one has started end without a trace."""
     ignore(numbers("SIGCHLD"))
