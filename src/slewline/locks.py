@@ -15,12 +15,16 @@ def lock(file: int) -> bool:
         import fcntl
     except ImportError:
         windows: Any = import_module("msvcrt")
-        os.lseek(file, BEHIND, os.SEEK_SET)
         call, how = windows.locking, [windows.LK_NBLCK, 1]
+        at = os.lseek(file, 0, os.SEEK_CUR)
+        os.lseek(file, BEHIND, os.SEEK_SET)
     else:
-        call, how = fcntl.flock, [fcntl.LOCK_EX | fcntl.LOCK_NB]
+        call, how, at = fcntl.flock, [fcntl.LOCK_EX | fcntl.LOCK_NB], None
     try:
         call(file, *how)
     except OSError:  # BlockingIOError from flock, PermissionError from locking
         return False
+    finally:
+        if at is not None:
+            os.lseek(file, at, os.SEEK_SET)
     return True

@@ -13,8 +13,6 @@ from pathlib import Path
 
 import pytest
 
-from slewline.links.sockets import system
-
 from .conftest import STRAPS, Asks, children, until
 from .test_travel_families import differences, everything
 
@@ -396,7 +394,7 @@ def test_many_ways_back_leave_nothing_open(module):
     until(lambda: len(x.worlds()) == processes)
     until(lambda: x.descriptors() == was)
     assert x.server.memory_kb() - memory < 2000
-    assert len(list(folder_of(x).iterdir())) == 3  # journal, control port and line of the branch that is shown
+    assert len(list(folder_of(x).iterdir())) == 4  # lock, journal, control port and line of the branch that is shown
 
 
 def test_twenty_branches_that_were_changed_of_which_the_last_ones_are_kept(module):
@@ -525,12 +523,3 @@ def test_requests_that_come_in_pieces_are_whole_in_the_branch(serve, client, tmp
         ask("go")
         host.send(rest)
         assert host.read(answer) == answer
-
-
-def test_sockets_have_short_paths_wherever_temporary_files_are(tmp_path, monkeypatch):
-    long = tmp_path / ("a folder for temporary files" * 5)
-    long.mkdir()
-    monkeypatch.setattr("tempfile.tempdir", str(long))
-    with system.folder_for_sockets() as folder, socket.socket(socket.AF_UNIX) as end:
-        end.bind(f"{folder}/branch1000.99")
-        assert os.stat(folder).st_mode & 0o077 == 0

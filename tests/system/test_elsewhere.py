@@ -19,8 +19,12 @@ ROOT = Path(__file__).parents[2]
 HOME = {  # who may ask what there is
     "src/slewline/drive/board/reader.py",
     "src/slewline/folders.py",
+    "src/slewline/lifeline.py",
+    "src/slewline/record/whole_file.py",
+    "src/slewline/temporary.py",
     "src/slewline/links/sockets/system.py",
     "src/slewline/links/ports/pty.py",
+    "src/slewline/links/time/worlds.py",
     "tools/anywhere.py",
 }
 MODULES = {"fcntl", "termios", "tty", "pty", "resource", "pwd", "grp", "syslog", "readline", "curses", "posix"}

@@ -52,6 +52,7 @@ def main() -> None:
         _interrupted()
     if default:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Python takes its time to end
+    exec("")  # `python -m` ends by SIGINT if the last text that was executed, as of a dataclass, was interrupted
     sys.exit(status)
 
 

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory, TemporaryFile
+from tempfile import TemporaryFile
 from typing import IO, TYPE_CHECKING, Any, TextIO, cast
 
 import click
@@ -23,6 +23,7 @@ from ...chips import CATALOGUE
 from ...errors import UsageError
 from ...extras import needs
 from ...lifeline import end_of_input, follow, start
+from ...temporary import TemporaryFolder
 from ..files import chip_of, is_bench, read_options, read_program
 from ..single import single
 
@@ -100,7 +101,7 @@ class DebugCommand:
         from ...links.server import Server
         from .serve import signals
 
-        with TemporaryDirectory(prefix="slewline-debug-", ignore_cleanup_errors=True) as folder:
+        with TemporaryFolder() as folder:
             bench = self.new_bench(os.path.join(folder, "journal"))
             pace = Paced(bench, f"{self.rate:g}")
             pace.pause_time()

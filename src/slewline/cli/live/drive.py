@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from shutil import rmtree
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from ...errors import UsageError
+from ...temporary import TemporaryFolder
 from ..files import say_replaced
 from .serve import ServeCommand, say, show, show_again, signals, state_directory
 
@@ -101,7 +101,7 @@ class DriveCommand(ServeCommand):
         from ...drive.blackbox import new_folder
 
         if self.no_black_box or self.check:
-            return Path(stack.enter_context(TemporaryDirectory(prefix="slewline-")))
+            return Path(stack.enter_context(TemporaryFolder()))
         return new_folder(self.black_box)
 
     def new_drive(self, bench: Bench, folder: Path) -> Drive:

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, cast
 
@@ -18,6 +17,7 @@ from ...errors import UsageError
 from ...extras import lacking, needs
 from ...lifeline import follow, how, start
 from ...links.sockets.address import parse_address
+from ...temporary import TemporaryFolder
 
 if TYPE_CHECKING:
     from ...links.server import Server
@@ -169,5 +169,5 @@ def kept_journal(path: str | None) -> Iterator[str]:
     if path is not None:
         yield path
         return
-    with TemporaryDirectory(prefix="slewline-", ignore_cleanup_errors=True) as folder:
+    with TemporaryFolder() as folder:
         yield str(Path(folder) / "journal")

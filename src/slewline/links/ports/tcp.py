@@ -26,6 +26,7 @@ from pathlib import Path
 
 from ...errors import UsageError
 from ..lines.port_line import PortLine
+from ..sockets import system
 from ..sockets.address import parse_address, resolved
 from ..sockets.loop import Loop
 from ..sockets.preamble import HOLD_S, Preamble
@@ -55,7 +56,7 @@ class Listener:
         self.loop, self.accept = loop, accept
         try:
             if isinstance(address, Path):
-                self.socket = socket.socket(socket.AF_UNIX)
+                self.socket = socket.socket(system.UNIX)
                 self.socket.bind(str(address))
                 self.socket.listen()
             else:

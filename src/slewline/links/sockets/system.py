@@ -29,13 +29,13 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from importlib import import_module
-from tempfile import TemporaryDirectory, gettempdir
 from typing import Any
 
 BINARY = getattr(os, "O_BINARY", 0)  # without it Windows writes CR LF for LF
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # opening a symbolic link fails
 FOLDER = getattr(os, "O_DIRECTORY", 0)  # opening anything but a directory fails
 EXTPROC: int | None = 0o200000 if sys.platform == "linux" else None  # of a pty; the module termios has no name for it
+UNIX = getattr(socket, "AF_UNIX", -1)  # sockets in a folder
 FORK: Callable[[], int] | None = getattr(os, "fork", None)
 FINE_MS = 1
 LONG_S = 1.0  # a sleep longer than that may end early, and go on
@@ -63,12 +63,6 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
             select.select([self.fileno()], [], [], timeout)
             timeout = 0
         return super().select(timeout)  # type: ignore[no-any-return]
-
-
-def folder_for_sockets() -> TemporaryDirectory[str]:
-    """Return a new folder of this user alone, whose path is short enough: that of a socket has 103 bytes at most."""
-    place = "/tmp" if os.name == "posix" and len(os.fsencode(gettempdir())) > 60 else None
-    return TemporaryDirectory(prefix="slewline-", dir=place, ignore_cleanup_errors=True)
 
 
 def pair() -> tuple[socket.socket, socket.socket]:
@@ -155,7 +149,7 @@ def numbers(*names: str) -> list[int]:
 
 
 def ends() -> list[int]:
-    """Return the signals that end a process, as far as they are there.
+    """Return the signals that end a process, of those that the system has.
 
     One that is ignored, as by `nohup`, and by a script in what it runs in the background, stays so.
     """

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from ..sockets import system
 from ..sockets.stream import CHUNK, SocketStream
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def rebuilt(loop: Loop, lines: Sequence[HostLine], branch: Branch, before: Seque
 
 def connection(path: str) -> socket.socket:
     """Return a connection to a port of a branch: a socket in a folder of this user alone."""
-    found = socket.socket(socket.AF_UNIX)
+    found = socket.socket(system.UNIX)
     try:
         found.settimeout(ANSWER_S)
         found.connect(path)

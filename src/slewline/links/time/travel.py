@@ -9,18 +9,17 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import socket
 import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, cast
 
 from ...core.messages.whole import whole
 from ...core.time.timebase import readable
 from ...errors import UsageError
+from ...temporary import TemporaryFolder
 from ..sockets import system
 from .branches import Answer, Branch, Checkpoint, Data
 from .roads import Road, connection, greeting, rebuilt
@@ -49,7 +48,7 @@ class TimeTravel:
         self.known: dict[int, Branch] = {}
         self.current = self.count = 0
         self.work_s = 0.0  # of the server since the beginning
-        self.folder: TemporaryDirectory[str] | None = None
+        self.folder: TemporaryFolder | None = None
         self.asked: list[tuple[Callable[[], object], bool]] = []  # what goes on when the time of a branch is known
         self.roads: list[Road] = []  # on which bytes of hosts go to the branch that is shown
 
@@ -68,7 +67,7 @@ class TimeTravel:
         journal = self.bench.journal
         if journal is None or system.FORK is None or threading.active_count() > 1:
             return
-        self.folder = system.folder_for_sockets()  # a world may leave something there later
+        self.folder = TemporaryFolder()
         self.known[0] = Branch(0, None, 0, 0, journal.path, 0, 0)
         self.keep()
 
@@ -152,7 +151,7 @@ class TimeTravel:
             return
         mark = fitting[-1]
         self.count = number = self.count + 1
-        copy = Path(cast("TemporaryDirectory[str]", self.folder).name) / f"branch{number}"
+        copy = Path(cast("TemporaryFolder", self.folder).name) / f"branch{number}"
         order = {
             "journal": str(parent.journal),
             "begin": mark.length,
@@ -374,7 +373,7 @@ class TimeTravel:
                 path.unlink()
         if branch.process:
             with suppress(OSError):
-                os.kill(branch.process, signal.SIGKILL)  # the only signal that a stopped process takes
+                os.kill(branch.process, *system.numbers("SIGKILL"))  # the only signal that a stopped process takes
 
     def touch(self) -> None:
         """Take notice that the branch that is shown is no longer what it was at first, and worth to be kept."""

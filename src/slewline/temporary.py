@@ -1,0 +1,51 @@
+"""Folders for the files of one process: gone when it has ended, or, if it was killed, when the next one begins."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from contextlib import suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory, gettempdir
+
+from .locks import lock
+
+PREFIX = "slewline-"
+LOCK = ".lock"  # of a folder whose process lives
+LONGEST = 60  # bytes of the path of a folder in which folders are made: that of a socket in one has 103 at most
+
+
+class TemporaryFolder(TemporaryDirectory[str]):
+    """A new folder of this user alone, in which sockets have short paths as well.
+
+    Its copies of this process keep it, too: what is left in it late is removed by the next process.
+    """
+
+    def __init__(self) -> None:
+        place = "/tmp" if os.name == "posix" and len(os.fsencode(gettempdir())) > LONGEST else gettempdir()
+        _remove_dead(Path(place))
+        super().__init__(prefix=PREFIX, dir=place, ignore_cleanup_errors=True)
+        self._held = os.open(os.path.join(self.name, LOCK), os.O_RDWR | os.O_CREAT, 0o600)
+        lock(self._held)
+
+    def cleanup(self) -> None:
+        """Remove it; a second call does nothing."""
+        if self._held >= 0:
+            os.close(self._held)
+            self._held = -1
+        super().cleanup()
+
+
+def _remove_dead(place: Path) -> None:
+    """Remove what processes of this user have left that were killed."""
+    for folder in place.glob(f"{PREFIX}*"):
+        with suppress(OSError):
+            if os.name == "posix" and folder.lstat().st_uid != os.geteuid():
+                continue
+            held = os.open(folder / LOCK, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
+            try:
+                dead = lock(held)
+            finally:
+                os.close(held)
+            if dead:
+                shutil.rmtree(folder, ignore_errors=True)
