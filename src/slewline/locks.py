@@ -16,7 +16,7 @@ def lock(file: int) -> bool:
     except ImportError:
         windows: Any = import_module("msvcrt")
         call, how = windows.locking, [windows.LK_NBLCK, 1]
-        at = os.lseek(file, 0, os.SEEK_CUR)
+        at: int | None = os.lseek(file, 0, os.SEEK_CUR)
         os.lseek(file, BEHIND, os.SEEK_SET)
     else:
         call, how, at = fcntl.flock, [fcntl.LOCK_EX | fcntl.LOCK_NB], None
