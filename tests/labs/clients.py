@@ -26,9 +26,10 @@ def until(met):
         time.sleep(0.01)
 """
 EPICS = "import epics\n"
+# A move that begins while ophyd still ends the one before is never over for ophyd: settle_time keeps them apart.
 OPHYD = """
 from ophyd import EpicsMotor
-motor = EpicsMotor("m1", name="motor")
+motor = EpicsMotor("m1", name="motor", settle_time=0.1)
 motor.wait_for_connection(timeout=40)
 """
 ASYNC = """

@@ -288,11 +288,12 @@ def test_a_move_takes_the_time_of_the_module_and_little_more(clients, served_at)
         "    begun = time.monotonic()\n"
         "    motor.move(target, wait=True, timeout=40)\n"
         "    took.append(time.monotonic() - begun)\n"
+        "    time.sleep(0.2)\n"
         "tell(min(took))\n"
     )
     with served_at(rate=1) as (record, _):
         module_s = record.state.ramps["move"].move(500).time_ps / 1e12
-        for begin in (OPHYD, EPICS + "motor = epics.Motor('m1')\n"):
+        for begin in (OPHYD + "motor.settle_time = 0\n", EPICS + "motor = epics.Motor('m1')\n"):
             (took,) = clients(begin + session).told()
             print(f"the move {module_s:.3f} s, with the client {took:.3f} s")
             assert module_s <= took < module_s + 8
@@ -306,6 +307,7 @@ def test_two_clients_and_one_that_is_killed(clients, served_at):
         "tell('ready')\n"
         "until(lambda: ends)\n"
         "tell(ends)\n"
+        "time.sleep(0.2)\n"
         "tell(motor.move(100, wait=True, timeout=40).success, motor.position)\n"
     )
     with served_at() as (record, module):
