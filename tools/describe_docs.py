@@ -14,6 +14,7 @@ docs/reference/control.md       the requests of the control port
 docs/reference/parts.md         the parts around a chip
 docs/reference/motors.md        motors, drivers and loads, and the texts that are understood
 docs/reference/boards.md        boards that drive real motors: pins, times, drivers, messages
+docs/reference/motor_record.md  the fields of the motor record
 docs/reference/conformance_*.md facts and their tests
 
 And one file that goes with the package: src/slewline/links/control/control.schema.json, the requests once more.
@@ -43,6 +44,7 @@ from slewline.core.datasheet.roles import ROLES
 from slewline.drive.board import boards, wire
 from slewline.drive.drivers import STEP_DRIVERS
 from slewline.errors import WiringError
+from slewline.labs.table import FIELDS, FieldRow
 from slewline.language.describe import describe, option_table, table
 from slewline.language.lines import usage
 from slewline.language.lines.reference import line_table
@@ -527,6 +529,48 @@ def motors_page() -> str:
     )  # fmt: skip
 
 
+# --------------------------------------------------------------------------------------------------------- laboratories
+RECORD_PAGE = """# The motor record
+
+The fields of the record that [`slewline epics`](../howto/epics.md) serves, with the names, types and words of the motor
+record of EPICS. A put of a position, a jog or a homing completes when the motor is at rest; DMOV is 0 until then. A put
+that is refused fails with `ECA_PUTFAIL`, and the server prints why. pyepics and ophyd-async ignore that status: with
+these, read the field back.
+
+What differs from a motor record with a controller that reports its position while it moves:
+
+- RBV, DRBV and RRBV are those at rest. So a new position that the motor may have passed already stops it immediately. A
+  jog is a move to the place where it has to end; when it is stopped, the motor stays where it stopped.
+- A pause by SPMG leaves DMOV 0, since the motion goes on later. A position that is put in a pause is a motion after Go
+  or Move; until then its put does not complete.
+- HLM, LLM, DHLM or DLLM that are put while the motor moves stop a motion that would go beyond them.
+- A rate beyond the range of the part is refused; the motor record would take the nearest.
+- With SET, a GS-C200S or a CY545 takes its new position; a GS-C200 has no command for that, so only OFF can change.
+- A CY545 takes no command while it moves, and homes by an input: STOP, SPMG, jogs and homings are refused.
+"""
+TYPES = {"double": "DOUBLE", "float": "FLOAT", "short": "SHORT", "long": "LONG", "string": "STRING", "enum": "ENUM"}
+
+
+def record_page() -> str:
+    """The fields of the motor record, by what clients may do with them."""
+
+    def fields(access: str) -> str:
+        rows = (row for row in FIELDS if row.access == access)
+        return table(("field", "type", "meaning"), ((f"{row.name}", TYPES[row.kind], meaning(row)) for row in rows))
+
+    def meaning(row: FieldRow) -> str:
+        return f"{coded(row.says)} ({', '.join(row.words)})" if row.words else coded(row.says)
+
+    return "\n\n".join(
+        (
+            f"{NOTE}{RECORD_PAGE}\n## Written by clients", fields("put"),
+            "## Read by clients", fields("read"),
+            "## Constants", "A put of the value that the field has succeeds, so that a saved list of fields can be "
+            "restored; any other one is refused.", f"{fields('fixed')}\n",
+        )
+    )  # fmt: skip
+
+
 # ---------------------------------------------------------------------------------------------------------- conformance
 def conformance_page(folder: str) -> str:
     """Facts and choices of a data sheet, with the tests that carry them."""
@@ -548,6 +592,7 @@ FILES = {
     "reference/parts.md": parts_page,
     "reference/motors.md": motors_page,
     "reference/boards.md": boards_page,
+    "reference/motor_record.md": record_page,
     **{f"reference/conformance_{folder}.md": partial(conformance_page, folder) for folder in conformance.tables()},
 }
 

@@ -264,6 +264,7 @@ def bytecode(work):
     if work != ROOT:
         kept["HYPOTHESIS_STORAGE_DIRECTORY"] = os.path.join(work, ".hypothesis")
         kept["SLEWLINE_BOARDS"] = os.path.join(work, "build", "boards")
+        kept["SLEWLINE_CLIENTS"] = os.path.join(work, "build", "clients")
     return kept
 
 
@@ -336,6 +337,12 @@ TASKS = (
         "run",
         "Install what the firmware of boards is built and tested with, and build it",
         lambda work: [["tools/boards.py", os.path.join(work, "build", "boards")]],
+    ),
+    (
+        "clients",
+        "run",
+        "Install the clients of EPICS that a motor record is tested with",
+        lambda work: [["tools/clients.py", os.path.join(work, "build", "clients")]],
     ),
     (
         "firmware",

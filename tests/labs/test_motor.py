@@ -100,6 +100,18 @@ def test_a_motor_homes_in_the_direction_that_is_asked_for(motor_at):
     assert motor.position == chip_of(motor).position == 0
 
 
+def test_a_position_is_set_without_motion(motor_at):
+    for kind, position in (("gs-c200s", -77), ("cy545", 5000)):
+        motor = motor_at(*KINDS[kind])
+        motor.preset(position)
+        assert motor.position == chip_of(motor).position == position
+        assert chip_of(motor).steps().times_ps.size == 0
+        with pytest.raises(UsageError, match=r"position 99999999 steps; allowed "):
+            motor.preset(99999999)
+    with pytest.raises(UsageError, match="no command that sets its position"):
+        motor_at(*KINDS["gs-c200"]).preset(0)
+
+
 def test_a_part_that_wants_an_input_for_it_does_not_home(motor_at):
     motor = motor_at(*KINDS["cy545"])
     with pytest.raises(UsageError, match="no homing in a given direction"):
@@ -108,18 +120,19 @@ def test_a_part_that_wants_an_input_for_it_does_not_home(motor_at):
 
 def test_rates_are_those_of_the_ramp_and_may_change(motor_at):
     motor = motor_at(*KINDS["gs-c200s"])
-    start, top = motor.rates
     assert (motor.ramp.start, motor.ramp.top, motor.fastest) == (100, 1000, 10_000)
-    motor.set_rate(top, 2000)
-    motor.set_rate(start, 200)
-    assert (motor.ramp.start, motor.ramp.top) == (200, 2000)
+    ramp = motor.fitted(200, 2004, 0.05)  # it counts in tens
+    assert (ramp.start, ramp.top) == (200, 2000)
+    assert ramp.time_ps / 1e12 == pytest.approx(0.05, rel=0.03)
     for rate in (0, 1e9):
         with pytest.raises(UsageError, match="allowed"):
-            motor.set_rate(top, rate)
-    assert motor.ramp.top == 2000
-    motor.move(3000)
+            motor.fitted(200, rate, 0.05)
+    motor.move(3000, ramp)
     over(motor)
     assert min(interval for interval in _intervals(motor)) == pytest.approx(5e8, rel=0.01)  # ps: 2000 steps/s
+    motor.move(6000)
+    over(motor)
+    assert min(interval for interval in _intervals(motor)[3001:]) == pytest.approx(1e9, rel=0.01)
 
 
 def _intervals(motor):

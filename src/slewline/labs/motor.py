@@ -1,7 +1,7 @@
 """A motor behind a real module: moves to positions, homings, stops, as the sheet of the part says how.
 
     motor = ModuleMotor(module, calculator, {"S": 10, "T": 100, "R": 50})
-    motor.move(1200)
+    motor.move(1200)                     # or motor.move(1200, motor.fitted(100, 2000, 0.05)): with another ramp
     while not motor.at_rest():           # lets some milliseconds pass
         ...
     motor.position
@@ -20,16 +20,17 @@ from typing import TYPE_CHECKING
 from ..core.time.timebase import PS_PER_S
 from ..errors import UsageError
 from ..language.dialect import dialect_of
-from ..language.ramps import read, value_of
+from ..language.ramps import Search, Wanted, nearest, read, value_of
 from ..modules.failures import ModuleFailure, NoAnswer, RefusedCommand
 from ..modules.module import TRIES
 
 if TYPE_CHECKING:
     from ..core.datasheet.table import Row
-    from ..language.ramps import Calculator, Ramp, RampParameter, Value
+    from ..language.ramps import Calculator, Ramp, RampParameter, Value, Values
     from ..modules.module import Module
 
 LOOK_S = 0.05  # between two questions whether it is at rest
+LOOKS = 40  # ... for one that makes no motion
 SETTLED_S = 0.1  # after a move, until a part listens again
 LATE_S = 5.0  # how much longer than by its law a move may take, until the module must answer
 LONGER = 2.0  # ... and as many times as long, since its clock may be another one
@@ -59,6 +60,7 @@ class ModuleMotor:
         if self.goto is None:
             raise UsageError(f"{self.sheet.part}: no command moves it to a position; allowed a part that has one")
         self.homing = next((row for row in self.sheet.acting("home") if row.args[0].sign == "alone"), None)
+        self.presetting = next(iter(self.sheet.acting("preset")), None)
         stops = {row.at_once: row for row in self.sheet.commands if row.at_once}
         self.stopping = stops.get("brake", stops.get("stop"))
         self.state = next(iter(self.sheet.acting("state")), None)
@@ -93,15 +95,19 @@ class ModuleMotor:
         highest = self.calculator.arg(top.name).high
         return self.calculator.ramp({**self.values, top.name: highest}, self.crystal_hz).top
 
-    def set_rate(self, quantity: RampParameter, rate: float) -> None:
-        """Set the first or the highest rate of moves to come (steps/s), as near as the part can.
+    def fitted(self, start: float, top: float, time_s: float) -> Ramp:
+        """Return a ramp with other rates (steps/s), as near as the part can, that takes a time as near as it can.
 
         Raises:
             UsageError: a rate that it cannot have.
         """
-        value = value_of(self.calculator, quantity, f"{rate:.12g} steps/s", self.crystal_hz)
-        self.calculator.ramp({**self.values, quantity.name: value}, self.crystal_hz)
-        self.values = {**self.values, quantity.name: value}
+        rates = zip(self.rates, (start, top), strict=True)
+        values = {**self.values}
+        for quantity, rate in rates:
+            values[quantity.name] = value_of(self.calculator, quantity, f"{rate:.12g} steps/s", self.crystal_hz)
+        free = [quantity.name for quantity in self.calculator.quantities if quantity.free and quantity.name in values]
+        wanted = Wanted("time", round(time_s * PS_PER_S))
+        return nearest(self.calculator, Search(wanted, values, free, self.crystal_hz, best=1))[0]
 
     def foreign_program(self) -> int:
         """Return how many lines of a program that is not one of ours the next move would replace."""
@@ -110,19 +116,28 @@ class ModuleMotor:
             return 0
         lines = self.module.ask(listing.form).lines[:-1]
         rows = [self.module.speech.row(line) for line in lines]
-        ours = {*self._settings, self.goto}
+        ours = {*self._settings(self.values), self.goto}
         return 0 if all(row in ours for row in rows) else len(lines)
 
     # ---------------------------------------------------------------------------------------------------------- motions
-    def move(self, position: int) -> None:
-        """Begin a move to a position.
+    def move(self, position: int, ramp: Ramp | None = None) -> None:
+        """Begin a move to a position, by default with its own ramp.
 
         Raises:
             ModuleFailure: the module does not do it.
         """
         assert self.goto is not None  # noqa: S101  # the constructor has refused that
-        settings = [self._spelled(row, value) for row, value in self._settings.items()]
-        commands = [*settings, self._spelled(self.goto, position)]
+        ramp = self.ramp if ramp is None else ramp
+        commands = self._program(ramp, self._spelled(self.goto, position))
+        speech, distance = self.module.speech, abs(position - self.position)
+        sent_s = sum(len(speech.framed(command)) for command in commands) * speech.character_s
+        self.left_s = SETTLED_S + sent_s + (ramp.move(distance).time_ps / PS_PER_S if distance else 0.0)
+        self.late_s = LATE_S + self.left_s * LONGER
+
+    def _program(self, ramp: Ramp, *moving: str) -> list[str]:
+        """Set the parameters of a ramp, and move: as a program, where the part takes moves in no other way."""
+        settings = [self._spelled(row, value) for row, value in self._settings(ramp.values).items()]
+        commands = [*settings, *moving]
         if self.entered:
             assert self.sheet.enter is not None  # noqa: S101  # it takes programs
             run = next(row for row in self.sheet.leave if row.starts)
@@ -133,16 +148,12 @@ class ModuleMotor:
         except ModuleFailure:
             self._leave_entry()
             raise
-        speech, distance = self.module.speech, abs(position - self.position)
-        sent_s = sum(len(speech.framed(command)) for command in commands) * speech.character_s
-        self.left_s = SETTLED_S + sent_s + (self.ramp.move(distance).time_ps / PS_PER_S if distance else 0.0)
-        self.late_s = LATE_S + self.left_s * LONGER
+        return commands
 
-    @property
-    def _settings(self) -> dict[Row, int]:
+    def _settings(self, values: Values) -> dict[Row, int]:
         """The commands that set the parameters of a ramp, with their values."""
         rows = {row.form: row for row in self.sheet.commands}
-        return {rows[name]: value for name, value in self.values.items() if isinstance(value, int) and name in rows}
+        return {rows[name]: value for name, value in values.items() if isinstance(value, int) and name in rows}
 
     def _spelled(self, row: Row, value: int) -> str:
         return dialect_of(self.sheet).spell(row, (value,))
@@ -154,8 +165,8 @@ class ModuleMotor:
             with suppress(ModuleFailure):
                 self.module.ask(row.form)
 
-    def home(self, direction: int) -> None:
-        """Begin a homing.
+    def home(self, direction: int, ramp: Ramp | None = None) -> None:
+        """Begin a homing, by default with its own ramp: its first rate is that of the homing.
 
         Raises:
             UsageError: the part has none in a direction that can be chosen.
@@ -165,8 +176,29 @@ class ModuleMotor:
             raise UsageError(
                 f"{self.sheet.part}: has no homing in a given direction; send its own by slewline terminal"
             )
+        self._program(self.ramp if ramp is None else ramp)
+        for _ in range(LOOKS):  # a program without a motion is over soon; one that is not has the homing refused
+            if self.at_rest():
+                break
         self.module.ask(self._spelled(self.homing, direction))
         self.left_s = self.late_s = 0.0
+
+    def preset(self, position: int) -> None:
+        """Set the position where it is, without motion.
+
+        Raises:
+            UsageError: the part has no command for it, or not to this position.
+            ModuleFailure: the module does not do it.
+        """
+        if self.presetting is None:
+            raise UsageError(f"{self.sheet.part}: has no command that sets its position; shift OFF instead")
+        allowed = self.presetting.args[0]
+        if not allowed.low <= position <= allowed.high:
+            raise UsageError(
+                f"{self.sheet.part}: position {position} steps; allowed {allowed.low}..{allowed.high} steps"
+            )
+        self.module.ask(self._spelled(self.presetting, position))
+        self.look()
 
     def stop(self) -> None:
         """Stop it, by a ramp where the part has one.

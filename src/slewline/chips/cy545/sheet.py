@@ -73,7 +73,7 @@ def _row(form: str, name: str, args: tuple[Arg, ...], says: str, where: str, *, 
 
 
 COMMANDS = Table(
-    _row("A", "ATPOSITION", (POSITION,), "set the current position, without motion", "ch.4"),
+    _row("A", "ATPOSITION", (POSITION,), "set the current position, without motion", "ch.4", role="preset"),
     _row("B", "BIT", (BIT,), "set, clear, write, AND, OR user bits or bits of the data bus", "ch.6"),
     _row("C", "CONTINUOUS", (), "the next motion runs until INHIBIT_ABORT ends it", "ch.4; ch.16, SLEW"),
     _row("D", "DELAY", (Arg("delay", 2, 1, 65535, unit="ms at 12 MHz"),), "wait", "ch.10"),

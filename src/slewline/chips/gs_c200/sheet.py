@@ -139,7 +139,7 @@ C200_ROWS = (
     _immediate("P", "PROGRAM", "begin programming; erases the program", when="ip", role="enter"),
 )
 C200S_ROWS = (
-    _stored("f", "FORCE", (SIGNED,), "preset the position counter", room=4, when="i"),
+    _stored("f", "FORCE", (SIGNED,), "preset the position counter", room=4, when="i", role="preset"),
     _stored("G", "GOTO", (replace(SIGNED, sign="may"),), "move to a position", room=4, motion=True, role="goto"),
     _stored("g±", "VELOCITY", (DIRECTION,), "run until K or Z", room=4, head="g", code=ord("g"), motion=True, flow=""),
     _stored("g±x", "CONTROLLED_VELOCITY", (DIRECTION, INPUT), "run until an input is low", room=4, head="g", code=ord("x"), motion=True),

@@ -107,6 +107,7 @@ ROW_ROLES: Mapping[str, str] = MappingProxyType(  # a command that ...
         "question": "asks for a value, and changes nothing",
         "goto": "moves to a position",
         "home": "finds the home position",
+        "preset": "sets the position, without motion",
         "store": "keeps the program without power",
         "recall": "puts the program that is kept without power in the place of the other",
     }

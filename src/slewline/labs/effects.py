@@ -1,0 +1,271 @@
+"""What puts into the fields of a motor record do: a method for each `put` of the table, which returns when it is done.
+
+A put that has no effect here is an error, and the client gets it as one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING
+
+from ..errors import UsageError
+from .motions import RecordMotion
+from .state import STEPS_A_REVOLUTION
+from .table import PAUSE, STOP
+
+if TYPE_CHECKING:
+    from ..language.ramps import Ramp
+    from .motions import Owner, RecordMotions
+
+PRESET = {"FOF": ("FOFF", 1), "VOF": ("FOFF", 0), "SSET": ("SET", 1), "SUSE": ("SET", 0)}
+REVOLUTIONS = {"S": "VELO", "SBAS": "VBAS", "SBAK": "BVEL"}
+TOPS = ("VELO", "BVEL", "JVEL", "HVEL")
+LONGEST = {"DESC": 39, "EGU": 15}  # characters
+ALLOWED = {"IGSET": (0, 1), "DISP": (0, 1), "DLY": (0, 3600), "PREC": (0, 15)}
+
+
+class Effects:
+    """The effects of puts on a record and its motions."""
+
+    def __init__(self, owner: Owner, motions: RecordMotions) -> None:
+        self.owner, self.motions = owner, motions
+
+    def at_rest(self, name: str) -> None:
+        """Refuse what is not done while a motion is wanted or under way."""
+        if not self.motions.idle:
+            raise UsageError(f"{name}: a motion is under way, or waits for SPMG; allowed at rest; stop it first")
+
+    # ---------------------------------------------------------------------------------------------------- positions
+    async def drive(self, name: str, value: float) -> None:
+        """Move to a position, or say that the motor is there; return when that is over."""
+        state = self.owner.state
+        if name in ("TWF", "TWR") and not value:
+            return
+        dial = {"DVAL": value, "RVAL": value * state.resolution}.get(name)
+        tweak = state.kept["TWV"]
+        user = {"VAL": value, "RLV": state.val + value, "TWF": state.val + tweak, "TWR": state.val - tweak}.get(name)
+        if dial is None and user is not None:
+            dial = state.dial(user)
+        assert dial is not None  # noqa: S101  # these are all names that drive it
+        if state.setting:
+            await self.redefine(name, state.user(dial) if user is None else user, dial)
+            return
+        state.violated = state.violates(dial)
+        if state.violated:
+            await self.pulse()
+            return
+        state.dval, state.val = dial, state.user(dial) if user is None else user
+        state.last = state.val, state.dval
+        await self.motions.begin(RecordMotion(dial))
+
+    async def redefine(self, name: str, user: float, dial: float) -> None:
+        """Say where the motor is: by OFF, or by the position of the module."""
+        state, motor = self.owner.state, self.owner.motor
+        self.at_rest(name)
+        frozen = bool(state.kept["FOFF"])
+        if frozen or name in ("DVAL", "RVAL"):
+            steps = state.raw(dial)
+            await self.motions.within(lambda: motor.preset(steps))
+            state.position = motor.position
+            if not frozen:  # the user's position stays
+                state.offset = state.val - dial * state.sign
+            state.dval, state.val = dial, state.user(dial)
+        else:
+            state.offset = user - state.dval * state.sign
+            state.val = user
+        state.last, state.missed = (state.val, state.dval), False
+        state.violated = state.beyond(state.dval)
+        await self.pulse()
+
+    async def pulse(self) -> None:
+        """Let DMOV fall and rise, as for every put of a position."""
+        if self.motions.idle:
+            for done in (False, True):
+                self.owner.state.done = done
+                await self.owner.publish()
+        else:
+            await self.owner.publish()
+
+    async def sync(self, name: str, value: int) -> None:
+        """Let the wanted position be that where the motor is."""
+        if value:
+            self.at_rest(name)
+            self.owner.state.settle()
+
+    # -------------------------------------------------------------------------------------------------- coordinates
+    async def offset(self, _name: str, value: float) -> None:
+        """Shift user coordinates."""
+        state = self.owner.state
+        state.offset = value
+        state.val = state.user(state.dval)
+
+    async def direction(self, _name: str, value: int) -> None:
+        """Turn user coordinates round: VAL stays, unless OFF is frozen."""
+        state = self.owner.state
+        state.sign = -1 if value else 1
+        if not state.kept["FOFF"]:
+            state.offset = state.val - state.dval * state.sign
+        state.val = state.user(state.dval)
+
+    async def switch(self, name: str, value: int) -> None:
+        """Keep a switch that other puts and motions look at."""
+        self.owner.state.kept[name] = value
+
+    async def preset_switch(self, name: str, _value: int) -> None:
+        """Set a switch by a field of its own."""
+        switch, to = PRESET[name]
+        self.owner.state.kept[switch] = to
+
+    async def limit(self, name: str, value: float) -> None:
+        """Set a limit; what is beyond it now violates it, and is stopped."""
+        state = self.owner.state
+        dial = value if name.startswith("D") else state.dial(value)
+        upper = name.endswith("HLM") == (name.startswith("D") or state.sign > 0)
+        if upper:
+            state.high = dial
+        else:
+            state.low = dial
+        coming = [each.dial for each in (self.motions.current, self.motions.wanted) if each and not each.homing]
+        state.violated = any(state.beyond(each) for each in (state.dval, state.dial_position, *coming))
+        if state.violated and coming and not (state.moving and self.owner.motor.stopping is None):
+            await self.motions.stop()
+
+    # ---------------------------------------------------------------------------------------------------- rates
+    async def rate(self, name: str, value: float) -> None:
+        """Set a rate, or the time or acceleration of a ramp, as near as the part can."""
+        state, motor, law = self.owner.state, self.owner.motor, {**self.owner.state.law}
+        if name == "HVEL" and motor.homing is None:
+            motor.home(1)  # which says why it cannot
+        if name in ("JVEL", "JAR"):
+            self._can_jog()
+            if state.button in ("JOGF", "JOGR"):
+                self.at_rest(name)
+        if value < 0 or (value == 0 and name not in ("VBAS", "SBAS")):
+            raise UsageError(f"{name} {value:g}; allowed above 0")
+        gain = law["VELO"] - law["VBAS"]
+        accs = gain / law["ACCL"] if law["ACCL"] else 0.0
+        if name in REVOLUTIONS:
+            name, value = REVOLUTIONS[name], value * abs(state.resolution) * STEPS_A_REVOLUTION
+        elif name == "ACCS":
+            name, value = "ACCL", gain / value
+        law[name] = value
+        first = law["VBAS"]
+        if name in TOPS and value < first:
+            raise UsageError(f"{name} {value:g}; allowed from VBAS {first:g} on")
+        law |= {top: max(law[top], first) for top in TOPS}  # a higher VBAS raises them, as in the motor record
+        if name in ("VELO", "VBAS") and state.kept["ACCU"] and accs:
+            law["ACCL"] = (law["VELO"] - first) / accs
+        state.ramps = await self.motions.within(partial(self.fitted, law))
+        state.law = law
+
+    def fitted(self, law: Mapping[str, float]) -> dict[str, Ramp]:
+        """Return the ramps that come nearest to rates and times."""
+        motor, scale, first = self.owner.motor, abs(self.owner.state.resolution), law["VBAS"]
+        jog_s = (law["JVEL"] - first) / law["JAR"] if law["JAR"] else law["ACCL"]
+        wanted = {
+            "move": (first, law["VELO"], law["ACCL"]),
+            "backlash": (first, law["BVEL"], law["BACC"]),
+            "jog": (first, law["JVEL"], jog_s),
+            "home": (law["HVEL"], max(law["HVEL"], law["VELO"]), law["ACCL"]),
+        }
+        return {key: motor.fitted(start / scale, top / scale, time_s) for key, (start, top, time_s) in wanted.items()}
+
+    # ---------------------------------------------------------------------------------------------------- numbers
+    async def number(self, name: str, value: float) -> None:
+        """Keep a number that motions look at."""
+        state = self.owner.state
+        if name == "RDBD":
+            value = max(value, abs(state.resolution))
+        low, high = ALLOWED.get(name, (value, value))
+        if not low <= value <= high:
+            raise UsageError(f"{name} {value:g}; allowed {low}..{high}")
+        state.kept[name] = value
+
+    async def disable(self, _name: str, value: int) -> None:
+        """Refuse puts into other fields from now on, or no more."""
+        self.owner.state.kept["DISP"] = value
+
+    async def text(self, name: str, value: str) -> None:
+        """Keep a text."""
+        if len(value) > LONGEST[name]:
+            raise UsageError(f"{name} of {len(value)} characters; allowed {LONGEST[name]}")
+        self.owner.state.kept[name] = value
+
+    # ---------------------------------------------------------------------------------------------------- buttons
+    async def stop(self, _name: str, value: int) -> None:
+        """Stop, and forget what was to come; return when the motor is at rest."""
+        if value:
+            await self.motions.stop()
+
+    async def mode(self, _name: str, value: int) -> None:
+        """Stop, pause, make one motion, or go on; return when no motion is under way that may go on."""
+        state, before = self.owner.state, self.owner.state.kept["SPMG"]
+        state.kept["SPMG"] = value
+        try:
+            if value in (STOP, PAUSE):
+                await self.motions.stop(pause=value == PAUSE)
+        except UsageError:
+            state.kept["SPMG"] = before
+            raise
+        state.obeyed = value
+        self.motions.changed.set()
+        await self.owner.publish()
+        if not state.paused:
+            await self.motions.over()
+
+    async def home(self, name: str, value: int) -> None:
+        """Home; return when that is over."""
+        state, motor = self.owner.state, self.owner.motor
+        if value != 1:
+            raise UsageError(f"{name} {value}; allowed 1; STOP ends a homing")
+        self._no_setting(name)
+        if motor.homing is None:
+            motor.home(1)  # which says why it cannot
+        forward = (name == "HOMF") == (state.resolution > 0)
+        await self.motions.begin(RecordMotion(homing=1 if forward else -1, button=name))
+
+    async def jog(self, name: str, value: int) -> None:
+        """Move towards a limit until the field is 0; return when that is over."""
+        state = self.owner.state
+        if not value:
+            if state.button == name or (self.motions.wanted is not None and self.motions.wanted.button == name):
+                await self.motions.stop()
+            return
+        self._no_setting(name)
+        self._can_jog()
+        sign = 1 if name == "JOGF" else -1
+        low, high = state.user_limits
+        if state.unlimited:
+            low, high = sorted(state.user(step * state.resolution) for step in state.steps)
+            end = high if sign > 0 else low
+        else:
+            end = (high if sign > 0 else low) - sign * state.law["JVEL"]
+        state.violated = (end - state.user(state.dial_position)) * sign <= 0 or state.low > state.high
+        if not state.violated:
+            await self.motions.begin(RecordMotion(state.dial(end), button=name))
+
+    def _can_jog(self) -> None:
+        motor = self.owner.motor
+        if motor.stopping is None:
+            motor.stop()  # which says why it cannot: a jog would not end
+
+    def _no_setting(self, name: str) -> None:
+        if self.owner.state.setting:
+            raise UsageError(f"{name}: SET is Set, in which no motor moves; set it to Use first")
+
+    async def update(self, name: str, value: int) -> None:
+        """Ask the module where it is."""
+        state, motor = self.owner.state, self.owner.motor
+        if value != 1:
+            raise UsageError(f"STUP {value}; allowed ON")
+        self.at_rest(name)
+        state.updating = 2
+        await self.owner.publish()
+        try:
+            await self.motions.within(motor.look)
+        finally:
+            state.updating = 0
+        if state.position != motor.position:
+            state.position = motor.position
+            state.settle()
