@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .parts.motors.laws import motor_law
     from .record.measuring.compare import compare_edges
     from .record.waveforms.read_vcd import read_vcd
+    from .record.waveforms.read_waveforms import read_waveforms
     from .tuning.tune import tune
 
 _FROM = {  # loaded when first asked for, so that `import slewline` costs nothing
@@ -50,6 +51,7 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
     "parts.motors.laws": ("motor_law",),
     "record.measuring.compare": ("compare_edges",),
     "record.waveforms.read_vcd": ("read_vcd",),
+    "record.waveforms.read_waveforms": ("read_waveforms",),
     "tuning.tune": ("tune",),
 }
 __all__ = [
@@ -72,6 +74,7 @@ __all__ = [
     "ramp",
     "read_image",
     "read_vcd",
+    "read_waveforms",
     "replay",
     "tune",
     "write_image",

@@ -32,6 +32,7 @@ T = TypeVar("T")
 MAX_BYTES = 10_000_000  # of a file that is read whole
 MAX_LINE = 1 << 20  # bytes of a line of a log
 MAX_VALUES = 1 << 20  # of JSON in one line; the longest list of ours is a memory, 64K
+BOM = b"\xef\xbb\xbf"  # which editors and tools put before text in UTF-8
 LATEST_PS = 1 << 63  # instants are less: what is plotted and recorded has 64 bits
 
 KINDS = {  # what may be in the place of a file
@@ -223,7 +224,7 @@ def lines_of(path: str | PathLike[str], file: BinaryIO) -> Iterator[bytes]:
             number += 1
             if len(line) == MAX_LINE and not line.endswith(b"\n"):
                 raise BenchFileError(f"{path}, line {number}: more than {MAX_LINE} bytes; is it the right file?")
-            yield line
+            yield line.removeprefix(BOM) if number == 1 else line
 
 
 @contextmanager

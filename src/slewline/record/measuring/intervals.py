@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from ...core.datasheet.table import Limit
 from ...core.notebook.markup import card, table
 from ...errors import UsageError
-from ..recording.recorder import FLOATING, Recorder, width_of
+from ..recording.recorder import FLOATING, Recorder, real_edges, width_of
 from ..style import aligned, duration
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..recording.recorder import Levels, Probe
+    from ..recording.traces import Trace
 
     Spans: TypeAlias = tuple[NDArray[np.int64], NDArray[np.int64]]  # begins and ends
 
@@ -49,6 +50,22 @@ class SignalEdges(NamedTuple):
         times, levels = recorder.edges(probe, start, stop)
         before = max(start - 1, recorder.since(probe))
         return cls(times, levels, recorder.level_at(probe, before), width_of(probe) > 1)
+
+    @classmethod
+    def of_trace(cls, trace: Trace, start: int, stop: int) -> SignalEdges:
+        """Return what was measured in a window (ps): the signal floats where nothing is known."""
+        import numpy as np
+
+        since, until = max(start, trace.since), min(stop, trace.until)
+        if until <= since:
+            return cls(np.empty(0, np.int64), np.empty(0, np.int16), FLOATING, trace.bus)
+        cut = trace.within(since, until)
+        times, levels, level = cut.times_ps, cut.levels.astype(np.int16), cut.level
+        if since > start:
+            times, levels, level = np.append(since, times), np.append(level, levels), FLOATING
+        if until < stop:
+            times, levels = np.append(times, until + 1), np.append(levels, FLOATING)
+        return cls(*real_edges(times, levels, level), level, trace.bus)
 
     def edges(self, change: str) -> NDArray[np.int64]:
         """Return the instants of a change: (n,) int64, ps, ascending."""
