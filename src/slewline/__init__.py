@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .core.chip import Chip
     from .core.component import Finding
     from .core.motion.axis import Steps
+    from .drive.captures.checking import check_capture
     from .drive.drive import Drive
     from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WaveformError, WiringError
     from .parts.motors.laws import motor_law
@@ -38,6 +39,7 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
     "core.motion.axis": ("Steps",),
     "core.chip": ("Chip",),
     "core.component": ("Finding",),
+    "drive.captures.checking": ("check_capture",),
     "drive.drive": ("Drive",),
     "errors": (
         "ChecksumError",
@@ -67,6 +69,7 @@ __all__ = [
     "UsageError",
     "WaveformError",
     "WiringError",
+    "check_capture",
     "compare_edges",
     "find_ramps",
     "load",

@@ -33,7 +33,8 @@ def compare(
     within = ""
     if tolerance is None:
         tolerance = ours.sampling_ps + theirs.sampling_ps
-        within = str(max(ours.sampling, theirs.sampling, key=lambda each: each.resolution_ps))
+        coarser = max(ours.sampling, theirs.sampling, key=lambda each: each.resolution_ps)
+        within = "" if coarser.found == "unit" else str(coarser)
     signals = [
         SignalPair(
             name,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.time.timebase import Time, readable
 from .compare import Comparison, compare_edges
+from .intervals import rounded
 
 if TYPE_CHECKING:
     from .compare import Edges
@@ -136,8 +137,10 @@ def _delays(pairs: Sequence[SignalPair], found: Sequence[Comparison], terms: Ter
             own = compare_edges(pair.model, pair.measured, tolerance=terms.tolerance, name=pair.name, invert=levels)
             if not own.agrees or not len(own.pairs):
                 continue
-            by = one.shift_ps - own.shift_ps
-            text = f"a constant delay of {readable(by)}" if by >= 0 else f"constantly {readable(-by)} early"
+            whole = len(one.pairs) and not len(one.missing) + len(one.extra)
+            by = round(float(one.late_ps.mean())) if whole else one.shift_ps - own.shift_ps
+            much = readable(rounded(abs(by), 3))
+            text = f"a constant delay of {much}" if by >= 0 else f"being {much} early throughout"
             notes[pair.name] = (f"agrees but for {text}" + (", inverted" if levels != invert else ""),)
             break
         else:

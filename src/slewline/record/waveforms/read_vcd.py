@@ -25,8 +25,8 @@ FORMATS = {  # how files begin that are often taken for a VCD file
     b"\x1f\x8b": "compressed (gzip); unpack it with gunzip",
     b"BZh": "compressed (bzip2); unpack it with bunzip2",
     b"\xfd7zXZ": "compressed (xz); unpack it with unxz",
-    b"PK": "a ZIP archive: a session of PulseView (.sr) is for read_waveforms; from one of DSView (.dsl) or Logic 2 "
-    "(.sal) export VCD or CSV there",
+    b"PK": "a ZIP archive, such as a session of PulseView (.sr), for read_waveforms or: sigrok-cli -i FILE.sr -O vcd -o "
+    "FILE.vcd; from one of DSView (.dsl) or Logic 2 (.sal) export VCD or CSV there",
     b"\x00\x00\x00\x00\x00\x00\x00\x01\x49": "an FST file of GTKWave; convert it with: fst2vcd FILE.fst > FILE.vcd",
     b"\x13\x80": "an LXT2 file of GTKWave; convert it with: lxt2vcd FILE.lxt2 > FILE.vcd",
     b"VZ": "a VZT file of GTKWave; convert it with: vzt2vcd FILE.vzt > FILE.vcd",
