@@ -107,8 +107,9 @@ class Sampled:
     def changes(self) -> list[tuple[int, dict[str, int]]]:
         """All levels, at the first sample and at every change."""
         at = sorted({0, *(n for edges in self.edges.values() for n in edges)})
-        return [(n, {name: (sum(e <= n for e in edges) + self.of.first[name]) % 2 for name, edges in self.edges.items()})
-                for n in at]  # fmt: skip
+        levels = {name: [(sum(e <= n for e in edges) + self.of.first[name]) % 2 for n in at]
+                  for name, edges in self.edges.items()}  # fmt: skip
+        return [(n, {name: row[place] for name, row in levels.items()}) for place, n in enumerate(at)]
 
     def matrix(self) -> np.ndarray:
         """Every sample: (n, signals)."""

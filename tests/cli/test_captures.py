@@ -156,3 +156,18 @@ def test_steps_are_counted_in_every_form(form, tmp_path):
     path.write_bytes(content)
     steps = slewline.read_waveforms(path).steps("STEP", "DIR", edge="rising")
     assert (steps.directions > 0).sum() == FORWARD and steps.positions[-1] == FORWARD - captures.BACK
+
+
+def test_check_capture(call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.vcd").write_bytes(sigrok_vcd(Sampled(PLAIN, 24 * MHZ)))
+    called = call("check-capture", "a.vcd", "--axis", "x=STEP,DIR", "--driver", "DM542", "--plot", "a.svg")
+    assert called.status == 0 and "x  DIR before STEP" in called.out and (tmp_path / "a.svg").exists()
+    late = Sampled(PLAIN.delayed("DIR", 18 * US), 24 * MHZ)
+    (tmp_path / "late.csv").write_bytes(captures.saleae_csv(late))
+    data = call("check-capture", "late.csv", "--axis", "x=STEP,DIR", "--driver", "DM542", "--json")
+    assert data.status == FOUND and not data.json["good"]
+    (wrong,) = [row for row in data.json["limits"] if row["violations_ps"]]
+    assert wrong["says"] == "DIR before STEP" and wrong["shortest_ps"] < 2_100_000
+    for option, says in ((["--axis", "x"], "--axis x: expected"), (["--axis", "x=STEP,"], "expected STEP and DIR")):
+        assert says in call("check-capture", "a.vcd", *option).err

@@ -1,4 +1,4 @@
-"""Recordings that sigrok-cli itself has written, in all of its forms, against the wave that it was given the samples of."""
+"""Recordings that sigrok-cli itself has written, in all of its forms, against the wave whose samples it was given."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from slewline.errors import UsageError, WaveformError
 from tests.captures import Sampled, model, sigrok_converted, sigrok_session, wave
 from tests.oracles.programs import find
 
+pytestmark = pytest.mark.system
 MHZ = 1_000_000
 FORMS = {
     "vcd": "vcd",
@@ -33,14 +34,15 @@ def agree(ours: slewline.Waveforms, theirs: slewline.Waveforms, mhz: int) -> Non
         tolerance = ours.sampling_ps + theirs.sampling_ps
         found = slewline.compare_edges(ours.edges(name), theirs.edges(other), shift=shift, tolerance=tolerance)
         assert found.agrees and len(found.pairs) in (2, 380), found
-        assert abs(found.drift_ppm) < 1 or len(found.pairs) == 2
+        assert abs(found.drift_ppm) < 20 or len(found.pairs) == 2
         shift = found.shift_ps
 
 
-@pytest.mark.parametrize(
-    ("mhz", "form"), [*((mhz, "vcd") for mhz in (1, 12, 24, 48)), (12, "samples"), *((12, f) for f in FORMS if f[0] in "tcn"),
-                      (24, "changes"), (3, "times")]
-)  # fmt: skip
+ROWS = [(1, "vcd"), (12, "vcd"), (24, "vcd"), (48, "vcd"), *((12, form) for form in FORMS if form != "vcd"),
+        (24, "changes"), (3, "times")]  # fmt: skip
+
+
+@pytest.mark.parametrize(("mhz", "form"), ROWS)
 def test_what_sigrok_writes_agrees(program, tmp_path, mhz, form):
     """Its column of times counts whole nanoseconds a sample, and so is 0.4 % slow at 12 MHz: samples are counted."""
     ours = slewline.read_vcd(model(wave(), tmp_path / "model.vcd"))

@@ -268,10 +268,14 @@ def tune_command(**options: Any) -> int:
 @click.option("--driver", metavar="NAME", help="The driver that receives them, such as DM542.")
 @click.option("--edge", type=click.Choice(["rising", "falling"]), default="rising", show_default=True,
               help="The edge of STEP with which a step begins, where it was recorded.")  # fmt: skip
-@click.option("--forward", type=click.IntRange(0, 1), default=1, show_default=True, help="DIR where positions count up.")
+@click.option(
+    "--forward", type=click.IntRange(0, 1), default=1, show_default=True, help="DIR where positions count up."
+)
 @click.option("--idle", type=click.IntRange(0, 1), help="The level of STEP where it floats or is unknown.")
 @click.option("--glitch", type=TimeWithUnit(), help="Shorter pulses are glitches; by default half of the median pulse.")
-@click.option("--chip", type=PartName(), metavar="CHIP", help="The part whose pins were recorded; its limits count, too.")
+@click.option(
+    "--chip", type=PartName(), metavar="CHIP", help="The part whose pins were recorded; its limits count, too."
+)
 @click.option("--pin", "pins", metavar="PIN=NAME", multiple=True, help="A pin of it, and the signal. May be repeated.")
 @CRYSTAL
 @click.option("--timescale", type=TimeWithUnit(), help="The unit of its times, if the file states none.")

@@ -13,8 +13,8 @@ from os import PathLike
 from typing import Any, BinaryIO, NamedTuple
 
 from ...errors import BenchFileError, TornJournal
-from ...gate import LATEST_PS as LATEST
 from ...gate import BOM, from_json, opened
+from ...gate import LATEST_PS as LATEST
 from .journal import VERSION
 
 LONGEST = 1 << 26  # bytes of a line: one with a script of the greatest length

@@ -14,7 +14,7 @@ from ...core.motion.one_axis import OneAxis
 from ...core.time.timebase import Time, moment, readable
 from ...errors import UnknownName, UsageError
 from ...parts.base.part import Part
-from .curves import Chosen, chosen, first_step, moving_from_to
+from .curves import Chosen, chosen, first_step, moments_of, moving_from_to
 from .signals import Signals
 
 if TYPE_CHECKING:
@@ -350,11 +350,6 @@ class Pictures:
 def words_of(chip: Chip) -> dict[str, str]:
     """Return what the commands of a chip are called, by their letters: {"R": "rate"}."""
     return {row.form: row.name.lower().replace("_", " ") for row in chip.sheet.commands}
-
-
-def moments_of(times: Time | Iterable[Time]) -> list[int]:
-    """Return the picoseconds of an instant, or of several."""
-    return [moment(time) for time in ([times] if isinstance(times, Time) else times)]
 
 
 def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:

@@ -171,16 +171,17 @@ class TimingDiagrams:
     def _diagram(self, options: DiagramOptions) -> Diagram:
         from ...record.measuring.overlay import checked
         from ...record.pictures.diagram import Diagram
-        from .window import Window
-
         from ...record.recording.traces import Trace
+        from .window import Window
 
         if isinstance(options.pins, str | Trace):
             raise UsageError(f"pins={options.pins!r}: expected a list of pins, such as [{options.pins!r}]")
         signals, full_name = self.signals, self.signals.full_name
-        chosen: list[str | Trace] = [*signals.chosen(None)] if options.pins is None else [
-            pin if isinstance(pin, Trace) else full_name(pin) for pin in options.pins
-        ]
+        chosen: list[str | Trace] = (
+            [*signals.chosen(None)]
+            if options.pins is None
+            else [pin if isinstance(pin, Trace) else full_name(pin) for pin in options.pins]
+        )
         laid = {full_name(name): trace for name, trace in checked(options.over).items()}
         names = [pin for pin in chosen if isinstance(pin, str)]
         chosen += [name for name in laid if name not in names]

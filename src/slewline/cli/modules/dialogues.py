@@ -104,7 +104,7 @@ def terminal_command(**options: Any) -> int:
     help="Waveforms: this signal was measured inverted, as behind an optocoupler; all: each. May be repeated.",
 )
 @click.option("--threshold", metavar="VOLTS", help="Waveforms: the level of an oscilloscope's CSV, such as '1.4 V'.")
-@click.option("--timescale", type=TimeWithUnit(), help="Waveforms: the unit of the measured times, if the file states none.")
+@click.option("--timescale", type=TimeWithUnit(), help="Waveforms: the unit of the measured times, if none is stated.")
 @click.option("--torn", is_flag=True, help="Waveforms: MEASURED.vcd may have been cut off; read what is there.")
 @click.option("--port", metavar="PORT", help="Dialogue: play it to the module on this port now, and compare that.")
 @click.option("--move", is_flag=True, help="With --port: also if it has commands that may make the motor step.")

@@ -1,4 +1,4 @@
-"""What was found in a recording: a table of limits, steps, glitches, jitter and skew; with a picture of the worst place."""
+"""What was found in a recording: limits, steps, glitches, jitter and skew; with a picture of the worst place."""
 
 from __future__ import annotations
 
@@ -112,7 +112,11 @@ class CaptureReport:
         axis, shown = self._worst()
         reach = AROUND * max(shown.ps, 2 * self.resolution_ps)
         lanes = [
-            Lane(f"{axis.name}.{name}", f"{axis.name}: {name}", _cut(signal, shown.start_ps - reach, shown.end_ps + reach))
+            Lane(
+                f"{axis.name}.{name}",
+                f"{axis.name}: {name}",
+                _cut(signal, shown.start_ps - reach, shown.end_ps + reach),
+            )
             for name, signal in axis.signals.items()
         ]
         start, stop = shown.start_ps - reach, shown.end_ps + reach

@@ -169,7 +169,7 @@ def compare_edges(
         invert: the measured levels are exchanged first, as behind an optocoupler.
 
     Raises:
-        UsageError: a signal of several bits that is to be inverted, arrays of different lengths, or times that do not ascend.
+        UsageError: a bus that is to be inverted, arrays of different lengths, or times that do not ascend.
         TimeError: `shift` or `tolerance` is not a time.
     """
     import numpy as np

@@ -1,7 +1,7 @@
 """Signals of a recording against the model's, all of them together, and what would explain that they differ.
 
-A recording that is right may look wrong: behind an optocoupler it is inverted, two clips were exchanged, a filter delays
-one signal.  Each of these is tried, and named if it makes all signals agree: nothing is accepted for it.
+A recording that is right may look wrong: behind an optocoupler it is inverted, two clips were exchanged, a filter
+delays one signal.  Each of these is tried, and named if it makes all signals agree: nothing is accepted for it.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ def _swapped(pairs: Sequence[SignalPair], terms: Terms) -> dict[str, tuple[str, 
 
 
 def _delays(pairs: Sequence[SignalPair], found: Sequence[Comparison], terms: Terms) -> Mapping[str, tuple[str, ...]]:
-    """Signals that agree but for a constant delay against the first one; and those that only a tolerance is short of."""
+    """Signals that agree but for a constant delay against the first one, or would with a greater tolerance."""
     notes: dict[str, tuple[str, ...]] = {}
     for pair, one in zip(pairs, found, strict=True):
         if one.agrees:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..recording.recorder import Levels
 
 ROUNDING_PS = 1
+UNKNOWN = -2  # a level of a waveform file
 
 
 def intervals(times_ps: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -63,17 +64,15 @@ def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
     return first, np.diff(np.append(first, len(between)))
 
 
-def pulses(
-    times_ps: NDArray[np.int64], levels: Levels, level: int = 0
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def pulses(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return begin and end of each pulse at a level: (m,) int64 ps, of those that begin and end within the edges given.
 
-    One that begins or ends where the signal floats or is unknown has no known width, and is left out.
+    One that begins or ends where the signal is unknown has no known width, and is left out.
     """
     import numpy as np
 
-    before = np.append(0, levels)[:-1]
-    begins = np.flatnonzero((levels[:-1] == level) & (levels[1:] >= 0) & (before[:-1] >= 0))
+    known = levels != UNKNOWN
+    begins = np.flatnonzero((levels[:-1] == level) & known[1:] & np.append(True, known)[: max(len(levels) - 1, 0)])
     return times_ps[begins], times_ps[begins + 1]
 
 
@@ -149,8 +148,9 @@ class Jitter:
     greatest_ps: float
 
 
-STEADY = (0.003, 0.01, 0.03, 0.1, 0.3)  # so much intervals of one rate may differ; the first that finds a stretch
+STEADY = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)  # how much intervals of one rate may differ, tried one after the other
 STRETCH = 12  # intervals of it, at least
+LONGER = 1.5  # so many times as long it is no more where more is allowed
 
 
 def jitter(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Jitter | None:
@@ -168,15 +168,19 @@ def jitter(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Jitte
     between = intervals(times_ps)
     if len(between) < STRETCH:
         return None
-    typical = float(np.median(between[between <= np.median(between)]))  # of the faster half
+    ordered, (first, last) = np.sort(between), (0, 0)
     for part in STEADY:
-        even = np.concatenate([[False], abs(between - typical) <= max(part * typical, 2 * rounding_ps), [False]])
+        reach = np.maximum((part * ordered).astype(np.int64), 2 * rounding_ps)
+        alike = np.searchsorted(ordered, ordered + reach, "right") - np.searchsorted(ordered, ordered - reach)
+        most = int(np.argmax(alike))
+        even = np.concatenate([[False], abs(between - ordered[most]) <= reach[most], [False]])
         bounds = np.flatnonzero(even[1:] != even[:-1]).reshape(-1, 2)
-        if len(bounds) and (bounds[:, 1] - bounds[:, 0]).max() >= STRETCH:
-            break
-    else:
+        begin, end = bounds[np.argmax(bounds[:, 1] - bounds[:, 0])].tolist()
+        if last - first >= STRETCH and end - begin < LONGER * (last - first):
+            break  # else it was one of the pieces into which a greater jitter parts a stretch
+        first, last = begin, end
+    if last - first < STRETCH:
         return None
-    first, last = bounds[np.argmax(bounds[:, 1] - bounds[:, 0])].tolist()
     some = (times_ps[first : last + 1] - times_ps[first]).astype(np.float64)
     slope, offset = np.polyfit(np.arange(len(some)), some, 1)
     apart = some - (slope * np.arange(len(some)) + offset)

@@ -1,12 +1,14 @@
 """The head of a table of levels or voltages: names, units, the rate, and in which line the numbers begin.
 
-    Time [s],STEP,DIR                     Logic 2
-    ; Channels (2/2): STEP, DIR           sigrok-cli and PulseView, DSView: comments, with the rate;
-    nanoseconds,logic,logic               then units, or names, or nothing
-    Time,Channel A                        oscilloscopes: names, then units
-    (ms),(V)
-    X,CH1,Start,Increment                 or a number of each sample, and the time between two
-    Sequence,Volt,-6.0e-03,1.0e-06
+It differs from program to program:
+
+Time [s],STEP,DIR                     Logic 2
+; Channels (2/2): STEP, DIR           sigrok-cli and PulseView, DSView: comments, with the rate;
+nanoseconds,logic,logic               then units, or names, or nothing
+Time,Channel A                        oscilloscopes: names, then units
+(ms),(V)
+X,CH1,Start,Increment                 or a number of each sample, and the time between two
+Sequence,Volt,-6.0e-03,1.0e-06
 """
 
 from __future__ import annotations
@@ -65,7 +67,9 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
         WaveformError: no row of numbers.
         UsageError: nothing says how far apart the rows are, or in which unit times are.
     """
-    head, texts, channels, sigrok = CsvHead(), [], [], False
+    head, sigrok = CsvHead(), False
+    texts: list[list[str]] = []
+    channels: list[str] = []
     first: list[str] = []
     for head.lines, line in enumerate(lines[:PREAMBLE]):
         bare = line.strip()
@@ -100,7 +104,9 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
             "two rows: read_waveforms(..., timescale='1 us')"
         )
     else:
-        head.factor = head.unit = Fraction(timescale) if timescale is not None else PS_PER_S / (head.rate or 1)
+        head.factor = head.unit = (
+            Fraction(timescale) if timescale is not None else PS_PER_S / (head.rate or Fraction(1))
+        )
     signals = [n for n in known if n != head.time and not (counted and n == 0)]
     for place, n in enumerate(signals):
         name = channels[place] if len(channels) == len(signals) else names[n] if not _said(names[n]) else ""
@@ -119,7 +125,7 @@ def _said(cell: str) -> bool:
 
 def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
     """The names of the columns, and their units, if they have a line of their own."""
-    rows = [cells + [""] * (count - len(cells)) for cells in texts[-2:] if 1 < len(cells) or count == 1]
+    rows = [cells + [""] * (count - len(cells)) for cells in texts[-2:] if len(cells) > 1 or count == 1]
     if rows and all(_said(cell) or _NUMBER.fullmatch(cell) for cell in rows[-1]):
         return (rows[0] if len(rows) > 1 else rows[-1]), rows[-1]
     return (rows[-1] if rows else [""] * count), []
@@ -148,9 +154,7 @@ def _time_column(names: list[str], units: list[str]) -> int | None:
     return 0 if named or own in TIMES or (names and names[0].strip("()[] ").lower() in TIMES) else None
 
 
-def _scale(
-    path: str, head: CsvHead, heads: tuple[str, str], first: str, sigrok: bool, timescale: int | None
-) -> None:
+def _scale(path: str, head: CsvHead, heads: tuple[str, str], first: str, sigrok: bool, timescale: int | None) -> None:
     """How long a unit of the times is, and how finely they are written."""
     bracket = _UNIT.fullmatch(heads[0])
     said = [heads[1].strip("()[] "), bracket[1] if bracket else "", heads[0]]

@@ -59,7 +59,7 @@ def read_csv(
 
 
 def _plain(block: bytes) -> bytes:
-    """Lines that end in \\n, whatever they ended in, and no byte order mark."""
+    """Lines that end in a line feed, whatever they ended in, and no byte order mark."""
     block = block.removeprefix(BOM)
     return block.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in block else block
 
@@ -72,7 +72,7 @@ class Table:
         self.used = [*([head.time] if head.time is not None else []), *head.columns.values()]
 
     def __iter__(self) -> Iterator[tuple[int, NDArray[np.float64]]]:
-        """Yield the line number before a block, and its rows: the time, if there is one, and a column for each signal."""
+        """Yield the line number before a block, and its rows: the time, if there is one, then each signal."""
         self.file.seek(0)
         rest, number, skip = b"", self.head.lines, self.head.lines
         more = True
@@ -101,9 +101,7 @@ class Table:
         if mark != "," and b"," in block:
             block = block.replace(b",", b".")
         try:
-            return np.loadtxt(
-                io.BytesIO(block), np.float64, comments=None, delimiter=mark, usecols=self.used, ndmin=2
-            )
+            return np.loadtxt(io.BytesIO(block), np.float64, comments=None, delimiter=mark, usecols=self.used, ndmin=2)
         except ValueError:
             raise self._wrong(block, number) from None
 
@@ -148,20 +146,23 @@ class TableChanges:
         import numpy as np
 
         count = len(head.columns)
-        self.unit, self.begin, self.end = Fraction(1), 0, 0
+        self.unit, self.end = Fraction(1), 0
+        self.begin: int | None = 0
         self.head, self.analog = head, False
         self.lowest, self.highest = np.full(count, np.inf), np.full(count, -np.inf)
         self._parts: list[list[tuple[Any, Any]]] = [[] for _ in range(count)]
         self.rate: Fraction | None = None
-        self._last, rows, first, before = None, 0, 0.0, -np.inf
+        self._last: Any = None  # the levels of the last row
+        rows, first, before = 0, 0.0, -np.inf
         least, most = np.inf, 0.0  # between rows, in units of the file
         for number, block in table:
             times = block[:, 0] if head.time is not None else np.arange(rows, rows + len(block), dtype=np.float64)
             values = block[:, 1:] if head.time is not None else block
-            if not np.isfinite(block).all() or (np.diff(times, prepend=before) < 0).any():
-                wrong = ~np.isfinite(block).all(axis=1) | (np.diff(times, prepend=before) < 0)
+            wrong = ~np.isfinite(block).all(axis=1) | (np.diff(times, prepend=before) < 0)
+            if wrong.any():
                 row = int(np.argmax(wrong))
-                raise table.error(number + row + 1, str(block[row].tolist()).encode(), "time runs backwards, or no number")
+                shown = ", ".join(f"{value:g}" for value in block[row]).encode()
+                raise table.error(number + row + 1, shown, "a time before the one above, or no finite number")
             if not rows:
                 first = min(float(times[0]), 0.0)  # times before the trigger are negative: the record begins at 0
             at = self._picoseconds(table, times - first)
@@ -209,7 +210,7 @@ class TableChanges:
             here = np.flatnonzero(changed[:, number])
             if len(here):
                 parts.append((at[here], levels[here, number]))
-        self._last: Any = levels[-1].copy()
+        self._last = levels[-1].copy()
 
     def series(self) -> dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]]:
         """Return the changes by identifier: the variable, times (n,) int64 ps, and values (n,)."""
@@ -217,9 +218,7 @@ class TableChanges:
 
         out: dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]] = {}
         for name, parts in zip(self.head.columns, self._parts, strict=True):
-            times, levels = (
-                np.concatenate([np.empty(0, dtype), *column])
-                for dtype, column in zip((np.int64, np.int8), zip(*parts, strict=True) if parts else ((), ()), strict=True)
-            )
+            times = np.concatenate([np.empty(0, np.int64), *(at for at, _ in parts)])
+            levels = np.concatenate([np.empty(0, np.int8), *(values for _, values in parts)])
             out[name.encode()] = DeclaredVariable("bits", 1), times, levels
         return out

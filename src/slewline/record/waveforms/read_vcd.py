@@ -25,8 +25,8 @@ FORMATS = {  # how files begin that are often taken for a VCD file
     b"\x1f\x8b": "compressed (gzip); unpack it with gunzip",
     b"BZh": "compressed (bzip2); unpack it with bunzip2",
     b"\xfd7zXZ": "compressed (xz); unpack it with unxz",
-    b"PK": "a ZIP archive, such as a session of PulseView (.sr), for read_waveforms or: sigrok-cli -i FILE.sr -O vcd -o "
-    "FILE.vcd; from one of DSView (.dsl) or Logic 2 (.sal) export VCD or CSV there",
+    b"PK": "a ZIP archive, such as a session of PulseView (.sr), for read_waveforms or: "
+    "sigrok-cli -i FILE.sr -O vcd -o FILE.vcd; from one of DSView (.dsl) or Logic 2 (.sal) export VCD or CSV there",
     b"\x00\x00\x00\x00\x00\x00\x00\x01\x49": "an FST file of GTKWave; convert it with: fst2vcd FILE.fst > FILE.vcd",
     b"\x13\x80": "an LXT2 file of GTKWave; convert it with: lxt2vcd FILE.lxt2 > FILE.vcd",
     b"VZ": "a VZT file of GTKWave; convert it with: vzt2vcd FILE.vzt > FILE.vcd",
@@ -114,7 +114,9 @@ def _head(path: str, file: BinaryIO) -> bytes:
             raise WaveformError(f"{path}: not a VCD file: {what}")
     first = bytes(head[: head.find(b"\n")])
     if b"," in first and b"$" not in first:
-        raise WaveformError(f"{path}: not a VCD file: its first line is that of a table (CSV); read it with read_waveforms")
+        raise WaveformError(
+            f"{path}: not a VCD file: its first line is that of a table (CSV); read it with read_waveforms"
+        )
     seen = 0
     while _DEFINED.search(head, seen) is None and (more := file.read(BLOCK)):
         seen = max(len(head) - 100, 0)

@@ -6,7 +6,7 @@ import os
 import shutil
 import tempfile
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, cast
 
 from ... import lifeline
 from ...core.time.timebase import Time, picoseconds
@@ -107,7 +107,7 @@ def _session(path: str | Path, torn: bool) -> Waveforms:
         limit.daemon = True
         limit.start()
         try:
-            found, failed = _converted(path, process.stdout, torn), None
+            found, failed = read_opened(path, cast(BinaryIO, process.stdout), None, torn), None
         except WaveformError as error:
             found, failed = None, error
         finally:
@@ -119,9 +119,3 @@ def _session(path: str | Path, torn: bool) -> Waveforms:
     if found is None:
         raise WaveformError(f"{path}: {TOOL} cannot convert it: {says or failed}") from failed
     return found
-
-
-def _converted(path: str | Path, stream: BinaryIO | None, torn: bool) -> Waveforms:
-    if stream is None:
-        raise WaveformError(f"{path}: no output")
-    return read_opened(path, stream, None, torn)

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 # Of analysers and oscilloscopes: rates whose period is no whole number of the units in which files count.
-MANTISSAS = ("1", "1.2", "1.25", "1.5", "1.6", "2", "2.4", "2.5", "3", "3.2", "4", "4.8", "5", "6", "6.25", "6.4", "7.5",
-             "8", "9.6")  # fmt: skip
+MANTISSAS = ("1", "1.2", "1.25", "1.5", "1.6", "2", "2.4", "2.5", "3", "3.2", "4", "4.8", "5", "6", "6.25", "6.4",
+             "7.5", "8", "9.6")  # fmt: skip
 RATES_HZ = sorted(Fraction(digits) * 10**power for digits in MANTISSAS for power in range(3, 10))
 FEW = 64  # intervals on which every grid is tried; on all of them only those that fit these
 CHANCE = 1e-6  # how likely a grid may be by chance

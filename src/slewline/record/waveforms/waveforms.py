@@ -203,7 +203,7 @@ class Waveforms:
 
         Raises:
             UnknownName: there is no such signal.
-            UsageError: the signal is a real or a string, or has more than 63 bits, or of several bits is to be inverted.
+            UsageError: the signal is a real or a string, or has more than 63 bits, or is a bus that is to be inverted.
             TimeError: `shift` or `tolerance` is not a time.
         """
         import numpy as np
