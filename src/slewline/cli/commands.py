@@ -289,7 +289,7 @@ def check_capture_command(**options: Any) -> int:
     CAPTURE is a VCD file, a CSV file of a logic analyser or an oscilloscope, or a session of PulseView (.sr).  Exit
     status 1 if a limit is violated by more than the sampling explains, or there is a glitch.
     """
-    from .capture import capture
+    from .recordings.capture import capture
 
     return capture(**options)
 

@@ -173,7 +173,7 @@ def compare(model: str, measured: str | None, **options: Any) -> int:
         if not is_dialogue(model):
             raise click.UsageError(f"{model}: is no dialogue; name {ALLOWED}")
         return CompareDialogue(model, **rest).perform()
-    from ..compare import compare as compare_waveforms
+    from ..recordings.compare import compare as compare_waveforms
 
     return compare_waveforms(model, measured, **rest)
 

@@ -95,7 +95,7 @@ def check_capture(
     if edge not in EDGES:
         raise UsageError(f"edge={edge!r}: allowed {', '.join(EDGES)}")
     if (part is None) != (pins is None):
-        raise UsageError("part and pins: give both, such as part='cy525', pins={'pulse': 'D0'}")
+        raise UsageError("part and pins: give both, such as part='PART', pins={'PIN': 'D0'}")
     found = tuple(_axis(waves, name, signals, edge, forward, idle, glitch) for name, signals in axes.items())
     rows: list[Checked] = []
     notes: list[str] = []

@@ -29,7 +29,7 @@ TIMES = {  # by what heads call them, ps
     **dict.fromkeys(("ns", "nanosecond", "nanoseconds"), Fraction(1000)),
     **dict.fromkeys(("ps", "picosecond", "picoseconds"), Fraction(1)),
 }
-NOTHING = frozenset(("v", "mv", "volt", "volts", "logic", "samples", "sequence", "a", "ma", ""))  # other units
+NOTHING = frozenset(("v", "mv", "volt", "volts", "logic", "samples", "sequence", ""))  # other units
 DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]")
 
 _TIME = re.compile(r"time\b|time[\[(]|second|x-axis|t\s*[\[(]|zeit", re.IGNORECASE)
@@ -97,7 +97,7 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
     head.time = _time_column(names, units)
     counted = bool(known) and _INDEX.match((units or names)[0] or names[0] or "-") is not None
     if head.time is not None:
-        _scale(path, head, (names[0], units[0] if units else ""), first[0], sigrok, timescale)
+        _scale(path, head, (names[0], units[0] if units else ""), lines[head.lines :], sigrok, timescale)
     elif timescale is None and head.rate is None:
         raise UsageError(
             f"{path}: has no column of times, and states no sample rate; export times too, or give the time between "
@@ -154,7 +154,9 @@ def _time_column(names: list[str], units: list[str]) -> int | None:
     return 0 if named or own in TIMES or (names and names[0].strip("()[] ").lower() in TIMES) else None
 
 
-def _scale(path: str, head: CsvHead, heads: tuple[str, str], first: str, sigrok: bool, timescale: int | None) -> None:
+def _scale(
+    path: str, head: CsvHead, heads: tuple[str, str], rows: list[str], sigrok: bool, timescale: int | None
+) -> None:
     """How long a unit of the times is, and how finely they are written."""
     bracket = _UNIT.fullmatch(heads[0])
     said = [heads[1].strip("()[] "), bracket[1] if bracket else "", heads[0]]
@@ -163,7 +165,7 @@ def _scale(path: str, head: CsvHead, heads: tuple[str, str], first: str, sigrok:
         unit = Fraction(timescale)
     if unit is None and sigrok and head.rate:  # without a unit; the first row is at the first period
         unit = next((size for size in (TIMES["ms"], TIMES["us"], TIMES["ns"], TIMES["ps"])
-                     if str(int(PS_PER_S / size / head.rate)) == first), None)  # fmt: skip
+                     if str(int(PS_PER_S / size / head.rate)) == rows[0].split(head.delimiter)[0]), None)  # fmt: skip
     if unit is None:
         unit = TIMES["s"]
     head.factor = unit
@@ -171,7 +173,7 @@ def _scale(path: str, head: CsvHead, heads: tuple[str, str], first: str, sigrok:
     if sigrok and head.rate and steps:  # libsigrok counts in whole units, of which a period has a fraction more
         head.factor = head.unit = PS_PER_S / head.rate / steps
         return
-    match = _NUMBER.fullmatch(first)
-    decimals = len(match[1] or "") if match else 0
-    written = unit / 10**decimals if match and not match[2] else Fraction(1)
-    head.unit = max(written, Fraction(1))
+    written = [_NUMBER.match(row.strip().strip('"').split(head.delimiter)[0]) for row in rows]
+    decimals = max((len(each[1] or "") for each in written if each), default=0)
+    exponents = any(each[2] for each in written if each)
+    head.unit = Fraction(1) if exponents else max(unit / 10**decimals, Fraction(1))

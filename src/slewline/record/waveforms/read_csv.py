@@ -49,7 +49,7 @@ def read_csv(
     """
     beginning = _plain(file.read(BLOCK)).decode("latin-1").splitlines()
     head = read_head(str(path), beginning[: PREAMBLE + 1], timescale)
-    table = Table(str(path), file, head, torn)
+    table = TableRows(str(path), file, head, torn)
     changes = TableChanges(head, table, None)
     if changes.analog:
         changes = TableChanges(head, table, Thresholds(changes.lowest, changes.highest, threshold_v))
@@ -64,7 +64,7 @@ def _plain(block: bytes) -> bytes:
     return block.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in block else block
 
 
-class Table:
+class TableRows:
     """The rows of a table, block by block; each time from the first one on."""
 
     def __init__(self, path: str, file: BinaryIO, head: CsvHead, torn: bool) -> None:
@@ -142,7 +142,7 @@ class TableChanges:
     equally far apart, Hz.
     """
 
-    def __init__(self, head: CsvHead, table: Table, thresholds: Thresholds | None) -> None:
+    def __init__(self, head: CsvHead, table: TableRows, thresholds: Thresholds | None) -> None:
         import numpy as np
 
         count = len(head.columns)
@@ -179,14 +179,13 @@ class TableChanges:
         if rows > ROWS and (most - least) * float(head.factor) <= 2.5 * float(head.unit) and self.end > self.begin:
             self.rate = Fraction(PS_PER_S * (rows - 1), self.end - self.begin).limit_denominator(10**4)
 
-    def _picoseconds(self, table: Table, times: NDArray[np.float64]) -> NDArray[np.int64]:
+    def _picoseconds(self, table: TableRows, times: NDArray[np.float64]) -> NDArray[np.int64]:
         import numpy as np
 
-        unit, factor = self.head.unit, self.head.factor
-        if float(times[-1]) * float(factor) >= 1 << 62:
+        factor = float(self.head.factor)
+        if float(times[-1]) * factor >= 1 << 62:
             raise WaveformError(f"{table.path}: a time beyond 2^62 ps (53 days), where an array of picoseconds ends")
-        counted = np.rint(times * float(factor / unit))  # whole units, which a float has exactly
-        return np.rint(counted * float(unit)).astype(np.int64)
+        return np.rint(times * factor).astype(np.int64)
 
     def _levels(self, values: NDArray[np.float64], thresholds: Thresholds | None) -> NDArray[np.int8]:
         import numpy as np

@@ -6,13 +6,13 @@ from collections.abc import Iterable
 
 import click
 
-from ..drive.captures.checking import check_capture
-from ..drive.captures.report import CaptureReport
-from ..errors import UsageError
-from ..record.waveforms.read_waveforms import read_waveforms
-from . import FOUND
-from .files import Outputs
-from .programs import print_json
+from ...drive.captures.checking import check_capture
+from ...drive.captures.report import CaptureReport
+from ...errors import UsageError
+from ...record.waveforms.read_waveforms import read_waveforms
+from .. import FOUND
+from ..files import Outputs
+from ..programs import print_json
 
 
 def capture(
@@ -33,7 +33,7 @@ def capture(
     as_json: bool,
 ) -> int:
     """Print what is wrong with a recording; 0 if nothing is."""
-    from ..record.pictures.pictures import SUFFIXES
+    from ...record.pictures.pictures import SUFFIXES
 
     outputs = Outputs([file])
     outputs.claim(plot, SUFFIXES)
