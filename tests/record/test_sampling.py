@@ -10,7 +10,7 @@ import pytest
 import slewline
 from slewline.errors import UsageError, WaveformError
 from slewline.record.waveforms.sampling import rate_in, sampling_of
-from tests.captures import MS, US, Sampled, saleae_csv, sigrok_vcd, wave
+from tests.captures import MS, US, Sampled, Wave, model, saleae_csv, sigrok_vcd, wave
 
 MHZ = 1_000_000
 
@@ -56,19 +56,19 @@ def test_a_conversion_states_its_unit_and_the_grid_counts(tmp_path):
 def test_chance_is_no_grid():
     some = np.random.default_rng(2).integers(1, 10**6, 200).cumsum() * 1000
     assert grid(some, 1000).found == "unit"
-    steady = np.arange(500) * 160 * 250_000  # a wave of constant rate: on the grid of its own period
-    assert grid(np.sort(np.concatenate([steady, steady + MS // 1000])), 250_000).found == "unit"
+    steady = np.arange(500) * 100 * US  # a wave of constant rate: on the grid of its own period
+    assert grid(np.sort(np.concatenate([steady, steady + 5 * US])), 100).found == "unit"
     assert grid([], 1000).found == grid([5], 1000).found == "unit"
 
 
 def test_our_own_files_are_exact(tmp_path):
     """Edges of a chip are on the grid of its clock: that is no sampling."""
-    bench = slewline.Bench()
-    bench.host(bench.add("cy545", name="x", crystal="12 MHz"))
-    bench.record()
-    bench.run("1 ms")
-    bench.save_vcd(tmp_path / "a.vcd", timescale="1 us")
-    assert slewline.read_vcd(tmp_path / "a.vcd").sampling_ps == US
+    of = wave()
+    on_grid = Wave({name: [at // US * US for at in edges] for name, edges in of.edges.items()}, of.first, of.end)
+    path = model(on_grid, tmp_path / "a.vcd")
+    assert slewline.read_vcd(path).sampling_ps == 1000
+    path.write_text(path.read_text().replace("$version slewline $end", "$version another $end"))
+    assert slewline.read_vcd(path).sampling_ps == US
 
 
 # ------------------------------------------------------------------------------------------------------------- tables
@@ -125,6 +125,10 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
         "Time,A\n": "no row of numbers in its first 1 lines; expected columns of numbers",
         "A,B\n0,1\n1,1\n": "has no column of times, and states no sample rate; export times too",
         good + "0," + "1" * (1 << 21): "a line of more than",
+        "Time [s]" + ",A" * 2000 + "\n" + "0" + ",1" * 2000: "2001 columns; allowed 1024",
+        "X,A,Start,Increment\n0,V,0,1e-999999999\n0,1,,\n1,0,,\n": "has no column of times",
+        "sample rate" + " " * 500_000 + "\nA,B\n0,1\n": "has no column of times",
+        "A[" + " " * 500_000 + "\n0,1\n": "has no column of times",
     }.items():
         with subtests.test(says), pytest.raises((WaveformError, UsageError), match=says):
             table(tmp_path, text)

@@ -18,7 +18,7 @@ from .intervals import rounded
 if TYPE_CHECKING:
     from .compare import Edges
 
-MOST = 12  # signals of which pairs are exchanged: 66 pairs
+MOST = 12  # signals that differ of which pairs are exchanged: 66 pairs
 
 
 class SignalPair(NamedTuple):
@@ -51,7 +51,7 @@ def compare_signals(pairs: Sequence[SignalPair], terms: Terms) -> list[Compariso
     if not wrong:
         still = {pair.name: _constant(pair, terms) for pair in pairs if not len(pair.model[0]) + len(pair.measured[0])}
         return [replace(one, notes=still.get(one.name, ())) for one in found]
-    notes = _polarity(pairs, terms) or _swapped(pairs, terms) or _delays(pairs, found, terms)
+    notes = _polarity(pairs, terms) or _swapped(pairs, wrong[:MOST], terms) or _delays(pairs, found, terms)
     return [replace(one, notes=notes.get(one.name, ())) for one in found]
 
 
@@ -108,9 +108,9 @@ def _polarity(pairs: Sequence[SignalPair], terms: Terms) -> dict[str, tuple[str,
     return {name: (f"agrees when inverted: {remedy}",) for name in changed}
 
 
-def _swapped(pairs: Sequence[SignalPair], terms: Terms) -> dict[str, tuple[str, ...]]:
+def _swapped(pairs: Sequence[SignalPair], wrong: Sequence[int], terms: Terms) -> dict[str, tuple[str, ...]]:
     """Two measured signals exchanged; and inverted, too, if that alone does not do."""
-    for a, b in combinations(range(min(len(pairs), MOST)), 2):
+    for a, b in combinations(wrong, 2):
         tried = list(pairs)
         for here, there in ((a, b), (b, a)):
             tried[here] = pairs[here]._replace(other=pairs[there].other, measured=pairs[there].measured)

@@ -22,6 +22,9 @@ from ...errors import UsageError, WaveformError
 from .sampling import rate_in
 
 PREAMBLE = 200  # lines before the first number
+MOST_COLUMNS = 1024
+LONG = 100  # characters of a cell of the head that count
+DIGITS = 12  # after the decimal point: picoseconds of a second
 TIMES = {  # by what heads call them, ps
     **dict.fromkeys(("s", "sec", "second", "seconds"), Fraction(PS_PER_S)),
     **dict.fromkeys(("ms", "millisecond", "milliseconds"), Fraction(10**9)),
@@ -80,7 +83,7 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
             channels = [each.strip() for each in named[1].split(",")] if named else channels
             continue
         head.delimiter = next((mark for mark in ("\t", ";", ",") if mark in bare), head.delimiter)
-        cells = [cell.strip().strip('"') for cell in bare.split(head.delimiter)]
+        cells = [cell[:LONG].strip().strip('"') for cell in bare.split(head.delimiter)]
         filled = [cell for cell in cells if cell]
         if filled and all(_NUMBER.fullmatch(cell) for cell in filled):
             first = cells
@@ -91,6 +94,8 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
         shown = next((line for line in lines if DATE.search(line)), "")
         remedy = "export times as seconds, not as dates" if shown else "expected columns of numbers under their names"
         raise WaveformError(f"{path}: no row of numbers in its first {min(len(lines), PREAMBLE)} lines; {remedy}")
+    if len(first) > MOST_COLUMNS:
+        raise WaveformError(f"{path}: {len(first)} columns; allowed {MOST_COLUMNS}")
     names, units = _names(texts, len(first))
     _increment(head, names, texts)
     known = [n for n, cell in enumerate(first) if cell]
@@ -134,17 +139,22 @@ def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
 def _increment(head: CsvHead, names: list[str], texts: list[list[str]]) -> None:
     """The time between two samples, in a column of its own that only the line of units has."""
     for n, name in enumerate(names):
-        if name.lower() == "increment" and n < len(texts[-1]) and _NUMBER.fullmatch(texts[-1][n]):
-            seconds = Fraction(texts[-1][n])
-            head.rate = head.rate or (1 / seconds if seconds > 0 else None)
+        if name.lower() == "increment" and n < len(texts[-1]):
+            head.rate = head.rate or _inverse(texts[-1][n])
+
+
+def _inverse(text: str) -> Fraction | None:
+    """The rate (Hz) of a time between two samples, in seconds; None: it is no such time."""
+    text = text.replace(",", ".")
+    likely = _NUMBER.fullmatch(text) is not None and 1 / PS_PER_S <= float(text) <= 1000
+    return 1 / Fraction(text) if likely else None
 
 
 def _rate_of(cells: list[str]) -> Fraction | None:
     """The rate (Hz) in a line of the preamble: "Sample Interval,4.0e-09", "Sample Rate,1 MHz"."""
     key, value = cells[0].lower().rstrip(": "), next(filter(None, cells[1:]), "")
-    if key in ("sample interval", "sampling period") and _NUMBER.fullmatch(value):
-        seconds = Fraction(value.replace(",", "."))
-        return 1 / seconds if 0 < seconds < 1 else None
+    if key in ("sample interval", "sampling period"):
+        return _inverse(value)
     return rate_in(f"{key} {value}")
 
 
@@ -176,4 +186,4 @@ def _scale(
     written = [_NUMBER.match(row.strip().strip('"').split(head.delimiter)[0]) for row in rows]
     decimals = max((len(each[1] or "") for each in written if each), default=0)
     exponents = any(each[2] for each in written if each)
-    head.unit = Fraction(1) if exponents else max(unit / 10**decimals, Fraction(1))
+    head.unit = Fraction(1) if exponents else max(unit / 10 ** min(decimals, DIGITS), Fraction(1))

@@ -47,7 +47,7 @@ def read_csv(
         WaveformError: the content cannot be read; the message has the line.
         UsageError: nothing says how far apart the rows are.
     """
-    beginning = _plain(file.read(BLOCK)).decode("latin-1").splitlines()
+    beginning = _plain(file.read(BLOCK)).decode("utf-8", "replace").split("\n")
     head = read_head(str(path), beginning[: PREAMBLE + 1], timescale)
     table = TableRows(str(path), file, head, torn)
     changes = TableChanges(head, table, None)
@@ -79,8 +79,6 @@ class TableRows:
         while more:
             block = self.file.read(BLOCK)
             more, block = bool(block), _plain(rest + block)
-            if more and block.endswith(b"\r"):
-                block = block[:-1] + b"\n"
             end = block.rfind(b"\n") + 1 if more or self.torn else len(block)
             block, rest = block[:end], block[end:]
             if len(rest) > MAX_LINE:

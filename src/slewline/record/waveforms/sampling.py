@@ -28,6 +28,7 @@ FEW = 64  # intervals on which every grid is tried; on all of them only those th
 CHANCE = 1e-6  # how likely a grid may be by chance
 LENGTHS = 6  # different intervals that a grid has at least: a steady wave is on the grid of its own period
 FINE = 4  # so many units a period has at least, where it is no whole number of them
+LONG = 200  # characters of a comment in which a rate is looked for
 SIZES = {"": 1, "k": 10**3, "m": 10**6, "g": 10**9}
 
 _RATE = re.compile(r"(?:\bat|sample\s*rate\s*:?)\s*(\d{1,12}(?:\.\d{1,9})?)\s*([kmg]?)(?:hz|sa/s)?\s*$", re.IGNORECASE)
@@ -66,7 +67,7 @@ def frequency(hz: Fraction) -> str:
 
 def rate_in(text: str) -> Fraction | None:
     """Return the rate (Hz) that a comment of a file states: "Acquisition with 2/2 channels at 12 MHz"; None: none."""
-    match = _RATE.search(text)
+    match = _RATE.search(" ".join(text[-LONG:].split()))
     hz = Fraction(match[1]) * SIZES[match[2].lower()] if match else Fraction(0)
     return hz if 0 < hz <= PS_PER_S else None
 
