@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+import slewline
 from slewline.cli import FOUND
+from slewline.record.measuring.intervals import SignalEdges
+from slewline.record.measuring.measure import pulse_widths
+from slewline.record.measuring.overlay import differing
 from tests import captures
 from tests.captures import FORWARD, US, Sampled, sigrok_vcd, wave
 
@@ -141,10 +145,30 @@ def test_the_verdict_on_a_capture_is_right(call, subtests, tmp_path, monkeypatch
             assert all(each in printed for each in says), printed
 
 
+def test_every_reader_agrees_on_first_levels_that_are_missing(call, tmp_path, monkeypatch):
+    """Such a file reads as one that has them: edges, steps, traces, measurements, comparisons, overlays, checks."""
+    monkeypatch.chdir(tmp_path)
+    for name, first in (("with.vcd", True), ("without.vcd", False)):
+        (tmp_path / name).write_bytes(sigrok_vcd(Sampled(PLAIN, 4 * MHZ), first=first))
+    given, bare = (slewline.read_waveforms(tmp_path / name) for name in ("with.vcd", "without.vcd"))
+    whole = given.steps("STEP", "DIR", edge="rising")
+    assert bare.steps("STEP", "DIR", edge="rising").positions.tolist() == whole.positions.tolist()
+    for name in ("STEP", "DIR"):
+        assert bare.level_at(name, bare.start_ps) == given.level_at(name, given.start_ps)
+        edges, others = given.edges(name), bare.edges(name)
+        assert [column.tolist() for column in edges] == [column.tolist() for column in others]
+        assert pulse_widths(*edges, 1).tolist() == pulse_widths(*others, 1).tolist()
+        model, over = given.trace(name), bare.trace(name)
+        assert not len(differing(model, over, 0, given.stop_ps)) and over.level == model.level
+        rises = [SignalEdges.of_trace(trace, 0, given.stop_ps).edges("rises").tolist() for trace in (model, over)]
+        assert rises[0] == rises[1] == edges[0][edges[1] == 1].tolist()
+    assert call("compare", "with.vcd", "without.vcd").status == 0
+    found = [slewline.check_capture(waves, {"x": ("STEP", "DIR")}, driver="DM542") for waves in (given, bare)]
+    assert str(found[0]) == str(found[1]) and found[1].good
+
+
 @pytest.mark.parametrize("form", ["vcd", "saleae", "dsview", "rigol"])
 def test_steps_are_counted_in_every_form(form, tmp_path):
-    import slewline
-
     seen = Sampled(PLAIN, MHZ)
     content = {
         "vcd": lambda: sigrok_vcd(seen, first=False),

@@ -281,7 +281,7 @@ def tune_command(**options: Any) -> int:
 @click.option("--timescale", type=TimeWithUnit(), help="The unit of its times, if the file states none.")
 @click.option("--threshold", metavar="VOLTS", help="The level of an oscilloscope's CSV, such as '1.4 V'.")
 @click.option("--torn", is_flag=True, help="The file may have been cut off; read what is there.")
-@path("--plot", metavar="F.svg", help="Draw the first violation, or the time nearest to its limit (SVG, PNG or PDF).")
+@path("--plot", metavar="F.svg", help="Draw the worst violation, or the time nearest to its limit (SVG, PNG, PDF).")
 @JSON
 def check_capture_command(**options: Any) -> int:
     """Check a recording of STEP and DIR: pulse widths, set-up and hold of DIR, glitches, jitter, skew between axes.

@@ -156,14 +156,15 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
     Raises:
         BenchFileError: the file cannot be read, is empty, is not whole hex, or is a program text.
     """
-    given, raw = form, (sys.stdin.buffer.read() if file == STDIN else read_file(file)).removeprefix(BOM)
+    raw, given = sys.stdin.buffer.read() if file == STDIN else read_file(file), form
+    text = raw.removeprefix(BOM)  # with which a binary file may begin by chance
     if form is None and file.lower().endswith(HEX):
         form = "hex"
-    if form != "bin" and is_hex(raw):
-        raw, form = from_file(raw, file), "bin"
+    if form != "bin" and is_hex(text):
+        raw, form = from_file(text, file), "bin"
     if not raw:
         raise BenchFileError(f"{file}: is empty, so it has no bytes")
-    digits = b"".join(re.sub(rb";[^\n]*", b"", raw).split())
+    digits = b"".join(re.sub(rb";[^\n]*", b"", text).split())
     if form == "bin" or (form is None and re.fullmatch(rb"[0-9A-Fa-f]+", digits) is None):
         if form is None and looks_like_source(raw, sheet):
             raise BenchFileError(f"{file}: {SOURCE}")

@@ -93,7 +93,7 @@ class CaptureReport:
         return "\n".join([*lines, *self.notes])
 
     def plot(self, path: str | Path, width: str | float = "page", dark: bool = False) -> None:
-        """Draw the worst place of an axis: the first violation, else the interval that is nearest to its limit.
+        """Draw the worst place of an axis: the time that violates its limit most, else the one nearest to its limit.
 
         Args:
             path: the file, SVG, PNG or PDF by its suffix.
@@ -109,23 +109,22 @@ class CaptureReport:
         from ...record.whole_file import check_suffix
 
         check_suffix(path, SUFFIXES)
-        axis, shown = self._worst()
+        axis, shown, named = self._worst()
         reach = AROUND * max(shown.ps, 2 * self.resolution_ps)
+        start, stop = shown.start_ps - reach, shown.end_ps + reach
         lanes = [
-            Lane(
-                f"{axis.name}.{name}",
-                f"{axis.name}: {name}",
-                _cut(signal, shown.start_ps - reach, shown.end_ps + reach),
-            )
+            Lane(f"{axis.name}.{name}", f"{axis.name}: {name}", _cut(signal, start, stop))
             for name, signal in axis.signals.items()
         ]
-        start, stop = shown.start_ps - reach, shown.end_ps + reach
-        named = shown.bounds[0].limit.says
         diagram = Diagram(f"{axis.name}: {named}", start, stop, lanes, [shown], (), 0)
         save(draw(diagram, width, dark), path, diagram.title, diagram.description, dark)
 
-    def _worst(self) -> tuple[AxisCapture, Interval]:
-        rows = [row for row in self.limits if row.count and row.chip in {axis.name for axis in self.axes}]
+    def _worst(self) -> tuple[AxisCapture, Interval, str]:
+        """The axis, the interval that is shown, and what it is about."""
+        of_axis = {axis.name: axis.signals for axis in self.axes}
+        rows = [
+            row for row in self.limits if row.count and row.bound.limit.start.split()[0] in of_axis.get(row.chip, ())
+        ]
         if not rows:
             raise UsageError("plot: no limit was measured; give a driver, and a recording with steps")
         row = min(rows, key=lambda row: (row.kept is not False, _room(row)))
@@ -136,7 +135,8 @@ class CaptureReport:
         n = int(lasts.argmin() if limit.least is not None else lasts.argmax())
         start, end = int(begins[n]), int(ends[n])
         first, second = (f"{axis.name}.{edge}" for edge in (limit.start, limit.end))
-        return axis, Interval(first, second, start, end, (row.bound,))
+        bounds = () if row.doubtful else (row.bound,)  # of which the picture would say that it is violated
+        return axis, Interval(first, second, start, end, bounds), limit.says
 
 
 def _room(row: Checked) -> float:

@@ -102,7 +102,7 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
     head.time = _time_column(names, units)
     counted = bool(known) and _INDEX.match((units or names)[0] or names[0] or "-") is not None
     if head.time is not None:
-        _scale(path, head, (names[0], units[0] if units else ""), lines[head.lines :], sigrok, timescale)
+        _scale(head, (names[0], units[0] if units else ""), lines[head.lines :], sigrok, timescale)
     elif timescale is None and head.rate is None:
         raise UsageError(
             f"{path}: has no column of times, and states no sample rate; export times too, or give the time between "
@@ -164,9 +164,7 @@ def _time_column(names: list[str], units: list[str]) -> int | None:
     return 0 if named or own in TIMES or (names and names[0].strip("()[] ").lower() in TIMES) else None
 
 
-def _scale(
-    path: str, head: CsvHead, heads: tuple[str, str], rows: list[str], sigrok: bool, timescale: int | None
-) -> None:
+def _scale(head: CsvHead, heads: tuple[str, str], rows: list[str], sigrok: bool, timescale: int | None) -> None:
     """How long a unit of the times is, and how finely they are written."""
     bracket = _UNIT.fullmatch(heads[0])
     said = [heads[1].strip("()[] "), bracket[1] if bracket else "", heads[0]]

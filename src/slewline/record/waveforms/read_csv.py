@@ -47,7 +47,7 @@ def read_csv(
         WaveformError: the content cannot be read; the message has the line.
         UsageError: nothing says how far apart the rows are.
     """
-    beginning = _plain(file.read(BLOCK)).decode("utf-8", "replace").split("\n")
+    beginning = _plain(file.read(BLOCK)).decode("utf-8", "replace").rstrip("\n").split("\n")
     head = read_head(str(path), beginning[: PREAMBLE + 1], timescale)
     table = TableRows(str(path), file, head, torn)
     changes = TableChanges(head, table, None)
