@@ -195,3 +195,17 @@ def test_check_capture(call, tmp_path, monkeypatch):
     assert wrong["says"] == "DIR before STEP" and wrong["shortest_ps"] < 2_100_000
     for option, says in ((["--axis", "x"], "--axis x: expected"), (["--axis", "x=STEP,"], "expected STEP and DIR")):
         assert says in call("check-capture", "a.vcd", *option).err
+
+
+def test_what_compare_says_of_a_signal_that_does_not_move(call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    still = captures.Wave({**PLAIN.edges, "DIR": []}, PLAIN.first, PLAIN.end)
+    captures.model(still, tmp_path / "model.vcd")
+    (tmp_path / "a.vcd").write_bytes(sigrok_vcd(Sampled(still.inverted("DIR"), 12 * MHZ)))
+    called = call("compare", "model.vcd", "a.vcd", "--map", MAP)
+    assert called.status == 0 and "no edges; its level is 1, that of the model 0; it may be inverted" in called.out
+    assert "no edges" not in call("compare", "model.vcd", "a.vcd", "--map", MAP, "--invert", "DIR").out
+    says = call("compare", "model.vcd", "a.vcd", "--map", MAP, "--invert", "D7").err
+    assert "--invert D7: allowed wires that are compared: x.STEP, x.DIR, all" in says
+    data = call("compare", "model.vcd", "a.vcd", "--map", MAP, "--json").json
+    assert data[0]["within"] == "the sampling at 12 MHz" and len(data[1]["notes"]) == 1
