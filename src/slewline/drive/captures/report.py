@@ -135,7 +135,8 @@ class CaptureReport:
         n = int(lasts.argmin() if limit.least is not None else lasts.argmax())
         start, end = int(begins[n]), int(ends[n])
         first, second = (f"{axis.name}.{edge}" for edge in (limit.start, limit.end))
-        bounds = () if row.doubtful else (row.bound,)  # of which the picture would say that it is violated
+        shown = row.kept is False or row.bound.kept(end - start, end - start)  # else sampling alone explains it
+        bounds = (row.bound,) if shown else ()
         return axis, Interval(first, second, start, end, bounds), limit.says
 
 
