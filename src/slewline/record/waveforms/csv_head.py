@@ -80,7 +80,7 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
             head.rate = head.rate or rate_in(bare)
             sigrok = sigrok or "libsigrok" in bare
             named = _CHANNELS.search(bare)
-            channels = [each.strip() for each in named[1].split(",")] if named else channels
+            channels = [each[:LONG].strip() for each in named[1].split(",")] if named else channels
             continue
         head.delimiter = next((mark for mark in ("\t", ";", ",") if mark in bare), head.delimiter)
         cells = [cell[:LONG].strip().strip('"') for cell in bare.split(head.delimiter)]
