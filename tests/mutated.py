@@ -301,9 +301,18 @@ def make_images(folder: Path) -> list[Path]:
 
 
 def make_waveforms(folder: Path) -> list[Path]:
-    """Write a waveform."""
+    """Write a waveform, and tables of levels and of voltages."""
     (folder / "x.vcd").write_text(VCD)
-    return [folder / "x.vcd"]
+    for name, text in TABLES.items():
+        (folder / f"{name}.csv").write_text(text)
+    return [folder / "x.vcd", *(folder / f"{name}.csv" for name in TABLES)]
+
+
+TABLES = {
+    "logic": "Time [s],STEP,DIR\n-0.000001000,0,0\n0.000002000,1,0\n0.000004500,0,1\n",
+    "sigrok": "; Channels (2/2): STEP, DIR\n; Samplerate: 12 MHz\nnanoseconds,logic,logic\n83,0,1\n166,1,1\n",
+    "scope": "X,CH1,CH2,Start,Increment\nSequence,Volt,Volt,-6.0e-03,1.0e-06\n0,0.1,3.2,,\n1,3.3,3.3,,\n2,0.0,3.1,,\n",
+}
 
 
 # -------------------------------------------------------------------------------------------------------------- readers
@@ -354,7 +363,7 @@ def read_memory(path: Path) -> None:
 
 def read_waveform(path: Path) -> None:
     """Read a waveform."""
-    slewline.read_vcd(path)
+    slewline.read_vcd(path) if path.suffix == ".vcd" else slewline.read_waveforms(path)
 
 
 READERS: dict[str, tuple[Callable[[Path], list[Path]], Callable[[Path], None]]] = {

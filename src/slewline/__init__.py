@@ -23,11 +23,13 @@ if TYPE_CHECKING:
     from .core.chip import Chip
     from .core.component import Finding
     from .core.motion.axis import Steps
+    from .drive.captures.checking import check_capture
     from .drive.drive import Drive
     from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WaveformError, WiringError
     from .parts.motors.laws import motor_law
     from .record.measuring.compare import compare_edges
     from .record.waveforms.read_vcd import read_vcd
+    from .record.waveforms.read_waveforms import read_waveforms
     from .tuning.tune import tune
 
 _FROM = {  # loaded when first asked for, so that `import slewline` costs nothing
@@ -37,6 +39,7 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
     "core.motion.axis": ("Steps",),
     "core.chip": ("Chip",),
     "core.component": ("Finding",),
+    "drive.captures.checking": ("check_capture",),
     "drive.drive": ("Drive",),
     "errors": (
         "ChecksumError",
@@ -50,6 +53,7 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
     "parts.motors.laws": ("motor_law",),
     "record.measuring.compare": ("compare_edges",),
     "record.waveforms.read_vcd": ("read_vcd",),
+    "record.waveforms.read_waveforms": ("read_waveforms",),
     "tuning.tune": ("tune",),
 }
 __all__ = [
@@ -65,6 +69,7 @@ __all__ = [
     "UsageError",
     "WaveformError",
     "WiringError",
+    "check_capture",
     "compare_edges",
     "find_ramps",
     "load",
@@ -72,6 +77,7 @@ __all__ = [
     "ramp",
     "read_image",
     "read_vcd",
+    "read_waveforms",
     "replay",
     "tune",
     "write_image",

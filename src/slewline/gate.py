@@ -20,6 +20,7 @@ import re
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import repeat
 from math import isfinite
 from os import PathLike
 from pathlib import Path, PurePath
@@ -32,6 +33,7 @@ T = TypeVar("T")
 MAX_BYTES = 10_000_000  # of a file that is read whole
 MAX_LINE = 1 << 20  # bytes of a line of a log
 MAX_VALUES = 1 << 20  # of JSON in one line; the longest list of ours is a memory, 64K
+BOM = b"\xef\xbb\xbf"  # which editors and tools put before text in UTF-8
 LATEST_PS = 1 << 63  # instants are less: what is plotted and recorded has 64 bits
 
 KINDS = {  # what may be in the place of a file
@@ -211,19 +213,24 @@ def opened(path: str | PathLike[str]) -> BinaryIO:
 def lines_of(path: str | PathLike[str], file: BinaryIO) -> Iterator[bytes]:
     """Yield the lines of an open file, each with its line feed; the last one has none if it was cut off.
 
+    Blank lines at the end are left out.
+
     Args:
         path: the file, for messages.
 
     Raises:
         BenchFileError: a line is too long, or cannot be read.
     """
-    number = 0
+    number = blank = 0
     with refusals(path):
         while line := file.readline(MAX_LINE):
             number += 1
             if len(line) == MAX_LINE and not line.endswith(b"\n"):
                 raise BenchFileError(f"{path}, line {number}: more than {MAX_LINE} bytes; is it the right file?")
-            yield line
+            if line.strip():
+                yield from repeat(b"\n", blank)
+                yield line
+            blank = 0 if line.strip() else blank + 1
 
 
 @contextmanager

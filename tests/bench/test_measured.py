@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.errors import NotRecorded, UsageError
+from slewline.errors import NotRecorded, UnknownName, UsageError
 
 COMMANDS = "A 0\rF 10\rR 80\rS 240\rZ 1\rN 600\rG\r"
 US, MS = 10**6, 10**9
@@ -170,3 +170,69 @@ def test_over_a_pin_that_is_not_recorded(model, measured):
 def test_a_run_that_is_neither_a_bench_nor_steps(model):
     with pytest.raises(UsageError, match="runs: 'a': expected a bench, or steps"):
         model.figure(runs={"a": 3})
+
+
+# ------------------------------------------------------------------- every entry that takes pins, and what may be one
+def entries(model, path) -> dict:
+    """Calls that take pins: those that draw also take a measured trace, those that write do not."""
+    at = model.now_ps // 2
+    return {
+        "plot": lambda pins, **more: model.plot(path / "a.svg", pins=pins, **more),
+        "figure": lambda pins, **more: model.figure(pins=pins, **more),
+        "timing": lambda pins, **more: model.timing(path / "a.svg", pins=pins, stop="12 ms", **more),
+        "timing_figure": lambda pins, **more: model.timing_figure(pins=pins, stop="12 ms", **more),
+        "readings": lambda pins, **more: model.readings([at], pins=pins, **more),
+        "save_vcd": lambda pins: model.save_vcd(path / "a.vcd", pins=pins),
+        "save_csv": lambda pins: model.save_csv(path / "a.csv", pins=pins),
+        "save_npz": lambda pins: model.save_npz(path / "a.npz", pins=pins),
+        "stream_vcd": lambda pins: model.stream_vcd(path / "b.vcd", pins=pins),
+    }
+
+
+WRITES = ("save_vcd", "save_csv", "save_npz", "stream_vcd")
+
+
+def test_every_entry_takes_what_it_documents(model, measured, subtests, tmp_path):
+    pulse, bus = measured.trace("pulse", shift="-3 ms"), measured.trace("db", shift="-3 ms")
+    given = {
+        "name": ((["x.pulse"],), {}),
+        "trace": ((["x.pulse", pulse],), {}),
+        "trace first": (([pulse, "x.pulse"],), {}),
+        "trace alone": (([pulse],), {}),
+        "trace of a bus": ((["x.db", bus],), {}),
+        "over": ((["x.pulse"],), {"over": {"x.pulse": pulse}}),
+        "over and beside": ((["x.pulse", pulse],), {"over": {"x.pulse": pulse, "x.db": bus}}),
+    }
+    for entry, call in entries(model, tmp_path).items():
+        for what, (arguments, more) in given.items():
+            with subtests.test(entry=entry, what=what):
+                if entry not in WRITES:
+                    call(*arguments, **more)
+                elif more:
+                    with pytest.raises(TypeError, match="over"):
+                        call(*arguments, **more)
+                elif what == "name":
+                    call(*arguments)
+                else:
+                    with pytest.raises(UnknownName, match=r"<Trace .*>: expected the name of a recorded pin"):
+                        call(*arguments)
+
+
+def test_a_trace_in_a_timing_diagram_is_what_was_measured(model, measured):
+    shift = shift_of(model, measured)
+    pulse = measured.trace("pulse", shift=shift)
+    begin, end = (int(at) for at in model.edges("x.pulse")[0][[20, 30]])
+    axes = model.timing_figure(pins=["x.pulse", pulse], start=begin - 5, stop=end + 5).axes[0]
+    assert {"/PULSE", "pulse"} <= {text.get_text() for text in axes.texts}
+    at = int(model.edges("x.pulse")[0][20]) + 1
+    rows = {row.name: row.values for row in model.readings([at], pins=["x.pulse", pulse]).rows}
+    assert rows["pulse measured"] == (1,) and rows["x.pulse"] == (0,)
+
+
+def test_a_trace_floats_where_its_file_has_nothing(model, measured):
+    slew = measured.trace("slew", shift="-40 ms")
+    lane = slewline.record.measuring.intervals.SignalEdges.of_trace(slew, 0, model.now_ps)
+    end = measured.stop_ps - 40 * MS
+    assert (lane.times_ps[-1], lane.levels[-1]) == (end + 1, -1) and end < model.now_ps
+    late = slewline.record.measuring.intervals.SignalEdges.of_trace(measured.trace("slew", shift="1 ms"), 0, 5 * MS)
+    assert (late.level, late.times_ps[0], late.levels[0]) == (-1, MS, 1)

@@ -292,7 +292,7 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
     "run good.txt": (2, "good.txt: the chip is not given; give --chip cy525, or a file name ending in .cy525"),
     "run good.txt --chip|cy999": (2, "no chip 'cy999'; there are: cy525"),
     "run good.cy525 --chip|cy999": (2, "no chip 'cy999'; there are: cy525"),
-    "run odd.hex --chip|cy525": (2, "odd.hex, line 2, column 1: '4': bytes are pairs of hexadecimal digits"),
+    "run odd.hex --chip|cy525": (2, "odd.hex, line 2: '4': bytes are pairs of hexadecimal digits"),
     "run good.cy525 --crystal|99 MHz": (2, "crystal '99 MHz': CY525 takes 1 to 11 MHz"),
     "run good.cy525 --crystal|fast": (2, "'--crystal': frequency 'fast': expected a number and a unit"),
     "run good.cy525 --until|-3 s": (2, "'--until': time '-3 s': virtual time does not run backwards; give 0 or more"),

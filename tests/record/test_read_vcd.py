@@ -217,9 +217,9 @@ def test_what_stands_before_the_first_time(parse):
     assert edges(found, "slew") == [(100_000, 1)]
 
 
-def test_a_signal_is_unknown_until_it_is_told(parse):
+def test_a_wire_without_a_first_value_had_the_other_level(parse):
     found = parse(HEAD + VARIABLES + "#100\n#200\n1!\n")
-    assert found.level_at("slew", "100 ns") == -2 and edges(found, "slew") == [(200_000, 1)]
+    assert found.level_at("slew", "100 ns") == 0 and edges(found, "slew") == [(200_000, 1)]
     assert np.isnan(found.level_at("speed", "200 ns")) and found.level_at("text", "200 ns") == ""
 
 
@@ -668,12 +668,18 @@ def test_steps_of_a_measured_pulse_and_direction(tmp_path):
 
 def test_steps_begin_with_known_levels(parse):
     text = "$timescale 1 us $end $var wire 1 ! p $end $var wire 1 % d $end $enddefinitions $end\n"
-    text += "#0\n#1\n0!\n#2\n1!\n#3\n0!\n0%\n#4 z! #5 0! #6 1!\n#7\n0!\n1%\n"
+    text += "#0 x%\n#1\n0!\n#2\n1!\n#3\n0!\n0%\n#4 z! #5 0! #6 1!\n#7\n0!\n1%\n"
     found = parse(text)
-    assert found.steps("p").times_ps.tolist() == [3_000_000, 7_000_000]  # not from unknown or floating to 0
-    assert found.steps("p", "d").directions.tolist() == [-1, 1]  # an edge of both at once: the new direction
-    with pytest.raises(UsageError, match="d is floating or unknown at the step at 2 µs"):
-        found.steps("p", "d", "rising")
+    with pytest.raises(UsageError, match="p is floating or unknown from 4 µs, so a step may be lost"):
+        found.steps("p")
+    assert found.steps("p", idle=1).times_ps.tolist() == [1_000_000, 3_000_000, 5_000_000, 7_000_000]
+    assert found.steps("p", idle=0).times_ps.tolist() == [1_000_000, 3_000_000, 7_000_000]
+    with pytest.raises(UsageError, match="d is floating or unknown at the step at 1 µs"):
+        found.steps("p", "d", idle=0)
+    known = parse(text.replace("#0 x%", "#0 1%"))
+    assert known.steps("p", "d", idle=0).directions.tolist() == [1, -1, 1]  # an edge of both at once: the new direction
+    with pytest.raises(UsageError, match="idle=2: allowed 0, 1 or None"):
+        found.steps("p", idle=2)
     with pytest.raises(UsageError, match="edge='up', forward=1: allowed falling or rising"):
         found.steps("p", edge="up")
     with pytest.raises(UsageError, match="db has 8 bits; name one of them"):

@@ -260,6 +260,40 @@ def tune_command(**options: Any) -> int:
     return tune(**options)
 
 
+@cli.command("check-capture", short_help="A recording of STEP and DIR against a driver's data sheet.", epilog=EXIT)
+@click.argument("file", metavar="CAPTURE", type=FILE)
+@click.option(
+    "--axis", "axes", metavar="NAME=STEP,DIR", multiple=True, required=True, help="Signals of an axis. May be repeated."
+)
+@click.option("--driver", metavar="NAME", help="The driver that receives them, such as DM542.")
+@click.option("--edge", type=click.Choice(["rising", "falling"]), default="rising", show_default=True,
+              help="The edge of STEP with which a step begins, where it was recorded.")  # fmt: skip
+@click.option(
+    "--forward", type=click.IntRange(0, 1), default=1, show_default=True, help="DIR where positions count up."
+)
+@click.option("--idle", type=click.IntRange(0, 1), help="The level of STEP where it floats or is unknown.")
+@click.option("--glitch", type=TimeWithUnit(), help="Shorter pulses are glitches; by default half of the median pulse.")
+@click.option(
+    "--chip", type=PartName(), metavar="CHIP", help="The part whose pins were recorded; its limits count, too."
+)
+@click.option("--pin", "pins", metavar="PIN=NAME", multiple=True, help="A pin of it, and the signal. May be repeated.")
+@CRYSTAL
+@click.option("--timescale", type=TimeWithUnit(), help="The unit of its times, if the file states none.")
+@click.option("--threshold", metavar="VOLTS", help="The level of an oscilloscope's CSV, such as '1.4 V'.")
+@click.option("--torn", is_flag=True, help="The file may have been cut off; read what is there.")
+@path("--plot", metavar="F.svg", help="Draw the worst violation, or the time nearest to its limit (SVG, PNG, PDF).")
+@JSON
+def check_capture_command(**options: Any) -> int:
+    """Check a recording of STEP and DIR: pulse widths, set-up and hold of DIR, glitches, jitter, skew between axes.
+
+    CAPTURE is a VCD file, a CSV file of a logic analyser or an oscilloscope, or a session of PulseView (.sr).  Exit
+    status 1 if a limit is violated by more than the sampling explains, or there is a glitch.
+    """
+    from .recordings.capture import capture
+
+    return capture(**options)
+
+
 @cli.command("describe", short_help="The reference of a chip, or of a command.", epilog=EXIT)
 @click.argument("chip", type=PartName())
 @click.argument("command", required=False, shell_complete=completion.command)

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from ..chips import CATALOGUE, PARTS, checks_of, sheet_of
-from ..core.memory.image import ERASED, from_file, is_hex, to_hex
+from ..core.memory.image import ERASED, HEX, from_file, hex_lines, is_hex, to_hex
 from ..core.messages.whole import counted
 from ..errors import BenchFileError, UsageError
-from ..gate import read_file, read_text
+from ..gate import BOM, read_file, read_text
 from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, sheet_for
 
 if TYPE_CHECKING:
@@ -156,26 +156,25 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
     Raises:
         BenchFileError: the file cannot be read, is empty, is not whole hex, or is a program text.
     """
-    raw = sys.stdin.buffer.read() if file == STDIN else read_file(file)
-    if form != "bin" and is_hex(raw):
-        raw, form = from_file(raw, file), "bin"
+    raw, given = sys.stdin.buffer.read() if file == STDIN else read_file(file), form
+    text = raw.removeprefix(BOM)  # with which a binary file may begin by chance
+    if form is None and file.lower().endswith(HEX):
+        form = "hex"
+    if form != "bin" and is_hex(text):
+        raw, form = from_file(text, file), "bin"
     if not raw:
         raise BenchFileError(f"{file}: is empty, so it has no bytes")
-    code = re.sub(rb";[^\n]*", b"", raw).split()
-    digits = b"".join(code)
+    digits = b"".join(re.sub(rb";[^\n]*", b"", text).split())
     if form == "bin" or (form is None and re.fullmatch(rb"[0-9A-Fa-f]+", digits) is None):
         if form is None and looks_like_source(raw, sheet):
             raise BenchFileError(f"{file}: {SOURCE}")
         return raw
-    for number, line in enumerate(read_text(file, raw).splitlines(), 1):
-        try:
-            bytes.fromhex(line.split(";", 1)[0])
-        except ValueError:
-            if form is None and looks_like_source(raw, sheet):
-                raise BenchFileError(f"{file}: {SOURCE}") from None
-            found = f"{file}, line {number}: {line[:60]!r}"
-            raise BenchFileError(f"{found}: bytes are pairs of hexadecimal digits") from None
-    return bytes.fromhex(digits.decode("ascii"))
+    try:
+        return bytes.fromhex(" ".join(hex_lines(read_text(file, raw), file)))
+    except BenchFileError:
+        if given is None and looks_like_source(raw, sheet):
+            raise BenchFileError(f"{file}: {SOURCE}") from None
+        raise
 
 
 def looks_like_source(raw: bytes, sheet: Sheet) -> bool:

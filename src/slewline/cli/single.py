@@ -64,13 +64,13 @@ def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
     at its highest rate and without checksums.
     """
     from ..bench.scripts.script import read_script
+    from ..core.memory.image import hex_lines
     from ..language.dialect import dialect_of
 
     straps = sheet.fastest | sheet.plain
     if not file.lower().endswith(".hex"):
         return read_script(text, file), straps
-    lines = [line.split(";", 1)[0].strip() for line in text.splitlines()]
-    lines = dialect_of(sheet).parted(lines, sheet)
+    lines = dialect_of(sheet).parted(hex_lines(text, file), sheet)
     script = read_script("\n".join(line and f"@bytes {line}" for line in lines), file)
     mode = sheet.role("text")
     return script, straps | ({mode.name: 0} if mode is not None else {})

@@ -24,7 +24,7 @@ from time import monotonic_ns
 from typing import Any, Literal
 
 from ..errors import BenchFileError, UsageError
-from ..gate import LATEST_PS, from_json, lines_of, opened
+from ..gate import BOM, LATEST_PS, from_json, lines_of, opened
 
 KIND, VERSION = "dialogue", 1
 LONGEST = 256  # characters of one entry
@@ -218,7 +218,7 @@ class RecordedDialogue:
     @classmethod
     def _read(cls, path: str | PathLike[str], lines: Iterator[bytes]) -> RecordedDialogue:
         """Return the dialogue of which these are the lines."""
-        header = _header(path, next(lines, b"").rstrip(b"\n"))
+        header = _header(path, next(lines, b"").removeprefix(BOM).rstrip(b"\n"))
         said: list[Said] = []
         for number, line in enumerate(lines, start=2):
             if not line.endswith(b"\n"):

@@ -13,8 +13,8 @@ from os import PathLike
 from typing import Any, BinaryIO, NamedTuple
 
 from ...errors import BenchFileError, TornJournal
+from ...gate import BOM, from_json, opened
 from ...gate import LATEST_PS as LATEST
-from ...gate import from_json, opened
 from .journal import VERSION
 
 LONGEST = 1 << 26  # bytes of a line: one with a script of the greatest length
@@ -94,7 +94,9 @@ class Entries:
         number, found, last = self.before, 0, 0
         while line := self.file.readline(LONGEST):
             number += 1
-            if line == b"\n":
+            if number == 1 and not self.begin:
+                line = line.removeprefix(BOM)
+            if line.strip() == b"":
                 continue
             entry = self._parsed(number, line)
             if entry is None:

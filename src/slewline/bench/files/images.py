@@ -8,7 +8,7 @@ from typing import Any
 
 from ...core.memory.image import HEX, LARGEST, check_text, from_file, from_hex, named_file, to_hex
 from ...errors import UsageError
-from ...gate import read_file
+from ...gate import BOM, read_file
 
 
 def read_image(path: str | PathLike[str]) -> bytes:
@@ -21,6 +21,8 @@ def read_image(path: str | PathLike[str]) -> bytes:
         BenchFileError: the file cannot be read, is longer than 64K bytes, or has a line that is not Intel HEX.
     """
     data = read_file(path)
+    if data[len(BOM) :].lstrip()[:1] == b":":
+        data = data.removeprefix(BOM)  # of a text; a dump may begin with the same bytes
     if str(path).lower().endswith(HEX):
         return from_hex(data.decode("latin-1"), str(path))
     return from_file(data, str(path))

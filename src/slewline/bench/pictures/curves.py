@@ -8,6 +8,7 @@ from ...core.chip import Chip
 from ...core.messages.near import hint
 from ...core.motion.one_axis import OneAxis
 from ...core.motion.quantity import Quantity
+from ...core.time.timebase import Time, moment
 from ...errors import UnknownName
 from ...parts.base.part import Part
 
@@ -83,3 +84,8 @@ def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | No
 def first_step(axis: OneAxis, stop: int) -> int | None:
     """Return the instant (ps) of the first step of an axis; None: it makes no step."""
     return next((train.clock.ps(train.begin(a)) for _, train, a, _ in axis.motor.played(0, stop)), None)
+
+
+def moments_of(times: Time | Iterable[Time]) -> list[int]:
+    """Return the picoseconds of an instant, or of several."""
+    return [moment(time) for time in ([times] if isinstance(times, Time) else times)]

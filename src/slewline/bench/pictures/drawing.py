@@ -14,7 +14,7 @@ from ...core.motion.one_axis import OneAxis
 from ...core.time.timebase import Time, moment, readable
 from ...errors import UnknownName, UsageError
 from ...parts.base.part import Part
-from .curves import Chosen, chosen, first_step, moving_from_to
+from .curves import Chosen, chosen, first_step, moments_of, moving_from_to
 from .signals import Signals
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class Pictures:
     def readings(
         self,
         at: Time | Iterable[Time],
-        pins: Sequence[str] | None = None,
+        pins: Sequence[str | Trace] | None = None,
         axes: Sequence[int | str] | int | str | None = None,
         over: Mapping[str, Trace] | None = None,
         parts: Sequence[str] | str | None = None,
@@ -101,18 +101,21 @@ class Pictures:
         """
         from ...record.measuring.overlay import checked
         from ...record.pictures.cursors import measured, readings
+        from ...record.recording.traces import Trace
 
         instants = moments_of(at)
         if not instants:
             raise UsageError('readings: no instant given; give some, such as bench.readings(["10 ms", "20 ms"])')
         if max(instants) > self.kernel.now:
             raise UsageError(f"{readable(max(instants))} is in the future; the time is {readable(self.kernel.now)}")
-        nets = dict(self.signals.recorded) if pins is None else self.signals.chosen(pins)
+        given = list(self.signals.recorded if pins is None else [pins] if isinstance(pins, str | Trace) else pins)
+        nets = self.signals.chosen([pin for pin in given if not isinstance(pin, Trace)])
+        traces = [(pin.name, pin) for pin in given if isinstance(pin, Trace)]
         shown = self._axes(axes)
         tracks = [(self.name_of(axis), axis.quantities()) for axis in shown]
         tracks += [(part.name, quantities) for part, quantities in self._parts(parts, shown)]
         found = readings(instants, tracks, [(name, net, self.signals.recorder) for name, net in nets.items()])
-        rows = [measured(name, trace, instants) for name, trace in checked(over).items()]
+        rows = [measured(name, trace, instants) for name, trace in (*traces, *checked(over).items())]
         return replace(found, rows=(*found.rows, *rows))
 
     # ------------------------------------------------------------------------------------------------- what is shown
@@ -321,7 +324,7 @@ class Pictures:
 
         laid = checked(over)
         found: list[Trace] = []
-        shown = list(self.signals.recorded if pins is None else [pins] if isinstance(pins, str) else pins)
+        shown = list(self.signals.recorded if pins is None else [pins] if isinstance(pins, str | Trace) else pins)
         for pin in [*shown, *(name for name in laid if name not in shown)]:
             if isinstance(pin, Trace):
                 found.append(pin.shifted(-zero).within(first, last))
@@ -347,11 +350,6 @@ class Pictures:
 def words_of(chip: Chip) -> dict[str, str]:
     """Return what the commands of a chip are called, by their letters: {"R": "rate"}."""
     return {row.form: row.name.lower().replace("_", " ") for row in chip.sheet.commands}
-
-
-def moments_of(times: Time | Iterable[Time]) -> list[int]:
-    """Return the picoseconds of an instant, or of several."""
-    return [moment(time) for time in ([times] if isinstance(times, Time) else times)]
 
 
 def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:

@@ -111,7 +111,10 @@ class Signals:
             if not self.recorded:
                 raise NotRecorded("nothing is recorded; call bench.record() before time passes")
             return dict(self.recorded)
-        names = [pins] if isinstance(pins, str) else pins
+        names = [pins] if isinstance(pins, str) else list(pins) if isinstance(pins, Iterable) else [pins]
+        if wrong := [name for name in names if not isinstance(name, str)]:
+            known = next(iter(self.recorded), "x.slew")
+            raise UnknownName(f"pin {wrong[0]!r}: expected the name of a recorded pin, such as {known!r}")
         return {name: self.recorded[name] if name in self.recorded else self._recorded_wire(name) for name in names}
 
     def _recorded_wire(self, name: str) -> Net | Terminal:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class DiagramOptions:
     """What a timing diagram is to show: arguments of `bench.timing`."""
 
-    pins: Sequence[str] | None
+    pins: Sequence[str | Trace] | None
     start: Time | None
     stop: Time | None
     between: Iterable[Between]
@@ -47,7 +47,7 @@ class TimingDiagrams:
     def timing(
         self,
         path: FilePath,
-        pins: Sequence[str] | None = None,
+        pins: Sequence[str | Trace] | None = None,
         start: Time | None = None,
         stop: Time | None = None,
         *,
@@ -66,7 +66,7 @@ class TimingDiagrams:
         Args:
             path: the file, SVG, PNG or PDF by its suffix.
             pins: names such as "x.ready", from top to bottom; the owner may be left out if only one chip has such a
-                pin.  By default all recorded pins.
+                pin.  A measured trace is a lane of its own.  By default all recorded pins.
             start, stop: the window; by default all that is recorded.
             between: the times to measure and draw as arrows: pairs of edges, ("io_request falls", "ready falls 2"), or
                 the symbol of a time in the data sheet, "t14".  The second edge of a pair is the next such edge after
@@ -97,7 +97,7 @@ class TimingDiagrams:
 
     def timing_figure(
         self,
-        pins: Sequence[str] | None = None,
+        pins: Sequence[str | Trace] | None = None,
         start: Time | None = None,
         stop: Time | None = None,
         *,
@@ -171,21 +171,36 @@ class TimingDiagrams:
     def _diagram(self, options: DiagramOptions) -> Diagram:
         from ...record.measuring.overlay import checked
         from ...record.pictures.diagram import Diagram
+        from ...record.recording.traces import Trace
         from .window import Window
 
-        if isinstance(options.pins, str):
+        if isinstance(options.pins, str | Trace):
             raise UsageError(f"pins={options.pins!r}: expected a list of pins, such as [{options.pins!r}]")
         signals, full_name = self.signals, self.signals.full_name
-        chosen = list(signals.chosen(None)) if options.pins is None else [full_name(name) for name in options.pins]
+        chosen: list[str | Trace] = (
+            [*signals.chosen(None)]
+            if options.pins is None
+            else [pin if isinstance(pin, Trace) else full_name(pin) for pin in options.pins]
+        )
         laid = {full_name(name): trace for name, trace in checked(options.over).items()}
-        chosen += [name for name in laid if name not in chosen]
-        window = Window(signals, *signals.window_of(signals.chosen(chosen), options.start, options.stop))
-        labels = {full_name(name): label for name, label in (options.names or {}).items()}
+        names = [pin for pin in chosen if isinstance(pin, str)]
+        chosen += [name for name in laid if name not in names]
+        names += [name for name in laid if name not in names]
+        window = Window(signals, *signals.window_of(signals.chosen(names), options.start, options.stop))
+        labels = {
+            name if any(isinstance(pin, Trace) and pin.name == name for pin in chosen) else full_name(name): label
+            for name, label in (options.names or {}).items()
+        }
         measured, causing = window.measure(options.between), window.measure(options.causes)
         missing = [edge.split()[0] for each in (*measured, *causing) for edge in (each.start, each.end)]
-        chosen += [name for name in dict.fromkeys(missing) if name not in chosen]
-        owners = {name.partition(".")[0] for name in chosen}
+        chosen += [name for name in dict.fromkeys(missing) if name not in names]
+        owners = {name.partition(".")[0] for name in (*names, *missing)}
         several, decode = len(owners) > 1, options.decode
-        lanes = [window.lane(name, labels.get(name), several, decode, laid.get(name)) for name in chosen]
+        lanes = [
+            window.measured_lane(pin, labels.get(pin.name))
+            if isinstance(pin, Trace)
+            else window.lane(pin, labels.get(pin), several, decode, laid.get(pin))
+            for pin in chosen
+        ]
         cut = None if options.quiet is None else picoseconds(options.quiet)
         return Diagram(options.title or self.circuit.title, window.start, window.stop, lanes, measured, causing, cut)

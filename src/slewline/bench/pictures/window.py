@@ -129,6 +129,12 @@ class Window:
             name, label, signal, words, self._meaning(chip) if signal.bus else None, fitting(name, signal.bus, over)
         )
 
+    def measured_lane(self, trace: Trace, label: str | None) -> Lane:
+        """Return a measured trace as a lane of its own; it floats where the file has nothing."""
+        from ...record.pictures.diagram import Lane
+
+        return Lane(trace.name, label or trace.name, SignalEdges.of_trace(trace, self.start, self.stop))
+
     def _characters(self, chip: Chip, name: str) -> list[Written]:
         """The characters on a serial line, also those that only begin or end in the window."""
         from ...record.measuring.characters import characters, shown

@@ -74,11 +74,12 @@ def terminal_command(**options: Any) -> int:
     "compare", cls=HintingCommand, short_help="A measured waveform, or a dialogue, against the model's.", epilog=EXIT
 )
 @click.argument("model", metavar="MODEL.vcd | DIALOGUE", type=FILE)
-@click.argument("measured", metavar="[MEASURED.vcd]", type=FILE, required=False)
+@click.argument("measured", metavar="[MEASURED]", type=FILE, required=False)
 @click.option(
     "--tolerance",
     type=TimeWithUnit(),
-    help="Times so far apart agree; by default the coarser unit of two waveforms, or what a computer needs to hear.",
+    help="Times so far apart agree; by default how finely two waveforms were sampled, or what a computer needs to "
+    "receive.",
 )
 @JSON
 @click.option(
@@ -96,7 +97,14 @@ def terminal_command(**options: Any) -> int:
     help="Waveforms: what is added to the measured times, such as '-1.2 ms'; first: the first edges meet; best: the "
     "most edges.",
 )
-@click.option("--timescale", type=TimeWithUnit(), help="Waveforms: the unit of MEASURED.vcd, if it states none.")
+@click.option(
+    "--invert",
+    metavar="NAME",
+    multiple=True,
+    help="Waveforms: this signal was measured inverted, as behind an optocoupler; all: each. May be repeated.",
+)
+@click.option("--threshold", metavar="VOLTS", help="Waveforms: the level of an oscilloscope's CSV, such as '1.4 V'.")
+@click.option("--timescale", type=TimeWithUnit(), help="Waveforms: the unit of the measured times, if none is stated.")
 @click.option("--torn", is_flag=True, help="Waveforms: MEASURED.vcd may have been cut off; read what is there.")
 @click.option("--port", metavar="PORT", help="Dialogue: play it to the module on this port now, and compare that.")
 @click.option("--move", is_flag=True, help="With --port: also if it has commands that may make the motor step.")
@@ -117,7 +125,8 @@ def compare_command(**options: Any) -> int:
 
     Of two waveforms, a run's and a logic analyser's, it reports of each signal which edges are missing, extra, late or
     early, and the drift of the measured clock; exit status 1 if there are such edges.  Without --map signals of the
-    same name are compared, whatever their scopes.  --shift first and best go by the first signal of the list.
+    same name are compared, whatever their scopes.  --shift first and best go by the first signal of the list.  MEASURED
+    is a VCD file, a CSV file of a logic analyser or an oscilloscope, or a session of PulseView (.sr).
 
     Of a dialogue, which `slewline proxy` and other commands record, every line is sent to the model at its time, in
     virtual time; reported is every answer and every delay that differs; exit status 1 if one does.  The module and its
@@ -126,7 +135,7 @@ def compare_command(**options: Any) -> int:
     return compare(**options)
 
 
-WAVEFORMS = ("pairs", "shift", "timescale", "torn")  # options of one kind, and of the other
+WAVEFORMS = ("pairs", "shift", "timescale", "torn", "invert", "threshold")  # options of one kind, and of the other
 DIALOGUES = (
     *(
         "port",
@@ -164,7 +173,7 @@ def compare(model: str, measured: str | None, **options: Any) -> int:
         if not is_dialogue(model):
             raise click.UsageError(f"{model}: is no dialogue; name {ALLOWED}")
         return CompareDialogue(model, **rest).perform()
-    from ..compare import compare as compare_waveforms
+    from ..recordings.compare import compare as compare_waveforms
 
     return compare_waveforms(model, measured, **rest)
 

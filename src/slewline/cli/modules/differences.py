@@ -15,7 +15,7 @@ import click
 from ...chips import chip_class, sheet_of
 from ...core.time.timebase import hertz
 from ...errors import BenchFileError, SlewlineError, UsageError
-from ...gate import FileGate, opened
+from ...gate import BOM, FileGate, opened
 from ...modules.comparing.exchanges import are_checked, exchanges_of
 from ...modules.comparing.replay import PS_PER_US
 from ...modules.dialogue import KIND, DialogueFile, DialogueHeader, RecordedDialogue
@@ -38,7 +38,7 @@ def is_dialogue(path: str) -> bool:
     """Return whether a file begins as a dialogue does, or cannot be read: reading it reports why."""
     try:
         with opened(path) as file:
-            return file.read(len(BEGINNING)) == BEGINNING
+            return file.read(len(BOM + BEGINNING)).removeprefix(BOM).startswith(BEGINNING)
     except (BenchFileError, OSError):
         return True
 

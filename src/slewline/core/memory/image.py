@@ -67,6 +67,22 @@ def from_file(data: bytes, where: str) -> bytes:
     return data
 
 
+def hex_lines(text: str, where: str) -> list[str]:
+    """Return the lines of a text of bytes in hexadecimal, without their comments.
+
+    Raises:
+        BenchFileError: a line has anything else.
+    """
+    lines = [line.split(";", 1)[0].strip() for line in text.splitlines()]
+    for number, line in enumerate(lines, 1):
+        try:
+            bytes.fromhex(line)
+        except ValueError:
+            found = f"{where}, line {number}: {line[:60]!r}"
+            raise BenchFileError(f"{found}: bytes are pairs of hexadecimal digits, such as 43 00") from None
+    return lines
+
+
 def from_hex(text: str, where: str) -> bytes:
     """Return the image that a text in Intel HEX stands for, FF where it says nothing.
 

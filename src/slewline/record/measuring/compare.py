@@ -67,6 +67,8 @@ class Comparison:
         shift_ps: the time that was added to the measured times, ps.
         tolerance_ps: the distance up to which a pair agrees, ps.
         pairs: the indices of the edges that belong together, (n, 2) int64: in the model, in the measured signal.
+        within: what the tolerance is, in words, such as "the sampling at 12 MHz"; "" if it was given.
+        notes: what would explain differences, a line each.
     """
 
     name: str
@@ -75,6 +77,8 @@ class Comparison:
     shift_ps: int
     tolerance_ps: int
     pairs: NDArray[np.int64]
+    within: str = ""
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def late_ps(self) -> NDArray[np.int64]:
@@ -132,7 +136,8 @@ class Comparison:
     def __str__(self) -> str:
         begin = f"{self.name}: " if self.name else ""
         counts = f"{len(self.model[0])} edges in the model, {len(self.measured[0])} measured"
-        lines = [f"{begin}{counts}, shifted by {readable(self.shift_ps)}: {'agree' if self.agrees else 'differ'}"]
+        verdict = "differ" if not self.agrees else f"agree within {self.within}" if self.within else "agree"
+        lines = [f"{begin}{counts}, shifted by {readable(self.shift_ps)}: {verdict}"]
         lines += [f"  {row}" for row in self.rows[:SHOWN]]
         if len(self.rows) > SHOWN:
             kinds = [f"{sum(row.kind == kind for row in self.rows)} {kind}" for kind in ("missing", "extra")]
@@ -141,11 +146,17 @@ class Comparison:
             apart = f"at most {readable(self.greatest_ps)} apart, {readable(round(self.mean_ps))} in the mean"
             drift = f", drift {self.drift_ppm:+.1f} ppm" if len(self.pairs) >= ENOUGH else ""
             lines.append(f"  {len(self.pairs)} {'pair' if len(self.pairs) == 1 else 'pairs'}: {apart}{drift}")
-        return "\n".join(lines)
+        return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
 
 
 def compare_edges(
-    model: Edges, measured: Edges, *, shift: Time = "first", tolerance: Time = 0, name: str = ""
+    model: Edges,
+    measured: Edges,
+    *,
+    shift: Time = "first",
+    tolerance: Time = 0,
+    name: str = "",
+    invert: bool = False,
 ) -> Comparison:
     """Compare the edges of a signal in the model with measured ones.
 
@@ -155,9 +166,10 @@ def compare_edges(
             edges to the same level coincide; "best": so that as many edges as possible coincide.
         tolerance: the distance up to which a pair agrees.
         name: the name of the signal, for the text.
+        invert: the measured levels are exchanged first, as behind an optocoupler.
 
     Raises:
-        UsageError: arrays of different lengths, or times that do not ascend.
+        UsageError: a bus that is to be inverted, arrays of different lengths, or times that do not ascend.
         TimeError: `shift` or `tolerance` is not a time.
     """
     import numpy as np
@@ -170,6 +182,8 @@ def compare_edges(
             raise UsageError(
                 f"{what}: {len(times)} times and {len(levels)} levels; allowed as many of both, times ascending"
             )
+    if invert:
+        measured = measured[0], inverted(measured[1], name)
     if shift == "first":
         by = _first(model, measured)
     elif shift == "best":
@@ -181,6 +195,19 @@ def compare_edges(
             raise TimeError(f'shift: {error}; allowed also "first", "best"') from None
     pairs = _pairs(model, (measured[0] + by, measured[1]))
     return Comparison(name, model, measured, by, moment(tolerance), pairs)
+
+
+def inverted(levels: NDArray[Any], name: str = "") -> NDArray[Any]:
+    """Return levels with 0 and 1 exchanged; what floats or is unknown remains so.
+
+    Raises:
+        UsageError: they are those of a bus.
+    """
+    import numpy as np
+
+    if len(levels) and levels.max() > 1:
+        raise UsageError(f"invert: {name or 'the signal'} is a bus; only wires are inverted")
+    return np.where(levels < 0, levels, 1 - levels).astype(levels.dtype)
 
 
 def _others(count: int, paired: NDArray[np.int64]) -> NDArray[np.int64]:

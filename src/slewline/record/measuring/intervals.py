@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from ...core.datasheet.table import Limit
 from ...core.notebook.markup import card, table
 from ...errors import UsageError
-from ..recording.recorder import FLOATING, Recorder, width_of
+from ..recording.recorder import FLOATING, Recorder, real_edges, width_of
 from ..style import aligned, duration
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..recording.recorder import Levels, Probe
+    from ..recording.traces import Trace
 
     Spans: TypeAlias = tuple[NDArray[np.int64], NDArray[np.int64]]  # begins and ends
 
@@ -49,6 +50,22 @@ class SignalEdges(NamedTuple):
         times, levels = recorder.edges(probe, start, stop)
         before = max(start - 1, recorder.since(probe))
         return cls(times, levels, recorder.level_at(probe, before), width_of(probe) > 1)
+
+    @classmethod
+    def of_trace(cls, trace: Trace, start: int, stop: int) -> SignalEdges:
+        """Return what was measured in a window (ps): the signal floats where nothing is known."""
+        import numpy as np
+
+        since, until = max(start, trace.since), min(stop, trace.until)
+        if until <= since:
+            return cls(np.empty(0, np.int64), np.empty(0, np.int16), FLOATING, trace.bus)
+        cut = trace.within(since, until)
+        times, levels, level = cut.times_ps, cut.levels.astype(np.int16), cut.level
+        if since > start:
+            times, levels, level = np.append(since, times), np.append(level, levels), FLOATING
+        if until < stop:
+            times, levels = np.append(times, until + 1), np.append(levels, FLOATING)
+        return cls(*real_edges(times, levels, level), level, trace.bus)
 
     def edges(self, change: str) -> NDArray[np.int64]:
         """Return the instants of a change: (n,) int64, ps, ascending."""
@@ -221,6 +238,8 @@ class Checked:
         longest_ps: the longest of them, ps; None if there is none.
         violations: the instants at which the intervals that violate the limit begin, ps.
         missing: the pin that was not recorded; "" if none is missing.
+        doubt_ps: how much the times may be off, ps: of a measured recording its sampling period.  A violation is one
+            that this does not explain.
     """
 
     chip: str
@@ -230,18 +249,21 @@ class Checked:
     longest_ps: int | None = None
     violations: tuple[int, ...] = ()
     missing: str = ""
+    doubt_ps: int = 0
 
     @classmethod
-    def of(cls, chip: str, bound: Bound, begins: NDArray[np.int64], ends: NDArray[np.int64]) -> Checked:
+    def of(
+        cls, chip: str, bound: Bound, begins: NDArray[np.int64], ends: NDArray[np.int64], doubt_ps: int = 0
+    ) -> Checked:
         """Return what the intervals of a limit, begins and ends (m,) int64 ps, show of it."""
         if not len(begins):
             return cls(chip, bound)
         lasts = ends - begins
-        wrong = lasts < (bound.least or 0)
+        wrong = lasts + doubt_ps <= bound.least if bound.least is not None and doubt_ps else lasts < (bound.least or 0)
         if bound.most is not None:
-            wrong |= lasts > bound.most
+            wrong |= lasts - doubt_ps > bound.most
         violations = tuple(begins[wrong].tolist())
-        return cls(chip, bound, len(lasts), int(lasts.min()), int(lasts.max()), violations)
+        return cls(chip, bound, len(lasts), int(lasts.min()), int(lasts.max()), violations, doubt_ps=doubt_ps)
 
     @property
     def name(self) -> str:
@@ -253,7 +275,17 @@ class Checked:
         """Was it kept?  None: nothing was measured, or the sheet has only what is typical."""
         if self.shortest_ps is None or self.longest_ps is None:
             return None
-        return self.bound.kept(self.shortest_ps, self.longest_ps)
+        sure = self.bound.kept(self.shortest_ps, self.longest_ps)
+        return sure if sure is None or not self.doubt_ps else not self.violations
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether it may have been violated by less than the times may be off."""
+        return bool(
+            self.kept
+            and self.doubt_ps
+            and not self.bound.kept((self.shortest_ps or 0) - self.doubt_ps, (self.longest_ps or 0) + self.doubt_ps)
+        )
 
     @property
     def verdict(self) -> str:
@@ -265,7 +297,7 @@ class Checked:
         if self.kept is None:
             return "typical"
         if self.kept:
-            return "kept"
+            return f"kept, to {duration(self.doubt_ps)}" if self.doubtful else "kept"
         times = f"{len(self.violations)} times, first" if len(self.violations) > 1 else "once,"
         return f"VIOLATED {times} at {duration(self.violations[0])}, by the {self.bound.limit.keeper}"
 

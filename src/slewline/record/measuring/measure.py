@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..recording.recorder import Levels
 
 ROUNDING_PS = 1
+UNKNOWN = -2  # a level of a waveform file
 
 
 def intervals(times_ps: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -63,12 +64,22 @@ def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
     return first, np.diff(np.append(first, len(between)))
 
 
-def pulse_widths(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> NDArray[np.int64]:
-    """Return the width of each pulse at a level: (m,) int64 ps; pulses that begin and end within the edges given."""
+def pulses(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return begin and end of each pulse at a level: (m,) int64 ps, of those that begin and end within the edges given.
+
+    One that begins or ends where the signal is unknown has no known width, and is left out.
+    """
     import numpy as np
 
-    begins = np.flatnonzero(levels[:-1] == level)
-    return times_ps[begins + 1] - times_ps[begins]
+    known = levels != UNKNOWN
+    begins = np.flatnonzero((levels[:-1] == level) & known[1:] & np.append(True, known)[: max(len(levels) - 1, 0)])
+    return times_ps[begins], times_ps[begins + 1]
+
+
+def pulse_widths(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> NDArray[np.int64]:
+    """Return the width of each pulse at a level: (m,) int64 ps, as `pulses`."""
+    begins, ends = pulses(times_ps, levels, level)
+    return ends - begins
 
 
 def glitches(times_ps: NDArray[np.int64], shorter_than_ps: int) -> NDArray[np.intp]:
@@ -118,3 +129,94 @@ def ramp(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Measure
         plateau_steps=end - begin,
         peak_sps=PS_PER_S * (end - begin) / plateau,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Jitter:
+    """How unevenly steps come at a constant rate.
+
+    Attributes:
+        steps: how many steps were looked at: the longest stretch at one rate.
+        rate_sps: their rate, steps/s.
+        rms_ps: the root mean square of their distances from an even row, ps.
+        greatest_ps: the greatest of these distances, ps.
+    """
+
+    steps: int
+    rate_sps: float
+    rms_ps: float
+    greatest_ps: float
+
+
+STEADY = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)  # how much intervals of one rate may differ, tried one after the other
+STRETCH = 12  # intervals of it, at least
+LONGER = 1.5  # so many times as long it is no more where more is allowed
+
+
+def jitter(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Jitter | None:
+    """Return how unevenly steps come where their rate is constant; None: there is no such stretch.
+
+    Args:
+        times_ps: instants of the steps, (n,) int64 ps, ascending.
+        rounding_ps: what the instants are rounded to, as for `ramp`.
+
+    Raises:
+        UsageError: instants that do not ascend.
+    """
+    import numpy as np
+
+    between = intervals(times_ps)
+    if len(between) < STRETCH:
+        return None
+    ordered, (first, last) = np.sort(between), (0, 0)
+    for part in STEADY:
+        reach = np.maximum((part * ordered).astype(np.int64), 2 * rounding_ps)
+        alike = np.searchsorted(ordered, ordered + reach, "right") - np.searchsorted(ordered, ordered - reach)
+        most = int(np.argmax(alike))
+        even = np.concatenate([[False], abs(between - ordered[most]) <= reach[most], [False]])
+        bounds = np.flatnonzero(even[1:] != even[:-1]).reshape(-1, 2)
+        begin, end = bounds[np.argmax(bounds[:, 1] - bounds[:, 0])].tolist()
+        if last - first >= STRETCH and end - begin < LONGER * (last - first):
+            break  # else it was one of the pieces into which a greater jitter parts a stretch
+        first, last = begin, end
+    if last - first < STRETCH:
+        return None
+    some = (times_ps[first : last + 1] - times_ps[first]).astype(np.float64)
+    slope, offset = np.polyfit(np.arange(len(some)), some, 1)
+    apart = some - (slope * np.arange(len(some)) + offset)
+    return Jitter(len(some), PS_PER_S / float(slope), float(np.sqrt((apart**2).mean())), float(abs(apart).max()))
+
+
+@dataclass(frozen=True, slots=True)
+class Skew:
+    """How much later the steps of an axis come than those of another one that they belong to.
+
+    Attributes:
+        pairs: how many steps belong together.
+        median_ps: how much later the second axis steps, ps; negative: earlier.
+        greatest_ps: the greatest distance from that, ps.
+    """
+
+    pairs: int
+    median_ps: int
+    greatest_ps: int
+
+
+def skew(first_ps: NDArray[np.int64], second_ps: NDArray[np.int64]) -> Skew | None:
+    """Return how much later steps of a second axis come than the nearest ones of a first; None: none are near.
+
+    Steps belong together if they are nearer to each other than a quarter of the shortest interval of either axis.
+    """
+    import numpy as np
+
+    if len(first_ps) < 2 or len(second_ps) < 2:
+        return None
+    near = int(min(np.diff(first_ps).min(), np.diff(second_ps).min())) // 4
+    after = np.clip(np.searchsorted(first_ps, second_ps), 1, len(first_ps) - 1)
+    later, earlier = second_ps - first_ps[after - 1], second_ps - first_ps[after]
+    apart = np.where(abs(later) <= abs(earlier), later, earlier)
+    apart = apart[abs(apart) <= near]
+    if not len(apart):
+        return None
+    median = int(np.median(apart))
+    return Skew(len(apart), median, int(abs(apart - median).max()))

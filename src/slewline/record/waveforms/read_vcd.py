@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from ...core.time.timebase import Time, picoseconds
 from ...errors import BenchFileError, UsageError, WaveformError
-from ...gate import opened
+from ...gate import BOM, opened
 from .vcd_changes import Changes
 from .vcd_header import FilePlace, Header, read_header
 from .waveforms import Waveforms
@@ -25,8 +25,8 @@ FORMATS = {  # how files begin that are often taken for a VCD file
     b"\x1f\x8b": "compressed (gzip); unpack it with gunzip",
     b"BZh": "compressed (bzip2); unpack it with bunzip2",
     b"\xfd7zXZ": "compressed (xz); unpack it with unxz",
-    b"PK": "a ZIP archive, such as a session of PulseView (.sr) or DSView (.dsl), or the .sal of Logic; "
-    "export VCD there, or with: sigrok-cli -i FILE.sr -O vcd -o FILE.vcd",
+    b"PK": "a ZIP archive, such as a session of PulseView (.sr), for read_waveforms or: "
+    "sigrok-cli -i FILE.sr -O vcd -o FILE.vcd; from one of DSView (.dsl) or Logic 2 (.sal) export VCD or CSV there",
     b"\x00\x00\x00\x00\x00\x00\x00\x01\x49": "an FST file of GTKWave; convert it with: fst2vcd FILE.fst > FILE.vcd",
     b"\x13\x80": "an LXT2 file of GTKWave; convert it with: lxt2vcd FILE.lxt2 > FILE.vcd",
     b"VZ": "a VZT file of GTKWave; convert it with: vzt2vcd FILE.vzt > FILE.vcd",
@@ -55,11 +55,24 @@ def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = Fa
     unit = None if timescale is None else picoseconds(timescale)
     try:
         with opened(path) as file:
-            return Waveforms(path, *_read(str(path), file, unit, torn))
+            return read_opened(path, file, unit, torn)
     except BenchFileError as error:
         raise UsageError(str(error)) from error
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from error
+
+
+def read_opened(path: str | Path, file: BinaryIO, unit: int | None, torn: bool) -> Waveforms:
+    """Return the waveforms in an open VCD file, or in what a program writes.
+
+    Args:
+        path: the file, for messages.
+        unit: the unit of time (ps), for a file that does not declare one.
+
+    Raises:
+        UsageError, WaveformError: as `read_vcd`.
+    """
+    return Waveforms(path, *_read(str(path), file, unit, torn))
 
 
 def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Header, Changes]:
@@ -74,6 +87,8 @@ def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Head
     while more:
         block = file.read(BLOCK)
         more, block = bool(block), rest + block
+        if b"\r" in block and b"\n" not in block:
+            block = block.replace(b"\r", b"\n")  # of an old Macintosh
         end = max(block.rfind(b"\n"), block.rfind(b" ") if more else -1) + 1  # what follows may go on
         taken = changes.feed(FilePlace(path, block[:end], lines)) if end else 0
         lines, rest = lines + block.count(b"\n", 0, taken), block[taken:]
@@ -91,7 +106,7 @@ def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Head
 
 def _head(path: str, file: BinaryIO) -> bytes:
     """The beginning of a file, with all its declarations."""
-    head = bytearray(file.read(BLOCK))
+    head = bytearray(file.read(BLOCK).removeprefix(BOM))
     if not head.strip():
         raise WaveformError(f"{path}: is empty; nothing was written, or the writer has not finished")
     for begin, what in FORMATS.items():
@@ -99,7 +114,9 @@ def _head(path: str, file: BinaryIO) -> bytes:
             raise WaveformError(f"{path}: not a VCD file: {what}")
     first = bytes(head[: head.find(b"\n")])
     if b"," in first and b"$" not in first:
-        raise WaveformError(f"{path}: not a VCD file: its first line is that of a table (CSV); export VCD instead")
+        raise WaveformError(
+            f"{path}: not a VCD file: its first line is that of a table (CSV); read it with read_waveforms"
+        )
     seen = 0
     while _DEFINED.search(head, seen) is None and (more := file.read(BLOCK)):
         seen = max(len(head) - 100, 0)

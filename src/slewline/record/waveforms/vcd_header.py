@@ -20,6 +20,7 @@ from itertools import chain, count
 
 from ...core.time.timebase import UNITS
 from ...errors import WaveformError
+from .sampling import rate_in
 
 UNITS_OF_FILES = {"fs": Fraction(1, 1000), **{unit: Fraction(UNITS[unit]) for unit in ("ps", "ns", "us", "ms", "s")}}
 DECLARATIONS = frozenset(
@@ -52,6 +53,8 @@ class Header:
     variables: dict[bytes, DeclaredVariable] = field(default_factory=dict)
     names: dict[str, bytes] = field(default_factory=dict)
     scopes: list[str] = field(default_factory=list)
+    rate: Fraction | None = None  # at which it was sampled, Hz, if the file states it
+    exact: bool = False  # our own: not sampled
     whole: bool = False  # something follows the declarations, or $enddefinitions ends them
 
 
@@ -120,6 +123,10 @@ def _declare(header: Header, keyword: bytes, words: list[str]) -> None:
         if header.unit is not None and header.unit != unit:
             raise ValueError("a second $timescale that differs from the first")
         header.unit = unit
+    elif keyword == b"$comment":
+        header.rate = header.rate or rate_in(" ".join(words))
+    elif keyword == b"$version":
+        header.exact = words == ["slewline"]
     elif keyword == b"$var":
         _add(header, words)
 

@@ -6,17 +6,20 @@ other and compared.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
 from ...core.messages.near import hint
 from ...core.motion.axis import Steps
 from ...core.time.timebase import Time, moment, picoseconds, readable
 from ...errors import NotRecorded, UnknownName, UsageError
+from ..measuring.compare import inverted
 from ..recording.recorder import FLOATING, real_edges
 from ..recording.traces import Trace
-from .vcd_changes import Changes
+from .sampling import Sampling, sampling_of
 from .vcd_header import DeclaredVariable, Header
 from .vcd_words import MAX_BITS, UNKNOWN
 
@@ -37,27 +40,40 @@ class Signal(NamedTuple):
     levels: NDArray[Any]
 
 
+class SignalChanges(Protocol):
+    """What a reader has found: picoseconds of the unit, the first and the last time in units, and changes."""
+
+    unit: Fraction
+    begin: int | None
+    end: int
+
+    def series(self) -> Mapping[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]]:
+        """Return of each identifier the variable, times (n,) int64 ps, ascending, and values (n,)."""
+
+
 class Waveforms:
-    """The signals of a waveform file; made by `slewline.read_vcd`.
+    """The signals of a waveform file; made by `slewline.read_vcd` and `slewline.read_waveforms`.
 
     Names are those in the file, with their scopes: "x.slew".  The last part is enough if only one name ends with it.
     "x.db" also means x.db0, x.db1 ..., or x.db[0], x.db[1] ..., taken together, bit 0 being the lowest.
 
     Levels are 0 and 1, those of a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A wire that floats in a bus
-    whose other wires do not reads 1.
+    whose other wires do not reads 1.  A file of changes may have no value of a wire before the first of them: until
+    then the wire had the other level.
 
     Attributes:
         path: the path of the file.
         names: the names of the signals.
         start_ps: the first time in the file, ps.
         stop_ps: the last time in the file, ps.
-        timescale_ps: the unit of time in the file, ps.
+        timescale_ps: the unit of time in the file, ps.  It may be finer than the sampling period.
     """
 
-    def __init__(self, path: str | Path, header: Header, changes: Changes) -> None:
+    def __init__(self, path: str | Path, header: Header, changes: SignalChanges) -> None:
         self.path = str(path)
+        self._unit, self._rate, self._exact = header.unit or changes.unit, header.rate, header.exact
         self.names: tuple[str, ...] = tuple(header.names)
-        self.timescale_ps = max(int(changes.unit), 1)
+        self.timescale_ps = max(int(self._unit), 1)
         self.start_ps = (changes.begin or 0) * changes.unit // 1
         self.stop_ps = max(changes.end, 0) * changes.unit // 1
         by_identifier = {
@@ -83,7 +99,27 @@ class Waveforms:
 
     def __repr__(self) -> str:
         span = f"{readable(self.start_ps)} to {readable(self.stop_ps)}"
-        return f"<Waveforms of {self.path}: {len(self)} signals, {span}, in units of {readable(self.timescale_ps)}>"
+        sampled = "" if self.sampling.found == "unit" else f", {str(self.sampling).removeprefix('the ')}"
+        units = f"in units of {readable(self.timescale_ps)}{sampled}"
+        return f"<Waveforms of {self.path}: {len(self)} signals, {span}, {units}>"
+
+    # ----------------------------------------------------------------------------------------------------- sampling
+    @cached_property
+    def sampling(self) -> Sampling:
+        """How often the file was sampled: as its comment states, else the grid of its instants, else its unit."""
+        return sampling_of(self._instants, self._unit, self._rate, self._exact)
+
+    def _instants(self) -> NDArray[np.int64]:
+        """The instants of all changes (ps), ascending."""
+        import numpy as np
+
+        of = {id(signal): signal.times_ps for signal in self._signals.values()}
+        return np.unique(np.concatenate([np.empty(0, np.int64), *of.values()]))
+
+    @property
+    def sampling_ps(self) -> int:
+        """How late an edge may be in the file, ps: the sampling period, or the unit of the times if that is coarser."""
+        return self.sampling.resolution_ps
 
     # ---------------------------------------------------------------------------------------------------- questions
     def kind(self, name: str) -> str:
@@ -147,19 +183,27 @@ class Waveforms:
         value = signal.levels[index - 1] if index else signal.level
         return value.item() if isinstance(value, np.generic) else value
 
-    def trace(self, signal: str, name: str | None = None, shift: Time = 0, *, tolerance: Time | None = None) -> Trace:
+    def trace(
+        self,
+        signal: str,
+        name: str | None = None,
+        shift: Time = 0,
+        *,
+        tolerance: Time | None = None,
+        invert: bool = False,
+    ) -> Trace:
         """Return a signal as a trace for a picture, drawn next to the pins of a bench or over one of them.
 
         Args:
             signal: the name of the signal.
             name: the label in the picture; by default the name of the signal without scopes.
             shift: a time that is added to all times, to align it with another recording; may be negative.
-            tolerance: the longest difference from a pin under it that is not marked; by default the unit of time in the
-                file, to which its times are rounded.
+            tolerance: the longest difference from a pin under it that is not marked; by default `sampling_ps`.
+            invert: the levels are exchanged, as behind an optocoupler.
 
         Raises:
             UnknownName: there is no such signal.
-            UsageError: the signal is a real or a string, or has more than 63 bits.
+            UsageError: the signal is a real or a string, or has more than 63 bits, or is a bus that is to be inverted.
             TimeError: `shift` or `tolerance` is not a time.
         """
         import numpy as np
@@ -167,15 +211,25 @@ class Waveforms:
         found = self._readable(signal)
         if found.variable.kind != "bits":
             raise UsageError(f"{signal} is a {found.variable.kind} variable; a trace has levels")
+        if invert:
+            self._wire(signal)
+            found = found._replace(levels=inverted(found.levels), level=inverted(np.array([found.level]))[0])
         levels = np.where(found.levels == UNKNOWN, FLOATING, found.levels).astype(found.levels.dtype)
         name = signal.rpartition(".")[2] if name is None else name
         level, bus = max(int(found.level), FLOATING), found.variable.width > 1
-        agrees = self.timescale_ps if tolerance is None else picoseconds(tolerance)
+        agrees = self.sampling_ps if tolerance is None else picoseconds(tolerance)
         trace = Trace(name, found.times_ps, levels, level, bus, self.start_ps, self.stop_ps, agrees)
         return trace.shifted(moment(shift, negative=True))
 
     def steps(
-        self, pulse: str, direction: str | None = None, edge: str = "falling", *, forward: int = 1, position: int = 0
+        self,
+        pulse: str,
+        direction: str | None = None,
+        edge: str = "falling",
+        *,
+        forward: int = 1,
+        position: int = 0,
+        idle: int | None = None,
     ) -> Steps:
         """Return the steps in a recorded step signal, as `x.steps` does, for `slewline.record.measuring.measure`.
 
@@ -185,18 +239,27 @@ class Waveforms:
             edge: the edge of `pulse` at which a step begins: "falling" or "rising".
             forward: the level of `direction` at which positions count up, 0 or 1.
             position: the position before the first step.
+            idle: the level that is taken for `pulse` where it floats or is unknown, 0 or 1; by default such a place is
+                an error if a step may be lost in it.
 
         Raises:
             UnknownName: there is no such signal.
-            UsageError: an unknown edge, a signal of several bits, or a direction that is unknown at a step.
+            UsageError: an unknown edge, a signal that is no wire, a step signal that is unknown where a step may be, or
+                a direction that is unknown at a step.
         """
         import numpy as np
 
         if edge not in EDGES or forward not in (0, 1):
             raise UsageError(f"edge={edge!r}, forward={forward!r}: allowed {' or '.join(EDGES)}, and 0 or 1")
+        if idle not in (None, 0, 1):
+            raise UsageError(f"idle={idle!r}: allowed 0, 1 or None")
         found = self._wire(pulse)
-        before = np.append(found.level, found.levels)[:-1]
-        times = found.times_ps[(found.levels == EDGES[edge]) & (before == 1 - EDGES[edge])]
+        levels = np.append(found.level, found.levels)
+        if idle is None:
+            self._check_known(pulse, found, EDGES[edge])
+        else:
+            levels = np.where(levels < 0, idle, levels)
+        times = found.times_ps[(levels[1:] == EDGES[edge]) & (levels[:-1] == 1 - EDGES[edge])]
         signs = np.ones(len(times), np.int8)
         if direction is not None:
             way = self._wire(direction)
@@ -207,10 +270,26 @@ class Waveforms:
             signs[levels != forward] = -1
         return Steps(times, signs, position + np.cumsum(signs, dtype=np.int64))
 
+    def _check_known(self, pulse: str, signal: Signal, begins: int) -> None:
+        """Refuse a step signal that is unknown where a step may be: at the first edge, or anywhere later."""
+        import numpy as np
+
+        lost = np.flatnonzero(signal.levels < 0)
+        if signal.level < 0 and len(signal.levels) and signal.levels[0] == begins:
+            lost = np.append(0, lost)
+        if len(lost):
+            at = readable(int(signal.times_ps[lost[0]]))
+            raise UsageError(
+                f"{pulse} is floating or unknown {'before' if signal.levels[lost[0]] >= 0 else 'from'} {at}, so a step "
+                "may be lost; give the level that it has there: steps(..., idle=0) or idle=1"
+            )
+
     # --------------------------------------------------------------------------------------------------- by its name
     def _wire(self, name: str) -> Signal:
         found = self._readable(name)
-        if found.variable != DeclaredVariable("bits", 1):
+        if found.variable.kind != "bits":
+            raise UsageError(f"{name} is a {found.variable.kind} variable, which has no levels; name a wire")
+        if found.variable.width != 1:
             raise UsageError(f"{name} has {self.width(name)} bits; name one of them, such as {name}0")
         return found
 
@@ -258,6 +337,8 @@ def _signal(variable: DeclaredVariable, times: NDArray[np.int64], values: NDArra
     first = int(np.searchsorted(times, start, side="right"))
     level: Any = values[first - 1] if first else {"bits": UNKNOWN, "real": np.nan, "string": ""}[variable.kind]
     if variable.kind == "bits":
+        if not first and variable.width == 1 and len(values) and values[0] >= 0:
+            level = 1 - int(values[0])  # what changes later had a level before
         width = variable.width
         values = values.astype(np.int8 if width == 1 else np.int16 if width < 16 else np.int64, copy=False)
     return Signal(variable, level, *real_edges(times[first:], values[first:], level))

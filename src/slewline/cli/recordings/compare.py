@@ -6,13 +6,14 @@ from collections.abc import Iterable
 
 import click
 
-from ..core.time.timebase import Time
-from ..errors import UsageError
-from ..record.measuring.compare import Comparison, compare_edges
-from ..record.waveforms.read_vcd import read_vcd
-from ..record.waveforms.waveforms import Waveforms
-from . import FOUND
-from .programs import print_json
+from ...errors import UsageError
+from ...record.measuring.compare import Comparison
+from ...record.measuring.explain import SignalPair, Terms, compare_signals
+from ...record.waveforms.read_vcd import read_vcd
+from ...record.waveforms.read_waveforms import read_waveforms
+from ...record.waveforms.waveforms import Waveforms
+from .. import FOUND
+from ..programs import print_json
 
 
 def compare(
@@ -24,23 +25,46 @@ def compare(
     timescale: int | None,
     torn: bool,
     as_json: bool,
+    invert: Iterable[str] = (),
+    threshold: str | None = None,
 ) -> int:
     """Print the comparison of each pair of signals; 0 if all agree."""
-    ours, theirs = read_vcd(model), read_vcd(measured, timescale=timescale, torn=torn)
+    ours, theirs = read_vcd(model), read_waveforms(measured, timescale=timescale, torn=torn, threshold=threshold)
+    within = ""
     if tolerance is None:
-        tolerance = max(ours.timescale_ps, theirs.timescale_ps)
-    by: Time = shift
-    found: list[Comparison] = []
-    for name, other in _pairs(ours, theirs, pairs):
-        edges = ours.edges(name), theirs.edges(other)
-        found.append(compare_edges(*edges, shift=by, tolerance=tolerance, name=name))
-        if len(found[-1].pairs):
-            by = found[-1].shift_ps  # the first signal that moves decides for all
+        tolerance = ours.sampling_ps + theirs.sampling_ps
+        coarser = max(ours.sampling, theirs.sampling, key=lambda each: each.resolution_ps)
+        within = "" if coarser.found == "unit" else str(coarser)
+    signals = [
+        SignalPair(
+            name,
+            other,
+            ours.edges(name),
+            theirs.edges(other),
+            ours.width(name) == theirs.width(other) == 1,
+            (ours.level_at(name, ours.start_ps), theirs.level_at(other, theirs.start_ps)),
+        )
+        for name, other in _pairs(ours, theirs, pairs)
+    ]
+    terms = Terms(shift, tolerance, within, _inverted(invert, signals))
+    found = compare_signals(signals, terms)
     if as_json:
         print_json([_plain(one) for one in found])
     else:
         click.echo("\n".join(map(str, found)))
     return 0 if all(one.agrees for one in found) else FOUND
+
+
+def _inverted(given: Iterable[str], signals: list[SignalPair]) -> set[str]:
+    """The signals of the model whose measured levels are exchanged: named by either name, or all."""
+    names = {part.strip() for text in given for part in text.split(",")}
+    by_name = {name: each.name for each in signals if each.wire for name in (each.name, each.other)}
+    if "all" in names:
+        return set(by_name.values())
+    for name in names - by_name.keys():
+        allowed = ", ".join([*dict.fromkeys(by_name.values()), "all"])
+        raise UsageError(f"--invert {name}: allowed wires that are compared: {allowed}")
+    return {by_name[name] for name in names}
 
 
 def _pairs(ours: Waveforms, theirs: Waveforms, given: Iterable[str]) -> list[tuple[str, str]]:
@@ -77,5 +101,7 @@ def _plain(found: Comparison) -> dict[str, object]:
         "greatest_ps": found.greatest_ps,
         "mean_ps": found.mean_ps,
         "drift_ppm": found.drift_ppm,
+        "within": found.within,
+        "notes": list(found.notes),
         "differences": [row._asdict() for row in found.rows],
     }

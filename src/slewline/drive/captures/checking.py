@@ -1,0 +1,201 @@
+"""Checks a recording of STEP and DIR, of one axis or several.
+
+    STEP  ____|‾‾‾‾|______|‾‾‾‾|____       high, low: the least times of the driver
+    DIR   _|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__     set-up before a step, hold after it
+           |<->|               |<->|
+
+Times are those of a data sheet, a row each, as `bench.check_timing` has them for the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...chips import sheet_of
+from ...core.datasheet.table import Limit
+from ...core.time.timebase import Time, hertz, picoseconds, readable
+from ...errors import UsageError
+from ...record.measuring.intervals import Bound, Checked, SignalEdges, TimingTable, intervals
+from ...record.measuring.measure import jitter, pulses, skew
+from ...record.recording.recorder import real_edges
+from ...record.waveforms.read_waveforms import read_waveforms
+from ...record.waveforms.waveforms import EDGES, Waveforms
+from ..drivers import StepDriver, step_driver
+from .report import AxisCapture, CaptureReport
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+RUNT = 0.5  # of the median pulse or gap of STEP, whichever is shorter: what is shorter than this is a glitch
+COARSE = 4  # so many samples a pulse should have
+
+
+def limits_of(driver: StepDriver, edge: str) -> list[Limit]:
+    """Return what a driver needs at its inputs, as rows of a data sheet.
+
+    Args:
+        edge: the edge of STEP with which a step begins, at the place of the recording.
+    """
+    begins, ends = (edge, "falling") if edge == "rising" else (edge, "rising")
+    begins, ends = (f"step {'rises' if each == 'rising' else 'falls'}" for each in (begins, ends))
+
+    def row(start: str, end: str, says: str, least: int) -> Limit:
+        return Limit(start, end, says, driver.source, least=least, keeper="host")
+
+    return [
+        row(begins, ends, "STEP active", driver.high_ps),
+        row(ends, begins, "STEP inactive", driver.low_ps),
+        row("direction changes", begins, "DIR before STEP", driver.setup_ps),
+        row(begins, "direction changes", "DIR after STEP", driver.hold_ps),
+    ]
+
+
+def check_capture(
+    capture: Waveforms | str | Path,
+    axes: Mapping[str, tuple[str, str | None]],
+    *,
+    driver: str | StepDriver | None = None,
+    edge: str = "rising",
+    forward: int = 1,
+    idle: int | None = None,
+    glitch: Time | None = None,
+    part: str | None = None,
+    pins: Mapping[str, str] | None = None,
+    crystal: str | int | None = None,
+) -> CaptureReport:
+    """Check a recording against the data sheets of a driver and of a part; `print` shows the result.
+
+    A time that is off by no more than the sampling period is not called a violation.
+
+    Args:
+        capture: what `read_waveforms` has returned, or a file for it.
+        axes: by names of your choice, the signals STEP and DIR of each axis: {"x": ("D0", "D1")}; DIR may be None.
+        driver: the driver that receives them, such as "DM542"; None: only steps, glitches, jitter and skew.
+        edge: the edge of STEP with which a step begins where it was recorded: "rising" or "falling".
+        forward: the level of DIR at which positions count up, 0 or 1.
+        idle: the level of STEP where it floats or is unknown, as for `Waveforms.steps`.
+        glitch: shorter pulses and gaps are glitches; by default half of the median pulse or gap
+            of STEP, and on DIR a whole one.
+        part: the part whose pins were recorded, such as "cy525": the limits of its data sheet are checked, too.
+        pins: its pins, and the signals that they are: {"pulse": "D0", "direction": "D1"}.
+        crystal: the clock of the part, "11 MHz"; by default that of its data sheet.
+
+    Raises:
+        UsageError: no axis, a signal that is no wire, STEP or DIR unknown where a step is, `pins` without `part`.
+        UnknownName: no such signal, driver or part.
+        WaveformError: the file cannot be read.
+    """
+    waves = capture if isinstance(capture, Waveforms) else read_waveforms(capture)
+    if not isinstance(axes, Mapping) or not axes:
+        raise UsageError(f"axes={axes!r}: expected the signals STEP and DIR by axes, such as {{'x': ('D0', 'D1')}}")
+    if edge not in EDGES:
+        raise UsageError(f"edge={edge!r}: allowed {', '.join(EDGES)}")
+    if (part is None) != (pins is None):
+        raise UsageError("part and pins: give both, such as part='PART', pins={'PIN': 'D0'}")
+    found = tuple(_axis(waves, name, signals, edge, forward, idle, glitch) for name, signals in axes.items())
+    rows: list[Checked] = []
+    notes: list[str] = []
+    doubt = waves.sampling_ps
+    if driver is not None:
+        sheet = step_driver(driver) if isinstance(driver, str) else driver
+        for axis in found:
+            for limit in limits_of(sheet, edge):
+                if "direction" in axis.signals or "direction" not in limit.edges:
+                    rows.append(_checked(axis.name, limit, axis.signals, 1, doubt))
+        shortest = min(sheet.high_ps, sheet.low_ps)
+        if doubt * COARSE > shortest:
+            notes.append(
+                f"Sampled every {readable(doubt)}: too coarse for {sheet.name}, whose pulses may be "
+                f"{readable(shortest)} short; record at {COARSE * 10**6 / shortest:g} MHz or more."
+            )
+    if part is not None and pins is not None:
+        rows += _of_part(waves, part, pins, crystal, doubt)
+    skews = {(a.name, b.name): skew(a.steps.times_ps, b.steps.times_ps) for a, b in combinations(found, 2)}
+    return CaptureReport(found, TimingTable(rows), skews, doubt, tuple(notes))
+
+
+def _axis(
+    waves: Waveforms,
+    name: str,
+    signals: tuple[str, str | None],
+    edge: str,
+    forward: int,
+    idle: int | None,
+    glitch: Time | None,
+) -> AxisCapture:
+    if isinstance(signals, str) or len(signals) != 2:
+        raise UsageError(f"axes: {name!r}: found {signals!r}; expected STEP and DIR, such as ('D0', 'D1')")
+    step, direction = signals
+    steps = waves.steps(step, direction, edge, forward=forward, idle=idle)
+    own = {"step": _signal(waves, step, idle)}
+    if direction is not None:
+        own["direction"] = _signal(waves, direction, None)
+    widths = [_median(lasts) for lasts in _widths(own["step"])]
+    typical = min((width for width in widths if width), default=0)
+    shortest = picoseconds(glitch) if glitch is not None else int(typical * RUNT)
+    glitches = {*_short(own["step"], shortest)}
+    if direction is not None:  # DIR has no reason to change twice within a pulse
+        glitches |= {*_short(own["direction"], picoseconds(glitch) if glitch is not None else int(typical))}
+    return AxisCapture(name, steps, own, tuple(sorted(glitches)), shortest, jitter(steps.times_ps, waves.sampling_ps))
+
+
+def _widths(signal: SignalEdges) -> Iterator[NDArray[np.int64]]:
+    for level in (0, 1):
+        begins, ends = pulses(signal.times_ps, signal.levels, level)
+        yield ends - begins
+
+
+def _median(lasts: NDArray[np.int64]) -> float:
+    import numpy as np
+
+    return float(np.median(lasts)) if len(lasts) else 0.0
+
+
+def _short(signal: SignalEdges, shorter: int) -> Iterator[int]:
+    """Where pulses and gaps begin that are too short to be meant."""
+    for level in (0, 1):
+        begins, ends = pulses(signal.times_ps, signal.levels, level)
+        yield from begins[ends - begins < shorter].tolist()
+
+
+def _signal(waves: Waveforms, name: str, idle: int | None) -> SignalEdges:
+    """A wire without what is unknown of it: there it is at `idle`, else as before."""
+    import numpy as np
+
+    times, levels = waves.edges(name)
+    level = int(waves.level_at(name, waves.start_ps))
+    if idle is not None:
+        levels, level = np.where(levels < 0, idle, levels), idle if level < 0 else level
+    known = levels >= 0
+    times, levels = times[known], levels[known]
+    if level < 0:
+        level = int(levels[0]) if len(levels) else 0
+    return SignalEdges(*real_edges(times, levels, level), level, False)
+
+
+def _checked(name: str, limit: Limit, signals: Mapping[str, SignalEdges], crystal_hz: int, doubt: int) -> Checked:
+    return Checked.of(name, Bound.of(limit, crystal_hz), *intervals(limit, lambda pin: signals[pin]), doubt)
+
+
+def _of_part(
+    waves: Waveforms, part: str, pins: Mapping[str, str], crystal: str | int | None, doubt: int
+) -> Iterator[Checked]:
+    """The limits in the data sheet of a part, of pins that were recorded."""
+    sheet = sheet_of(part)
+    known = {pin.name for pin in sheet.pins}
+    for pin in pins:
+        if pin not in known:
+            raise UsageError(f"pins: {part} has no pin {pin!r}; allowed {', '.join(sorted(known))}")
+    signals = {pin: _signal(waves, name, None) for pin, name in pins.items()}
+    clock = hertz(crystal) if crystal is not None else sheet.crystal_hz
+    for limit in sheet.limits:
+        needed = (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in (*limit.given, *limit.before)))
+        missing = next((pin for pin in needed if pin not in signals), None)
+        if missing is None:
+            yield _checked(sheet.part, limit, signals, clock, doubt)
+        elif any(pin in signals for pin in needed[:2]):
+            yield Checked(sheet.part, Bound.of(limit, clock), missing=missing)

@@ -1,0 +1,150 @@
+"""Signals of a recording against the model's, all of them together, and what would explain that they differ.
+
+A recording that is right may look wrong: behind an optocoupler it is inverted, two clips were exchanged, a filter
+delays one signal.  Each of these is tried, and named if it makes all signals agree: nothing is accepted for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations
+from typing import TYPE_CHECKING, NamedTuple
+
+from ...core.time.timebase import Time, readable
+from .compare import Comparison, compare_edges
+from .intervals import rounded
+
+if TYPE_CHECKING:
+    from .compare import Edges
+
+MOST = 12  # signals that differ of which pairs are exchanged: 66 pairs
+
+
+class SignalPair(NamedTuple):
+    """A signal of the model and the measured one: names, edges, is it a wire, and the levels before the edges."""
+
+    name: str
+    other: str
+    model: Edges
+    measured: Edges
+    wire: bool = True
+    levels: tuple[int, int] = (0, 0)
+
+
+class Terms(NamedTuple):
+    """What signals are compared by: the shift, the tolerance (ps), the latter in words, and which are inverted."""
+
+    shift: Time = "first"
+    tolerance: int = 0
+    within: str = ""
+    invert: Collection[str] = ()
+
+
+def compare_signals(pairs: Sequence[SignalPair], terms: Terms) -> list[Comparison]:
+    """Compare signals; the first one that moves decides the shift of all.
+
+    Where they differ, the notes of the comparisons name what would make all of them agree.
+    """
+    found = _compared(pairs, terms)
+    wrong = [index for index, one in enumerate(found) if not one.agrees]
+    if not wrong:
+        still = {pair.name: _constant(pair, terms) for pair in pairs if not len(pair.model[0]) + len(pair.measured[0])}
+        return [replace(one, notes=still.get(one.name, ())) for one in found]
+    notes = _polarity(pairs, terms) or _swapped(pairs, wrong[:MOST], terms) or _delays(pairs, found, terms)
+    return [replace(one, notes=notes.get(one.name, ())) for one in found]
+
+
+def _compared(pairs: Sequence[SignalPair], terms: Terms) -> list[Comparison]:
+    by, found = terms.shift, []
+    for pair in pairs:
+        one = compare_edges(
+            pair.model,
+            pair.measured,
+            shift=by,
+            tolerance=terms.tolerance,
+            name=pair.name,
+            invert=pair.name in terms.invert,
+        )
+        found.append(replace(one, within=terms.within if one.greatest_ps else ""))
+        if len(one.pairs):
+            by = one.shift_ps
+    return found
+
+
+def _constant(pair: SignalPair, terms: Terms) -> tuple[str, ...]:
+    """What there is to say of a signal without edges: nothing can be compared but its level."""
+    ours, theirs = pair.levels
+    if not pair.wire or min(ours, theirs) < 0:
+        return ()
+    theirs ^= pair.name in terms.invert
+    return () if ours == theirs else (f"no edges; its level is {theirs}, that of the model {ours}; it may be inverted",)
+
+
+def _agree(found: Sequence[Comparison]) -> bool:
+    return all(one.agrees for one in found)
+
+
+def _best_polarity(pairs: Sequence[SignalPair], terms: Terms) -> list[str] | None:
+    """The signals that are to be inverted so that all agree; None: nothing does it."""
+    wires = [pair for pair in pairs if pair.wire]
+    for first in wires[:1]:  # it decides the shift
+        for lead in ({*terms.invert} - {first.name}, {*terms.invert} | {first.name}):
+            inverted = set(lead)
+            for one in _compared(pairs, terms._replace(invert=inverted)):
+                if not one.agrees and one.name != first.name and any(one.name == wire.name for wire in wires):
+                    inverted ^= {one.name}
+            if _agree(_compared(pairs, terms._replace(invert=inverted))):
+                return sorted(inverted)
+    return None
+
+
+def _polarity(pairs: Sequence[SignalPair], terms: Terms) -> dict[str, tuple[str, ...]]:
+    inverted = _best_polarity(pairs, terms)
+    if inverted is None:
+        return {}
+    changed = {*inverted} ^ {*terms.invert}
+    remedy = f"--invert {','.join(inverted)}" if inverted else "leave out --invert"
+    return {name: (f"agrees when inverted: {remedy}",) for name in changed}
+
+
+def _swapped(pairs: Sequence[SignalPair], wrong: Sequence[int], terms: Terms) -> dict[str, tuple[str, ...]]:
+    """Two measured signals exchanged; and inverted, too, if that alone does not do."""
+    for a, b in combinations(wrong, 2):
+        tried = list(pairs)
+        for here, there in ((a, b), (b, a)):
+            tried[here] = pairs[here]._replace(other=pairs[there].other, measured=pairs[there].measured)
+        inverted = _best_polarity(tried, terms)
+        if inverted is None:
+            continue
+        first, second = pairs[a], pairs[b]
+        remedy = f"--map {first.name}={second.other},{second.name}={first.other}"
+        if inverted:
+            remedy += f" --invert {','.join(inverted)}"
+        note = f"{first.other} and {second.other} are swapped: {remedy}"
+        return {first.name: (note,), second.name: (note,)}
+    return {}
+
+
+def _delays(pairs: Sequence[SignalPair], found: Sequence[Comparison], terms: Terms) -> Mapping[str, tuple[str, ...]]:
+    """Signals that agree but for a constant delay against the first one, or would with a greater tolerance."""
+    notes: dict[str, tuple[str, ...]] = {}
+    for pair, one in zip(pairs, found, strict=True):
+        if one.agrees:
+            continue
+        invert = pair.name in terms.invert
+        for levels in (invert, not invert) if pair.wire else (invert,):
+            own = compare_edges(pair.model, pair.measured, tolerance=terms.tolerance, name=pair.name, invert=levels)
+            if not own.agrees or not len(own.pairs):
+                continue
+            whole = len(one.pairs) and not len(one.missing) + len(one.extra)
+            by = round(float(one.late_ps.mean())) if whole else one.shift_ps - own.shift_ps
+            much = readable(rounded(abs(by), 3))
+            text = f"a constant delay of {much}" if by >= 0 else f"being {much} early throughout"
+            notes[pair.name] = (f"agrees but for {text}" + (", inverted" if levels != invert else ""),)
+            break
+        else:
+            if not (len(one.missing) or len(one.extra)):
+                needs = -(-one.greatest_ps // 1000)
+                notes[pair.name] = (f"no edge is missing or extra; with --tolerance '{needs} ns' they agree",)
+    return notes

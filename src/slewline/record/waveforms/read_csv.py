@@ -1,0 +1,221 @@
+"""Reads tables (CSV) of levels, as logic analysers export them, and of voltages, as oscilloscopes do.
+
+A row may be a change, or one of a million samples: a file is read in blocks, and only changes are kept.  Voltages
+become levels by a threshold, with some hysteresis: noise on a slow edge is no edge.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+from ...core.time.timebase import PS_PER_S
+from ...errors import WaveformError
+from ...gate import BOM, MAX_LINE
+from .csv_head import PREAMBLE, CsvHead, read_head
+from .vcd_header import DeclaredVariable, Header
+from .waveforms import Waveforms
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+BLOCK = 1 << 20  # bytes
+HYSTERESIS = 0.1  # of the swing of a signal, to both sides of the threshold
+ROWS = 16  # of which it shows that they are samples
+QUIET_V = 0.5  # a signal that swings less does not move
+SHOWN = 60  # characters of a line in a message
+ENDS = b"\x1a\0\r\n\t "  # of files: of DOS, of what was padded
+
+
+def read_csv(
+    path: str | Path, file: BinaryIO, timescale: int | None, torn: bool = False, threshold_v: float | None = None
+) -> Waveforms:
+    """Return the waveforms in a table.
+
+    Args:
+        path: the file, for messages.
+        file: the same, open.
+        timescale: the unit of its times, or the time between two rows, ps; None: as the file says.
+        torn: ignore what follows the last end of line.
+        threshold_v: the voltage from which a level is 1; None: in the middle of what each signal has.
+
+    Raises:
+        WaveformError: the content cannot be read; the message has the line.
+        UsageError: nothing says how far apart the rows are.
+    """
+    beginning = _plain(file.read(BLOCK)).decode("utf-8", "replace").rstrip("\n").split("\n")
+    head = read_head(str(path), beginning[: PREAMBLE + 1], timescale)
+    table = TableRows(str(path), file, head, torn)
+    changes = TableChanges(head, table, None)
+    if changes.analog:
+        changes = TableChanges(head, table, Thresholds(changes.lowest, changes.highest, threshold_v))
+    names = {name: name.encode() for name in head.columns}
+    variables = {identifier: DeclaredVariable("bits", 1) for identifier in names.values()}
+    return Waveforms(path, Header(head.unit, variables, names, rate=head.rate or changes.rate, whole=True), changes)
+
+
+def _plain(block: bytes) -> bytes:
+    """Lines that end in a line feed, whatever they ended in, and no byte order mark."""
+    block = block.removeprefix(BOM)
+    return block.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in block else block
+
+
+class TableRows:
+    """The rows of a table, block by block; each time from the first one on."""
+
+    def __init__(self, path: str, file: BinaryIO, head: CsvHead, torn: bool) -> None:
+        self.path, self.file, self.head, self.torn = path, file, head, torn
+        self.used = [*([head.time] if head.time is not None else []), *head.columns.values()]
+
+    def __iter__(self) -> Iterator[tuple[int, NDArray[np.float64]]]:
+        """Yield the line number before a block, and its rows: the time, if there is one, then each signal."""
+        self.file.seek(0)
+        rest, number, skip = b"", self.head.lines, self.head.lines
+        more = True
+        while more:
+            block = self.file.read(BLOCK)
+            more, block = bool(block), _plain(rest + block)
+            end = block.rfind(b"\n") + 1 if more or self.torn else len(block)
+            block, rest = block[:end], block[end:]
+            if len(rest) > MAX_LINE:
+                raise WaveformError(f"{self.path}: a line of more than {MAX_LINE} bytes; is it a table (CSV)?")
+            if not more:
+                block = block.rstrip(ENDS)
+            while skip and block:
+                _, _, block = block.partition(b"\n")
+                skip -= 1
+            if block.strip():
+                yield number, self._rows(block, number)
+                number += block.count(b"\n")
+
+    def _rows(self, block: bytes, number: int) -> NDArray[np.float64]:
+        import numpy as np
+
+        mark = self.head.delimiter
+        if mark != "," and b"," in block:
+            block = block.replace(b",", b".")
+        try:
+            return np.loadtxt(io.BytesIO(block), np.float64, comments=None, delimiter=mark, usecols=self.used, ndmin=2)
+        except ValueError:
+            raise self._wrong(block, number) from None
+
+    def _wrong(self, block: bytes, number: int) -> WaveformError:
+        """Which line it is that has no numbers."""
+        for row, line in enumerate(block.split(b"\n"), number + 1):
+            cells = line.decode("latin-1").split(self.head.delimiter)
+            try:
+                for n in self.used if line.strip() else ():
+                    float(cells[n])
+            except (ValueError, IndexError):
+                return self.error(row, line, "expected a number in each column; is the file cut off or damaged?")
+        return self.error(number + 1, block[:SHOWN], "expected rows of numbers")
+
+    def error(self, number: int, line: bytes, what: str) -> WaveformError:
+        """Return an error with the line."""
+        return WaveformError(f"{self.path}, line {number}: {line[:SHOWN].decode('latin-1')!r}: {what}")
+
+
+class Thresholds:
+    """From which voltage on each signal is 1, and up to which it is 0."""
+
+    def __init__(self, lowest: NDArray[np.float64], highest: NDArray[np.float64], given: float | None) -> None:
+        import numpy as np
+
+        swing = highest - lowest
+        middle = (highest + lowest) / 2 if given is None else np.full(len(swing), given)
+        still = swing < QUIET_V
+        middle = np.where(still, highest.max(initial=0.0) / 2 if given is None else middle, middle)
+        half = np.where(still, 0.0, HYSTERESIS * swing)
+        self.middle, self.above, self.below = middle, middle + half, middle - half
+
+
+class TableChanges:
+    """The changes in a table, as `Waveforms` takes them.
+
+    `analog`: it has voltages, or anything but 0 and 1; from `lowest` to `highest`.  `rate`: that of rows which are
+    equally far apart, Hz.
+    """
+
+    def __init__(self, head: CsvHead, table: TableRows, thresholds: Thresholds | None) -> None:
+        import numpy as np
+
+        count = len(head.columns)
+        self.unit, self.end = Fraction(1), 0
+        self.begin: int | None = 0
+        self.head, self.analog = head, False
+        self.lowest, self.highest = np.full(count, np.inf), np.full(count, -np.inf)
+        self._parts: list[list[tuple[Any, Any]]] = [[] for _ in range(count)]
+        self.rate: Fraction | None = None
+        self._last: Any = None  # the levels of the last row
+        rows, first, before = 0, 0.0, -np.inf
+        least, most = np.inf, 0.0  # between rows, in units of the file
+        for number, block in table:
+            times = block[:, 0] if head.time is not None else np.arange(rows, rows + len(block), dtype=np.float64)
+            values = block[:, 1:] if head.time is not None else block
+            wrong = ~np.isfinite(block).all(axis=1) | (np.diff(times, prepend=before) < 0)
+            if wrong.any():
+                row = int(np.argmax(wrong))
+                shown = ", ".join(f"{value:g}" for value in block[row]).encode()
+                raise table.error(number + row + 1, shown, "a time before the one above, or no finite number")
+            if not rows:
+                first = min(float(times[0]), 0.0)  # times before the trigger are negative: the record begins at 0
+            at = self._picoseconds(table, times - first)
+            if not rows:
+                self.begin = int(at[0])
+            apart = np.diff(times, prepend=before)[not rows :]
+            least, most = apart.min(initial=least), apart.max(initial=most)
+            rows, before, self.end = rows + len(block), times[-1], int(at[-1])
+            if thresholds is None:
+                np.minimum(self.lowest, values.min(axis=0), out=self.lowest)
+                np.maximum(self.highest, values.max(axis=0), out=self.highest)
+                self.analog = self.analog or not ((values == 0) | (values == 1)).all()
+            self._keep(at, self._levels(values, thresholds))
+        if rows > ROWS and (most - least) * float(head.factor) <= 2.5 * float(head.unit) and self.end > self.begin:
+            self.rate = Fraction(PS_PER_S * (rows - 1), self.end - self.begin).limit_denominator(10**4)
+
+    def _picoseconds(self, table: TableRows, times: NDArray[np.float64]) -> NDArray[np.int64]:
+        import numpy as np
+
+        factor = float(self.head.factor)
+        if float(times[-1]) * factor >= 1 << 62:
+            raise WaveformError(f"{table.path}: a time beyond 2^62 ps (53 days), where an array of picoseconds ends")
+        return np.rint(times * factor).astype(np.int64)
+
+    def _levels(self, values: NDArray[np.float64], thresholds: Thresholds | None) -> NDArray[np.int8]:
+        import numpy as np
+
+        if thresholds is None:
+            return (values > 0.5).astype(np.int8)
+        known = np.where(values >= thresholds.above, 1, np.where(values < thresholds.below, 0, -1)).astype(np.int8)
+        start = self._last if self._last is not None else (values[0] >= thresholds.middle).astype(np.int8)
+        known[0] = np.where(known[0] < 0, start, known[0])
+        place = np.where(known >= 0, np.arange(len(known))[:, None], 0)
+        np.maximum.accumulate(place, axis=0, out=place)
+        found: NDArray[np.int8] = np.take_along_axis(known, place, axis=0)
+        return found
+
+    def _keep(self, at: NDArray[np.int64], levels: NDArray[np.int8]) -> None:
+        import numpy as np
+
+        before = np.full((1, levels.shape[1]), -1, np.int8) if self._last is None else self._last[None]
+        changed = np.diff(levels, axis=0, prepend=before) != 0
+        for number, parts in enumerate(self._parts):
+            here = np.flatnonzero(changed[:, number])
+            if len(here):
+                parts.append((at[here], levels[here, number]))
+        self._last = levels[-1].copy()
+
+    def series(self) -> dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]]:
+        """Return the changes by identifier: the variable, times (n,) int64 ps, and values (n,)."""
+        import numpy as np
+
+        out: dict[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]] = {}
+        for name, parts in zip(self.head.columns, self._parts, strict=True):
+            times = np.concatenate([np.empty(0, np.int64), *(at for at, _ in parts)])
+            levels = np.concatenate([np.empty(0, np.int8), *(values for _, values in parts)])
+            out[name.encode()] = DeclaredVariable("bits", 1), times, levels
+        return out

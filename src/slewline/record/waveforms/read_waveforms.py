@@ -1,0 +1,121 @@
+"""Reads a recording, whatever wrote it: VCD, a table (CSV), or a session of sigrok (.sr), which sigrok-cli converts."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from typing import BinaryIO, cast
+
+from ... import lifeline
+from ...core.time.timebase import Time, picoseconds
+from ...errors import BenchFileError, UsageError, WaveformError
+from ...gate import BOM, opened
+from .read_csv import read_csv
+from .read_vcd import FORMATS, read_opened, read_vcd
+from .waveforms import Waveforms
+
+PEEK = 4096  # bytes that show what a file is
+TOOL = "sigrok-cli"
+LONGEST_S = 600  # so long a conversion may take
+
+
+def read_waveforms(
+    path: str | Path, *, timescale: Time | None = None, torn: bool = False, threshold: str | float | None = None
+) -> Waveforms:
+    """Return the waveforms in a file of a logic analyser, an oscilloscope or a simulator: VCD, CSV or .sr.
+
+    The content decides which it is.  A session of PulseView or sigrok-cli (.sr) is converted by sigrok-cli, which must
+    be installed.  A table has a column for each signal; its first one has the times, unless the file states a sample
+    rate.  Times before the trigger are counted from the start of the recording.
+
+    Args:
+        path: the file.
+        timescale: the unit of time, for a file that does not declare one; of a table without times, the time between
+            two rows.
+        torn: accept a file that was cut off: what follows its last end of line is ignored.
+        threshold: of voltages, that from which a level is 1, such as "1.4 V"; by default, for each signal, the middle
+            between its lowest and its highest.
+
+    Raises:
+        UsageError: the file cannot be opened, is a session and sigrok-cli is not installed, or does not say how far
+            apart its rows are; or `threshold` is no voltage.
+        TimeError: `timescale` is not a time.
+        WaveformError: the content cannot be read; the message has line, reason and remedy.
+    """
+    volts = None if threshold is None else volts_of(threshold)
+    try:
+        with opened(path) as file:
+            beginning = file.read(PEEK)
+            if beginning.startswith(b"PK"):
+                return _session(path, torn)
+            if _is_table(beginning):
+                file.seek(0)
+                return read_csv(path, file, None if timescale is None else picoseconds(timescale), torn, volts)
+    except BenchFileError as error:
+        raise UsageError(str(error)) from error
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from error
+    return read_vcd(path, timescale=timescale, torn=torn)
+
+
+def volts_of(threshold: str | float) -> float:
+    """Return a threshold as volts: of 1.4, of "1.4 V" or of "700 mV".
+
+    Raises:
+        UsageError: it is no voltage.
+    """
+    text = str(threshold).strip().lower()
+    size = 1e-3 if text.endswith("mv") else 1.0
+    try:
+        volts = float(text.removesuffix("v").removesuffix("m")) * size
+    except ValueError:
+        volts = float("inf")
+    if not abs(volts) < 1e6:
+        raise UsageError(f"threshold {threshold!r}: expected a voltage, such as '1.4 V'")
+    return volts
+
+
+def _is_table(beginning: bytes) -> bool:
+    """Is it a table?  A VCD file begins with a declaration."""
+    text = beginning.removeprefix(BOM).lstrip()
+    if text.startswith(b"META "):
+        text = text.partition(b"\n")[2].lstrip()
+    if text[:1] in (b"$", b"") or text.startswith(b"#0") or any(beginning.startswith(mark) for mark in FORMATS):
+        return False
+    lines = text.replace(b"\r", b"\n").split(b"\n")[:20]
+    return b"\0" not in text and any(mark in line for line in lines for mark in (b",", b";", b"\t"))
+
+
+def _session(path: str | Path, torn: bool) -> Waveforms:
+    """A session, as sigrok-cli writes it."""
+    own = {".dsl": "export VCD or CSV in DSView", ".sal": "export CSV in Logic 2"}
+    if Path(path).suffix.lower() in own:
+        raise WaveformError(f"{path}: a session of another program; {own[Path(path).suffix.lower()]}")
+    tool = shutil.which(TOOL)
+    if tool is None:
+        raise UsageError(
+            f"{path}: a session of sigrok (.sr), which {TOOL} converts, and that is not installed; install it, or "
+            "export VCD in PulseView"
+        )
+    import threading
+
+    with tempfile.TemporaryFile() as errors:
+        process = lifeline.start([tool, "-i", os.path.abspath(path), "-O", "vcd"], os.environ, errors)
+        limit = threading.Timer(LONGEST_S, process.kill)
+        limit.daemon = True
+        limit.start()
+        try:
+            found, failed = read_opened(path, cast(BinaryIO, process.stdout), None, torn), None
+        except WaveformError as error:
+            found, failed = None, error
+        finally:
+            limit.cancel()
+            process.kill()
+            process.communicate()
+        errors.seek(0)
+        says = " ".join(errors.read(300).decode("utf-8", "replace").split())
+    if found is None:
+        raise WaveformError(f"{path}: {TOOL} cannot convert it: {says or failed}") from failed
+    return found

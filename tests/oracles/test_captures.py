@@ -1,0 +1,72 @@
+"""Recordings that sigrok-cli itself has written, in all of its forms, against the wave whose samples it was given."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+import slewline
+from slewline.errors import UsageError, WaveformError
+from tests.captures import Sampled, model, sigrok_converted, sigrok_session, wave
+from tests.oracles.programs import find
+
+pytestmark = pytest.mark.system
+MHZ = 1_000_000
+FORMS = {
+    "vcd": "vcd",
+    "samples": "csv",
+    "times": "csv:time=true",
+    "changes": "csv:time=true:dedup=true",
+    "names": "csv:label=channel:time=true:dedup=true",
+}
+
+
+@pytest.fixture(scope="module")
+def program() -> str:
+    return find("sigrok-cli")
+
+
+def agree(ours: slewline.Waveforms, theirs: slewline.Waveforms, mhz: int) -> None:
+    assert str(theirs.sampling) == f"the sampling at {mhz} MHz"
+    shift: str | int = "first"
+    for name, other in zip(("STEP", "DIR"), theirs.names, strict=True):
+        tolerance = ours.sampling_ps + theirs.sampling_ps
+        found = slewline.compare_edges(ours.edges(name), theirs.edges(other), shift=shift, tolerance=tolerance)
+        assert found.agrees and len(found.pairs) in (2, 380), found
+        assert abs(found.drift_ppm) < 20 or len(found.pairs) == 2
+        shift = found.shift_ps
+
+
+ROWS = [(1, "vcd"), (12, "vcd"), (24, "vcd"), (48, "vcd"), *((12, form) for form in FORMS if form != "vcd"),
+        (24, "changes"), (3, "times")]  # fmt: skip
+
+
+@pytest.mark.parametrize(("mhz", "form"), ROWS)
+def test_what_sigrok_writes_agrees(program, tmp_path, mhz, form):
+    """Its column of times counts whole nanoseconds a sample, and so is 0.4 % slow at 12 MHz: samples are counted."""
+    ours = slewline.read_vcd(model(wave(), tmp_path / "model.vcd"))
+    session = sigrok_session(Sampled(wave(), mhz * MHZ), program, tmp_path / "a.sr")
+    path = tmp_path / "a.txt"
+    path.write_bytes(sigrok_converted(session, program, FORMS[form]))
+    agree(ours, slewline.read_waveforms(path), mhz)
+
+
+@pytest.mark.parametrize("mhz", [1, 12, 24])
+def test_a_session_is_converted(program, tmp_path, mhz):
+    ours = slewline.read_vcd(model(wave(), tmp_path / "model.vcd"))
+    agree(ours, slewline.read_waveforms(sigrok_session(Sampled(wave(), mhz * MHZ), program, tmp_path / "a.sr")), mhz)
+
+
+def test_a_session_that_is_damaged(program, tmp_path):
+    session = sigrok_session(Sampled(wave(), MHZ), program, tmp_path / "a.sr")
+    session.write_bytes(session.read_bytes()[:-200])
+    with pytest.raises(WaveformError, match=r"a\.sr: sigrok-cli cannot convert it: "):
+        slewline.read_waveforms(session)
+
+
+def test_a_session_without_the_program(tmp_path, monkeypatch):
+    (tmp_path / "a.sr").write_bytes(b"PK\x03\x04")
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    with pytest.raises(UsageError, match="which sigrok-cli converts, and that is not installed; install it, or export"):
+        slewline.read_waveforms(tmp_path / "a.sr")
