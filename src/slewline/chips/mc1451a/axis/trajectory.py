@@ -25,8 +25,8 @@ from __future__ import annotations
 
 from ....core.context import ChipContext
 from ..cycle_clock import CycleClock
-from ..profiles.ideal import mark_deviation
 from ..omissions import STALL
+from ..profiles.ideal import mark_deviation
 from ..registers import BREAKPOINT, GEAR, LIMIT_NAMES, MOTION_COMPLETE, MOTION_ERROR, ONE, AxisState, Registers, signed
 from .enc import FilteredInput
 from .feedback import Feedback
