@@ -60,23 +60,29 @@ class Serial(SerialBase):
         self._word()  # a mistake here makes no module
         if self._url != self.port:
             self.rig, self._url = self._found(), self.port
+        if why := self.rig.look():
+            raise SerialException(f"could not open port {self.port}: {why}")
         if self.rig.line.host is not None:
             raise SerialException(f"{self.port}: another program has it open; one host at a time")
-        self._end = SerialEndpoint(self.rig, self.port, "pySerial")
+        self._end = SerialEndpoint(self.rig, self.port, "pySerial", SerialException)
         self._reconfigure_port()
         self.is_open = True
 
     def _found(self) -> Rig:
-        return from_url(str(self.port), self._allow_code)
+        try:
+            return from_url(str(self.port), self._allow_code)
+        except FileNotFoundError as error:
+            raise SerialException(f"could not open port {error}") from None
 
     def close(self) -> None:
         """Let what was written go out, and hang up.  The module stays as it is, its time stops."""
         if self.is_open:
-            self.flush()
+            self._end.flush()
             self.is_open = False
             self._end.hang_up()
 
     def _reconfigure_port(self) -> None:
+        self._end.check()
         self._end.change_line(self.baudrate, self._word())
         self.rig.do(lambda: self.rig.line.obey(bool(self.rtscts)))
 
@@ -210,3 +216,4 @@ class Serial(SerialBase):
     def _must_be_open(self) -> None:
         if not self.is_open:
             raise PortNotOpenError
+        self._end.check()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from ...core.messages.near import hint
 from ...core.time.timebase import moment, picoseconds
 from ...errors import UsageError
-from ..lines.line import ConnectorLine
+from ..lines.line import ConnectorLine, HostLine
 from ..views.status import status
 from .kinds import MAX_FINDINGS, MAX_STEPS, Data
 from .requests import schema
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.motion.one_axis import OneAxis
     from ..face import ClientFace, ServerFace
+
+
+Line = TypeVar("Line", bound=HostLine)
 
 
 class Verbs:
@@ -66,18 +69,28 @@ class PinVerbs(Verbs):
         """Reply with the levels of some pins."""
         return {"levels": {name: self.bench.pin(name).level for name in request["pins"]}}
 
-    def line(self, name: str) -> ConnectorLine:
-        """Return a serial line by its name, or by that of any chip on it.
+    def line(self, name: str, of: type[Line] = ConnectorLine) -> Line:  # type: ignore[assignment]
+        """Return a line by its name, or by that of any chip on it; by default a serial one.
 
         Raises:
             UnknownName: no such line.
         """
-        lines = [line for line in self.server.lines.values() if isinstance(line, ConnectorLine)]
+        lines = [line for line in self.server.lines.values() if isinstance(line, of)]
         for line in lines:
             if name == line.name or name in (chip.name for chip in line.chips):
                 return line
-        names = [line.name for line in lines]
-        raise UsageError(f"no serial line {name!r}; there are: {', '.join(names) or 'none'}{hint(name, names)}")
+        names, kind = [line.name for line in lines], "serial line" if of is ConnectorLine else "line"
+        raise UsageError(f"no {kind} {name!r}; there are: {', '.join(names) or 'none'}{hint(name, names)}")
+
+    def do_unplug(self, request: Data) -> Data:
+        """Close the port of a line."""
+        self.server.adapters.unplug(self.line(request["line"], HostLine))
+        return {}
+
+    def do_plug(self, request: Data) -> Data:
+        """Open the port of a line again."""
+        self.server.adapters.plug(self.line(request["line"], HostLine))
+        return {}
 
     def eeprom(self, request: Data, fails: bool) -> Data:
         """Let the EEPROM of a module fail, or no more."""

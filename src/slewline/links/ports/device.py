@@ -18,6 +18,7 @@ from contextlib import contextmanager, suppress
 from threading import Thread
 from typing import Any
 
+from ...closing import Closing
 from ...errors import SlewlineError, UsageError
 from ...extras import needs
 from ..lines.port_line import CableLine
@@ -91,7 +92,7 @@ def refused(device: str, error: Exception, windows: bool = os.name == "nt") -> s
     return f"{why}; name a serial port that exists and that you may open (python -m serial.tools.list_ports)"
 
 
-class DevicePort:
+class DevicePort(Closing):
     """A line on a serial port of this machine.
 
     Args:
@@ -111,7 +112,6 @@ class DevicePort:
         make: Callable[..., Any] = serial.Serial,
     ) -> None:
         self.loop, self.line, self.device, self.tell, self.make = loop, line, device, tell, make
-        self.closed = False
         self.port: Any = None
         self.threads: Threads | None = None
         try:
@@ -171,9 +171,12 @@ class DevicePort:
         else:
             self.tell(f"{self.device}: back")
 
-    def close(self) -> None:
+    def again(self) -> DevicePort:
+        """Return the port, opened again after it was closed."""
+        return DevicePort(self.loop, self.line, self.device, self.tell, self.make)
+
+    def _shut(self) -> None:
         """Let go of the port."""
-        self.closed = True
         if self.stream.open:
             self.stream.close()
             self._let_go("closed")

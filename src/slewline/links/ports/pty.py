@@ -24,6 +24,7 @@ from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 
+from ...closing import Closing
 from ...errors import UsageError
 from ...gate import LinkPlace
 from ..lines.port_line import PortLine
@@ -71,7 +72,7 @@ class PacketStream(SocketStream):
         return data[1:]
 
 
-class PtyPort:
+class PtyPort(Closing):
     """A line on a pseudo-terminal; a host may come and go unnoticed.
 
     Args:
@@ -91,13 +92,13 @@ class PtyPort:
             )
         if not link:
             raise UsageError("a pty needs a link; name it, such as /tmp/x")
-        self.loop, self.line, self.where = loop, line, str(Path(str(link)))
+        self.loop, self.line, self.place, self.where = loop, line, link, str(Path(str(link)))
         self.master, self.slave = os.openpty()  # without a slave of its own, the master fails when the host closes
         self.name = os.ttyname(self.slave)
         try:
             self._link = DeviceLink(link, self.name)
         except BaseException:
-            self._close()
+            self._hang_up()
             raise
         self.ours: list[object] = []  # the settings as we made them
         self.settled_at: float | None = None  # when a change is to be followed by an inversion
@@ -161,13 +162,17 @@ class PtyPort:
         self.ours = termios.tcgetattr(self.slave)
 
     # ------------------------------------------------------------------------------------------------------- the end
-    def close(self) -> None:
+    def again(self) -> PtyPort:
+        """Return another pseudo-terminal under the same name, after this one was closed."""
+        return PtyPort(self.loop, self.line, self.place)
+
+    def _shut(self) -> None:
         """Remove the link, and hang up."""
         self._link.remove()
         self.stream.close()
         self.line.leave("closed")
-        self._close()
+        self._hang_up()
 
-    def _close(self) -> None:
+    def _hang_up(self) -> None:
         os.close(self.master)
         os.close(self.slave)
