@@ -95,7 +95,7 @@ class Server(Closing):
         self.troubles: list[str] = []
         self.log = TranscriptFile(bench.kernel, log, self._trouble)
         self.loop = Loop()
-        self.reports = FindingReports(self.loop, lambda text: self.tell(text))
+        self.reports = FindingReports(self.loop, self._report)
         rate = float(pace.rate) if isinstance(pace, Paced) else 1
         self._lateness = Lateness(pace.lag, rate, lambda text: self.say("server", text))
         self.notes: list[Callable[[], str]] = []
@@ -369,6 +369,9 @@ class Server(Closing):
         self.log.event(line, text)
         if not self.log.on_terminal:
             self.tell(text)
+
+    def _report(self, text: str) -> None:
+        self.tell(text)
 
     def _trouble(self, text: str) -> None:
         if text not in self.troubles:  # what a host tries again is not reported again

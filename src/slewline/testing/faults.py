@@ -120,7 +120,7 @@ class Faults(Part):
 
     # ------------------------------------------------------------------------------------------------------- the port
     def unplugged(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Take the port away, as an adapter is unplugged: a program that has it open gets errors, one that opens it, too.
+        """Take the port away, as an adapter is unplugged: a program that has it open, or opens it, gets errors.
 
         When it is back the program must open it again.  The module has its supply all the time.
 

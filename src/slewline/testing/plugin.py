@@ -13,6 +13,10 @@ r"""The pytest plugin: one argument of a test is a running module.
         left, right = slewline_module("gs-c200"), slewline_module("gs-c200s", on="pty")
         guest = slewline_module("my_lab.mx10:Mx10")
 
+    @pytest.fixture(scope="session")                                    one module for several tests: the same function
+    def feeder(slewline_for_session):                                   for a class, a module of tests, a session
+        return slewline_for_session("gs-c200s")
+
 The report of a failed test gets a section for each module: seed, faults, findings and the last lines of the transcript.
 A run without these fixtures loads nothing more than this file.
 """
@@ -47,9 +51,8 @@ def pytest_configure(config: pytest.Config) -> None:
     )
 
 
-@pytest.fixture
-def slewline_module(request: pytest.FixtureRequest) -> Iterator[Make]:
-    """Return a function that makes running modules, for a test that ends them.
+def _maker(request: pytest.FixtureRequest) -> Iterator[Make]:
+    """Return a function that makes running modules; they end with the test, the class or whatever has the fixture.
 
     Its arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, come before those of the marker `slewline`.
     """
@@ -66,12 +69,22 @@ def slewline_module(request: pytest.FixtureRequest) -> Iterator[Make]:
         )
 
     def make(part: str | type[Chip], **settings: Any) -> Controller:
-        modules.append(running(part, **{**(marker.kwargs if marker else {}), **settings}))
-        return modules[-1]
+        made = running(part, **{**(marker.kwargs if marker else {}), **settings})
+        modules[:] = [
+            module for module in modules if not module.closed
+        ]  # but for the last one, of which a report may be
+        modules.append(made)
+        return made
 
     yield make
     while modules:
         modules.pop().close()
+
+
+slewline_module = pytest.fixture(name="slewline_module")(_maker)
+slewline_for_class = pytest.fixture(scope="class", name="slewline_for_class")(_maker)
+slewline_for_module = pytest.fixture(scope="module", name="slewline_for_module")(_maker)
+slewline_for_session = pytest.fixture(scope="session", name="slewline_for_session")(_maker)
 
 
 @pytest.fixture
@@ -140,6 +153,7 @@ def pytest_runtest_makereport(
                 entry.frame.f_globals.setdefault("__tracebackhide__", hidden)
     report = yield
     if report.failed:
-        for module in item.stash.get(MODULES, []):
+        modules = [module for node in item.listchain() for module in node.stash.get(MODULES, [])]
+        for module in modules:
             report.sections.append((f"slewline: {module.label}", module.report()))
     return report

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, TypeVar
 
 from ...core.messages.near import hint
@@ -69,27 +70,33 @@ class PinVerbs(Verbs):
         """Reply with the levels of some pins."""
         return {"levels": {name: self.bench.pin(name).level for name in request["pins"]}}
 
-    def line(self, name: str, of: type[Line] = ConnectorLine) -> Line:  # type: ignore[assignment]
-        """Return a line by its name, or by that of any chip on it; by default a serial one.
+    def line(self, name: str) -> ConnectorLine:
+        """Return a serial line by its name, or by that of any chip on it.
 
         Raises:
             UnknownName: no such line.
         """
-        lines = [line for line in self.server.lines.values() if isinstance(line, of)]
+        return self._named(name, [line for line in self._lines if isinstance(line, ConnectorLine)], "serial line")
+
+    @property
+    def _lines(self) -> list[HostLine]:
+        return [*self.server.lines.values()]
+
+    def _named(self, name: str, lines: Sequence[Line], kind: str) -> Line:
         for line in lines:
             if name == line.name or name in (chip.name for chip in line.chips):
                 return line
-        names, kind = [line.name for line in lines], "serial line" if of is ConnectorLine else "line"
+        names = [line.name for line in lines]
         raise UsageError(f"no {kind} {name!r}; there are: {', '.join(names) or 'none'}{hint(name, names)}")
 
     def do_unplug(self, request: Data) -> Data:
         """Close the port of a line."""
-        self.server.adapters.unplug(self.line(request["line"], HostLine))
+        self.server.adapters.unplug(self._named(request["line"], self._lines, "line"))
         return {}
 
     def do_plug(self, request: Data) -> Data:
         """Open the port of a line again."""
-        self.server.adapters.plug(self.line(request["line"], HostLine))
+        self.server.adapters.plug(self._named(request["line"], self._lines, "line"))
         return {}
 
     def eeprom(self, request: Data, fails: bool) -> Data:

@@ -373,4 +373,4 @@ class TcpPort(Closing):
         hosts = list(self.turns)
         self.turns.clear()
         for host in hosts:
-            host.gone("the server has ended")
+            host.gone("the port is closed")
