@@ -34,7 +34,7 @@ import pytest
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from .controller import Controller
-    from .ports import Ports
+    from .ports import Ports, Usb
 
     Make = Callable[..., Controller]
 
@@ -70,9 +70,7 @@ def _maker(request: pytest.FixtureRequest) -> Iterator[Make]:
 
     def make(part: str | type[Chip], **settings: Any) -> Controller:
         made = running(part, **{**(marker.kwargs if marker else {}), **settings})
-        modules[:] = [
-            module for module in modules if not module.closed
-        ]  # but for the last one, of which a report may be
+        modules[:] = [module for module in modules if not module.closed]  # the last one may be reported yet
         modules.append(made)
         return made
 
@@ -92,13 +90,14 @@ def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
     """Return a function that puts modules behind names of ports, for a test: {"/dev/ttyUSB0": "gs-c200s"}.
 
     What opens such a name with pySerial or serialx finds the module; the other arguments are those of
-    `slewline_module`.  A value may also be a module that this has made.
+    `slewline_module`.  A value may also be a module that this has made.  `usb` says what the list of ports shows of
+    an adapter: {"/dev/ttyUSB0": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}.
     """
     from .ports import check_modules, named_ports
 
     with ExitStack() as stack:
 
-        def put(ports: Mapping[str, Any], **settings: Any) -> Ports:
+        def put(ports: Mapping[str, Any], usb: Mapping[str, Usb] | None = None, **settings: Any) -> Ports:
             if not isinstance(ports, Mapping):
                 from ..errors import UsageError
 
@@ -108,7 +107,7 @@ def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
                 for name, module in ports.items()
             }
             check_modules(made)
-            return stack.enter_context(named_ports(made))
+            return stack.enter_context(named_ports(made, usb))
 
         yield put
 

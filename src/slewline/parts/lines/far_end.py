@@ -6,11 +6,16 @@ agree costs nothing.  What does not fit is a finding of the connector, whatever 
 
 from __future__ import annotations
 
+import re
 from typing import Protocol
 
 from ...core.wires.serial import LineSetting, ReceivingEnd, Straps, disagreement
 
 RETURN, LF = 0x0D, 0x0A
+TELNET = re.compile(rb"(?:\xff[\xfb-\xfe].)+", re.DOTALL)  # offers and demands of options
+CERTAIN = 6  # bytes of them, where a byte may be 0xff
+RAW = "the host negotiates options (bytes ff fb to fe), which a module takes for commands"
+RAW_REMEDY = "this looks like telnet: use a raw connection, or --rfc2217 with a client for that"
 
 
 class NearEnd(Protocol):
@@ -61,6 +66,12 @@ class FarEnd:
         text = self._differs("the program", self.near.setting._replace(baud=baud))
         if self._is_new(text):
             self.near.finding("format", f"{text}; this port passes characters at any rate, a cable does not")
+
+    def look_for_telnet(self, data: bytes) -> None:
+        """Report a host that negotiates options instead of sending characters, once."""
+        found = TELNET.match(data)
+        if found and (self.near.setting.word.bits < 8 or len(found[0]) >= CERTAIN) and self._is_new(RAW):
+            self.near.finding("telnet", f"{RAW}; {RAW_REMEDY}")
 
     def look_at_addresses(self, data: bytes) -> None:
         """Report lines that are for none of the modules, once for each way in which they begin."""
