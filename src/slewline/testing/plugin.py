@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     Make = Callable[..., Controller]
 
 OURS = Path(__file__).resolve().parent.parent  # the package
+REPORTED = 4  # modules that a test has closed, and whose report it still shows
 MODULES: pytest.StashKey[list[Controller]] = pytest.StashKey()
 
 
@@ -54,23 +55,28 @@ def pytest_configure(config: pytest.Config) -> None:
 def _maker(request: pytest.FixtureRequest) -> Iterator[Make]:
     """Return a function that makes running modules; they end with the test, the class or whatever has the fixture.
 
-    Its arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, come before those of the marker `slewline`.
+    Its arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, come before those of the marker `slewline`, and
+    those of a test before those of its class and its module of tests.
     """
     from .endpoints import running
 
     modules: list[Controller] = request.node.stash.setdefault(MODULES, [])
-    marker = request.node.get_closest_marker("slewline")
-    if marker and marker.args:
-        from ..errors import UsageError
+    marked: dict[str, Any] = {}
+    for marker in request.node.iter_markers("slewline"):  # the closest first
+        if marker.args:
+            from ..errors import UsageError
 
-        given = ", ".join(map(repr, marker.args))
-        raise UsageError(
-            f"marker slewline({given}): takes keyword arguments only: @pytest.mark.slewline(straps={{...}})"
-        )
+            given = ", ".join(map(repr, marker.args))
+            raise UsageError(
+                f"marker slewline({given}): takes keyword arguments only: @pytest.mark.slewline(straps={{...}})"
+            )
+        marked = {**marker.kwargs, **marked}
+    kept = REPORTED if request.scope == "function" else 1
 
     def make(part: str | type[Chip], **settings: Any) -> Controller:
-        made = running(part, **{**(marker.kwargs if marker else {}), **settings})
-        modules[:] = [module for module in modules if not module.closed]  # the last one may be reported yet
+        made = running(part, **{**marked, **settings})
+        for old in [module for module in modules if module.closed][:-kept]:  # of the last ones a test may report
+            modules.remove(old)
         modules.append(made)
         return made
 
@@ -152,7 +158,8 @@ def pytest_runtest_makereport(
                 entry.frame.f_globals.setdefault("__tracebackhide__", hidden)
     report = yield
     if report.failed:
-        modules = [module for node in item.listchain() for module in node.stash.get(MODULES, [])]
-        for module in modules:
+        used = getattr(item, "fixturenames", ())
+        nodes = [item, *(node for node in item.listchain() if f"slewline_for_{type(node).__name__.lower()}" in used)]
+        for module in (module for node in nodes for module in node.stash.get(MODULES, [])):
             report.sections.append((f"slewline: {module.label}", module.report()))
     return report
