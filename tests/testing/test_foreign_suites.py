@@ -50,11 +50,9 @@ def run(name: str, folder: Path) -> tuple[int, int, float]:
     suite, module = SUITES[name], f"test_{name}"
     shutil.copy(HERE / "feeder.py", folder)
     shutil.copy(HERE / f"suite_{name}.py", folder / f"{module}.py")
-    (folder / "pytest.ini").write_text("[pytest]\nanyio_mode = auto\n" if name == "asyncio" else "[pytest]\n")
+    (folder / "pytest.ini").write_text("[pytest]\n")
     environment = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
-    plugins = (
-        word for plugin in ("slewline.testing.plugin", "no:cacheprovider", *suite.plugins) for word in ("-p", plugin)
-    )
+    plugins = [f"-p{plugin}" for plugin in ("slewline.testing.plugin", "no:cacheprovider", *suite.plugins)]
     words = ["-m", "unittest", module] if name == "unittest" else ["-m", "pytest", "-q", *plugins, *suite.arguments]
     ran = subprocess.run(
         [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
@@ -67,10 +65,11 @@ def run(name: str, folder: Path) -> tuple[int, int, float]:
     return int(passed), int(next(iter(skipped), None) or 0), float(seconds)
 
 
+ON_TERMINALS = [pytest.param("c_on_a_pty", marks=pytest.mark.posix)]
+
+
 @pytest.mark.system
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.posix) if "pty" in name else name for name in SUITES]
-)
+@pytest.mark.parametrize("name", [*(name for name in SUITES if name != "c_on_a_pty"), *ON_TERMINALS])
 def test_a_foreign_suite_passes(name, tmp_path):
     missing = [package for package in SUITES[name].needs if find_spec(package) is None]
     if missing:

@@ -40,6 +40,7 @@ def test_a_socket_with_pyvisa_py(gs_c200s):
 
 
 def test_the_defaults_of_visa_time_out_and_say_why(manager):
-    with manager.open_resource("ASRLslewline://gs-c200s?chs=0::INSTR") as session:
-        with pytest.raises(pyvisa.VisaIOError, match="VI_ERROR_TMO.*slewline: format: line is set to 9600 8N1"):
-            session.query("F")
+    says = r"VI_ERROR_TMO.*slewline: format: line is set to 9600 8N1"
+    session = manager.open_resource("ASRLslewline://gs-c200s?chs=0::INSTR")
+    with pytest.raises(pyvisa.VisaIOError, match=says):
+        session.query("F")
