@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -86,6 +87,8 @@ def run(pytester, monkeypatch):
         run = pytester.runpytest_subprocess if alone else pytester.runpytest_inprocess
         if alone:  # loading those that happen to be installed here takes longer than the tests
             monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+        elif os.environ.get("PYTEST_DISABLE_PLUGIN_AUTOLOAD"):  # under tools/mutations.py
+            alone = ("slewline.testing.plugin",)
         plugins = (word for plugin in ("no:cacheprovider", *alone) for word in ("-p", plugin))
         return run("-W", "error", *plugins, *arguments)
 
