@@ -84,7 +84,7 @@ def test_so_does_a_program_in_c(serve, link, tmp_path):
     assert (ran.stdout, ran.stderr) == ("V+0\n" * 20, "")
 
 
-@pytest.mark.real("pty")
+@pytest.mark.system
 def test_of_a_program_at_another_rate_only_the_rate_is_said(lockstep, link):
     """A pty shows neither data bits nor parity, so nothing says that they are right."""
     server, line = lockstep()

@@ -152,7 +152,7 @@ def test_every_class_that_closes_in_links_and_testing_is_here_or_inside():
                     found.add(node.name)
     inside = {
         *("Listener", "Threads", "DevicePort"),  # of a port of the machine
-        *("Kept", "UrlEndpoint", "PortEndpoint", "Rig", "Transport"),
+        *("KeptTranscript", "UrlEndpoint", "PortEndpoint", "Rig", "Transport"),
         "ControlClient",  # above
     }
     assert found - inside <= {name.partition(",")[0] for name in (*PUBLIC, *ON_TERMINALS)}

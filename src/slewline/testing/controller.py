@@ -33,7 +33,7 @@ LEVELS = MappingProxyType({0: "low", 1: "high", -1: "floating"})
 SHOWN = 40  # lines of the transcript in a report
 
 
-class Kept(StringIO):
+class KeptTranscript(StringIO):
     """A transcript that can be read when it is closed."""
 
     def close(self) -> None:
@@ -58,7 +58,7 @@ class Controller(Closing):
         self.rig, self.label, self.seed, self.name = rig, label, seed, rig.chip.name
         self.bench: Bench = rig.bench
         self.chip: Chip = rig.chip
-        rig.log.file = self._transcript = Kept()
+        rig.log.file = self._transcript = KeptTranscript()
         self.faults = Faults(rig.chip, getattr(rig, "line", None), rig.do, seed, rig.unplug, rig.plug)
         self.bench.place(self.faults)
         self.bench.record()

@@ -52,7 +52,7 @@ class SerialEndpoint:
         rig.program = self
 
     def lose(self, why: str) -> None:
-        """Take notice that the port has gone: whatever the program does with it fails, but to close it."""
+        """Find that the port has gone: whatever the program does with it fails, but to close it."""
         self.lost, self.connected, self.rig.program = why, False, None
         self.rig.line.detach(why)
         if self.tell is not None:

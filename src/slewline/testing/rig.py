@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from os import PathLike
 from pathlib import Path
 from threading import Condition
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any, Protocol, TypeVar, cast
 from urllib.parse import parse_qsl, urlsplit
 
 from ..bench import Bench
@@ -34,9 +34,6 @@ from ..links.lines.store import FileStore
 from ..parts.hosts.adaptive_host import AdaptiveHost
 from ..parts.hosts.serial_host import SerialHost
 
-if TYPE_CHECKING:
-    from .endpoint import SerialEndpoint
-
 Result = TypeVar("Result")
 SCHEME = "slewline"
 SLICES = 50  # at most, to come up to the wall clock
@@ -54,6 +51,13 @@ NAMED: dict[str, Rig] = {}  # modules that stay while they are not open, as long
 ENDED: set[str] = set()  # names of those that a test has ended: no other module gets one of them
 CLOSED = "the module has been closed"
 LOOK_PS = 10**11  # what a program takes that looks in vain for a port which has gone
+
+
+class PortUser(Protocol):
+    """The end of the program that has a port open."""
+
+    def lose(self, why: str) -> None:
+        """Find that the port has gone."""
 
 
 class OnDemandTime(Lockstep):
@@ -126,7 +130,7 @@ class Rig:
         self.reach()
 
     away = ""  # why a program does not find the port; empty: it does
-    program: SerialEndpoint | None = None  # the end of the program that has the port open
+    program: PortUser | None = None  # that has the port open
 
     def unplug(self, why: str) -> None:
         """Take the port away, as an adapter is unplugged, from the program that has it open, too; the module stays."""

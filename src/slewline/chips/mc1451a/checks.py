@@ -3,20 +3,25 @@
 A script is read as the chipset would take it, packet by packet.  A register that the text has not written yet holds
 what was there before, which is not known (None) unless RESET is above; no rule speaks about it then.  Three things
 are taken as they are at power-up until the script says otherwise: the pulse range is the standard one; a script that
-gives destination and velocity, but no acceleration, has none; and an axis is at 0.
+gives destination and velocity, but no acceleration, has none; and an axis is at 0.  That it moves is reported where it
+certainly does: of a move the least time is known, and how long the script waits.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from math import inf, sqrt
 
 from ...core.datasheet.table import Sheet
+from ...core.time.timebase import PS_PER_S, picoseconds
+from ...errors import SlewlineError
 from ...language.lint import Check
 from ...language.problems import Severity
+from ...language.rates import cycles_per_s
 from ...language.statements import Directive, Source, Statement
-from .moves import PASSING, USED, KnownMove, least_s, waited_s
 from .omissions import IN_MOTION, NEXT_START, REST, STARTING, forgotten, missing
-from .registers import PROFILE_COMMANDS, S_CURVE, TRAPEZOIDAL
+from .registers import PROFILE_COMMANDS, S_CURVE, TRAPEZOIDAL, VELOCITY
 from .sheet import HIGH_RANGE, ROWS, STANDARD_RANGE
 
 USES = {  # profile mode: its name, and what an update brings to it
@@ -29,7 +34,69 @@ ALWAYS = ("STOP", "SYNCH_PRFL")
 COMPARING = ("SET_TIME_BRK", "SET_POS_BRK", "SET_NEG_BRK", "SET_ACTL_POS_BRK", "SET_ACTL_NEG_BRK")
 ARMING = {row.name for row in ROWS if row.sets and row.sets[0] == "breakpoint" and row.sets[1]}
 SCALE = 1 << 16
+PASSING = ("drive", "release", "pulse", "note", "expect")  # directives that take no time
+USED = ("SET_VEL", "SET_START_VEL", "SET_ACC", "SET_MAX_ACC", "SET_JERK")
 WAIT = "put wait motion_complete before it"
+
+
+@dataclass(frozen=True)
+class KnownMove:
+    """A move in progress.
+
+    Attributes:
+        begun: the last command before the update that began it.
+        left_s: it takes at least so many seconds more.
+        used: the values with which it began, by command; None: not known.
+    """
+
+    begun: Statement
+    left_s: float
+    used: Mapping[str, int | None]
+
+    def changes(self, name: str, pending: Mapping[str, Statement]) -> bool:
+        """Return whether an update would change one of its values."""
+        return name in pending and self.used[name] is not None and pending[name].values[0] != self.used[name]
+
+    def after(self, seconds: float) -> KnownMove | None:
+        """Return the move after some seconds; None: it may be over."""
+        return replace(self, left_s=self.left_s - seconds) if self.left_s > seconds else None
+
+
+def waited_s(directive: Directive) -> float:
+    """Return the seconds for which a host waits; without end where it waits for something to happen."""
+    if directive.verb != "wait":
+        return inf
+    try:
+        return picoseconds(directive.text.removeprefix("@").removeprefix("wait").strip()) / PS_PER_S
+    except SlewlineError:  # a bit of the status word
+        return inf
+
+
+def least_s(sheet: Sheet, mode: int, end: int | None, at: int, used: Mapping[str, int | None]) -> float:
+    """Return the seconds that a move takes at least; 0: it does not move, or that is not known.
+
+    Args:
+        mode: the profile mode.
+        end: its destination.
+        at: where it begins.
+        used: velocities, acceleration and jerk, by command.
+    """
+    velocity = (used["SET_VEL"] or 0) / SCALE
+    acceleration = abs(used["SET_MAX_ACC" if mode == S_CURVE else "SET_ACC"] or 0) / SCALE
+    if not velocity or not acceleration or (mode == S_CURVE and not used["SET_JERK"]):
+        return 0
+    if mode == VELOCITY:
+        return inf
+    if end is None:
+        return 0
+    distance = abs(end - at)
+    if used["SET_START_VEL"] != 0:
+        cycles = distance / velocity  # at most the ramps are missing
+    elif distance > velocity * velocity / acceleration:
+        cycles = distance / velocity + velocity / acceleration
+    else:
+        cycles = 2 * sqrt(distance / acceleration)
+    return cycles / float(cycles_per_s(sheet))
 
 
 @dataclass
@@ -45,7 +112,7 @@ class KnownAxis:
     armed: bool = False
     auto_update: bool = True
     move: KnownMove | None = None  # the one that is certainly in progress
-    at: int | None = 0  # where it stands, or will stand
+    at: int | None = 0  # where it is, or will be
 
     def value(self, name: str) -> int | None:
         """What a parameter is, as far as that is known."""
