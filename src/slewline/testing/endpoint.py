@@ -42,7 +42,7 @@ class SerialEndpoint:
 
     lost = ""  # why the port has gone; empty: it has not
 
-    def __init__(self, rig: Rig, where: str, program: str, gone: type[Exception]) -> None:
+    def __init__(self, rig: Rig, where: str, program: str, gone: type[Exception] = OSError) -> None:
         self.rig, self.where, self.gone = rig, where, gone
         self.buffer = bytearray()
         self.connected, self.cancelled = True, False
