@@ -80,7 +80,7 @@ class Server(Closing):
         branch: the number of the run that is shown: 0 is the one that began with the server.
         breakpoints, travel: where virtual time stops; pause, steps and going back, for the control port.
         exchanges, views, adapters: replaces the bench; what the control port shows; ports that are unplugged.
-        reports: findings on their way to the user, without repetitions.
+        reports, closed: findings on their way to the user, without repetitions; whether the server is closed.
     """
 
     def __init__(

@@ -11,7 +11,9 @@ the socket is what the loop sees.
 
 from __future__ import annotations
 
+import errno
 import os
+import re
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -32,6 +34,7 @@ except ImportError:
     raise SlewlineError(needs("a serial port needs", "serial")) from None
 
 RETRY_S = 0.5
+ERRNO = re.compile(r"\(([0-9]+), '")
 LOOK_S = 0.5  # how long a thread reads at most before it checks whether the port is still wanted
 
 
@@ -87,8 +90,9 @@ def refused(device: str, error: Exception, windows: bool = os.name == "nt") -> s
     """Return why a serial port could not be opened, once, and what to do."""
     if WINDOWS_PORT.fullmatch(device) and not windows:
         return "is the name of a port on Windows; on this system a serial port is /dev/ttyUSB0 or the like"
-    number = getattr(error, "errno", None)  # the text of pySerial has it twice
-    why = os.strerror(number) if number else str(error)
+    inside = ERRNO.search(str(error))  # the text of pySerial has it twice, or as a tuple
+    number = getattr(error, "errno", None) or (inside and int(inside[1]))
+    why = "is no serial port" if number == errno.ENOTTY else os.strerror(number) if number else str(error)
     return f"{why}; name a serial port that exists and that you may open (python -m serial.tools.list_ports)"
 
 
