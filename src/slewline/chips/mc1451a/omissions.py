@@ -27,13 +27,13 @@ REST = {  # by profile mode: what it is called, and what an update may not chang
     S_CURVE: ("S-curve", ("SET_VEL", "SET_MAX_ACC", "SET_JERK")),
 }
 IN_MOTION = {
-    mode: f"an update in motion changes {' or '.join(names)}, in {name} mode: command error, and of all written "
-    "written only the destination is taken; wait for motion complete before it"
+    mode: f"an update in motion changes {' or '.join(names)}, in {name} mode: command error, and only the destination of "
+    "what was written is taken; wait for motion complete before it"
     for mode, (name, names) in REST.items()
 }
 AT_LIMIT = (
-    "nothing starts, because the limit switch ahead is active, or the event bit of a switch is set; clear the bit "
-    "the bit with RST_STATUS, then move the other way"
+    "nothing starts, because the limit switch ahead is active, or the event bit of a switch is set; clear that bit "
+    "with RST_STATUS, then move the other way"
 )
 STARTING = TRAPEZOIDAL, VELOCITY  # the profile modes that have a start velocity
 NEXT_START = "SET_START_VEL in motion: it counts from the next start; give it at rest"
