@@ -27,8 +27,8 @@ REST = {  # by profile mode: what it is called, and what an update may not chang
     S_CURVE: ("S-curve", ("SET_VEL", "SET_MAX_ACC", "SET_JERK")),
 }
 IN_MOTION = {
-    mode: f"an update in motion changes {' or '.join(names)}, in {name} mode: command error, and only the destination of "
-    "what was written is taken; wait for motion complete before it"
+    mode: f"an update in motion changes {' or '.join(names)}, in {name} mode: command error, and only the destination "
+    "of what was written is taken; wait for motion complete before it"
     for mode, (name, names) in REST.items()
 }
 AT_LIMIT = (
@@ -37,7 +37,7 @@ AT_LIMIT = (
 )
 STARTING = TRAPEZOIDAL, VELOCITY  # the profile modes that have a start velocity
 NEXT_START = "SET_START_VEL in motion: it counts from the next start; give it at rest"
-STALL = "motion error: the position error exceeds SET_POS_ERR; the motor has lost steps, or the encoder counts wrong"
+STALL = "the position error exceeds SET_POS_ERR: the motor has lost steps, or the encoder counts wrong"
 
 
 def missing(mode: int, value: Callable[[str], int | None], written: Container[str], starts: bool) -> list[str]:
