@@ -217,6 +217,13 @@ def test_a_module_that_a_test_has_closed_still_reports(slewline_module):
         assert "> R\\r" in module.report()
 
 
+def test_time_passes_no_more_for_a_server_that_a_test_has_closed(slewline_module):
+    module = slewline_module("gs-c200s", on="tcp")
+    module.close()
+    with pytest.raises(slewline.errors.SlewlineError, match="the module has been closed"):
+        module.advance("1 s")
+
+
 def test_serialx_in_asyncio_gets_the_error_too(slewline_module):
     module = slewline_module("gs-c200s", straps={"chs": 0})
 

@@ -148,7 +148,13 @@ class PortEndpoint(Rig):
     def wait(
         self, met: Callable[[], bool], ps: int, when: Callable[[], int | None] | None = None, nets: Iterable[Net] = ()
     ) -> bool:
-        """Let time pass until a condition is met, or for so many ps; return whether it was met."""
+        """Let time pass until a condition is met, or for so many ps; return whether it was met.
+
+        Raises:
+            SlewlineError: the server has ended.
+        """
+        if self.ended:
+            raise SlewlineError(f"{self.url}: {CLOSED}")
         over, found = Event(), []
 
         def done(was_met: bool) -> None:

@@ -193,8 +193,10 @@ class Updates:
         switches = self.switches
         if not switches.flagged and not switches.active(POSITIVE_LIMIT if distance > 0 else NEGATIVE_LIMIT):
             return False
-        reported = self.generator.mode != VELOCITY
-        if reported:
+        text = f"axis {self.state.number}: {AT_LIMIT}"
+        if self.generator.mode == VELOCITY:
+            self.chip.finding("no-start", text)
+        else:
             self.state.events |= COMMAND_ERROR
-        self.chip.finding("command-error" if reported else "no-start", f"axis {self.state.number}: {AT_LIMIT}")
+            self.chip.finding("command-error", text)
         return True
