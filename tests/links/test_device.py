@@ -118,3 +118,13 @@ def test_much_at_once_comes_whole_and_in_order(lockstep, cable):
             found += os.read(cable.far, 100)
         assert found == b"R\r" * 500
     cable.unplug()
+
+
+@pytest.mark.system
+def test_what_is_no_serial_port_is_called_so(lockstep, tmp_path):
+    server, line = lockstep()
+    (tmp_path / "file").touch()
+    for name in ("/dev/null", str(tmp_path / "file")):
+        with pytest.raises(UsageError, match=f"^{name}: is no serial port; name a serial port that exists"):
+            server.serial(line, name)
+    server.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 
@@ -21,11 +22,35 @@ from .conftest import PATIENCE, Threaded
 
 HOST = """
 import serial, sys
-for _ in range(20):
-    with serial.Serial(sys.argv[1], 9600, bytesize=7, parity="O", stopbits=2, timeout=60) as port:
-        port.write(b"V1\\r")
-        assert port.read_until(b"\\r") == b"V+0\\r"
+for number in range(20):
+    for bits, parity, stop in FORMATS:
+        with serial.Serial(sys.argv[1], 9600, bytesize=bits, parity=parity, stopbits=stop, timeout=60) as port:
+            port.write(b"V1\\r")
+            assert port.read_until(b"\\r") == b"V+0\\r"
 print("well")
+"""
+FORMATS = [(7, "O", 2)], [(8, "O", 1)], [(7, "O", 1), (8, "N", 1), (7, "E", 1), (8, "O", 1)]
+IN_C = """
+#include <fcntl.h>
+#include <stdio.h>
+#include <termios.h>
+#include <unistd.h>
+int main(int n, char **name) {
+    struct termios t;
+    char answer[8];
+    for (int again = 0; again < 20; again++) {
+        int port = open(name[1], O_RDWR | O_NOCTTY), got = 0;
+        tcgetattr(port, &t);
+        cfmakeraw(&t);
+        t.c_cflag = (t.c_cflag & ~CSIZE) | CS7 | PARENB | PARODD | CSTOPB | CLOCAL | CREAD;
+        cfsetspeed(&t, B9600);
+        if (tcsetattr(port, TCSANOW, &t)) return perror("tcsetattr"), 1;
+        write(port, "V1\\r", 3);
+        while (got < 4) got += read(port, answer + got, 4 - got);
+        printf("%.3s\\n", answer);
+        close(port);
+    }
+}
 """
 
 
@@ -38,12 +63,39 @@ def link(tmp_path):
 
 
 @pytest.mark.system
-def test_a_host_program_opens_it_as_7o2_again_and_again(serve, link):
+@pytest.mark.parametrize("formats", FORMATS, ids=["7O2", "8O1", "in turns"])
+def test_a_host_program_opens_it_with_parity_again_and_again(serve, link, formats):
     """The C library refuses an open that changes nothing: without the cure, the second one fails."""
     serve("gs-c200s", "--pty", link, "--strap", "chs=0", "--lockstep")
-    host = [sys.executable, "-c", HOST, str(link)]
+    host = [sys.executable, "-c", HOST.replace("FORMATS", repr(formats)), str(link)]
     ran = subprocess.run(host, check=False, capture_output=True, text=True, timeout=PATIENCE)
     assert (ran.stdout, ran.stderr) == ("well\n", "")
+
+
+@pytest.mark.system
+def test_so_does_a_program_in_c(serve, link, tmp_path):
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("needs a C compiler")
+    (tmp_path / "host.c").write_text(IN_C)
+    subprocess.run([compiler, "-o", tmp_path / "host", tmp_path / "host.c"], check=True)
+    serve("gs-c200s", "--pty", link, "--strap", "chs=0", "--lockstep")
+    ran = subprocess.run([tmp_path / "host", link], check=False, capture_output=True, text=True, timeout=PATIENCE)
+    assert (ran.stdout, ran.stderr) == ("V+0\n" * 20, "")
+
+
+@pytest.mark.system
+def test_of_a_program_at_another_rate_only_the_rate_is_said(lockstep, link):
+    """A pty shows neither data bits nor parity, so nothing says that they are right."""
+    server, line = lockstep()
+    server.pty(line, str(link))
+    with Threaded(server) as running, serial.Serial(str(link), 19200, timeout=PATIENCE) as port:
+        port.write(b"F\r")
+        assert port.read_until(b"\r") == b"R\r"
+        running.until(lambda: server.bench.findings)
+    (found,) = [found.text for found in server.bench.findings if found.code == "format"]
+    assert found.startswith("the program is set to 19200 baud, and x to 9600 7O2 (")
+    assert "this port does not show" in found and "19200 7O2" not in found
 
 
 @pytest.mark.real("pty")
@@ -118,8 +170,11 @@ def test_what_is_no_old_link_of_ours_stays(lockstep, link, kind):
         link.symlink_to(kind)
     server, line = lockstep()
     before = as_made(link)
-    with pytest.raises(UsageError, match="not an old link of slewline"):
+    with pytest.raises(
+        UsageError, match="a terminal in use" if kind == "terminal" else "not an old link of"
+    ) as refused:
         server.pty(line, str(link))
+    assert "remove" not in str(refused.value)
     assert as_made(link) == before
     server.close()
     if kind == "terminal":

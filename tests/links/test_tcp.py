@@ -312,3 +312,28 @@ def test_a_host_that_writes_in_small_pieces_does_not_wait_for_acknowledgements(l
             assert host.read() == b"V+0\r"
             took.append(time.perf_counter() - began)
             assert began < end
+
+
+@pytest.mark.parametrize(("part", "over"), [("gs-c200s", None), ("cy545b", "serial"), ("cy525", None)])
+def test_telnet_on_a_raw_port_is_a_finding(part, over, client):
+    bench = slewline.Bench()
+    server = Server(bench, Lockstep(bench))
+    x = bench.add(part)
+    port = server.tcp(server.line(x, over=over), "127.0.0.1:0")
+    with Threaded(server) as running:
+        host = client(port.where)
+        host.socket.sendall(bytes.fromhex("fffd03 fffb18 fffb1f"))
+        host.socket.sendall(b"F\r")
+        running.until(lambda: any(found.code == "telnet" for found in bench.findings))
+        running.do(lambda: None)
+    (found,) = [found.text for found in bench.findings if found.code == "telnet"]
+    assert "use a raw connection, or --rfc2217" in found
+
+
+@pytest.mark.parametrize("data", [b"\xffN 1\r", b"\xff\xfb\x01\r", b"V1\r\xff\xfd\x03\xff\xfb\x18"])
+def test_bytes_that_only_begin_like_telnet_are_none(data):
+    """On a line of 8 bits a byte may be 0xff."""
+    bench = slewline.Bench()
+    bench.host(bench.add("cy545b"), over="serial").write(data)
+    bench.run("1 s")
+    assert "telnet" not in [found.code for found in bench.findings]

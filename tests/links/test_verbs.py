@@ -142,6 +142,23 @@ def _(at):
     assert at.host.ask(b"M\r") == b"Y\r"
 
 
+@does("unplug")
+def _(at):
+    assert at.host.ask(b"F\r") == b"R\r"
+    at.ask("unplug", line="x")
+    assert len(at.running.server.ports) == 1  # the control port
+    assert at.host.read() == b""  # the connection is closed
+
+
+@does("plug")
+def _(at):
+    where = at.running.server.ports[0].where
+    at.ask("unplug", line="x")
+    assert at.running.do(lambda: [port.where for port in at.running.server.ports if port.where == where]) == []
+    at.ask("plug", line="x")
+    assert at.running.do(lambda: [port.where for port in at.running.server.ports if port.where == where]) == [where]
+
+
 @does("power")
 def _(at):
     at.ask("power", chip="x", on=False)

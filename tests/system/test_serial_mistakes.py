@@ -217,7 +217,7 @@ MISTAKES = (
     row("another rate", rfc2217, b"V1\r", baudrate=4800, words=f"gs_c200s is set to 4800 7O2|{RATE}".replace("gs_c200s is set", "is set")),
     row("8N1", rfc2217, b"V1\r", bytesize=8, parity="N", stopbits=1, words=f"is set to 9600 8N1|{RATE}"),
     row("even parity", rfc2217, b"V1\r", parity="E", words=f"is set to 9600 7E2|{RATE}"),
-    row("another rate in the settings", pty, b"V1\r", baudrate=19200, words=f"the program is set to 19200 7O2|{RATE}|passes characters at any rate, a cable does not"),
+    row("another rate in the settings", pty, b"V1\r", baudrate=19200, words=f"the program is set to 19200 baud|{RATE}|passes characters at any rate, a cable does not"),
     row("a parity fault on the wire", url, b"V1\r", parity="E", words="gs_c200s  E1: b'V1': a parity or framing fault|is set to 9600 baud, 7 data bits, odd parity, 2 stop bits|br0=0|check the line for noise"),
     row("a rate that the CY545 has not found", url, b"\r\r? P\r? P\r", part="cy545", bytesize=8, parity="E", stopbits=1, words="line is set to 9600 8E1|to 9600 8N1|two carriage returns|set the host to 9600 baud, 8 data bits, no parity, 1 stop bit"),
     row("no carriage returns first", url, b"? P\r? R\r? O\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  not-adapted: characters before two carriage returns: not recognised|start with \\r\\r"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -86,6 +87,8 @@ def run(pytester, monkeypatch):
         run = pytester.runpytest_subprocess if alone else pytester.runpytest_inprocess
         if alone:  # loading those that happen to be installed here takes longer than the tests
             monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+        elif os.environ.get("PYTEST_DISABLE_PLUGIN_AUTOLOAD"):  # under tools/mutations.py
+            alone = ("slewline.testing.plugin",)
         plugins = (word for plugin in ("no:cacheprovider", *alone) for word in ("-p", plugin))
         return run("-W", "error", *plugins, *arguments)
 
@@ -149,3 +152,64 @@ def test_it_works_without_pyserial():
     code += "module = running('gs-c200s'); print(module.ask('F'), module.url)"
     ran = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout == "R slewline://gs-c200s?name=gs_c200s_1\n"
+
+
+SCOPES = """
+@pytest.fixture(scope="session")
+def plant(slewline_for_session):
+    return slewline_for_session("gs-c200s", straps={"chs": 0})
+
+@pytest.fixture(scope="class")
+def pair(slewline_for_class):
+    return [slewline_for_class("gs-c200s", on=on, straps={"chs": 0}) for on in ("url", "tcp")]
+
+class TestOne:
+    def test_first(self, plant, pair):
+        assert plant.ask("Po") == "Y"
+        assert [module.ask("F") for module in pair] == ["R", "R"]
+
+    def test_second(self, plant, pair):
+        assert plant.ask("A1") == "Y"
+        assert pair[0].now > 10**9
+
+class TestTwo:
+    def test_third(self, plant, pair):
+        assert plant.ask("Px") == "Y"
+        assert pair[0].now == 10**9
+
+    def test_that_fails(self, plant):
+        plant.assert_reply("Q", "END")
+
+def test_that_fails_without_a_module(tmp_path):
+    assert not tmp_path
+
+def test_that_fails_with_one_that_it_has_closed(slewline_module):
+    with slewline_module("gs-c200s", on="tcp", straps={"chs": 0}) as module:
+        module.ask("V1")
+    assert module is None
+"""
+
+
+def test_fixtures_of_a_class_and_a_session_and_who_reports_them(run):
+    result = run(SCOPES)
+    result.assert_outcomes(passed=3, failed=3)
+    said = result.stdout.str()
+    assert said.count("- slewline: ") == 2
+    result.stdout.fnmatch_lines(["*test_that_fails *", "*- slewline: gs-c200s on url -*", "*> END?r"])
+    result.stdout.fnmatch_lines(["*- slewline: gs-c200s on tcp -*", "*> V+0?r"])
+
+
+MARKED = """
+pytestmark = pytest.mark.slewline(straps={"chs": 0}, seed=3)
+
+@pytest.mark.slewline(seed=4)
+class TestMarked:
+    @pytest.mark.slewline(on="tcp")
+    def test_it(self, gs_c200s):
+        assert (gs_c200s.seed, gs_c200s.label, gs_c200s.ask("V1")) == (4, "gs-c200s on tcp", "V+0")
+        assert "< V1" in gs_c200s.report()
+"""
+
+
+def test_markers_of_a_test_its_class_and_its_module_add_up(run):
+    run(MARKED).assert_outcomes(passed=1)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import io
+import sys
+from types import ModuleType
 
 import pytest
 import serial
@@ -150,3 +152,49 @@ def test_what_a_program_leaves_open_is_closed_at_the_end(slewline_module, make):
         assert module.rig.line.host is not None
     assert module.rig.line.host is None and not left.is_open
     left.close()
+
+
+FTDI = {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI", "product": "FT232R", "manufacturer": "FTDI"}
+
+
+def test_a_program_finds_its_adapter_in_the_list_of_ports(slewline_ports):
+    ports = slewline_ports({"COM3": "gs-c200s", "COM4": "gs-c200"}, usb={"COM3": FTDI}, straps={"chs": 0})
+    (found,) = list_ports.grep("0403:6001")
+    assert (found.device, found.serial_number, found.product) == ("COM3", "A50285BI", "FT232R")
+    assert found.hwid == "USB VID:PID=0403:6001 SER=A50285BI"
+    (of_serialx,) = [info for info in serialx.list_serial_ports() if info.vid == 0x0403]
+    assert (of_serialx.device, of_serialx.pid, of_serialx.serial_number) == ("COM3", 0x6001, "A50285BI")
+    assert asyncio.run(serialx.async_list_serial_ports())[0] == of_serialx
+    with serial.serial_for_url("hwgrep://A50285BI", **SETTINGS) as port:
+        assert ask(port) == b"V+0\r"
+    with ports["COM3"].faults.unplugged():
+        assert [info.device for info in list_ports.comports() if info.device.startswith("COM")] == ["COM4"]
+    assert len([*list_ports.grep("0403:6001")]) == 1
+
+
+@pytest.mark.parametrize(
+    ("usb", "says"),
+    [
+        ({"COM7": {}}, "usb: no port 'COM7'; there are: COM3"),
+        ({"COM3": {"serial": "A5"}}, "usb of COM3: 'serial'; allowed vid, pid, serial_number"),
+        ({"COM3": {"vid": "0403"}}, "usb of COM3: vid '0403'; allowed 0 to 0xFFFF"),
+        ({"COM3": {"pid": 1 << 16}}, "usb of COM3: pid 65536; allowed 0 to 0xFFFF"),
+        ({"COM3": {"product": 5}}, "usb of COM3: product 5; allowed a text"),
+    ],
+)
+def test_an_adapter_that_cannot_be_is_refused(slewline_ports, usb, says):
+    with pytest.raises(UsageError, match=f"^{says}"):
+        slewline_ports({"COM3": "gs-c200s"}, usb=usb)
+
+
+def test_a_library_that_would_wait_for_ever_is_refused_when_it_opens(slewline_ports):
+    """What fails in pyserial-asyncio is a callback, after which the program waits for good."""
+    slewline_ports({"COM3": "gs-c200s"})
+    library = ModuleType("serial_asyncio")
+    exec("import serial\ndef opened(url): return serial.serial_for_url(url)", vars(library))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "serial_asyncio", library)
+        for url in ("slewline://gs-c200s", "COM3"):
+            with pytest.raises(serial.SerialException, match=r'on="tcp".*on="pty"'):
+                library.opened(url)
+            serial.serial_for_url(url).close()  # somebody else's call

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from time import perf_counter
 
 import pytest
@@ -157,3 +158,30 @@ def test_a_name_that_means_no_module_is_refused(manager, name, says):
 def test_a_name_that_means_nothing_is_refused_as_always(manager):
     with pytest.raises(pyvisa.VisaIOError, match="INV_RSRC_NAME"):
         manager.open_resource("nothing::INSTR::at::all")
+
+
+@pytest.mark.parametrize(
+    ("settings", "why"),
+    [
+        ({}, "line-end: the host ends its lines with CR LF"),  # of PyVISA: CR LF
+        ({"write_termination": ""}, "unfinished: "),
+        ({"baud_rate": 4800}, "format: line is set to 4800 7O2, and gs_c200s to 9600 7O2"),
+    ],
+    ids=["line end", "no line end", "rate"],
+)
+def test_a_timeout_says_what_the_module_knows(manager, settings, why):
+    usual = {key: value for key, value in LINE.items() if settings or not key.endswith("termination")}
+    with manager.open_resource(MODULE, timeout=500, **{**usual, **settings}) as session:
+        for _ in range(2):
+            with pytest.raises(pyvisa.VisaIOError, match=f"^VI_ERROR_TMO .* slewline: {why}") as raised:
+                session.query("F")
+        assert raised.value.error_code == pyvisa.constants.StatusCode.error_timeout
+        assert str(pickle.loads(pickle.dumps(raised.value))) == str(raised.value)  # as xdist does
+
+
+def test_a_timeout_after_an_answer_says_where_the_module_is(manager):
+    with manager.open_resource(MODULE, timeout=100, **{**LINE}) as session:
+        assert session.query("?") == "E4"
+        assert session.query("F") == "R"
+        with pytest.raises(pyvisa.VisaIOError, match="slewline: gs_c200s: waiting for a command"):
+            session.read()

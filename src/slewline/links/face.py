@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .lines.line import HostLine
     from .lines.log import TranscriptFile
     from .lines.pace import Pace
+    from .ports.adapters import Adapters
     from .sockets.loop import Loop
     from .sockets.stream import SocketStream
     from .time.breakpoints import Breakpoints
@@ -101,6 +102,7 @@ class ServerFace(Protocol):
     reports: FindingReports
     travel: TimeTravel
     views: Views
+    adapters: Adapters
 
     @property
     def scope(self) -> Scope:

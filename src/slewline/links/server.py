@@ -20,6 +20,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
 from ..bench.hosting import channel_over
+from ..closing import Closing
 from ..core.chip import Chip
 from ..core.component import Finding
 from ..core.datasheet.channel import AdaptiveLine
@@ -28,6 +29,7 @@ from ..errors import UsageError
 from .lines.line import ConnectorLine, HostLine
 from .lines.log import TranscriptFile
 from .lines.pace import Pace, Paced
+from .ports.adapters import Adapters
 from .ports.prologix import PrologixLine, PrologixPort
 from .ports.registers import RegisterLine, RegisterPort
 from .ports.tcp import LOCAL, TcpPort
@@ -56,7 +58,7 @@ LOOK_S = 5.0
 PORTS: Mapping[type[HostLine], type[TcpPort]] = {RegisterLine: RegisterPort, PrologixLine: PrologixPort}
 
 
-class Server:
+class Server(Closing):
     """Serves the chips of a bench.
 
     Args:
@@ -77,8 +79,8 @@ class Server:
         troubles, found: what is wrong around the chips, in words; how many findings there were.
         branch: the number of the run that is shown: 0 is the one that began with the server.
         breakpoints, travel: where virtual time stops; pause, steps and going back, for the control port.
-        exchanges, views: replaces the bench; what the control port shows.
-        reports: findings on their way to the user, without repetitions.
+        exchanges, views, adapters: replaces the bench; what the control port shows; ports that are unplugged.
+        reports, closed: findings on their way to the user, without repetitions; whether the server is closed.
     """
 
     def __init__(
@@ -99,6 +101,7 @@ class Server:
         self.notes: list[Callable[[], str]] = []
         self.lines: dict[str, HostLine] = {}
         self.ports: list[OpenPort] = []
+        self.adapters = Adapters(self)
         self.found = self.branch = 0
         self._over = False
         self.breakpoints = Breakpoints(bench, pace, self._stopped)
@@ -285,7 +288,7 @@ class Server:
     def _end(self) -> None:
         self._over = True
 
-    def close(self) -> None:
+    def _shut(self) -> None:
         """Close every port; the bench stays as it is."""
         self.travel.close()
         for port in self.ports:

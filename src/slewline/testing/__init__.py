@@ -14,6 +14,8 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from ..core.chip import Chip
+    from .controller import Controller
     from .protocol_slewline import Serial
 
 with suppress(ImportError):  # without pySerial there are no URLs; all the rest works
@@ -40,3 +42,22 @@ def open_url(url: str, baudrate: int = 9600, **settings: Any) -> Serial:
     if not url.startswith(f"{SCHEME}://"):
         raise UsageError(f"{url!r}: expected {SCHEME}://PART; other ports are opened with serial.serial_for_url")
     return Serial(url, baudrate, **settings)
+
+
+def running(part: str | type[Chip], on: str | None = None, seed: int = 0, **settings: Any) -> Controller:
+    """Return a running module, to be closed at the end, best by a `with` block; what a fixture of pytest returns.
+
+    Args:
+        part: such as "gs-c200s", the name of an entry point, or a class.
+        on: where a program finds it: "url", "tcp", "pty", "rfc2217"; or "host": a host computer on its bus. By default
+            the URL, of a part without a serial line the host.
+        seed: of everything that is random, such as a garbled character.
+        settings: straps, rate, store, and options of the part.
+
+    Raises:
+        UsageError: none of these faces, or a setting that is not allowed.
+        UnknownName: no such part.
+    """
+    from . import endpoints
+
+    return endpoints.running(part, on, seed, **settings)

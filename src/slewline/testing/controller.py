@@ -16,6 +16,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from ..bench import Bench
+from ..closing import Closing
 from ..core.chip import Chip, step_nets
 from ..core.messages.instead import face, missing
 from ..core.messages.whole import counted
@@ -32,8 +33,15 @@ LEVELS = MappingProxyType({0: "low", 1: "high", -1: "floating"})
 SHOWN = 40  # lines of the transcript in a report
 
 
+class KeptTranscript(StringIO):
+    """A transcript that can be read when it is closed."""
+
+    def close(self) -> None:
+        """Keep what is written."""
+
+
 @face
-class Controller:
+class Controller(Closing):
     """A running module.
 
     Args:
@@ -43,15 +51,15 @@ class Controller:
 
     _for_users: ClassVar[tuple[str, ...]] = (
         *("url", "host", "chip", "bench", "faults", "now", "position", "pin", "advance", "until", "until_idle", "ask"),
-        *("assert_reply", "assert_steps", "assert_edges", "report", "close", "label", "seed"),
+        *("assert_reply", "assert_steps", "assert_edges", "report", "close", "closed", "label", "seed"),
     )
 
     def __init__(self, rig: Rig, label: str, seed: int) -> None:
         self.rig, self.label, self.seed, self.name = rig, label, seed, rig.chip.name
         self.bench: Bench = rig.bench
         self.chip: Chip = rig.chip
-        rig.log.file = self._transcript = StringIO()
-        self.faults = Faults(rig.chip, getattr(rig, "line", None), rig.do, seed)
+        rig.log.file = self._transcript = KeptTranscript()
+        self.faults = Faults(rig.chip, getattr(rig, "line", None), rig.do, seed, rig.unplug, rig.plug)
         self.bench.place(self.faults)
         self.bench.record()
 
@@ -277,7 +285,10 @@ class Controller:
         yield from lines[-SHOWN:]
 
     def close(self) -> None:
-        """End it."""
+        """End the module; a program that has its port open finds that it has gone.  Closed twice, it is closed."""
+        super().close()
+
+    def _shut(self) -> None:
         self.rig.close()
 
 

@@ -37,15 +37,35 @@ class SerialEndpoint:
     Args:
         where: what the program calls the port.
         program: what the transcript calls the program.
+        gone: what its library raises of a port that has gone.
     """
 
-    def __init__(self, rig: Rig, where: str, program: str) -> None:
-        self.rig, self.where = rig, where
+    lost = ""  # why the port has gone; empty: it has not
+
+    def __init__(self, rig: Rig, where: str, program: str, gone: type[Exception] = OSError) -> None:
+        self.rig, self.where, self.gone = rig, where, gone
         self.buffer = bytearray()
         self.connected, self.cancelled = True, False
         self.tell: Callable[[], object] | None = None  # called when something has come
         rig.resume()
         rig.do(lambda: rig.line.attach(program, self._arrived, lambda: None))
+        rig.program = self
+
+    def lose(self, why: str) -> None:
+        """Find that the port has gone: whatever the program does with it fails, but to close it."""
+        self.lost, self.connected, self.rig.program = why, False, None
+        self.rig.line.detach(why)
+        if self.tell is not None:
+            self.tell()
+
+    def error(self) -> Exception:
+        """Return what is raised of a port that has gone."""
+        return self.gone(f"{self.where}: the port is gone ({self.lost}); close it, and open it when it is back")
+
+    def check(self) -> None:
+        """Raise, if the port has gone."""
+        if self.lost:
+            raise self.error()
 
     def hang_up(self) -> None:
         """Let go of the line; the module stays as it is, its time stops."""
@@ -54,7 +74,9 @@ class SerialEndpoint:
             self.rig.close()
 
     def _hang_up(self) -> None:
-        self.rig.line.detach("closed")
+        if self.connected:
+            self.rig.line.detach("closed")
+            self.rig.program = None
         self.rig.leave()
         self.connected = False
 
@@ -95,6 +117,7 @@ class SerialEndpoint:
         now = self.rig.present()
         end = None if timeout is None else now + seconds(timeout)
         while (had := len(self.buffer)) < size:
+            self.check()
             if self.cancelled or not self.connected:
                 self.cancelled = False
                 return
@@ -147,8 +170,8 @@ class SerialEndpoint:
             pass
 
     def sent(self) -> bool:
-        """Return whether everything has gone out."""
-        return self.rig.host.idle
+        """Return whether everything has gone out, or nothing more can."""
+        return bool(self.lost) or self.rig.host.idle
 
     def space(self, on: bool) -> None:
         """Put the line to space, after what was written, or back to mark."""

@@ -28,7 +28,7 @@ from ..links.lines.pace import Lockstep, Pace, Paced
 from ..links.server import Server
 from ..parts.hosts.host import Host
 from .controller import Controller
-from .rig import NAMED, SCHEME, Result, Rig, serial_line
+from .rig import CLOSED, ENDED, NAMED, SCHEME, Result, Rig, serial_line
 
 NUMBERS = count(1)
 PATIENCE_S = 60.0  # of the wall clock: a server that does not answer for so long is broken
@@ -44,9 +44,12 @@ class UrlEndpoint(Rig):
         NAMED[self.key] = self
 
     def close(self) -> None:
-        """End the module; its name is free again."""
-        del NAMED[self.key]
-        super().close()
+        """End the module; a program that has it open gets the error of a port that has gone."""
+        if self.key not in ENDED:
+            ENDED.add(self.key)
+            NAMED.pop(self.key, None)
+            self.do(lambda: self.unplug(CLOSED))
+            super().close()
 
 
 class BusEndpoint(Rig):
@@ -90,6 +93,8 @@ class PortEndpoint(Rig):
         super().__init__(part, **settings)
         self.thread = Thread(target=self.server.run, name=f"slewline {self.url}", daemon=True)
 
+    ended = False
+
     def channel_of(self, sheet: Sheet) -> Channel:
         """Return its serial line, or else its first channel."""
         return serial_line(sheet) or next(iter(sheet.channels))
@@ -112,6 +117,14 @@ class PortEndpoint(Rig):
             rmtree(self.folder)
             raise
 
+    def unplug(self, why: str) -> None:
+        """Close the port, in the next turn of the server."""
+        self.server.loop.ask(lambda: self.server.adapters.unplug(self.line))
+
+    def plug(self) -> None:
+        """Open the port again where it was, in the next turn of the server."""
+        self.server.loop.ask(lambda: self.server.adapters.plug(self.line))
+
     def begin(self) -> None:
         """Start the server, in a thread of its own."""
         self.thread.start()
@@ -121,11 +134,13 @@ class PortEndpoint(Rig):
         return Lockstep(self.bench) if rate is None else Paced(self.bench, rate)
 
     def do(self, action: Callable[[], Result]) -> Result:
-        """Call a function in the thread of the server and return what it returns.
+        """Call a function in the thread of the server and return what it returns; after `close` in this one.
 
         Raises:
-            SlewlineError: the server has ended.
+            SlewlineError: the server has ended by itself.
         """
+        if self.ended:
+            return action()
         if not self.thread.is_alive():
             raise SlewlineError(f"{self.url}: the server has ended")
         return self.server.call(action, PATIENCE_S)  # type: ignore[no-any-return]
@@ -133,7 +148,13 @@ class PortEndpoint(Rig):
     def wait(
         self, met: Callable[[], bool], ps: int, when: Callable[[], int | None] | None = None, nets: Iterable[Net] = ()
     ) -> bool:
-        """Let time pass until a condition is met, or for so many ps; return whether it was met."""
+        """Let time pass until a condition is met, or for so many ps; return whether it was met.
+
+        Raises:
+            SlewlineError: the server has ended.
+        """
+        if self.ended:
+            raise SlewlineError(f"{self.url}: {CLOSED}")
         over, found = Event(), []
 
         def done(was_met: bool) -> None:
@@ -147,10 +168,12 @@ class PortEndpoint(Rig):
 
     def close(self) -> None:
         """End the server."""
-        self.server.stop()
-        self.thread.join(PATIENCE_S)
-        rmtree(self.folder)
-        super().close()
+        if not self.ended:
+            self.ended = True
+            self.server.stop()
+            self.thread.join(PATIENCE_S)
+            rmtree(self.folder)
+            super().close()
 
 
 FACES = ("url", "host", "tcp", "pty", "rfc2217")

@@ -60,6 +60,7 @@ class Fault:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.owner.do(self.end)
+        self.owner.do(lambda: None)
 
 
 class Faults(Part):
@@ -70,11 +71,22 @@ class Faults(Part):
     Args:
         do: calls a function while no time passes; a server has its own thread.
         seed: of all chance.
+        unplug: takes the port away from programs, and says why.
+        plug: lets them find it again.
     """
 
-    def __init__(self, chip: Chip, line: object, do: Callable[[Callable[[], Any]], Any], seed: int) -> None:
+    def __init__(
+        self,
+        chip: Chip,
+        line: object,
+        do: Callable[[Callable[[], Any]], Any],
+        seed: int,
+        unplug: Callable[[str], object] = lambda _why: None,
+        plug: Callable[[], object] = lambda: None,
+    ) -> None:
         super().__init__(chip.kernel, "faults")
-        self.chip, self.do, self.seed = chip, do, seed
+        self.chip, self.do, self.seed, self.line = chip, do, seed, line
+        self._unplug, self._plug = unplug, plug
         self.random = Random(seed)
         spared = dialect_of(chip.sheet).constant_bit
         self.noise: dict[str, ReportedNoise] = {}
@@ -91,6 +103,7 @@ class Faults(Part):
     ) -> Fault:
         fault = Fault(self, name, begin, end)
         self.do(lambda: self._schedule(fault, at, lasting))
+        self.do(lambda: None)  # a server carries some of them out in its next turn
         return fault
 
     def _schedule(self, fault: Fault, at: Time | None, lasting: Time | None) -> None:
@@ -104,6 +117,24 @@ class Faults(Part):
             self.kernel.call_at(start, fault.begin)
         if lasting is not None:
             self.kernel.call_at(start + picoseconds(lasting), fault.end)
+
+    # ------------------------------------------------------------------------------------------------------- the port
+    def unplugged(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
+        """Take the port away, as an adapter is unplugged: a program that has it open, or opens it, gets errors.
+
+        When it is back the program must open it again.  The module has its supply all the time.
+
+        Raises:
+            UsageError: the module has no port.
+        """
+        if self.line is None:
+            raise UsageError(f"unplugged: {self.chip.name}, a {self.chip.sheet.part}, has no port; it is on a bus")
+
+        def begin() -> str:
+            self._unplug("unplugged")
+            return "the port is gone"
+
+        return self._scheduled("unplugged", begin, self._plug, at, lasting)
 
     # ----------------------------------------------------------------------------------------------------- characters
     def lost_byte(
@@ -239,6 +270,7 @@ missing(
     **dict.fromkeys(("corrupt_byte", "corrupt", "garble", "flip_bit", "noise"), "{it}.garbled_byte()"),
     **dict.fromkeys(("delay_byte", "delay", "late"), "{it}.late_byte(...)"),
     **dict.fromkeys(("parity", "parity_error", "bad_parity"), "{it}.wrong_parity()"),
+    **dict.fromkeys(("unplug", "disconnect", "hot_unplug", "port_lost"), "{it}.unplugged()"),
     **dict.fromkeys(("power_off", "power_fail", "brownout"), "{it}.power_cut()"),
     **dict.fromkeys(("stuck_pin", "stuck", "stick"), "{it}.stuck_switch(pin, level)"),
     **dict.fromkeys(("bounce", "bouncing"), "{it}.bouncing_limit(...)"),

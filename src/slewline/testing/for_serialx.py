@@ -55,13 +55,18 @@ class Serial(BaseSerial):
         self._word()  # a mistake here makes no module
         if self._found_at != where:
             self.rig, self._found_at = self._found(), where
+        if why := self.rig.look():
+            raise SerialException(f"{where}: {why}")
         if self.rig.line.host is not None:
             raise SerialException(f"{where}: another program has it open; one host at a time")
-        self.end = SerialEndpoint(self.rig, where, "serialx")
+        self.end = SerialEndpoint(self.rig, where, "serialx", SerialException)
         self.set_modem_pins(self._modem_pins_on_open())
 
     def _found(self) -> Rig:
-        return from_url(str(self.path), self._allow_code)
+        try:
+            return from_url(str(self.path), self._allow_code)
+        except FileNotFoundError as error:
+            raise SerialException(str(error)) from None
 
     def _close(self) -> None:
         if self.end is not None:
@@ -100,6 +105,7 @@ class Serial(BaseSerial):
     def _line(self) -> SerialEndpoint:
         if self.end is None:
             raise SerialException(f"{self.path}: is not open")
+        self.end.check()
         return self.end
 
     # --------------------------------------------------------------------------------------------- reading and writing
@@ -186,10 +192,16 @@ class Transport(BaseSerialTransport):
         self._called = False
         if self._connection_lost_called or self._closing or self._paused:
             return
-        data = bytes(self._end.buffer)
-        self._end.buffer.clear()
+        end = self._port.end
+        if end is None:
+            return
+        data = bytes(end.buffer)
+        end.buffer.clear()
         if data:
             self._protocol.data_received(data)
+        if end.lost:
+            self._closing = True
+            self._lost(end.error())
 
     def pause_reading(self) -> None:
         """Keep what comes until `resume_reading`."""
@@ -265,12 +277,12 @@ class Transport(BaseSerialTransport):
             self._serial._reset_write_buffer()
             self._loop.call_soon(self._lost)
 
-    def _lost(self) -> None:
+    def _lost(self, error: Exception | None = None) -> None:
         if self._connection_lost_called:
             return
         self._port._hang_up()
         self._time.leave(self)
-        self._call_protocol_connection_lost(None)
+        self._call_protocol_connection_lost(error)
 
 
 register_uri_handler(

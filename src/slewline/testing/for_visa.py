@@ -5,8 +5,9 @@ r"""A backend of PyVISA: sessions with modules in the process of the program tha
     rm.open_resource("ASRLslewline://gs-c200s?chs=0::INSTR", read_termination="\r", write_termination="\r")
 
 It is PyVISA-py with one kind of session more.  A timeout is virtual time, as on the port of the URL: that of a whole
-read, however many characters come.  Other resources are what they are to PyVISA-py, so one of a port that
-`slewline serve` has opened works as well: TCPIP::127.0.0.1::4001::SOCKET.
+read, however many characters come; its error says what the module knows, such as a line end that it waits for.  Other
+resources are what they are to PyVISA-py, so one of a port that `slewline serve` has opened works as well:
+TCPIP::127.0.0.1::4001::SOCKET.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ try:
     import serial
     from pyvisa import attributes, constants, rname
     from pyvisa.constants import AccessModes, InterfaceType, ResourceAttribute, StatusCode
+    from pyvisa.errors import VisaIOError
     from pyvisa.typing import VISARMSession, VISASession
     from pyvisa.util import LibraryPath
     from pyvisa_py.highlevel import PyVisaLibrary
@@ -30,14 +32,31 @@ try:
 except ImportError:
     raise SlewlineError(needs("sessions of PyVISA need", "visa")) from None
 
+SHOWN = 3  # findings, each of another kind, in the error of a timeout
 KIND = InterfaceType.asrl, "INSTR"
 KEPT = ("asrl_end_in", "asrl_end_out", "send_end_enabled", "termchar", "termchar_enabled", "suppress_end_enabled")
+
+
+class ModuleTimeout(VisaIOError):
+    """A timeout, with what the module knows of it."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__(StatusCode.error_timeout)
+        self.why = why
+        self.args = (f"{self.args[0]} slewline: {why}",)
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+    def __reduce__(self) -> tuple[type, tuple[Any]]:
+        return ModuleTimeout, (self.why,)
 
 
 class ModuleSession(SerialSession):
     """A session with a serial port, whose timeout is virtual where a module of slewline is at its other end."""
 
     session_type = KIND
+    known = 0  # findings up to the last answer
 
     def after_parsing(self) -> None:
         """Open the port.  On Windows, PyVISA-py would put COM before every name, and so before a URL."""
@@ -45,14 +64,29 @@ class ModuleSession(SerialSession):
             super().after_parsing()
             return
         self.interface = serial.serial_for_url(self.parsed.board, timeout=self.timeout, write_timeout=self.timeout)
+        if self.rig is not None:
+            self.known = len(self.rig.bench.findings)
         for name in KEPT:
             attribute = ResourceAttribute[name]
             self.attrs[attribute] = attributes.AttributesByID[attribute].default
 
+    @property
+    def rig(self) -> Rig | None:
+        """The module at the other end; None: it is a port of the machine."""
+        return getattr(self.interface, "rig", None)
+
+    def why(self) -> str:
+        """Return why no answer has come, as far as the module knows."""
+        if self.rig is None:
+            return ""
+        if new := {found.code: found.text for found in self.rig.bench.findings[self.known :]}:
+            return "; ".join(f"{code}: {text}" for code, text in [*new.items()][-SHOWN:])
+        return "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
+
     def _read(
         self, reader: Callable[[], bytes], count: int, is_end: Callable[[bytes], bool], suppress_end: bool, *rest: Any
     ) -> tuple[bytes, StatusCode]:
-        rig: Rig | None = getattr(self.interface, "rig", None)
+        rig = self.rig
         if rig is None:
             return super()._read(reader, count, is_end, suppress_end, *rest)  # type: ignore[no-any-return]
         over_ps = None if self.timeout is None else rig.present() + seconds(self.timeout)
@@ -63,6 +97,7 @@ class ModuleSession(SerialSession):
                 return bytes(data), StatusCode.error_timeout
             data += character
             if is_end(character) and not suppress_end:
+                self.known = len(rig.bench.findings)
                 return bytes(data), StatusCode.success
             if over_ps is not None and rig.bench.now_ps > over_ps:
                 return bytes(data), StatusCode.error_timeout
@@ -82,6 +117,16 @@ class SlewlineVisaLibrary(PyVisaLibrary):
         urls = [rig.url for rig in NAMED.values()]
         urls += [f"{SCHEME}://{part}" for part in CATALOGUE.ours if serial_line(sheet_of(part)) is not None]
         return tuple(rname.filter([f"ASRL{url}::INSTR" for url in urls], query))
+
+    def handle_return_value(self, session: Any, status_code: int) -> StatusCode:
+        """Return a status, or raise its error; of a timeout with what the module knows of it."""
+        one = self.sessions.get(session) if status_code == StatusCode.error_timeout else None
+        try:
+            return super().handle_return_value(session, status_code)  # type: ignore[no-any-return]
+        except VisaIOError:
+            if isinstance(one, ModuleSession) and (why := one.why()):
+                raise ModuleTimeout(why) from None
+            raise
 
     def open(
         self,

@@ -13,6 +13,10 @@ r"""The pytest plugin: one argument of a test is a running module.
         left, right = slewline_module("gs-c200"), slewline_module("gs-c200s", on="pty")
         guest = slewline_module("my_lab.mx10:Mx10")
 
+    @pytest.fixture(scope="session")                                    one module for several tests: the same function
+    def feeder(slewline_for_session):                                   for a class, a module of tests, a session
+        return slewline_for_session("gs-c200s")
+
 The report of a failed test gets a section for each module: seed, faults, findings and the last lines of the transcript.
 A run without these fixtures loads nothing more than this file.
 """
@@ -30,11 +34,12 @@ import pytest
 if TYPE_CHECKING:
     from ..core.chip import Chip
     from .controller import Controller
-    from .ports import Ports
+    from .ports import Ports, Usb
 
     Make = Callable[..., Controller]
 
 OURS = Path(__file__).resolve().parent.parent  # the package
+REPORTED = 4  # modules that a test has closed, and whose report it still shows
 MODULES: pytest.StashKey[list[Controller]] = pytest.StashKey()
 
 
@@ -47,31 +52,43 @@ def pytest_configure(config: pytest.Config) -> None:
     )
 
 
-@pytest.fixture
-def slewline_module(request: pytest.FixtureRequest) -> Iterator[Make]:
-    """Return a function that makes running modules, for a test that ends them.
+def _maker(request: pytest.FixtureRequest) -> Iterator[Make]:
+    """Return a function that makes running modules; they end with the test, the class or whatever has the fixture.
 
-    Its arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, come before those of the marker `slewline`.
+    Its arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, come before those of the marker `slewline`, and
+    those of a test before those of its class and its module of tests.
     """
     from .endpoints import running
 
     modules: list[Controller] = request.node.stash.setdefault(MODULES, [])
-    marker = request.node.get_closest_marker("slewline")
-    if marker and marker.args:
-        from ..errors import UsageError
+    marked: dict[str, Any] = {}
+    for marker in request.node.iter_markers("slewline"):  # the closest first
+        if marker.args:
+            from ..errors import UsageError
 
-        given = ", ".join(map(repr, marker.args))
-        raise UsageError(
-            f"marker slewline({given}): takes keyword arguments only: @pytest.mark.slewline(straps={{...}})"
-        )
+            given = ", ".join(map(repr, marker.args))
+            raise UsageError(
+                f"marker slewline({given}): takes keyword arguments only: @pytest.mark.slewline(straps={{...}})"
+            )
+        marked = {**marker.kwargs, **marked}
+    kept = REPORTED if request.scope == "function" else 1
 
     def make(part: str | type[Chip], **settings: Any) -> Controller:
-        modules.append(running(part, **{**(marker.kwargs if marker else {}), **settings}))
-        return modules[-1]
+        made = running(part, **{**marked, **settings})
+        for old in [module for module in modules if module.closed][:-kept]:  # of the last ones a test may report
+            modules.remove(old)
+        modules.append(made)
+        return made
 
     yield make
     while modules:
         modules.pop().close()
+
+
+slewline_module = pytest.fixture(name="slewline_module")(_maker)
+slewline_for_class = pytest.fixture(scope="class", name="slewline_for_class")(_maker)
+slewline_for_module = pytest.fixture(scope="module", name="slewline_for_module")(_maker)
+slewline_for_session = pytest.fixture(scope="session", name="slewline_for_session")(_maker)
 
 
 @pytest.fixture
@@ -79,13 +96,14 @@ def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
     """Return a function that puts modules behind names of ports, for a test: {"/dev/ttyUSB0": "gs-c200s"}.
 
     What opens such a name with pySerial or serialx finds the module; the other arguments are those of
-    `slewline_module`.  A value may also be a module that this has made.
+    `slewline_module`.  A value may also be a module that this has made.  `usb` says what the list of ports shows of
+    an adapter: {"/dev/ttyUSB0": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}.
     """
     from .ports import check_modules, named_ports
 
     with ExitStack() as stack:
 
-        def put(ports: Mapping[str, Any], **settings: Any) -> Ports:
+        def put(ports: Mapping[str, Any], usb: Mapping[str, Usb] | None = None, **settings: Any) -> Ports:
             if not isinstance(ports, Mapping):
                 from ..errors import UsageError
 
@@ -95,7 +113,7 @@ def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
                 for name, module in ports.items()
             }
             check_modules(made)
-            return stack.enter_context(named_ports(made))
+            return stack.enter_context(named_ports(made, usb))
 
         yield put
 
@@ -140,6 +158,8 @@ def pytest_runtest_makereport(
                 entry.frame.f_globals.setdefault("__tracebackhide__", hidden)
     report = yield
     if report.failed:
-        for module in item.stash.get(MODULES, []):
+        used = getattr(item, "fixturenames", ())
+        nodes = [item, *(node for node in item.listchain() if f"slewline_for_{type(node).__name__.lower()}" in used)]
+        for module in (module for node in nodes for module in node.stash.get(MODULES, [])):
             report.sections.append((f"slewline: {module.label}", module.report()))
     return report

@@ -3,13 +3,15 @@
     with named_ports({"COM3": module}):
         main()                               # serial.Serial("COM3") in it, or serialx.Serial, or serialx in asyncio
 
+    with named_ports({"COM3": module}, usb={"COM3": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}):
+        main()                               # which looks for its adapter in the list of ports
+
 The classes of pySerial and serialx stay the ones that the program has imported; their objects behave like those of
 slewline:// if the name of their port is one of these.  All other ports are what they were.
 """
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
     from .rig import Rig
 
 MISSING = object()
+Usb = Mapping[str, "int | str"]
+ADAPTER = ("vid", "pid", "serial_number", "manufacturer", "product", "location", "interface")  # as pySerial has them
 
 
 class Ports(dict[str, "Controller"]):
@@ -65,54 +69,77 @@ def check_modules(modules: Mapping[str, Controller]) -> None:
             raise UsageError(f"{name}: {module.label}; allowed a part with a serial line, on url")
 
 
+def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) -> None:
+    """Check what the list of ports is to show of adapters.
+
+    Raises:
+        UsageError: of a port that is none of these, or something that the list does not show.
+    """
+    for name, adapter in usb.items():
+        if name not in modules:
+            raise UsageError(f"usb: no port {name!r}; there are: {', '.join(modules)}{hint(name, modules)}")
+        for key, value in adapter.items():
+            if key not in ADAPTER:
+                raise UsageError(f"usb of {name}: {key!r}; allowed {', '.join(ADAPTER)}{hint(key, ADAPTER)}")
+            number = key in ("vid", "pid")
+            if not isinstance(value, int if number else str) or (number and not 0 <= int(value) <= 0xFFFF):
+                raise UsageError(f"usb of {name}: {key} {value!r}; allowed {'0 to 0xFFFF' if number else 'a text'}")
+
+
 @contextmanager
-def named_ports(modules: Mapping[str, Controller]) -> Iterator[Ports]:
+def named_ports(modules: Mapping[str, Controller], usb: Mapping[str, Usb] | None = None) -> Iterator[Ports]:
     """Let programs find modules under names of ports while the block lasts.
 
     Args:
         modules: by the names of their ports; they are in this process (`on="url"`).
+        usb: by names of ports, what the list of ports shows of the adapter: vid, pid, serial_number, manufacturer,
+            product, location, interface.
 
     Raises:
-        UsageError: a module that has no serial line, or has its line behind a port.
+        UsageError: a module that has no serial line, or has its line behind a port; or no such port or key in `usb`.
     """
     check_modules(modules)
+    check_adapters(modules, usb or {})
     known = {plain(name): module for name, module in modules.items()}
+    adapters = {plain(name): adapter for name, adapter in (usb or {}).items()}
     with ExitStack() as stack:
         for library, lend in (("serial", _pyserial), ("serialx", _serialx)):
             if find_spec(library) is not None:
-                lend(stack, import_module(library), known)
+                lend(stack, import_module(library), known, adapters)
         yield Ports(modules)
 
 
 # ------------------------------------------------------------------------------------------------------------- pySerial
-def _pyserial(stack: ExitStack, serial: Any, known: Mapping[str, Controller]) -> None:
+def _pyserial(stack: ExitStack, serial: Any, known: Mapping[str, Controller], usb: Mapping[str, Usb]) -> None:
     from .protocol_slewline import Serial
 
     def mine(port: Any) -> bool:
         name = plain(port.port)
         return name in known and (not port.is_open or vars(port).get("_url") == port.port)
 
-    own = {**vars(Serial), "fileno": _no_fileno}
-    _lend(stack, serial.Serial, own, mine, lambda port: known[plain(port.port)].rig)
+    _lend(stack, serial.Serial, vars(Serial), mine, lambda port: known[plain(port.port)].rig)
     from serial.tools import list_ports
     from serial.tools.list_ports_common import ListPortInfo
 
     listed = list_ports.comports
 
+    def shown(name: str) -> Any:
+        info = ListPortInfo(name)
+        if name in usb:
+            vars(info).update(usb[name])
+            info.apply_usb_info()
+        return info
+
     def comports(*arguments: Any, **more: Any) -> list[Any]:
-        return [*(ListPortInfo(name) for name in known), *listed(*arguments, **more)]
+        here = [shown(name) for name, module in known.items() if not module.rig.away]
+        return [*here, *(info for info in listed(*arguments, **more) if info.device not in known)]
 
     _put(stack, list_ports, "comports", comports)
 
 
-def _no_fileno(port: Any) -> int:
-    raise io.UnsupportedOperation(f"{port.port}: is a module of slewline, not a file; a program that needs one "
-                                  'gets a module on a device file: slewline_module("...", on="pty")')  # fmt: skip
-
-
 # -------------------------------------------------------------------------------------------------------------- serialx
-def _serialx(stack: ExitStack, serialx: Any, known: Mapping[str, Controller]) -> None:
-    from serialx import async_serial, common
+def _serialx(stack: ExitStack, serialx: Any, known: Mapping[str, Controller], usb: Mapping[str, Usb]) -> None:
+    from serialx import SerialPortInfo, async_serial, common
 
     from .for_serialx import Serial, Transport
 
@@ -131,6 +158,25 @@ def _serialx(stack: ExitStack, serialx: Any, known: Mapping[str, Controller]) ->
         handler = handler_of(uri)
         return replace(handler, async_transport_cls=NamedTransport) if plain(uri) in known else handler
 
+    def shown(name: str) -> Any:
+        adapter: dict[str, Any] = dict(usb.get(name, {}))
+        adapter["interface_description"] = adapter.pop("interface", None)
+        adapter.pop("location", None)
+        names = ("vid", "pid", "serial_number", "manufacturer", "product", "bcd_device", "interface_num")
+        return SerialPortInfo(name, name, **{**dict.fromkeys(names), **adapter})
+
+    listed = common.list_serial_ports
+
+    def list_serial_ports(*arguments: Any, **more: Any) -> list[Any]:
+        here = [shown(name) for name, module in known.items() if not module.rig.away]
+        return [*here, *(info for info in listed(*arguments, **more) if info.device not in known)]
+
+    async def async_list_serial_ports(*arguments: Any, **more: Any) -> list[Any]:
+        return list_serial_ports(*arguments, **more)
+
+    for module in (serialx, common):
+        _put(stack, module, "list_serial_ports", list_serial_ports)
+        _put(stack, module, "async_list_serial_ports", async_list_serial_ports)
     _lend(stack, serialx.Serial, vars(Serial), lambda port: plain(port.path) in known, found)
     for module in (common, async_serial):
         _put(stack, module, "get_uri_handler", get_uri_handler)

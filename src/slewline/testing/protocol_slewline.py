@@ -26,6 +26,8 @@ module that has CTS of its own controls the flow with rtscts=True.
 
 from __future__ import annotations
 
+import io
+import sys
 from typing import Any
 
 from serial.serialutil import PortNotOpenError, SerialBase, SerialException
@@ -36,6 +38,23 @@ from ..core.time.timebase import PS_PER_S
 from ..core.wires.serial import CharacterFormat
 from .endpoint import SerialEndpoint, word_of
 from .rig import Rig, from_url, seconds
+
+NO_FILE = (
+    "is a module of slewline, not a file; a program that waits for one, such as pyserial-asyncio or select, gets a "
+    'module on a port of the machine: slewline_module("...", on="tcp"), whose url is socket://..., or on="pty", opened '
+    "as 8N1; in asyncio, serialx opens this URL"
+)
+WAIT_FOR_FILES = {"serial_asyncio", "serial_asyncio_fast"}  # they would wait for ever: what fails there is a callback
+
+
+def waits_for_a_file() -> bool:
+    """Return whether the port is being opened by a library that cannot use it, and would not say so."""
+    if not WAIT_FOR_FILES & sys.modules.keys():
+        return False
+    frame = sys._getframe()
+    while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] not in WAIT_FOR_FILES:
+        frame = frame.f_back  # type: ignore[assignment]
+    return frame is not None
 
 
 class Serial(SerialBase):
@@ -57,26 +76,38 @@ class Serial(SerialBase):
             raise SerialException("a port is opened by its URL, such as slewline://gs-c200s")
         if self.is_open:
             raise SerialException(f"{self.port}: is open already")
+        if waits_for_a_file():
+            raise SerialException(f"{self.port}: {NO_FILE}")
         self._word()  # a mistake here makes no module
         if self._url != self.port:
             self.rig, self._url = self._found(), self.port
+        if why := self.rig.look():
+            raise SerialException(f"could not open port {self.port}: {why}")
         if self.rig.line.host is not None:
             raise SerialException(f"{self.port}: another program has it open; one host at a time")
-        self._end = SerialEndpoint(self.rig, self.port, "pySerial")
+        self._end = SerialEndpoint(self.rig, self.port, "pySerial", SerialException)
         self._reconfigure_port()
         self.is_open = True
 
+    def fileno(self) -> int:
+        """Raise: a module in this process is no file."""
+        raise io.UnsupportedOperation(f"{self.port}: {NO_FILE}")
+
     def _found(self) -> Rig:
-        return from_url(str(self.port), self._allow_code)
+        try:
+            return from_url(str(self.port), self._allow_code)
+        except FileNotFoundError as error:
+            raise SerialException(f"could not open port {error}") from None
 
     def close(self) -> None:
         """Let what was written go out, and hang up.  The module stays as it is, its time stops."""
         if self.is_open:
-            self.flush()
+            self._end.flush()
             self.is_open = False
             self._end.hang_up()
 
     def _reconfigure_port(self) -> None:
+        self._end.check()
         self._end.change_line(self.baudrate, self._word())
         self.rig.do(lambda: self.rig.line.obey(bool(self.rtscts)))
 
@@ -210,3 +241,4 @@ class Serial(SerialBase):
     def _must_be_open(self) -> None:
         if not self.is_open:
             raise PortNotOpenError
+        self._end.check()

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from os import PathLike
 from pathlib import Path
 from threading import Condition
-from typing import Any, TypeVar, cast
+from typing import Any, Protocol, TypeVar, cast
 from urllib.parse import parse_qsl, urlsplit
 
 from ..bench import Bench
@@ -48,6 +48,16 @@ OWN = (  # keys of a URL besides the straps and options of the module
     Option("log", "text", None, "a file for the transcript"),
 )
 NAMED: dict[str, Rig] = {}  # modules that stay while they are not open, as long as the process lives
+ENDED: set[str] = set()  # names of those that a test has ended: no other module gets one of them
+CLOSED = "the module has been closed"
+LOOK_PS = 10**11  # what a program takes that looks in vain for a port which has gone
+
+
+class PortUser(Protocol):
+    """The end of the program that has a port open."""
+
+    def lose(self, why: str) -> None:
+        """Find that the port has gone."""
 
 
 class OnDemandTime(Lockstep):
@@ -118,6 +128,25 @@ class Rig:
         self.pace = self.pace_of(rate)
         self.log = TranscriptFile(self.bench.kernel, log)
         self.reach()
+
+    away = ""  # why a program does not find the port; empty: it does
+    program: PortUser | None = None  # that has the port open
+
+    def unplug(self, why: str) -> None:
+        """Take the port away, as an adapter is unplugged, from the program that has it open, too; the module stays."""
+        self.away = why
+        if self.program is not None:
+            self.program.lose(why)
+
+    def plug(self) -> None:
+        """Let the port be found again; a program must open it again."""
+        self.away = ""
+
+    def look(self) -> str:
+        """Return why the port is not found, empty: it is; to look in vain takes 100 ms."""
+        if why := self.away:
+            self.wait(never, LOOK_PS)
+        return why
 
     def channel_of(self, sheet: Sheet) -> channel.Channel:
         """Return the channel over which the module is reached."""
@@ -228,6 +257,7 @@ def from_url(url: str, allow_code: bool = False) -> Rig:
 
     Raises:
         UsageError: no such part, strap or option; or the name is that of another module already.
+        FileNotFoundError: the module has been closed.
     """
     split = urlsplit(url)
     part, query = CATALOGUE.canonical(split.netloc), _query(url, split.query)
@@ -240,6 +270,8 @@ def from_url(url: str, allow_code: bool = False) -> Rig:
             sheet_of(part, allow_code=allow_code)
     except (UnknownName, UsageError) as error:
         raise UsageError(f"{url}: {error}") from None  # a ValueError, as pySerial has it of a wrong URL
+    if name in ENDED:
+        raise FileNotFoundError(f"{url}: {CLOSED}")
     if name not in NAMED:
         rig = Rig(part, **settings(part, query))
         rig.begin()

@@ -1,21 +1,27 @@
 """What only the linter of the MC1451A family knows: what an update finds in the registers of its axis.
 
 A script is read as the chipset would take it, packet by packet.  A register that the text has not written yet holds
-what was there before, which is not known (None) unless RESET is above; no rule speaks about it then.  Two things
-are taken as they are at power-up until the script says otherwise: the pulse range is the standard one, and a script
-that gives destination and velocity, but no acceleration, has none.
+what was there before, which is not known (None) unless RESET is above; no rule speaks about it then.  Three things
+are taken as they are at power-up until the script says otherwise: the pulse range is the standard one; a script that
+gives destination and velocity, but no acceleration, has none; and an axis is at 0.  That it moves is reported where it
+certainly does: of a move the least time is known, and how long the script waits.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from math import inf, sqrt
 
 from ...core.datasheet.table import Sheet
+from ...core.time.timebase import PS_PER_S, picoseconds
+from ...errors import SlewlineError
 from ...language.lint import Check
 from ...language.problems import Severity
-from ...language.statements import Source, Statement
-from .omissions import forgotten, missing
-from .registers import PROFILE_COMMANDS, S_CURVE, TRAPEZOIDAL
+from ...language.rates import cycles_per_s
+from ...language.statements import Directive, Source, Statement
+from .omissions import IN_MOTION, NEXT_START, REST, STARTING, forgotten, missing
+from .registers import PROFILE_COMMANDS, S_CURVE, TRAPEZOIDAL, VELOCITY
 from .sheet import HIGH_RANGE, ROWS, STANDARD_RANGE
 
 USES = {  # profile mode: its name, and what an update brings to it
@@ -28,6 +34,69 @@ ALWAYS = ("STOP", "SYNCH_PRFL")
 COMPARING = ("SET_TIME_BRK", "SET_POS_BRK", "SET_NEG_BRK", "SET_ACTL_POS_BRK", "SET_ACTL_NEG_BRK")
 ARMING = {row.name for row in ROWS if row.sets and row.sets[0] == "breakpoint" and row.sets[1]}
 SCALE = 1 << 16
+PASSING = ("drive", "release", "pulse", "note", "expect")  # directives that take no time
+USED = ("SET_VEL", "SET_START_VEL", "SET_ACC", "SET_MAX_ACC", "SET_JERK")
+WAIT = "put wait motion_complete before it"
+
+
+@dataclass(frozen=True)
+class KnownMove:
+    """A move in progress.
+
+    Attributes:
+        begun: the last command before the update that began it.
+        left_s: it takes at least so many seconds more.
+        used: the values with which it began, by command; None: not known.
+    """
+
+    begun: Statement
+    left_s: float
+    used: Mapping[str, int | None]
+
+    def changes(self, name: str, pending: Mapping[str, Statement]) -> bool:
+        """Return whether an update would change one of its values."""
+        return name in pending and self.used[name] is not None and pending[name].values[0] != self.used[name]
+
+    def after(self, seconds: float) -> KnownMove | None:
+        """Return the move after some seconds; None: it may be over."""
+        return replace(self, left_s=self.left_s - seconds) if self.left_s > seconds else None
+
+
+def waited_s(directive: Directive) -> float:
+    """Return the seconds for which a host waits; without end where it waits for something to happen."""
+    if directive.verb != "wait":
+        return inf
+    try:
+        return picoseconds(directive.text.removeprefix("@").removeprefix("wait").strip()) / PS_PER_S
+    except SlewlineError:  # a bit of the status word
+        return inf
+
+
+def least_s(sheet: Sheet, mode: int, end: int | None, at: int, used: Mapping[str, int | None]) -> float:
+    """Return the seconds that a move takes at least; 0: it does not move, or that is not known.
+
+    Args:
+        mode: the profile mode.
+        end: its destination.
+        at: where it begins.
+        used: velocities, acceleration and jerk, by command.
+    """
+    velocity = (used["SET_VEL"] or 0) / SCALE
+    acceleration = abs(used["SET_MAX_ACC" if mode == S_CURVE else "SET_ACC"] or 0) / SCALE
+    if not velocity or not acceleration or (mode == S_CURVE and not used["SET_JERK"]):
+        return 0
+    if mode == VELOCITY:
+        return inf
+    if end is None:
+        return 0
+    distance = abs(end - at)
+    if used["SET_START_VEL"] != 0:
+        cycles = distance / velocity  # at most the ramps are missing
+    elif distance > velocity * velocity / acceleration:
+        cycles = distance / velocity + velocity / acceleration
+    else:
+        cycles = 2 * sqrt(distance / acceleration)
+    return cycles / float(cycles_per_s(sheet))
 
 
 @dataclass
@@ -42,12 +111,19 @@ class KnownAxis:
     high_speed: bool = False
     armed: bool = False
     auto_update: bool = True
+    move: KnownMove | None = None  # the one that is certainly in progress
+    at: int | None = 0  # where it is, or will be
 
     def value(self, name: str) -> int | None:
         """What a parameter is, as far as that is known."""
         if name in self.written:
             return self.written[name].values[0]
         return 0 if self.is_reset else None
+
+    @property
+    def profile(self) -> int:
+        """The number of the profile mode; until it is known, that of power-up."""
+        return PROFILE_COMMANDS.index(self.mode or "SET_PRFL_TRAP")
 
 
 class KnownChipset:
@@ -85,6 +161,7 @@ class KnownChipset:
     def set(self, statement: Statement, axis: KnownAxis) -> None:
         """Parameters, modes and breakpoints of an axis."""
         name = statement.row.name
+        self.in_motion(statement, axis)
         if name in COMPARING and axis.value("SET_BRK_PNT") is None:
             found = f"{name} before SET_BRK_PNT: it compares with what was written before"
             self.warn(statement, "breakpoint-value", found, "write the value first")
@@ -118,7 +195,54 @@ class KnownChipset:
                 found = f"{statement.text} has no effect in {mode} mode"
                 self.warn(statement, "unused-parameter", found, f"{mode} mode takes {', '.join(uses)}")
         self.accelerations(axis)
+        self.move(axis)
         axis.pending.clear()
+
+    def in_motion(self, statement: Statement, axis: KnownAxis) -> None:
+        """What may not be given while the axis moves."""
+        name, before = statement.row.name, axis.written.get("SET_START_VEL")
+        if name == "SET_ACTL_POS":
+            axis.at = statement.values[0]
+        if name in ARMING or name in ("MTR_OFF", "SYNCH_PRFL"):
+            axis.move = axis.at = None  # what happens at the breakpoint is not known, nor where
+        if axis.move is None:
+            return
+        since = f"the move that line {axis.move.begun.line} begins is in progress"
+        new_start = name == "SET_START_VEL" and statement.values != (before.values if before else (0,))
+        if new_start and axis.profile in STARTING:
+            self.warn(statement, "start-velocity", f"{NEXT_START.partition(';')[0]}; {since}", WAIT)
+        elif name in ("SET_PRFL_TRAP", "SET_PRFL_S_CRV") and PROFILE_COMMANDS.index(name) != axis.profile:
+            self.warn(statement, "mode-in-motion", f"{name} in motion stops the axis dead; {since}", WAIT)
+            axis.move = axis.at = None
+
+    def move(self, axis: KnownAxis) -> None:
+        """Follow the move that an update begins, changes or ends; what is refused in motion is no change."""
+        pending, move = axis.pending, axis.move
+        if pending.keys() & {"STOP", "SMOOTH_STOP", "SYNCH_PRFL"} or axis.mode == "SET_PRFL_GEAR" or not axis.known:
+            axis.move = axis.at = None
+            return
+        if move is not None:
+            changed = [name for name in REST.get(axis.profile, ("", ()))[1] if move.changes(name, pending)]
+            if changed:
+                since = f"the move that line {move.begun.line} begins is in progress"
+                found = f"{IN_MOTION[axis.profile].partition(';')[0]}; {since}"
+                self.warn(pending[changed[0]], "command-error", found, WAIT)
+            if "SET_POS" in pending or "SET_VEL" in pending:
+                axis.move = axis.at = None  # how long it takes now is not known
+            return
+        end = axis.value("SET_POS")
+        used = {name: axis.value(name) for name in USED}
+        if pending and axis.at is not None:
+            seconds = least_s(self.source.sheet, axis.profile, end, axis.at, used)
+            axis.move = KnownMove(list(pending.values())[-1], seconds, used) if seconds else None
+        axis.at = end if axis.profile in REST else None
+
+    def direct(self, directive: Directive) -> None:
+        """Follow what the host does besides: time passes, or it waits for something."""
+        seconds = waited_s(directive)
+        for axis in self.axes:
+            if axis.move is not None and directive.verb not in PASSING:
+                axis.move = axis.move.after(seconds)
 
     def velocities(self, axis: KnownAxis) -> None:
         """Maximum and start velocity."""
@@ -138,7 +262,7 @@ class KnownChipset:
 
     def starts(self, axis: KnownAxis) -> None:
         """Can the axis start at all?"""
-        mode = PROFILE_COMMANDS.index(axis.mode or "SET_PRFL_TRAP")  # of power-up
+        mode = axis.profile
         absent = missing(mode, axis.value, axis.written, bool(axis.value("SET_START_VEL")))
         wanted = axis.value("SET_POS") if mode in (TRAPEZOIDAL, S_CURVE) else axis.pending
         if absent and wanted and axis.pending and not axis.pending.keys() & {"STOP", "SMOOTH_STOP"}:
@@ -177,7 +301,9 @@ def script(source: Source) -> None:
         if isinstance(item, Statement):
             chipset.take(item)
             returned = returned or bool(item.row.reads)
-        elif item.verb == "expect" and not returned:
+            continue
+        chipset.direct(item)
+        if item.verb == "expect" and not returned:
             found, remedy = "no command above returns anything", "such as GET_STATUS"
             source.report(item, "nothing-returned", "error", found, remedy=f"put one above it, {remedy}")
     chipset.end()

@@ -20,6 +20,7 @@ from ...language.packets import Packets
 from . import sheet
 from .activity import Activity
 from .interrupt import HostInterrupt
+from .omissions import NEXT_START, STARTING
 from .profiles.ideal import mark_deviation
 from .registers import CAPTURED, MOTION_ERROR, TRAPEZOIDAL, AxisState, Registers, signed
 from .sheet import RegisterRow
@@ -132,6 +133,13 @@ class Instructions:
         if sheet.ACCELERATION.low <= number < 0 and self.state.mode == TRAPEZOIDAL:
             text = f"axis {self.registers.current}: acceleration {number} in trapezoidal mode: {-number}"
             self.chip.finding("out-of-range", text)
+
+    def do_set_start_vel(self, value: int) -> None:
+        """SET_START_VEL: load the start velocity; to change it in a motion that has one is a finding."""
+        state, number = self.state, self.kept(sheet.START_VELOCITY, value, 31)
+        if state.in_motion and number != state.start_velocity and state.mode in STARTING:
+            self.chip.finding("start-velocity", f"axis {state.number}: {NEXT_START}")
+        state.start_velocity = number
 
     # ------------------------------------------------------------------------------------------------- parameter update
     def do_update(self) -> None:

@@ -1,4 +1,7 @@
-"""What a host forgets most easily: what a motion needs, and the update itself.  The chipset and its linter ask here."""
+"""What a host forgets, or is refused: what a motion needs, the update itself, what may not change in motion.
+
+The chipset and its linter ask here.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,23 @@ NEEDED = {  # by profile mode, to leave rest: how fast, which may be 0 on purpos
     S_CURVE: ("SET_VEL", "SET_MAX_ACC", "SET_JERK"),
     GEAR: ("SET_RATIO",),
 }
+
+REST = {  # by profile mode: what it is called, and what an update may not change in motion
+    TRAPEZOIDAL: ("trapezoidal", ("SET_ACC",)),
+    S_CURVE: ("S-curve", ("SET_VEL", "SET_MAX_ACC", "SET_JERK")),
+}
+IN_MOTION = {
+    mode: f"an update in motion changes {' or '.join(names)}, in {name} mode: command error, and only the destination "
+    "of what was written is taken; wait for motion complete before it"
+    for mode, (name, names) in REST.items()
+}
+AT_LIMIT = (
+    "nothing starts, because the limit switch ahead is active, or the event bit of a switch is set; clear that bit "
+    "with RST_STATUS, then move the other way"
+)
+STARTING = TRAPEZOIDAL, VELOCITY  # the profile modes that have a start velocity
+NEXT_START = "SET_START_VEL in motion: it counts from the next start; give it at rest"
+STALL = "the position error exceeds SET_POS_ERR: the motor has lost steps, or the encoder counts wrong"
 
 
 def missing(mode: int, value: Callable[[str], int | None], written: Container[str], starts: bool) -> list[str]:

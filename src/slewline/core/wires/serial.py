@@ -129,6 +129,17 @@ def disagreement(who: str, mine: LineSetting, whom: str, ear: ReceivingEnd) -> s
     return f"{who} is set to {mine}, and {whom} to {theirs}{by}: {remedy}"
 
 
+def rate_disagreement(who: str, baud: int | str, whom: str, ear: ReceivingEnd) -> str:
+    """Return as `disagreement` does, of an end whose rate alone is known."""
+    theirs = ear.setting
+    if str(baud) == str(theirs.baud):
+        return ""
+    by = f" ({ear.set_by})" if ear.set_by else ""
+    other = ear.instead(baud)
+    remedy = f"set the host to {theirs.in_full}" + (f", or the part to {baud} baud with {other}" if other else "")
+    return f"{who} is set to {baud} baud, and {whom} to {theirs}{by}: {remedy}"
+
+
 BAUD = Option("baud", "number", 9600, "rate of the line; sixteen times the rate must be whole hertz")
 
 

@@ -21,7 +21,7 @@ import asyncio
 import json
 from collections.abc import AsyncIterator
 from contextlib import suppress
-from typing import Any
+from typing import Any, Self
 
 from ...core.time.hook import Hook
 from ...errors import SlewlineError, UsageError
@@ -119,8 +119,14 @@ class ControlClient:
             self.on_event.remove(take)
             self.on_end.remove(end)
 
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.close()
+
     async def close(self) -> None:
-        """Close the connection; requests under way are given up."""
+        """Close the connection; requests under way are given up.  Closed twice, it is closed."""
         self._end("closed")
         self._task.cancel()
         with suppress(asyncio.CancelledError):

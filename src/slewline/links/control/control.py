@@ -29,6 +29,7 @@ from traceback import format_exception
 from typing import TYPE_CHECKING, Any
 
 from ...bench.runner import Wait
+from ...closing import Closing
 from ...core.wires.pin import Condition
 from ...errors import SlewlineError, UsageError
 from ..ports.tcp import Listener
@@ -52,7 +53,7 @@ QUEUE = 1 << 24  # bytes of replies
 SHARE_S = 0.001  # how long requests of a client are answered in a turn of the loop
 SHORTEST_TOKEN = 8  # characters
 OFTENEST_S = 0.005  # events of a client
-OF_ALL_BRANCHES = ("back", "branches", "branch", "quit", "schema")  # requests that are answered here
+OF_ALL_BRANCHES = ("back", "branches", "branch", "quit", "schema", "unplug", "plug")  # requests that are answered here
 GATHER_S = 0.0003  # how long a view is compared in a turn of the loop
 CLOCK_S = 0.1  # between two that tell only the time
 
@@ -66,7 +67,7 @@ class Requests(PinVerbs, TimeVerbs, ViewVerbs):
         return found
 
 
-class Control:
+class Control(Closing):
     """A port on which clients ask; any number of them at once.
 
     Args:
@@ -96,7 +97,7 @@ class Control:
     def _accept(self, connection: socket.socket, _name: str) -> None:
         self.clients.append(Client(self, connection))
 
-    def close(self) -> None:
+    def _shut(self) -> None:
         """Close all connections and the port."""
         self.listener.close()
         for client in list(self.clients):

@@ -106,6 +106,13 @@ REQUESTS = (
     ),
     RequestSpec("clear", "Let the EEPROM work again.", {"chip": "x"}, (A_CHIP,), form="chip"),
     RequestSpec(
+        "unplug",
+        "Close the port of a line, as if its adapter were unplugged: a host that is connected finds the port gone.",
+        {"line": "x"},
+        (A_LINE,),
+    ),
+    RequestSpec("plug", "Open the port of a line again, where it was.", {"line": "x"}, (A_LINE,)),
+    RequestSpec(
         "power",
         "Switch the supply of a chip.",
         {"chip": "x", "on": False},

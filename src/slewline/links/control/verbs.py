@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, TypeVar
 
 from ...core.messages.near import hint
 from ...core.time.timebase import moment, picoseconds
 from ...errors import UsageError
-from ..lines.line import ConnectorLine
+from ..lines.line import ConnectorLine, HostLine
 from ..views.status import status
 from .kinds import MAX_FINDINGS, MAX_STEPS, Data
 from .requests import schema
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.motion.one_axis import OneAxis
     from ..face import ClientFace, ServerFace
+
+
+Line = TypeVar("Line", bound=HostLine)
 
 
 class Verbs:
@@ -72,12 +76,28 @@ class PinVerbs(Verbs):
         Raises:
             UnknownName: no such line.
         """
-        lines = [line for line in self.server.lines.values() if isinstance(line, ConnectorLine)]
+        return self._named(name, [line for line in self._lines if isinstance(line, ConnectorLine)], "serial line")
+
+    @property
+    def _lines(self) -> list[HostLine]:
+        return [*self.server.lines.values()]
+
+    def _named(self, name: str, lines: Sequence[Line], kind: str) -> Line:
         for line in lines:
             if name == line.name or name in (chip.name for chip in line.chips):
                 return line
         names = [line.name for line in lines]
-        raise UsageError(f"no serial line {name!r}; there are: {', '.join(names) or 'none'}{hint(name, names)}")
+        raise UsageError(f"no {kind} {name!r}; there are: {', '.join(names) or 'none'}{hint(name, names)}")
+
+    def do_unplug(self, request: Data) -> Data:
+        """Close the port of a line."""
+        self.server.adapters.unplug(self._named(request["line"], self._lines, "line"))
+        return {}
+
+    def do_plug(self, request: Data) -> Data:
+        """Open the port of a line again."""
+        self.server.adapters.plug(self._named(request["line"], self._lines, "line"))
+        return {}
 
     def eeprom(self, request: Data, fails: bool) -> Data:
         """Let the EEPROM of a module fail, or no more."""

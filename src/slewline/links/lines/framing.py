@@ -31,6 +31,7 @@ from ...errors import SlewlineError, UsageError
 from ...language.dialect import spoken_as
 from ...language.letters import Letters
 from ...parts.hosts.bus_host import BusHost
+from ...parts.lines.far_end import RAW_REMEDY, TELNET
 from ..sockets.stream import CHUNK
 from .line import HostLine, Say
 from .log import TranscriptFile
@@ -79,7 +80,8 @@ class FramedLine(HostLine):
                 raise UsageError(f"the line has more than {LONGEST} characters; not sent")
             odd = next((at for at, byte in enumerate(line) if byte > 0x7F), None)
             if odd is not None:
-                raise UsageError(f"byte {line[odd]:#04x} at character {odd + 1} is not ASCII; not sent")
+                why = f"; {RAW_REMEDY}" if TELNET.match(line[odd:]) else ""
+                raise UsageError(f"byte {line[odd]:#04x} at character {odd + 1} is not ASCII; not sent{why}")
             self._do(line.decode("ascii"))
         except SlewlineError as error:
             self.say(f"! {error}")

@@ -11,13 +11,16 @@ the socket is what the loop sees.
 
 from __future__ import annotations
 
+import errno
 import os
+import re
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from threading import Thread
 from typing import Any
 
+from ...closing import Closing
 from ...errors import SlewlineError, UsageError
 from ...extras import needs
 from ..lines.port_line import CableLine
@@ -31,6 +34,7 @@ except ImportError:
     raise SlewlineError(needs("a serial port needs", "serial")) from None
 
 RETRY_S = 0.5
+ERRNO = re.compile(r"\(([0-9]+), '")
 LOOK_S = 0.5  # how long a thread reads at most before it checks whether the port is still wanted
 
 
@@ -86,12 +90,13 @@ def refused(device: str, error: Exception, windows: bool = os.name == "nt") -> s
     """Return why a serial port could not be opened, once, and what to do."""
     if WINDOWS_PORT.fullmatch(device) and not windows:
         return "is the name of a port on Windows; on this system a serial port is /dev/ttyUSB0 or the like"
-    number = getattr(error, "errno", None)  # the text of pySerial has it twice
-    why = os.strerror(number) if number else str(error)
+    inside = ERRNO.search(str(error))  # the text of pySerial has it twice, or as a tuple
+    number = getattr(error, "errno", None) or (inside and int(inside[1]))
+    why = "is no serial port" if number == errno.ENOTTY else os.strerror(number) if number else str(error)
     return f"{why}; name a serial port that exists and that you may open (python -m serial.tools.list_ports)"
 
 
-class DevicePort:
+class DevicePort(Closing):
     """A line on a serial port of this machine.
 
     Args:
@@ -111,7 +116,6 @@ class DevicePort:
         make: Callable[..., Any] = serial.Serial,
     ) -> None:
         self.loop, self.line, self.device, self.tell, self.make = loop, line, device, tell, make
-        self.closed = False
         self.port: Any = None
         self.threads: Threads | None = None
         try:
@@ -171,9 +175,12 @@ class DevicePort:
         else:
             self.tell(f"{self.device}: back")
 
-    def close(self) -> None:
+    def again(self) -> DevicePort:
+        """Return the port, opened again after it was closed."""
+        return DevicePort(self.loop, self.line, self.device, self.tell, self.make)
+
+    def _shut(self) -> None:
         """Let go of the port."""
-        self.closed = True
         if self.stream.open:
             self.stream.close()
             self._let_go("closed")

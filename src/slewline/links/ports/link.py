@@ -51,16 +51,20 @@ class DeviceLink:
     def _make(self) -> None:
         with suppress(FileNotFoundError):
             mode = os.lstat(self.name, dir_fd=self._folder).st_mode
-            if not stat.S_ISLNK(mode) or not self._stale(os.readlink(self.name, dir_fd=self._folder)):
+            target = os.readlink(self.name, dir_fd=self._folder) if stat.S_ISLNK(mode) else ""
+            if not DEVICE.fullmatch(target):
+                raise UsageError(f"{self.path}: this exists and is not an old link of slewline; name another one")
+            if not self._stale(target):
                 raise UsageError(
-                    f"{self.path}: this file exists and is not an old link of slewline; remove it, or name another"
+                    f"{self.path}: is no old link: it leads to {target}, a terminal in use, such as that of another "
+                    "server; name another one, or end that server first"
                 )
             os.unlink(self.name, dir_fd=self._folder)
         os.symlink(self.target, self.name, dir_fd=self._folder)
 
     def _stale(self, target: str) -> bool:
         """Was the link left behind by a server that has been killed?  Its device is gone, or is the one we have."""
-        return DEVICE.fullmatch(target) is not None and (target == self.target or not os.path.exists(target))
+        return target == self.target or not os.path.exists(target)
 
     def _refused(self, error: OSError) -> UsageError:
         return UsageError(

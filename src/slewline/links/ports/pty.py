@@ -5,13 +5,14 @@ the lower ones.  It always reports 8 bits and no parity, which the C library com
 opening it as 7O2 fails (EINVAL), unless the call changes something else.  So the first open succeeds, and the second
 one, which asks for the same again, fails.  The cure:
 
-    packet mode with EXTPROC        the master hears of every change of settings
-    PARODD inverted after each      the next call has something to change
+    packet mode with EXTPROC        the master is woken by every change of settings
+    a marker after each             a flag without effect, which the next call clears: it has something to change
+    PARODD inverted with it         the same for a call that only adds flags to those it finds
 
-The C library reads the settings back at once, and the inversion must come after that: it waits `SETTLE_S`, or for the
-first byte that the host sends.  Two calls that are closer together than this fail: pySerial's `timeout` set right after
-an open, a `bytesize` after another setting, an open right after a close, most calls of stty.  A host that fails cannot
-learn why; the user can (`HINT`).  TCP and RFC 2217 have none of this.
+The C library reads the settings back at once.  Two markers take turns, so that whatever it reads, before or after the
+server has set the next one, differs from what was there.  Only a call that comes before the server is awake fails: some
+tens of microseconds after the one before, on a busy machine more.  A host that fails cannot learn why; the user can
+(`HINT`).  stty compares by itself, and always complains.  TCP and RFC 2217 have none of this.
 
 On macOS there is no EXTPROC of this kind: a pseudo-terminal there is for hosts that ask for 8N1 (`PLAIN`).
 """
@@ -22,8 +23,9 @@ import os
 import struct
 from collections.abc import Callable
 from pathlib import Path
-from time import perf_counter
+from typing import Any
 
+from ...closing import Closing
 from ...errors import UsageError
 from ...gate import LinkPlace
 from ..lines.port_line import PortLine
@@ -32,11 +34,11 @@ from ..sockets.loop import Loop
 from ..sockets.stream import SocketStream
 from .link import DeviceLink
 
-CFLAG, LFLAG, ISPEED, OSPEED = 2, 3, 4, 5  # places in what tcgetattr returns
-SETTLE_S, PROMPT_SETTLE_S = 0.0005, 0.01  # the second one in a process that keeps the host from running
+IFLAG, CFLAG, LFLAG, ISPEED, OSPEED = 0, 2, 3, 4, 5  # places in what tcgetattr returns
 WAYS = "set 8N1 in the host, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
 HINT = (
-    f"a pty has no 7 data bits and no parity: a host that sets 7O2 twice at once gets EINVAL (invalid argument); {WAYS}"
+    "a pty has no 7 data bits and no parity: a host that sets them twice within a millisecond, as by the timeout "
+    f"of pySerial right after the open, gets EINVAL (invalid argument); {WAYS}"
 )
 PLAIN = f"a pty of this system has 8 bits and no parity, and may refuse a host that asks for 7O2; {WAYS}"
 NONE = "--pty needs Linux or macOS: this system has no pseudo-terminals; serve with --tcp or --rfc2217 instead"
@@ -47,7 +49,6 @@ class PacketStream(SocketStream):
 
     Args:
         changed: called when the settings have changed.
-        used: called when the host has sent something.
     """
 
     def __init__(
@@ -56,22 +57,19 @@ class PacketStream(SocketStream):
         end: system.Descriptor,
         line: PortLine,
         changed: Callable[[], object],
-        used: Callable[[], object],
     ) -> None:
-        self.changed, self.used = changed, used
+        self.changed = changed
         super().__init__(loop, end, line.take, lambda _why: None, line.room)
 
     def fetch(self, room: int) -> bytes | None:
         """Read; None: the other side has hung up."""
         data = self.end.recv(room + 1)
-        if data[:1] == b"\0":
-            self.used()
-        else:  # the settings have changed, or a queue was flushed
+        if data[:1] != b"\0":  # the settings have changed, or a queue was flushed
             self.changed()
         return data[1:]
 
 
-class PtyPort:
+class PtyPort(Closing):
     """A line on a pseudo-terminal; a host may come and go unnoticed.
 
     Args:
@@ -91,22 +89,23 @@ class PtyPort:
             )
         if not link:
             raise UsageError("a pty needs a link; name it, such as /tmp/x")
-        self.loop, self.line, self.where = loop, line, str(Path(str(link)))
+        self.loop, self.line, self.place, self.where = loop, line, link, str(Path(str(link)))
         self.master, self.slave = os.openpty()  # without a slave of its own, the master fails when the host closes
         self.name = os.ttyname(self.slave)
         try:
             self._link = DeviceLink(link, self.name)
         except BaseException:
-            self._close()
+            self._hang_up()
             raise
         self.ours: list[object] = []  # the settings as we made them
-        self.settled_at: float | None = None  # when a change is to be followed by an inversion
+        self.turn = 0  # of the markers
         self._be_raw()
         end = system.Descriptor(self.master)
         if system.EXTPROC is None:
             self.stream = SocketStream(loop, end, line.take, lambda _why: None, line.room)
         else:
-            self.stream = PacketStream(loop, end, line, self._changed, self._used)
+            loop.selector.urgent.add(self.master)
+            self.stream = PacketStream(loop, end, line, self._changed)
         line.attach(self.name, self.stream.write, self.stream.resume)
 
     @property
@@ -133,41 +132,42 @@ class PtyPort:
         import termios
 
         settings = termios.tcgetattr(self.slave)
+        if settings == self.ours:
+            return  # it was our own change
+        self._mark(settings)
         self.line.obey(bool(settings[CFLAG] & termios.CRTSCTS))
         if (baud := system.bauds().get(settings[OSPEED])) is not None and baud != self.line.baud:
             self.line.opened_at(baud)
-        settle_s = PROMPT_SETTLE_S if system.is_prompt() else SETTLE_S
-        self.settled_at = perf_counter() + settle_s
-        self.loop.after(settle_s, self._settled)
 
-    def _settled(self) -> None:
-        if self.stream.open and self.settled_at is not None and perf_counter() >= self.settled_at:
-            self._invert()
-
-    def _used(self) -> None:
-        if self.settled_at is not None:
-            self._invert()
-
-    def _invert(self) -> None:
+    def _mark(self, found: list[Any]) -> None:
+        """Let the next call of a host have something to change."""
         import termios
 
-        self.settled_at = None
-        settings = termios.tcgetattr(self.slave)
-        if settings == self.ours:
-            return  # it was our own change
+        markers = (LFLAG, termios.IEXTEN), (IFLAG, termios.IGNBRK)
+        self.turn = 1 - self.turn
+        settings = [*found]
+        for at, flag in markers:
+            settings[at] &= ~flag
+        at, flag = markers[self.turn]
+        settings[at] |= flag
         settings[CFLAG] ^= termios.PARODD
         settings[LFLAG] |= system.EXTPROC or 0
         termios.tcsetattr(self.slave, termios.TCSANOW, settings)
         self.ours = termios.tcgetattr(self.slave)
 
     # ------------------------------------------------------------------------------------------------------- the end
-    def close(self) -> None:
+    def again(self) -> PtyPort:
+        """Return another pseudo-terminal under the same name, after this one was closed."""
+        return PtyPort(self.loop, self.line, self.place)
+
+    def _shut(self) -> None:
         """Remove the link, and hang up."""
         self._link.remove()
         self.stream.close()
         self.line.leave("closed")
-        self._close()
+        self._hang_up()
 
-    def _close(self) -> None:
+    def _hang_up(self) -> None:
+        self.loop.selector.urgent.discard(self.master)
         os.close(self.master)
         os.close(self.slave)

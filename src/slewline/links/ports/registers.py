@@ -34,6 +34,7 @@ from typing import TYPE_CHECKING, cast
 
 from ...parts.boards.board import FLOATING, Board
 from ...parts.boards.series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, Done, is_step, spelled
+from ...parts.lines.far_end import TELNET
 from ..lines.log import TO_CHIP, TO_HOST, TranscriptFile
 from ..lines.pace import Pace
 from ..lines.request_line import RequestLine
@@ -195,6 +196,8 @@ class RegisterLine(RequestLine):
     def _what_is_here(self, came: bytes, where: str) -> str:
         """Return what to do about bytes that are no request."""
         text = " (text, it seems)" if came.isascii() and came.decode("ascii").isprintable() else ""
+        if TELNET.match(came + b"\0"):
+            text = " (telnet negotiation, it seems)"
         return (
             f"{came!r}{text} {where}is not a request, and reads FF: {ALL_OF_IT if where else ''}"
             "this is a port of registers, with two bytes a request, "

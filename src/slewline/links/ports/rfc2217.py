@@ -8,7 +8,7 @@ of its serial ports: `Remote` is one.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Self, cast
 
 from ...core.wires.serial import PARITIES, CharacterFormat, bit_clock
 from ...errors import SlewlineError, UsageError
@@ -218,3 +218,11 @@ class NetPort(TcpPort):
         port = cast("ConnectorLine", line).port  # the server has seen to that
         self.settings = port.baud, port.word
         super().__init__(loop, line, *more)
+
+    def again(self) -> Self:
+        """Return a port where this one was; the line has its settings again."""
+        port = super().again()
+        port.settings = self.settings
+        baud, word = self.settings
+        cast("ConnectorLine", self.line).port.change_line(baud, word.bits, word.parity, word.stop)
+        return port

@@ -23,7 +23,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from typing import Self
 
+from ...closing import Closing
 from ...errors import UsageError
 from ..lines.port_line import PortLine
 from ..sockets import system
@@ -254,7 +256,7 @@ class TurnSession(Session):
         self.attach()
 
 
-class TcpPort:
+class TcpPort(Closing):
     """A line on a TCP port.
 
     Args:
@@ -272,12 +274,17 @@ class TcpPort:
         allow_remote: bool = False,
         tell: Callable[[str], object] = lambda _text: None,
     ) -> None:
-        self.loop, self.line, self.tell = loop, line, tell
+        self.loop, self.line, self.allow_remote, self.tell = loop, line, allow_remote, tell
         self.session: Session | None = None  # the host that is there
         self.turns: deque[Session] = deque()  # it, after those that have left something to be played
         self.full = self.sending = self.crowded = False
         self.dropped = 0  # bytes of hosts that have gone, not reported yet
         self.listener = Listener(loop, address, self._accept, allow_remote)
+        self.address = address if isinstance(address, Path) else self.listener.where
+
+    def again(self) -> Self:
+        """Return a port where this one was, before it was closed."""
+        return type(self)(self.loop, self.line, self.address, self.allow_remote, self.tell)
 
     @property
     def where(self) -> str:
@@ -361,10 +368,10 @@ class TcpPort:
         self.sending = False
         self.loop.ask(self.pump)
 
-    def close(self) -> None:
+    def _shut(self) -> None:
         """Close the connection, and stop listening."""
         self.listener.close()
         hosts = list(self.turns)
         self.turns.clear()
         for host in hosts:
-            host.gone("the server has ended")
+            host.gone("the port is closed")

@@ -55,6 +55,24 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
 
     rounds = hasattr(selectors, "EpollSelector")
 
+    def __init__(self) -> None:
+        super().__init__()
+        self.urgent: set[int] = set()  # descriptors that wake it, too, when something out of turn has come
+
+    def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
+        """Watch a descriptor."""
+        return self._urged(super().register(fileobj, events, data))
+
+    def modify(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
+        """Watch it for something else."""
+        return self._urged(super().modify(fileobj, events, data))
+
+    def _urged(self, key: selectors.SelectorKey) -> selectors.SelectorKey:
+        if self.rounds and key.fd in self.urgent and key.events & selectors.EVENT_READ:
+            writes = select.EPOLLOUT if key.events & selectors.EVENT_WRITE else 0
+            self._selector.modify(key.fd, select.EPOLLIN | select.EPOLLPRI | writes)
+        return key
+
     def select(self, timeout: float | None = None) -> list[Ready]:
         """Return what is ready, after at most so many seconds."""
         if timeout and self.rounds and timeout > LONG_S:
@@ -133,13 +151,6 @@ def be_prompt() -> str:
                 os.setpriority(os.PRIO_PROCESS, task, os.getpriority(os.PRIO_PROCESS, 0))
         return "priority -10"
     return "no priority above others"
-
-
-def is_prompt() -> bool:
-    """Return whether this process goes before usual ones, so that none of them runs while it does."""
-    with suppress(AttributeError, OSError):
-        return bool(os.sched_getscheduler(0) != os.SCHED_OTHER or os.getpriority(os.PRIO_PROCESS, 0) < 0)
-    return False
 
 
 # ------------------------------------------------------------------------------------------------------------ signals

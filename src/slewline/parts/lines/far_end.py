@@ -6,11 +6,20 @@ agree costs nothing.  What does not fit is a finding of the connector, whatever 
 
 from __future__ import annotations
 
+import re
 from typing import Protocol
 
-from ...core.wires.serial import LineSetting, ReceivingEnd, Straps, disagreement
+from ...core.wires.serial import LineSetting, ReceivingEnd, Straps, disagreement, rate_disagreement
 
 RETURN, LF = 0x0D, 0x0A
+TELNET = re.compile(rb"(?:\xff[\xfb-\xfe].)+", re.DOTALL)  # offers and demands of options
+NO_LINE = (
+    "this port passes characters at any rate, a cable does not; whether the program's data bits, parity and stop bits "
+    "would fit a cable, this port does not show"
+)
+CERTAIN = 6  # bytes of them, where a byte may be 0xff
+RAW = "the host negotiates options (bytes ff fb to fe), which a module takes for commands"
+RAW_REMEDY = "this looks like telnet: use a raw connection, or --rfc2217 with a client for that"
 
 
 class NearEnd(Protocol):
@@ -43,10 +52,8 @@ class FarEnd:
     @property
     def disagreement(self) -> str:
         """In which way the two ends are set differently, and what to do; empty: they agree."""
-        return self._differs(self.near.name, self.near.setting)
-
-    def _differs(self, who: str, setting: LineSetting) -> str:
-        return "; ".join(filter(None, (disagreement(who, setting, name, ear) for name, ear in self.ears.items())))
+        differing = (disagreement(self.near.name, self.near.setting, name, ear) for name, ear in self.ears.items())
+        return "; ".join(filter(None, differing))
 
     def compare(self) -> None:
         """Report a disagreement of the settings, each one once; note which module has which address."""
@@ -58,9 +65,15 @@ class FarEnd:
 
     def opened_at(self, baud: int) -> None:
         """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
-        text = self._differs("the program", self.near.setting._replace(baud=baud))
-        if self._is_new(text):
-            self.near.finding("format", f"{text}; this port passes characters at any rate, a cable does not")
+        differing = (rate_disagreement("the program", baud, name, ear) for name, ear in self.ears.items())
+        if self._is_new(text := "; ".join(filter(None, differing))):
+            self.near.finding("format", f"{text}; {NO_LINE}")
+
+    def look_for_telnet(self, data: bytes) -> None:
+        """Report a host that negotiates options instead of sending characters, once."""
+        found = TELNET.match(data)
+        if found and (self.near.setting.word.bits < 8 or len(found[0]) >= CERTAIN) and self._is_new(RAW):
+            self.near.finding("telnet", f"{RAW}; {RAW_REMEDY}")
 
     def look_at_addresses(self, data: bytes) -> None:
         """Report lines that are for none of the modules, once for each way in which they begin."""

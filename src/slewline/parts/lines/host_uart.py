@@ -90,6 +90,8 @@ class HostUart:
         if fault and fault not in FAULTS:
             raise UsageError(f"{self.name}: fault {fault!r}; allowed {', '.join(FAULTS)}")
         self.part.input("write", data, fault)
+        if data[:1] == b"\xff":
+            self.far.look_for_telnet(data)
         burst = 1 if fault == "late" else self.burst  # every one of them is late
         self.outgoing.extend((data[at : at + burst], fault) for at in range(0, len(data), burst))
         if self.outgoing and (self.sender is None or not self.sender.alive):

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 from ....core.context import ChipContext
 from ..cycle_clock import CycleClock
+from ..omissions import STALL
 from ..profiles.ideal import mark_deviation
 from ..registers import BREAKPOINT, GEAR, LIMIT_NAMES, MOTION_COMPLETE, MOTION_ERROR, ONE, AxisState, Registers, signed
 from .enc import FilteredInput
@@ -128,6 +129,7 @@ class Trajectory:
             state.events |= MOTION_ERROR
             if not state.motion_error:
                 self.log.mark("event", "motion error")
+                self.chip.finding("motion-error", f"axis {state.number}: {STALL}")
                 state.reported = False
                 if state.auto_stop:
                     state.switch_off()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ....core.context import ChipContext
-from ..omissions import REGISTERS, missing_of
+from ..omissions import AT_LIMIT, IN_MOTION, REGISTERS, REST, missing_of
 from ..profiles.ideal import begins, mark_deviation
 from ..registers import (
     COMMAND_ERROR,
@@ -24,7 +24,7 @@ from .gear import ElectronicGear
 from .generator import ProfileGenerator
 from .switches import LimitSwitches
 
-FIXED = {TRAPEZOIDAL: ("acceleration",), S_CURVE: ("velocity", "max_acceleration", "jerk")}  # while in motion
+FIXED = {mode: tuple(REGISTERS[name] for name in names) for mode, (_, names) in REST.items()}  # while in motion
 
 
 class Updates:
@@ -130,6 +130,7 @@ class Updates:
         if any(name in new.loaded and getattr(new, name) != value for name, value in kept.items()):
             state.events |= COMMAND_ERROR
             old.position = new.position
+            self.chip.finding("command-error", f"axis {state.number}: {IN_MOTION[self.generator.mode]}")
         else:
             for name, value in kept.items():
                 setattr(new, name, value)
@@ -192,6 +193,10 @@ class Updates:
         switches = self.switches
         if not switches.flagged and not switches.active(POSITIVE_LIMIT if distance > 0 else NEGATIVE_LIMIT):
             return False
-        if self.generator.mode != VELOCITY:
+        text = f"axis {self.state.number}: {AT_LIMIT}"
+        if self.generator.mode == VELOCITY:
+            self.chip.finding("no-start", text)
+        else:
             self.state.events |= COMMAND_ERROR
+            self.chip.finding("command-error", text)
         return True

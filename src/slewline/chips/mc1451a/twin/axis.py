@@ -228,6 +228,7 @@ class TwinAxis:
         active.position = new.position
         if any(name in new.loaded and getattr(new, name) != getattr(active, name) for name in fixed):
             self.event(COMMAND_ERROR)
+            self.finding("command-error", "an update in motion of what may not change then")
             return
         for name in ("velocity", "acceleration", "max_acceleration", "jerk", "ratio"):
             if name not in fixed:
@@ -275,8 +276,11 @@ class TwinAxis:
         elif zero:
             self.does_not_start(zero)
         elif self.switches.flagged or self.switches.active(sign(distance)):
-            if self.mode != VELOCITY:
+            if self.mode == VELOCITY:
+                self.finding("no-start", "a move into a limit switch")
+            else:
                 self.event(COMMAND_ERROR)
+                self.finding("command-error", "a move into a limit switch")
         else:
             state.in_motion, self.why = True, set()
             self.start = state.start_velocity
@@ -429,6 +433,7 @@ class TwinAxis:
             state.reported &= was_wrong
             if not was_wrong:
                 self.axis.log.mark("event", "motion error")
+                self.finding("motion-error", "the position error is beyond its limit")
             if state.auto_stop and not was_wrong:
                 state.switch_off()
                 self.was_off = True
