@@ -267,6 +267,7 @@ void play_piece(void)
     chosen = tail_count ? (uint16_t)(next->up_to - next[-1].up_to) : 1;
     entry = next + 1;
     account();
+    hal_show_in_time(phases_due);
     if (interval.tick < LONG_LEAST)
         look_back();
     else

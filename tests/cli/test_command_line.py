@@ -369,6 +369,7 @@ def test_a_user_without_home_and_name_is_told_what_to_set(call, monkeypatch):
     monkeypatch.setattr(os, "getuid", lambda: 54321)
     found = call("drive", "gs-c200s", "--board", "twin", "--tcp", "127.0.0.1:0")
     variables = "HOME" if sys.platform == "darwin" else "HOME or XDG_STATE_HOME"
-    says = f"HOME is not set, and the system does not know the user; set {variables}\n"
+    says = f"HOME is not set, and the system does not know the user; set {variables}, "
+    says += "or give a folder (--black-box DIR)\n"
     assert (found.status, found.err.endswith(says)) == (2, True)
     assert folders.keep_source("x = 1") is None

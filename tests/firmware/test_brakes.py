@@ -120,6 +120,15 @@ def test_brakes_at_any_rate_with_ways_of_any_length(emulator, seeds):
         check(braked(emulator, rate, cause, random.randrange(1000), way, length, HALVES, slope), cause)
 
 
-def test_steps_of_short_pieces_have_their_phases_in_time(emulator):
-    for phase in range(90, 120, 3):  # the second piece has one step, and the one behind it comes in its interrupt
-        check(braked(emulator, 39_649, "stop", phase, 155, 114, HALVES, -1), "stop")
+@pytest.mark.parametrize(
+    ("rate", "way", "length", "phases"),
+    [
+        (39_649, 155, 114, range(90, 120, 3)),  # the second piece has one step: the next one comes in its interrupt
+        (39_649, 90, 60, (0, 50, 115)),
+        (38_000, 120, 60, range(95, 130, 5)),
+        (38_000, 90, 23, range(5, 30, 5)),
+    ],
+)
+def test_steps_of_short_pieces_have_their_phases_in_time(emulator, rate, way, length, phases):
+    for phase in phases:
+        check(braked(emulator, rate, "stop", phase, way, length, HALVES, -1), "stop")

@@ -363,7 +363,8 @@ def test_on_a_line_that_damages_to_the_end_nothing_is_wrong_without_a_finding(em
         dry = [event.tick for event in events(trial.line) if event.kind in (Happening.UNDERRUN, Happening.WATCHDOG)]
         planned = made[made <= min(dry, default=1 << 60)]
         late = np.abs(planned - due[: len(planned)]).max(initial=0) > WITHIN_TICKS
-        assert len(made) <= 400 and (not late or "late-start" in codes(drive)), (seed, drive.troubles)
+        # where the board has dried up in the last steps, its own way down may be a step longer than what was left
+        assert len(made) <= 400 + bool(dry) and (not late or "late-start" in codes(drive)), (seed, drive.troubles)
         assert trial.edges == len(made) == said(trial.line).position
         off, level = board.enable[-1]
         assert level == 1 - trial.on and edges_after(board, off) == 0
