@@ -263,11 +263,10 @@ void play_piece(void)
     }
     last = due.tick;
     hal_advance();
-    hal_show_in_time(phases_due); /* behind a piece of one step the next one comes while this is done */
     chosen = tail_count ? (uint16_t)(next->up_to - next[-1].up_to) : 1;
     entry = next + 1;
     account();
-    hal_show_in_time(phases_due);
+    hal_show_in_time(phases_due); /* after a piece of one step the next one comes while this is done */
     if (interval.tick < LONG_LEAST)
         look_back();
     else
