@@ -159,12 +159,18 @@ class Person:
         os.write(self.fd, text.encode())
 
     def gives_up(self):
-        """Press Ctrl-C until there is a new prompt: readline misses a signal that comes before it waits for a key."""
+        """Press Ctrl-C until there is a new prompt: readline misses a signal that comes before it waits for a key.
+
+        A person presses it once a second: one that is interrupted again and again before it has shown its prompt
+        never comes to show it.
+        """
         self.seen = b""
-        end = time.monotonic() + PATIENCE
+        end, pressed = time.monotonic() + PATIENCE, 0.0
         while b"gs-c200s>" not in ESCAPES.sub(b"", self.seen):
             assert time.monotonic() < end, self.seen
-            os.write(self.fd, b"\x03")
+            if time.monotonic() > pressed + 1:
+                os.write(self.fd, b"\x03")
+                pressed = time.monotonic()
             self.looks()
 
     def leaves(self):
