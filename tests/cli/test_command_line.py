@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import subprocess
 import sys
 import tomllib
@@ -10,10 +11,13 @@ from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from types import SimpleNamespace
 
+import click
 import pytest
 
 import slewline
 from slewline import folders
+from slewline.cli.commands import cli
+from slewline.cli.options.kinds import EXAMPLES
 from slewline.cli.version import build, is_compiled
 from slewline.core.time import kernel
 from slewline.extras import EXTRAS
@@ -373,3 +377,36 @@ def test_a_user_without_home_and_name_is_told_what_to_set(call, monkeypatch):
     says += "or give a folder (--black-box DIR)\n"
     assert (found.status, found.err.endswith(says)) == (2, True)
     assert folders.keep_source("x = 1") is None
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_all_that_is_missing_is_named_with_an_example_that_has_it(call, name):
+    command = cli.commands[name]
+    needed = [each for each in command.params if each.required]
+    said = call(name, *(["cy525"] if command.params[0].name == "chip" else [])).err
+    for each in needed:
+        if each.name != "chip":
+            assert each.human_readable_name in said or each.opts[0] in said
+    assert f"slewline {name} {EXAMPLES[name]}" in said
+    context = command.make_context(name, shlex.split(EXAMPLES[name]))
+    assert all(context.params[each.name] not in (None, ()) for each in needed)
+
+
+def test_every_command_that_needs_options_has_an_example():
+    need = {
+        name
+        for name, each in cli.commands.items()
+        if any(p.required and isinstance(p, click.Option) for p in each.params)
+    }
+    assert need == set(EXAMPLES)
+
+
+@pytest.mark.parametrize("name", ["pull", "push", "compare", "proxy", "terminal", "epics"])
+def test_the_part_of_a_module_is_named_by_chip_and_by_its_old_name(call, name):
+    command = cli.commands[name]
+    words = shlex.split(EXAMPLES.get(name, "here there"))
+    words = [word for at, word in enumerate(words) if "--chip" not in words[max(at - 1, 0) : at + 1]]
+    for option in ("--chip", "--part"):
+        assert command.make_context(name, [*words, option, "cy545"], resilient_parsing=True).params["part"] == "cy545"
+    said = call(name, "--help").out
+    assert "--chip" in said and "--part" not in said

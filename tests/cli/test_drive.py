@@ -30,7 +30,7 @@ MOVE = (*SPEEDS, "+400")
 
 # --------------------------------------------------------------------------------------------------------- mistakes
 MISTAKES = [
-    (DRIVE, ["Missing option '--board'"]),
+    (DRIVE, ["Missing --board; such as:"]),
     (("drive", "gs-c200s", "--board", "twin"), ["no port given; give one of --tcp, --pty, --rfc2217, --serial"]),
     (("drive", "gs-c20s", "--board", "twin", "--tcp", "127.0.0.1:0"), ["did you mean gs-c200s?"]),
     ((*DRIVE, "--board", "/dev/ttyNONE"), ["/dev/ttyNONE: no such port; name the port of the board", "list_ports"]),
@@ -58,8 +58,11 @@ MISTAKES = [
     ((*DRIVE, "--board", "twin", "--output", "D9=uo1"), ["output 'D9' of the board; allowed D2, "]),
     (
         (*DRIVE, "--board", "twin", "--start-stop", "fast"),
-        ["rate 'fast'; expected steps per second", "500 steps/s"],
+        ["rate 'fast': expected steps per second with their unit", "500 steps/s"],
     ),
+    ((*DRIVE, "--board", "twin", "--start-stop", "500"), ["rate '500': expected", "with their unit"]),
+    ((*DRIVE, "--board", "twin", "--input", "A1"), ["give an input of the board and what it is, such as 'A1=home'"]),
+    ((*DRIVE, "--board", "twin", "--output", "D2"), ["an output of the board and what it shows, such as 'D12=fault'"]),
     ((*DRIVE, "--board", "twin", "--stop", "abort"), ["stop='abort'; allowed 'kill', 'power'"]),
     ((*DRIVE, "--board", "twin", "--of", "y"), ["--of: 'y' has no motor; there are: gs_c200s.1"]),
     ((*DRIVE, "--board", "twin", "--of", "gs_c200s.2"), ["--of: 'gs_c200s.2' has no motor"]),

@@ -26,14 +26,15 @@ LAMPS = ("fault", "energised")  # what an output of the board can show by itself
 
 
 def steps_a_second(rate: str | int) -> int:
-    """Return the steps/s of a rate such as "500 steps/s", or of a whole number.
+    """Return the steps/s of a rate such as "500 steps/s", or of an int.
 
     Raises:
-        UsageError: no such rate, or 0.
+        UsageError: no such rate, a number in text without its unit, or 0.
     """
-    found = re.fullmatch(r"\s*(\d{1,7})\s*(steps/s)?\s*", str(rate))
+    text = f"{rate} steps/s" if isinstance(rate, int) and not isinstance(rate, bool) else str(rate)
+    found = re.fullmatch(r"\s*(\d{1,7})\s*steps/s\s*", text)
     if found is None or not int(found[1]):
-        raise UsageError(f"rate {rate!r}; expected steps per second, such as '500 steps/s'")
+        raise UsageError(f"rate {rate!r}: expected steps per second with their unit, such as '500 steps/s'")
     return int(found[1])
 
 

@@ -180,7 +180,7 @@ def _unfound(module: Module, baud: int | None, strange: list[str]) -> str:
         found = f"no {part} answers {speech.probe} at {rates}; what came was {', '.join(dict.fromkeys(strange))}"
         echo = any(speech.probe in each for each in strange)
         remedy = "a line that echoes is a modem's or a console's" if echo else "is it this part, and this line?"
-        return f"{module.port.where}: {found}; {remedy}; give --part, and --baud and --checksum if you know them"
+        return f"{module.port.where}: {found}; {remedy}; give --chip, and --baud and --checksum if you know them"
     others = "" if speech.address else "; a module that shares a line has an address: give --address"
     return (
         f"{module.port.where}: nothing answers {speech.probe} at {rates}, {speech.word}; is the module on, are its "

@@ -332,4 +332,4 @@ class Module:
     def _strange(self, command: str, answer: str) -> str:
         if command in answer and not answer.startswith(f"{command} "):
             return "it echoes what is sent, as a modem or a console does; name the port of the module"
-        return "is this the right port, and --part the right part?"
+        return "is this the right port, and --chip the right part?"

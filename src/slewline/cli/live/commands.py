@@ -147,13 +147,13 @@ def serve_command(**options: Any) -> int:
 )
 @click.option(
     "--input",
-    type=SettingText(),
+    type=SettingText("an input of the board and what it is", "A1=home"),
     multiple=True,
     help="What an input of the board is, such as A1=home or A0=estop. May be repeated.",
 )
 @click.option(
     "--output",
-    type=SettingText(),
+    type=SettingText("an output of the board and what it shows", "D12=fault"),
     multiple=True,
     help="What an output of the board shows: D2=uo1, D12=fault, D8=energised; by default what programs set. "
     "May be repeated.",

@@ -8,8 +8,8 @@ import click
 
 from ..options.kinds import HintingCommand
 from ..options.shared import ALLOW_CODE, EXIT, JSON, MEMORY, OPTIONS, path
-from ..options.values import FILE, PartName, Strap, TimeWithUnit
-from .options import CLOCK, MARKINGS, PORT, setting_options
+from ..options.values import FILE, Strap, TimeWithUnit
+from .options import CLOCK, MARKINGS, PORT, chip_option, setting_options
 
 STRAPS = click.option(
     "--strap", type=Strap(), multiple=True, help="How it is strapped, such as rec=0. May be repeated."
@@ -26,7 +26,7 @@ CHECKSUM = click.option(
 @click.option("--serial", metavar="DEV", required=True, help="The serial port of the module, as pySerial takes it.")
 @click.option("--pty", metavar="LINK", help="The host opens a pseudo-terminal, under the name of this link.")
 @click.option("--tcp", metavar="HOST:PORT", help="The host connects to this port.")
-@click.option("--part", required=True, type=PartName(), metavar="CHIP", help="What the module is.")
+@chip_option("What the module is.")
 @click.option("--baud", type=int, metavar="RATE", help="Its rate; the highest one that it has by default.")
 @CHECKSUM
 @ADDRESS
@@ -48,7 +48,7 @@ def proxy_command(**options: Any) -> int:
 
 @click.command("terminal", cls=HintingCommand, short_help="Speak with a real module, line by line.", epilog=EXIT)
 @PORT
-@click.option("--part", required=True, type=PartName(), metavar="CHIP", help="What it is.")
+@chip_option("What it is.")
 @setting_options
 @path("--dialogue", help="Write what is said into this new file.")
 @click.option("--plain", is_flag=True, help="No menus: lines as Python reads them.")
@@ -110,7 +110,7 @@ def terminal_command(**options: Any) -> int:
 @click.option("--move", is_flag=True, help="With --port: also if it has commands that may make the motor step.")
 @click.option("--replace", is_flag=True, help="With --port: also if the module loses the program that it holds.")
 @path("--report", help="Dialogue: write a file to send: part, markings, crystal, transcript, and nothing else.")
-@click.option("--part", type=PartName(), metavar="CHIP", help="Dialogue: the part, if it is another than recorded.")
+@chip_option("Dialogue: the part, if it is another than recorded.", required=False)
 @click.option("--baud", type=int, metavar="RATE", help="Dialogue: the rate, if it is another than recorded.")
 @CHECKSUM
 @ADDRESS

@@ -8,14 +8,13 @@ import click
 
 from ..options.kinds import HintingCommand
 from ..options.shared import CRYSTAL, EXIT, path
-from ..options.values import PartName
-from .options import PORT, setting_options
+from .options import PORT, chip_option, setting_options
 
 
 @click.command("epics", cls=HintingCommand, short_help="A motor record of EPICS for a real module.", epilog=EXIT)
 @PORT
 @click.argument("parameters", metavar="NAME=VALUE...", nargs=-1)
-@click.option("--part", required=True, type=PartName(), metavar="CHIP", help="What it is.")
+@chip_option("What it is.")
 @setting_options
 @path("--dialogue", help="Write what is said into this new file.")
 @click.option("--record", required=True, metavar="NAME", help="Of the record: its fields are NAME.VAL, NAME.RBV ...")

@@ -7,20 +7,22 @@ from typing import Any, TypeVar
 
 import click
 
+from ..options.kinds import ChipOption
 from ..options.shared import path
 from ..options.values import Frequency, PartName
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+
+def chip_option(says: str, *, required: bool = True) -> Callable[[Function], Function]:
+    """Return the option that names the part of a module."""
+    return click.option("--chip", "part", cls=ChipOption, type=PartName(), metavar="CHIP", required=required, help=says)
+
+
 MARKINGS = click.option("--markings", metavar="TEXT", help="What is printed on the module, for the record.")
 CLOCK = click.option("--crystal", type=Frequency(), help="Its clock, such as '11 MHz', where that is known.")
 PORT = click.argument("port")
-PART = click.option(
-    "--part",
-    type=PartName(),
-    metavar="CHIP",
-    help="What it is; by default as FILE ends, such as .gs-c200s.",
-)
+PART = chip_option("What it is; by default as FILE ends, such as .gs-c200s.", required=False)
 SETTING = (
     click.option("--baud", type=int, metavar="RATE", help="Its rate; by default it is looked for, or 9600."),
     click.option(

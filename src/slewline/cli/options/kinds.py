@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from ...core.messages.near import hint
@@ -16,8 +18,8 @@ MEANT = {  # what is meant by a command, or an option of one, that there is not
     **dict.fromkeys(("disassemble", "disasm"), "slewline dis FILE"),
     **dict.fromkeys(("check", "verify", "validate"), "slewline lint FILE"),
     **dict.fromkeys(("convert", "vcd"), "slewline run FILE --vcd F.vcd writes a waveform"),
-    **dict.fromkeys(("talk", "connect", "console", "miniterm"), "slewline terminal PORT --part CHIP"),
-    **dict.fromkeys(("record", "sniff", "spy"), "slewline proxy --serial DEV --part CHIP --pty LINK --dialogue F"),
+    **dict.fromkeys(("talk", "connect", "console", "miniterm"), "slewline terminal PORT --chip CHIP"),
+    **dict.fromkeys(("record", "sniff", "spy"), "slewline proxy --serial DEV --chip CHIP --pty LINK --dialogue F"),
     **dict.fromkeys(("diff", "differences"), "slewline compare"),
     **dict.fromkeys(
         ("backup", "save", "download", "read"), "slewline pull PORT -o FILE saves what a real module holds"
@@ -32,8 +34,6 @@ MEANT = {  # what is meant by a command, or an option of one, that there is not
     "run --npz": "--steps F.npz",
     "run --csv": "--steps F.csv",
     "run --time": "--until sets the end, such as '2 s'",
-    "pull --chip": "--part names the part",
-    "push --chip": "--part names the part",
     "pull --port": "PORT is an argument, not an option: slewline pull PORT -o FILE",
     "push --port": "PORT is an argument, not an option: slewline push PORT FILE",
     "serve --port": "--tcp 4001, --serial DEV or --pty LINK",
@@ -43,22 +43,57 @@ MEANT = {  # what is meant by a command, or an option of one, that there is not
 }
 
 
+EXAMPLES = {  # of commands that need more than one option
+    "tune": "cy525 --motor QSH4218-51-10-049 --driver '24 V, 1 A averaged' --steps 500",
+    "calibrate": "cy525 --motor QSH4218-51-10-049 --driver '24 V, 1 A'",
+    "drive": "gs-c200s --board /dev/ttyACM0 --tcp 4001",
+    "pull": "/dev/ttyUSB0 -o saved.gs-c200s",
+    "terminal": "/dev/ttyUSB0 --chip gs-c200s",
+    "proxy": "--serial /dev/ttyUSB0 --chip gs-c200s --tcp 4001 --dialogue recorded.dialogue",
+    "epics": "/dev/ttyUSB0 --chip gs-c200s --record lab:m1",
+    "check-capture": "recorded.csv --axis x=STEP,DIR",
+}
+
+
 class HintingCommand(click.Command):
-    """A command that knows what is meant by options that it does not have."""
+    """A command that knows what is meant by options that it does not have, and names all that are missing."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the arguments; name the option that replaces an unknown one."""
+        given = list(args)
         try:
             return super().parse_args(ctx, args)
         except click.MissingParameter as error:
             if getattr(error.param, "name", "") == "chip":
                 raise click.UsageError("Missing argument 'CHIP': slewline chips lists them", ctx) from None
-            raise
+            example = EXAMPLES.get(self.name or "")
+            if example is None:
+                raise
+            missing = ", ".join(self.missing(ctx, given))
+            raise click.UsageError(f"Missing {missing}; such as:  slewline {self.name} {example}", ctx) from None
         except click.NoSuchOption as error:
             remedy = MEANT.get(f"{ctx.info_name} {error.option_name}")
             if remedy is None:
                 raise
             raise click.UsageError(f"No such option '{error.option_name}': {remedy}", ctx) from None
+
+    def missing(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Return what the command needs and has not been given, as one writes it."""
+        found, _, _ = self.make_parser(ctx).parse_args(args)
+        needed = [each for each in self.get_params(ctx) if each.required and found.get(each.name or "") in (None, ())]
+        return [each.human_readable_name if isinstance(each, click.Argument) else each.opts[0] for each in needed]
+
+
+class ChipOption(click.Option):
+    """The option --chip of a command for a real module; its old name --part is taken too, and no longer shown."""
+
+    def add_to_parser(self, parser: Any, ctx: click.Context) -> None:
+        """Let the parser know both names."""
+        shown, self.opts = self.opts, [*self.opts, "--part"]
+        try:
+            super().add_to_parser(parser, ctx)
+        finally:
+            self.opts = shown
 
 
 class CommandGroup(click.Group):

@@ -145,10 +145,18 @@ class Strap(Completed[tuple[str, int]]):
 
 
 class SettingText(Completed[tuple[str, str]]):
-    """name=value, or table.name=value; the part knows what the text means."""
+    """name=value, or table.name=value; the part knows what the text means.
+
+    Args:
+        what: is named, for messages.
+        example: of both.
+    """
 
     name = "name=value"
     complete = staticmethod(completion.setting)
+
+    def __init__(self, what: str = "an option and its value", example: str = "eeprom_time=20 ms") -> None:
+        self.what, self.example = what, example
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
         """Return (name, text)."""
@@ -156,5 +164,5 @@ class SettingText(Completed[tuple[str, str]]):
             return value
         name, equals, text = (part.strip() for part in value.partition("="))
         if not equals or not all(map(str.isidentifier, name.split("."))):
-            self.fail(f"{value!r}: give an option and its value, such as 'eeprom_time=20 ms'", param, ctx)
+            self.fail(f"{value!r}: give {self.what}, such as '{self.example}'", param, ctx)
         return name, text

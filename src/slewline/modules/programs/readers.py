@@ -122,7 +122,7 @@ def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
             why = deviations(module.speech, listing.form, "".join(f"{each}\r" for each in lines).encode("latin-1"))
             raise DamagedAnswer(
                 f"{module.name}: it lists {line!r}, which is no instruction of the {sheet.part.upper()}"
-                f"{': ' * bool(why)}{why}; is --part the right part?"
+                f"{': ' * bool(why)}{why}; is --chip the right part?"
             )
         stored += command.stored
     return ProgramReading(lines[:-1], stored)
