@@ -61,7 +61,6 @@ CANNOT_BE = [
     ),
     (("pull", "slewline://gs-c200s?br0=1", "-o", "a.gs-c200s", "--baud", "9600"), 1, "nothing answers V2"),
     (("pull", "loop://", "-o", "a.gs-c200s"), 1, "a line that echoes is a modem's or a console's"),
-    (("push", "slewline://cy545", "p.cy545", "--chip", "cy545"), 2, "--part names the part"),
     (("backup",), 2, "slewline pull PORT -o FILE"),
     (("push", "slewline://cy545", "p.cy545", "--store"), 2, "--store: the CY545 has no such command"),
     (("push", "slewline://gs-c200s", "here.gs-c200s"), 2, "no program in it"),

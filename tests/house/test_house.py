@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
@@ -237,3 +238,29 @@ def test_a_class_name_is_that_of_one_class_but_for_the_roles_that_every_chip_has
                 places.setdefault(node.name, []).append(path.relative_to(SOURCES / "slewline").as_posix())
     twice = {name: where for name, where in places.items() if len(where) > 1}
     assert {name for name, where in twice.items() if not all(each.startswith("chips/") for each in where)} == TWICE
+
+
+# ----------------------------------------------------------------------------------------------------------- messages
+def said(parsed: ast.AST) -> Iterator[str]:
+    """The texts of a source that are no docstrings."""
+    docstrings = {
+        id(node.body[0].value)
+        for node in ast.walk(parsed)
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+        and node.body
+        and isinstance(node.body[0], ast.Expr)
+    }
+    for node in ast.walk(parsed):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
+            yield node.value
+
+
+def advises_removal(message: str) -> bool:
+    return re.search(r"(remove|delete) (it|this one|the (file|link|folder))\b", message) is not None
+
+
+def test_nobody_is_advised_to_remove_a_file() -> None:
+    """What is in the way may be all that somebody has of it."""
+    assert advises_removal("this file exists; name a new file, or remove it") and not advises_removal("remove the line")
+    found = {path.name: each for path in SOURCES.rglob("*.py") for each in said(tree(path)) if advises_removal(each)}
+    assert not found

@@ -116,7 +116,7 @@ class DialogueFile:
         try:
             self._file = self.path.open("xb", buffering=0)
         except FileExistsError:
-            raise UsageError(f"dialogue {path}: this file exists; name a new file, or remove it") from None
+            raise UsageError(f"dialogue {path}: this file exists; name a new file") from None
         except OSError as error:
             raise UsageError(f"dialogue {path}: {error.strerror or error}; give a file that can be written") from None
         self._write({"slewline": f"{KIND} {VERSION}", **asdict(header)})

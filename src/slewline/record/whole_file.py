@@ -78,7 +78,7 @@ class WholeFile:
         self.part: Path | None = None
         with self.refusals():
             if own and self.path.is_symlink():
-                raise UsageError(f"{path}: is a symbolic link, which is not followed here; remove it")
+                raise UsageError(f"{path}: is a symbolic link, which is not followed here; name the file itself")
             self._target = Path(os.path.realpath(path))  # of a symbolic link, which stays
             if self._target.is_dir():
                 raise UsageError(f"{path}: is a directory; give the name of a file in it")

@@ -138,7 +138,7 @@ class Log:
             return
         was, now = {"slewline": head.get("slewline")} | head["task"], {"slewline": __version__} | dict(task)
         differs = "; ".join(differences(was, now)) or "its format"
-        raise UsageError(f"{self.path}: is the log of another task: {differs}; name another file, or remove this one")
+        raise UsageError(f"{self.path}: is the log of another task: {differs}; name another file")
 
     def _verdict(self, number: int, line: bytes) -> tuple[tuple[str, str], Verdict]:
         entry = _object(line)

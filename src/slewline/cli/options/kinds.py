@@ -45,7 +45,7 @@ MEANT = {  # what is meant by a command, or an option of one, that there is not
 
 EXAMPLES = {  # of commands that need more than one option
     "tune": "cy525 --motor QSH4218-51-10-049 --driver '24 V, 1 A averaged' --steps 500",
-    "calibrate": "cy525 --motor QSH4218-51-10-049 --driver '24 V, 1 A'",
+    "calibrate": "--motor QSH4218-51-10-049 --driver '24 V, 1 A' --start-stop '900 steps/s'",
     "drive": "gs-c200s --board /dev/ttyACM0 --tcp 4001",
     "pull": "/dev/ttyUSB0 -o saved.gs-c200s",
     "terminal": "/dev/ttyUSB0 --chip gs-c200s",

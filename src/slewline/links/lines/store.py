@@ -152,15 +152,15 @@ class FileStore:
     def _found(self) -> bytes:
         """The file as it is; empty when there is none."""
         if self.path.is_symlink():
-            raise StoreError(f"{self.path}: is a symbolic link; name the file itself, or remove the link")
+            raise StoreError(f"{self.path}: is a symbolic link; name the file itself")
         if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):  # to open a FIFO is to wait
-            raise StoreError(f"{self.path}: is not a regular file; name another one, or remove it")
+            raise StoreError(f"{self.path}: is not a regular file; name another one")
         try:
             found = self._load(self.path)
         except FileNotFoundError:
             return b""
         if not found.startswith((MAGIC, JOURNAL)):
-            raise StoreError(f"{self.path}: is not a memory of slewline; name another file, or remove this one")
+            raise StoreError(f"{self.path}: is not a memory of slewline; name another file")
         return found
 
     def _unpacked(self, found: bytes) -> bytearray:
@@ -176,7 +176,7 @@ class FileStore:
                 return content
             if whole and magic == JOURNAL and repeated(content, found, end):
                 return content
-        why = "the memory is damaged (length or checksum); remove the file to start with an empty memory"
+        why = "the memory is damaged (length or checksum); move the file away to start with an empty memory"
         raise StoreError(f"{self.path}: {why}")
 
     def _put(self, file: int, content: bytes) -> None:
@@ -193,7 +193,7 @@ class FileStore:
         while chunk := self.system.read(file, CHUNK):
             found += chunk
             if len(found) > LARGEST:
-                why = f"more than {LARGEST} bytes, which no memory has; name another file, or remove this one"
+                why = f"more than {LARGEST} bytes, which no memory has; name another file"
                 raise StoreError(f"{self.path}: {why}")
         return bytes(found)
 
