@@ -150,6 +150,11 @@ MISTAKES = [  # the line, the end of the answer
     ("serve gs-c200s --tcp 127.0.0.1:99999", "port 99999 is above 65535; expected HOST:PORT"),
     ("serve b.toml --tcp 0", "; it is a bench file: slewline serve --bench b.toml"),
     ("lint .", "slewline: .: is a directory; name the files in it"),
+    (
+        "run weld.vcd",
+        "slewline: weld.vcd: is no program, but a recording; slewline compare MODEL.vcd MEASURED reads it",
+    ),
+    ("lint x.dialogue", "slewline: x.dialogue: is no program, but a dialogue; slewline compare DIALOGUE"),
     ("serve cy525 --tcp 99999", "such as 127.0.0.1:4001, or a port of this machine, 4001 (port 0: any free one)"),
     (
         "serve cy525 --tcp 0.0.0.0:4001",

@@ -38,6 +38,18 @@ class Refused(click.ClickException):
         click.echo(f"slewline: {self.message}", err=True)
 
 
+NO_PROGRAMS = {  # by the endings of names
+    **dict.fromkeys(
+        ("vcd", "csv", "sr"), "a recording; slewline compare MODEL.vcd MEASURED reads it, and slewline check-capture"
+    ),
+    "dialogue": "a dialogue; slewline compare DIALOGUE holds it against the model",
+    "journal": "a journal; slewline run --replay JOURNAL repeats it",
+    **dict.fromkeys(("svg", "png", "pdf"), "a picture"),
+    **dict.fromkeys(("npz", "json"), "a result of a run"),
+    **dict.fromkeys(("eeprom", "raw"), "what a module holds, or has sent"),
+}
+
+
 def read_program(path: str) -> str:
     """Return the text of a program file, or of the standard input for "-"."""
     text = read_text(path, sys.stdin.buffer.read() if path == STDIN else None)
@@ -66,6 +78,8 @@ def chip_of(path: str, chip: str | None) -> str:
         return part
     if Path(path).is_dir():
         raise UsageError(f"{path}: is a directory; name the files in it")
+    if part in NO_PROGRAMS:
+        raise UsageError(f"{path}: is no program, but {NO_PROGRAMS[part]}")
     endings = ", ".join(f".{name}" for name in names)
     near = hint(part, names) if part else ""
     raise UsageError(f"{path}: the chip is not given; give --chip {names[0]}, or a file name ending in {endings}{near}")
