@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 FILES = {
+    "weld.vcd": "$timescale 1 us $end\n",
+    "x.dialogue": "{}\n",
     "p.cy525": "A 0\nR 100\nN 40\nG\n",
     "p.txt": "A 0\n",
     "p.cy255": "A 0\n",

@@ -76,6 +76,7 @@ class WholeFile:
     def __init__(self, path: str | Path, own: bool = False, *, durable: bool = False) -> None:
         self.path, self.durable = Path(path), durable
         self.part: Path | None = None
+        self._mode: int | None = None  # of the file that it replaces
         with self.refusals():
             if own and self.path.is_symlink():
                 raise UsageError(f"{path}: is a symbolic link, which is not followed here; name the file itself")
@@ -110,8 +111,9 @@ class WholeFile:
                 os.chown(part, *owners)  # before the mode: it takes special bits away
             now = part.stat()
         kept = owners == (now.st_uid, now.st_gid)
+        self._mode = stat.S_IMODE(before.st_mode) & ~(0 if kept else _SPECIAL)
         with self.refusals():
-            os.chmod(part, stat.S_IMODE(before.st_mode) & ~(0 if kept else _SPECIAL))
+            os.chmod(part, self._mode)
         return kept
 
     def write(self, data: bytes | memoryview) -> None:
@@ -126,6 +128,8 @@ class WholeFile:
         with self.refusals():
             self.handle.flush()
             if self.part is not None:
+                if self._mode is not None and self._mode & _SPECIAL:
+                    os.chmod(self.part, self._mode)  # to write takes special bits away, but from root
                 if self.durable:
                     os.fsync(self.handle.fileno())
                 try:
