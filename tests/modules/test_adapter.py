@@ -300,7 +300,7 @@ def test_a_part_at_work_is_not_disturbed(cy525, capfd):
 
 def test_another_part_behind_an_adapter_is_noticed(cy512, capfd):
     assert pull(cy512.url) == 1
-    assert "is this the right port, and --part the right part?" in capfd.readouterr().err
+    assert "is this the right port, and --chip the right part?" in capfd.readouterr().err
     assert not Path("out.cy525").exists()
 
 
