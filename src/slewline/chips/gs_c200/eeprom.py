@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ...core.context import ChipContext
-from ...core.memory.store import Store, written
+from ...core.memory.store import Store, is_pending
 from ...core.time.kernel import Task
+from ...core.time.timebase import PS_PER_S
 from ...core.wires.waits import until
 from .activity import EEPROM, Activity
 from .dialogue.program import Program
 
+LOOK_PS = PS_PER_S // 100  # after which a store that is still writing is asked again
 INVALID = b"\xff"  # no opcode; the first byte that a failed write leaves
 
 
@@ -72,7 +74,8 @@ class ProgramEeprom:
         """Keep a program; return why that failed, empty if it did not.  The EEPROM takes as long as its store does."""
         try:
             self.store.write(INVALID if self.fails else program)
-            await written(self.kernel, self.store)
+            while is_pending(self.store):
+                await until(self.kernel, self.kernel.now + LOOK_PS)
             return "" if self.store.read() == program else "it does not hold the program"
         except OSError as error:
             return str(error)

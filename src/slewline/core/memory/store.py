@@ -14,12 +14,8 @@ from typing import Any, Protocol, TypeVar
 
 from ...errors import StoreError, UsageError
 from ..datasheet.option import Option
-from ..time.kernel import Kernel
-from ..time.timebase import PS_PER_S
-from ..wires.waits import until
 
 T = TypeVar("T")
-LOOK_PS = PS_PER_S // 100  # after which a store that is still writing is asked again
 
 
 class Store(Protocol):
@@ -55,16 +51,6 @@ def is_pending(store: Store) -> bool:
     """
     pending = getattr(store, "pending", None)
     return pending is not None and bool(pending())
-
-
-async def written(kernel: Kernel, store: Store) -> None:
-    """Wait until a store has written what it was given.
-
-    Raises:
-        OSError: it has refused that.
-    """
-    while is_pending(store):
-        await until(kernel, kernel.now + LOOK_PS)
 
 
 class Memory:
