@@ -35,6 +35,7 @@ ALLOWED = {  # files, and why they name chips
     "cli/commands.py": "the help of an option gives an example, and that of the demo says what it shows",
     "cli/modules/commands.py": "the help of an option gives an example",
     "cli/modules/options.py": "the help of an option gives an example",
+    "cli/options/kinds.py": "a message gives examples of commands",
     "cli/options/shared.py": "the help of an option gives an example",
     "cli/live/serve.py": "a message gives an example",
     "links/control/rows_of_views.py": "the name of an example, as an example",
