@@ -25,8 +25,11 @@ class TemporaryFolder(TemporaryDirectory[str]):
         place = "/tmp" if os.name == "posix" and len(os.fsencode(gettempdir())) > LONGEST else gettempdir()
         _remove_dead(Path(place))
         super().__init__(prefix=PREFIX, dir=place, ignore_cleanup_errors=True)
-        self._held = os.open(os.path.join(self.name, LOCK), os.O_RDWR | os.O_CREAT, 0o600)
+        name = os.path.join(self.name, LOCK)
+        self._held = os.open(f"{name}.new", os.O_RDWR | os.O_CREAT, 0o600)
         lock(self._held)
+        with suppress(PermissionError):  # on Windows, where an open file keeps its name, and the folder then stays
+            os.rename(f"{name}.new", name)  # only now: a lock that nobody holds is that of a dead process
 
     def cleanup(self) -> None:
         """Remove it; a second call does nothing."""
