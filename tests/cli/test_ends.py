@@ -214,6 +214,12 @@ FILES = {
     "long.cy525": SCRIPT,
     "p.gs-c200s": "Po\nS10\nR5\nPx\n",
     "b.toml": '[[chip]]\nname = "x"\npart = "cy525"\n[[serve]]\nchips = ["x"]\ntcp = "127.0.0.1:0"\n',
+    "said.dialogue": '{"slewline":"dialogue 1","part":"gs-c200s","baud":9600,"checksum":false}\n'
+    + "".join(
+        f'{{"at_us":{at + late},"last_us":{at + late},"from":"{who}","text":"{what}"}}\n'
+        for at in range(0, 60_000_000, 300_000)
+        for who, what, late in (("host", "V1\\r", 0), ("module", "V+0\\r", 6_000))
+    ),
 }
 COMMANDS = {
     "run": ("run", "long.cy525", "--vcd", "o.vcd", "--journal", "o.journal", "--timeout", "1000 s"),
@@ -227,6 +233,10 @@ COMMANDS = {
     "pull": ("pull", SLOW, "-o", "saved.gs-c200s"),
     "push": ("push", SLOW, "p.gs-c200s"),
     "terminal": ("terminal", MODULE, "--part", "gs-c200s"),
+    "proxy": ("proxy", "--serial", MODULE, *PORT, "--chip", "gs-c200s", "--dialogue", "new.dialogue"),
+    "compare": ("compare", "said.dialogue", "--port", MODULE),
+    "drive": ("drive", "gs-c200s", "--board", "twin", *PORT, "--black-box", "kept"),
+    "epics": ("epics", MODULE, "--chip", "gs-c200s", "--record", "x", "--replace", "S=10", "T=1000 steps/s", "R=50"),
 }
 KINDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGKILL")
 ORDERLY = ("SIGINT", *getattr(entry, "ENDS", ()))  # the signals at which a command removes what is unfinished
