@@ -14,6 +14,7 @@ import os
 import re
 import select
 import threading
+import time
 import tty
 from contextlib import suppress
 
@@ -47,8 +48,9 @@ def checked(line: bytes) -> bytes:
 class Fake:
     """A module on a pty; `port` is its name, `steps` lists the commands that made it step."""
 
-    def __init__(self, deviation: str = "", delay_s: float = 0.0) -> None:
+    def __init__(self, deviation: str = "", delay_s: float = 0.0, deaf_s: float = 0.0) -> None:
         self.deviation, self.delay_s = deviation, delay_s
+        self.hears_s = time.monotonic() + deaf_s  # a module that DTR resets, as Arduinos do
         self.steps: list[str] = []
         self.answered = b""
         self.master, slave = os.openpty()
@@ -67,7 +69,8 @@ class Fake:
                 if self.over in ready:
                     break
                 for byte in os.read(self.master, 4096):
-                    self.character(byte)
+                    if time.monotonic() > self.hears_s:
+                        self.character(byte)
 
     def unplug(self) -> None:
         """Take the cable off; what the module holds stays."""
@@ -106,12 +109,12 @@ class FakeGsc(Fake):
     )
     LOCATIONS = 119
 
-    def __init__(self, deviation="", program=(), eeprom=(), *, unended=0, delay_s=0.0) -> None:
+    def __init__(self, deviation="", program=(), eeprom=(), *, unended=0, delay_s=0.0, deaf_s=0.0) -> None:
         self.ram, self.eeprom, self.entering = list(program), list(eeprom), False
         self.unended = unended  # listings without END, after X
         self.recalled = False
         self.line = b""
-        super().__init__(deviation, delay_s)
+        super().__init__(deviation, delay_s, deaf_s)
 
     def character(self, byte):
         if byte != 0x0D:
@@ -160,13 +163,13 @@ class FakeGsc(Fake):
 class FakeCy545(Fake):
     """A CY545 with 64K of memory, which has taken the rate already."""
 
-    def __init__(self, deviation="", program=(), *, delay_s=0.0) -> None:
+    def __init__(self, deviation="", program=(), *, delay_s=0.0, deaf_s=0.0) -> None:
         self.memory = bytearray(b"\xff" * 65536)
         image = b"".join(line.encode() + b"\r" for line in program)
         self.memory[: len(image)] = image
         self.values = {"R": 120, "F": 25, "S": 50, "O": 0, "B": 0, "P": 0, "N": 0, "Y": 0}
         self.entering, self.line = False, b""
-        super().__init__(deviation, delay_s)
+        super().__init__(deviation, delay_s, deaf_s)
 
     def character(self, byte):
         if self.entering:

@@ -56,6 +56,9 @@ TOOLS = ("pull", "push", "compare", "terminal")
 CASES = [(part, name) for part in FAKES for name in DEVIATIONS if name not in NOT_OF.get(part, ())]
 
 
+PATIENT_S = finding.LOOK_S
+
+
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     """An empty folder, with a program and a dialogue; nobody waits long for a fake."""
@@ -162,6 +165,17 @@ def test_a_dialogue_is_compared_with_the_memory_that_it_shows(capfd):
     assert differing - set(found["held_before"]) == {"? B"}  # the levels of pins
     assert {"? R", "? F", "? S"} <= differing
     assert (found["memory_bytes"], found["findings"]) == (len("R 11 F 9 G 0 "), [])
+
+
+@pytest.mark.parametrize("part", FAKES)
+@pytest.mark.parametrize("more", [(), ("--baud", "9600")])
+def test_a_module_may_start_when_its_port_is_opened(monkeypatch, part, more):
+    """An interface that resets it by DTR, say: what comes in the first 1.5 s is lost."""
+    monkeypatch.setattr(finding, "LOOK_S", PATIENT_S)
+    monkeypatch.setattr(spoken, "ANSWER_S", 1.0)
+    with FAKES[part](deaf_s=1.5) as fake:
+        assert invoke([*words("pull", fake, part), *more]) == 0
+        assert fake.steps == []
 
 
 # ------------------------------------------------------------------------------------------------- what is put back

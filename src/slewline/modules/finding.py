@@ -28,6 +28,7 @@ LOOK_S = 0.35  # of silence at a rate, after which the next one is tried
 FOLLOWS_S = 0.05  # of silence, after which an answer is over, whatever its end is
 MOST_HEARD = 1024  # characters of an answer, however long
 LOOKS = 2  # at a rate: the first line may only end what the module had got of another one
+START_S = 3.0  # after its port was opened, that is, DTR raised, a module may be starting still
 
 
 def find(
@@ -75,7 +76,10 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
     """Ask at one rate after the other, with and without checksums."""
     first, begun_s = module.speech, module.port.clock()
     strange: list[str] = []
-    for rate in first.rates if baud is None else (baud,):
+    rates = [*first.rates] if baud is None else [baud]
+    for rate in rates:
+        if module.port.clock() < begun_s + START_S:
+            rates.append(rate)  # to be asked once more
         speech = _at(first, rate, bool(checked))
         if rate != first.baud or module.speech is not first:
             module.port.change(speech.setting)
