@@ -74,12 +74,12 @@ class Fake:
 
     def unplug(self) -> None:
         """Take the cable off; what the module holds stays."""
-        if self.wake >= 0:
-            os.write(self.wake, b".")
+        wake, self.wake = self.wake, -1
+        if wake >= 0:
+            os.write(wake, b".")
             self.thread.join()
-            for each in (self.master, self.slave, self.over, self.wake):
+            for each in (self.master, self.slave, self.over, wake):
                 os.close(each)
-            self.wake = -1
 
     def __enter__(self):
         return self

@@ -11,6 +11,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from random import Random
@@ -215,6 +216,8 @@ def check_said(said, fake, part):
         assert fake.eeprom == NEW[part], said
     if "its RAM has the program that it keeps without power" in said:
         assert fake.ram == fake.eeprom, said
+    if "its RAM has either of its programs" in said:
+        assert fake.ram in (fake.eeprom, OLD[part]), said
 
 
 # ------------------------------------------------------------------------------------------- kills, cables, full disks
@@ -287,6 +290,30 @@ def test_a_kill_and_a_cut_cable_lose_nothing_and_nothing_false_is_said(part, too
             assert "the port is gone" in said, said
         if tool == "push" and "wrote new.before" not in said and not Path(f"new.before.{part}").exists():
             assert (fake.ram if part == "gs-c200s" else fake.program) == OLD[part]
+
+
+@pytest.mark.parametrize("obeyed", [False, True])
+@pytest.mark.parametrize("command", ["Q", "X", "Po", "S11", "-5", "Px", "M"])
+@pytest.mark.parametrize("tool", ["pull", "push"])
+def test_a_cable_that_is_cut_in_an_answer_leaves_nothing_false_said(tool, command, obeyed):
+    """Whether the module has obeyed the command that is not answered, nobody knows who was cut off from it."""
+
+    class Cut(FakeGsc):
+        def answer(self, text):
+            if text != command:
+                return super().answer(text)
+            if obeyed:
+                super().answer(text)
+            threading.Thread(target=self.unplug).start()
+            raise OSError("cut")
+
+    with Cut("", OLD["gs-c200s"], KEPT) as fake:
+        process = started(tool, fake, "gs-c200s", {"pull": "--eeprom", "push": "--store"}[tool])
+        _, said = process.communicate("", timeout=60)
+        assert "Traceback" not in said, said
+        assert process.returncode == (1 if fake.wake < 0 else 0), said
+        check_files(tool, fake, "gs-c200s")
+        check_said(said, fake, "gs-c200s")
 
 
 @pytest.mark.parametrize("room", [0, 200, 600, 1200])

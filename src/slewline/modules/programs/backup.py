@@ -12,7 +12,7 @@ from itertools import count
 from os import PathLike
 from pathlib import Path
 
-from ...core.datasheet.table import Row, Sheet
+from ...core.datasheet.table import Sheet
 from ...core.memory.image import to_hex
 from ...errors import SlewlineError, UsageError
 from ...gate import read_file
@@ -70,9 +70,9 @@ def pull(
 def _pull_other(module: Module, contents: ModuleContents, path: Path, say: Say) -> None:
     """Save the program that is kept without power, and put the other one back."""
     (row,) = contents.sheet.acting("recall")
-    with _putting_back(module, contents, row, say):
+    with _putting_back(module, contents, say) as restore:
         try:
-            module.ask(row.form)
+            restore.recall()
         except RefusedCommand as refused:
             say(f"{row.form} was answered with {refused.code}: {refused.says}; there is no other program to save")
             return
@@ -80,14 +80,13 @@ def _pull_other(module: Module, contents: ModuleContents, path: Path, say: Say) 
 
 
 @contextmanager
-def _putting_back(module: Module, contents: ModuleContents, recall: Row, say: Say) -> Iterator[None]:
+def _putting_back(module: Module, contents: ModuleContents, say: Say) -> Iterator[Restore]:
     """Put a program back into a module at the end, whatever happens meanwhile; it is verified by its listing."""
     wanted = ProgramText.read(contents.text, contents.sheet, module.name)
     restore = Restore(module, wanted, contents, say)
-    restore.holds = restore.stands = f"its RAM has the program that it keeps without power, unless {recall.form} failed"
     began = ""
     try:
-        yield
+        yield restore
     except (SlewlineError, KeyboardInterrupt) as failure:
         began = _why(failure)
         raise

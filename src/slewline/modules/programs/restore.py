@@ -125,6 +125,23 @@ class Restore:
         letter = next((row.letter for row in self.sheet.registers if row.name == name), "")
         return letter == statement.row.form and len(statement.values) == 1
 
+    def recall(self) -> None:
+        """Let the module's program in RAM be the one that it keeps without power.
+
+        Raises:
+            RefusedCommand: it keeps none; its program is as it was.
+            ModuleFailure: which of the two is there is not known.
+        """
+        (row,) = self.sheet.acting("recall")
+        before = self.holds
+        self.holds = self.stands = f"{row.form} is not answered: its RAM has either of its programs"
+        try:
+            self.module.ask(row.form)
+        except RefusedCommand:
+            self.holds = self.stands = before
+            raise
+        self.holds = self.stands = "its RAM has the program that it keeps without power"
+
     def store(self) -> None:
         """Let the module keep its program without power.
 
