@@ -8,7 +8,7 @@ import click
 
 from .live.commands import debug_command, drive_command, panel_command, serve_command
 from .modules.commands import pull_command, push_command
-from .modules.dialogues import compare_command, proxy_command, terminal_command
+from .modules.dialogues import DIALOGUE_COMMANDS
 from .modules.laboratory import epics_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide
@@ -322,9 +322,7 @@ for live in (
     debug_command,
     pull_command,
     push_command,
-    compare_command,
-    proxy_command,
-    terminal_command,
+    *DIALOGUE_COMMANDS,
     epics_command,
 ):
     cli.add_command(live)

@@ -46,6 +46,30 @@ def proxy_command(**options: Any) -> int:
     return ProxyCommand(**options).perform()
 
 
+@click.command("decode", cls=HintingCommand, short_help="The dialogue on two wires of a recording.", epilog=EXIT)
+@click.argument("file", metavar="CAPTURE", type=FILE)
+@chip_option("What the module is.")
+@click.option("--host", metavar="SIGNAL", required=True, help="The wire on which the host sends, such as D0.")
+@click.option("--module", metavar="SIGNAL", required=True, help="The wire on which the module sends.")
+@click.option("--baud", type=int, metavar="RATE", help="The rate; by default the one of the part that fits best.")
+@CHECKSUM
+@ADDRESS
+@click.option("--timescale", type=TimeWithUnit(), help="The unit of its times, if the file states none.")
+@click.option("--threshold", metavar="VOLTS", help="The level of an oscilloscope's CSV, such as '1.4 V'.")
+@click.option("--torn", is_flag=True, help="The file may have been cut off; read what is there.")
+@path("--dialogue", help="Write it into this new file, which `slewline compare` replays with the model.")
+def decode_command(**options: Any) -> int:
+    """Read the characters on two recorded wires, and print the dialogue of host and module.
+
+    CAPTURE is a VCD file, a CSV file of a logic analyser or an oscilloscope, or a session of PulseView (.sr).  The
+    format of characters is the part's; TTL levels and those of RS-232 are told apart by themselves.  Exit status 1 if a
+    character is damaged.
+    """
+    from ..recordings.decode import decode
+
+    return decode(**options)
+
+
 @click.command("terminal", cls=HintingCommand, short_help="Speak with a real module, line by line.", epilog=EXIT)
 @PORT
 @chip_option("What it is.")
@@ -179,3 +203,5 @@ def compare(model: str, measured: str | None, **options: Any) -> int:
 
 
 ALLOWED = "MODEL.vcd and MEASURED.vcd, or a dialogue that slewline has recorded"
+
+DIALOGUE_COMMANDS = (compare_command, decode_command, proxy_command, terminal_command)

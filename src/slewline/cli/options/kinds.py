@@ -52,6 +52,7 @@ EXAMPLES = {  # of commands that need more than one option
     "proxy": "--serial /dev/ttyUSB0 --chip gs-c200s --tcp 4001 --dialogue recorded.dialogue",
     "epics": "/dev/ttyUSB0 --chip gs-c200s --record lab:m1",
     "check-capture": "recorded.csv --axis x=STEP,DIR",
+    "decode": "recorded.csv --chip gs-c200s --host D0 --module D1",
 }
 
 

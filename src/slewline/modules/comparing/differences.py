@@ -144,7 +144,9 @@ class Differences:
         if self.moments:
             rows.append(f"{self.moments} answers agree with a question that comes a little earlier or later")
         if self.delays_us:
-            least, middle, most = (what(self.delays_us) / 1000 for what in (min, median, max))
+            least, middle, most = (
+                round(what(self.delays_us) / 1000, 1) + 0.0 for what in (min, median, max)
+            )  # no -0.0
             rows.append(f"answers of the module later by {least:.1f} to {most:.1f} ms, median {middle:.1f} ms")
         for says, numbers in self.deviations.items():
             more = f" and {len(numbers) - 1} more" if len(numbers) > 1 else ""

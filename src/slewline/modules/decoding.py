@@ -1,0 +1,138 @@
+"""The dialogue on two recorded wires: what a host and a module said, read from a logic analyser's edges."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..core.datasheet.table import Sheet
+from ..core.time.timebase import Clock, readable
+from ..core.wires.serial import OVERSAMPLING, Character, CharacterFormat
+from ..errors import UsageError
+from ..record.measuring.characters import characters, shown
+from ..record.measuring.intervals import SignalEdges
+from ..record.waveforms.waveforms import Waveforms
+from .dialogue import END, LONGEST, DialogueHeader, RecordedDialogue, Said, Speaker
+from .speech import speech_of
+
+PS_PER_US = 10**6
+MOST_DAMAGED = 0.2  # of the characters: beyond that this is another rate, or another signal
+
+
+class DamagedCharacter(NamedTuple):
+    """A character with a wrong parity or stop bit: which signal, when its start bit began (ps), and what it reads."""
+
+    signal: str
+    at_ps: int
+    byte: int
+    parity: bool
+
+    def __str__(self) -> str:
+        what = "parity" if self.parity else "stop bit"
+        return f"{self.signal} at {readable(self.at_ps)}: wrong {what} ({shown(self.byte)})"
+
+
+class Decoded(NamedTuple):
+    """A dialogue, and the characters of it that are damaged."""
+
+    dialogue: RecordedDialogue
+    damaged: tuple[DamagedCharacter, ...]
+
+
+def decode_dialogue(
+    waves: Waveforms,
+    sheet: Sheet,
+    host: str,
+    module: str,
+    *,
+    baud: int | None = None,
+    checksum: bool | None = None,
+    address: int = 0,
+) -> Decoded:
+    """Read the dialogue of a host and a module from a recording of their two wires.
+
+    Which level a wire rests at, TTL or RS-232, is seen; it is the one that it has for longest.
+
+    Args:
+        waves: the recording, from its beginning on; times of the dialogue count from there.
+        sheet: of the part, which gives the format of characters.
+        host: the signal on which the host sends.
+        module: the signal on which the module does.
+        baud: the rate; None: that of the part at which the fewest characters are damaged.
+        checksum, address: for the header of the dialogue.
+
+    Raises:
+        UsageError: no characters, or most are damaged; the part has not what was given.
+        UnknownName: there is no such signal.
+    """
+    speech = speech_of(sheet, baud, checksum, address or None)
+    wires = {"host": _Wire(waves, host), "module": _Wire(waves, module)}
+    rates = speech.rates if baud is None else (baud,)
+    rate = min(rates, key=lambda each: _misfit(wires, each, speech.word))
+    said = {who: wire.characters(rate, speech.word) for who, wire in wires.items()}
+    damaged = tuple(
+        DamagedCharacter(wires[who].name, each.start_ps, each.byte, each.parity_wrong)
+        for who, found in said.items()
+        for each in found
+        if not each.good
+    )
+    total = sum(map(len, said.values()))
+    tried = f"{rate} baud" if len(rates) == 1 else f"{rates[-1]} to {rates[0]} baud"
+    if not total or len(damaged) > MOST_DAMAGED * total:
+        found = f"{len(damaged)} of {total} characters are damaged" if total else "there are no characters"
+        raise UsageError(
+            f"{waves.path}: {host} and {module} at {tried}, {speech.word}: {found}; allowed the wires of a "
+            f"{sheet.part.upper()}, recorded finely enough (now every {readable(waves.sampling_ps)}); name its signals "
+            "and its rate"
+        )
+    header = DialogueHeader(sheet.part, baud=rate, checksum=checksum, address=address)
+    return Decoded(RecordedDialogue(header, tuple(_entries(said, waves.start_ps))), damaged)
+
+
+class _Wire:
+    """A wire of a recording."""
+
+    def __init__(self, waves: Waveforms, name: str) -> None:
+        import numpy as np
+
+        if waves.kind(name) != "bits" or waves.width(name) > 1:
+            raise UsageError(f"{name}: is no wire; name a signal of one bit")
+        trace = waves.trace(name)
+        self.name, self.stop = name, waves.stop_ps
+        bounds = np.concatenate(([trace.since], trace.times_ps, [trace.until]))
+        lasts = np.diff(bounds)
+        levels = np.append(trace.level, trace.levels)
+        self.mark = int(lasts[levels == 1].sum() >= lasts[levels == 0].sum())
+        self.signal = SignalEdges(trace.times_ps, trace.levels, self.mark, False)
+        inner = lasts[1:-1]
+        self.shortest = int(inner.min()) if len(inner) else 0
+
+    def characters(self, baud: int, word: CharacterFormat) -> list[Character]:
+        clock = Clock(round(baud * OVERSAMPLING))
+        return characters(self.signal, self.stop + clock.ps(word.ticks), clock, word, self.mark)
+
+
+def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[float, float]:
+    """How badly a rate fits: the share of damaged characters, then how far a bit is from the shortest pulse."""
+    found = [each for wire in wires.values() for each in wire.characters(baud, word)]
+    shortest = min((wire.shortest for wire in wires.values() if wire.shortest), default=0)
+    bit = Clock(round(baud * OVERSAMPLING)).ps(OVERSAMPLING)
+    apart = max(bit, shortest) / max(min(bit, shortest), 1)
+    return sum(not each.good for each in found) / max(len(found), 1), apart
+
+
+def _entries(said: dict[str, list[Character]], begin: int) -> list[Said]:
+    """Lines as they are recorded elsewhere: a host's characters count from their start, a module's from their end."""
+    instants: list[tuple[int, Speaker, int]] = [(each.start_ps, "host", each.byte) for each in said["host"]]
+    instants += [(each.end_ps, "module", each.byte) for each in said["module"]]
+    entries: list[Said] = []
+    speaker: Speaker = "tool"
+    data, first, last = bytearray(), 0, 0
+    for ps, who, byte in [*sorted(instants, key=lambda each: each[0]), (0, "tool", 0)]:
+        if data and (who != speaker or data.endswith(END) or len(data) == LONGEST):
+            entries.append(Said(first, last, speaker, bytes(data)))
+            data = bytearray()
+        last = (ps - begin) // PS_PER_US
+        if not data:
+            speaker, first = who, last
+        data.append(byte)
+    return entries
