@@ -40,7 +40,8 @@ class Refused(click.ClickException):
 
 NO_PROGRAMS = {  # by the endings of names
     **dict.fromkeys(
-        ("vcd", "csv", "sr"), "a recording; slewline compare MODEL.vcd MEASURED reads it, and so do check-capture and decode"
+        ("vcd", "csv", "sr"),
+        "a recording; slewline compare MODEL.vcd MEASURED reads it, and so do check-capture and decode",
     ),
     "dialogue": "a dialogue; slewline compare DIALOGUE holds it against the model",
     "journal": "a journal; slewline run --replay JOURNAL repeats it",

@@ -1,4 +1,4 @@
-"""The dialogue on two recorded wires: what a host and a module said, read from a logic analyser's edges."""
+"""The dialogue on two recorded wires: the characters of a host and of a module, from a logic analyser's edges."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[
 
 
 def _entries(said: dict[str, list[Character]], begin: int) -> list[Said]:
-    """Lines as they are recorded elsewhere: a host's characters count from their start, a module's from their end."""
+    """Return lines with the instants that other recorders give them: a host's characters count from their start, a module's from their end."""
     instants: list[tuple[int, Speaker, int]] = [(each.start_ps, "host", each.byte) for each in said["host"]]
     instants += [(each.end_ps, "module", each.byte) for each in said["module"]]
     entries: list[Said] = []
