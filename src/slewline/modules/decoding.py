@@ -50,7 +50,7 @@ def decode_dialogue(
 ) -> Decoded:
     """Read the dialogue of a host and a module from a recording of their two wires.
 
-    Which level a wire rests at, TTL or RS-232, is seen; it is the one that it has for longest.
+    Which level a wire rests at, TTL or RS-232, is seen; it is that of its longest pause.
 
     Args:
         waves: the recording, from its beginning on; times of the dialogue count from there.
@@ -101,7 +101,7 @@ class _Wire:
         bounds = np.concatenate(([trace.since], trace.times_ps, [trace.until]))
         lasts = np.diff(bounds)
         levels = np.append(trace.level, trace.levels)
-        self.mark = int(lasts[levels == 1].sum() >= lasts[levels == 0].sum())
+        self.mark = max(int(levels[lasts.argmax()]), 0)
         self.signal = SignalEdges(trace.times_ps, trace.levels, self.mark, False)
         inner = lasts[1:-1]
         self.shortest = int(inner.min()) if len(inner) else 0
@@ -121,7 +121,7 @@ def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[
 
 
 def _entries(said: dict[str, list[Character]], begin: int) -> list[Said]:
-    """Return lines with the instants that other recorders give them: a host's characters count from their start, a module's from their end."""
+    """Return lines, as a proxy would record them: a host's characters at their start, a module's at their end."""
     instants: list[tuple[int, Speaker, int]] = [(each.start_ps, "host", each.byte) for each in said["host"]]
     instants += [(each.end_ps, "module", each.byte) for each in said["module"]]
     entries: list[Said] = []
