@@ -306,6 +306,37 @@ def test_a_signal_where_python_drops_exceptions_ends_the_command(tmp_path, kind)
     assert found.stderr == "slewline: interrupted; files that were not finished are as they were\n"
 
 
+WRAPPED = """
+import os, signal
+from slewline.cli import main
+class Named:
+    def __set_name__(self, owner, name):
+        os.kill(os.getpid(), signal.{kind})
+        for _ in range(1000):
+            pass
+
+def called(self, *_arguments, **_options):
+    class Owner:  # Python makes a RuntimeError of what __set_name__ raises, up to 3.11
+        one = Named()
+
+from slewline.cli.commands import cli
+type(cli).main = called
+main.main()
+"""
+
+
+@pytest.mark.parametrize("kind", ORDERLY)
+def test_a_signal_that_becomes_another_exception_ends_the_command(tmp_path, kind):
+    code = f"import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n{WRAPPED.format(kind=kind)}"
+    found = subprocess.run(
+        [sys.executable, "-c", code], check=False, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE / 2
+    )
+    assert (found.returncode, found.stderr) == (
+        1,
+        "slewline: interrupted; files that were not finished are as they were\n",
+    )
+
+
 # ---------------------------------------------------------------------------------------------- what a process may lack
 def without(streams, *arguments, folder):
     """Call a command whose standard streams are closed, as some supervisors have it."""

@@ -17,7 +17,7 @@ from . import FOUND, WRONG_USE, Terminated
 
 TYPE_CHECKING = False  # nothing is loaded here that can be loaded later: see `main`
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
     from typing import NoReturn
 
     import click
@@ -166,9 +166,7 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
         error.show()
         return error.exit_code
     except click.Abort:
-        sys.unraisablehook = lambda _failed: None  # what was being made is not whole, and cannot be taken apart
-        click.echo(f"slewline: {INTERRUPTED}", err=True)
-        return FOUND
+        return _told()
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "rich":
             raise
@@ -177,3 +175,21 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
     except SlewlineError as error:
         click.echo(f"slewline: {error}", err=True)
         return FOUND if isinstance(error, (Timeout, Endless, ProgramError)) else WRONG_USE
+    except Exception as error:  # the interrupt may have come where Python or a library makes another one of it
+        if not any(isinstance(each, KeyboardInterrupt) for each in _before(error)):
+            raise
+        return _told()
+
+
+def _told() -> int:
+    """Say that the command was interrupted; return its status."""
+    sys.unraisablehook = lambda _failed: None  # what was being made is not whole, and cannot be taken apart
+    sys.stderr.write(f"slewline: {INTERRUPTED}\n")
+    return FOUND
+
+
+def _before(error: BaseException | None) -> Iterator[BaseException]:
+    """Yield an exception, and those that it came from."""
+    while error is not None:
+        yield error
+        error = error.__cause__ or error.__context__
