@@ -227,6 +227,18 @@ def test_a_file_that_is_replaced_keeps_its_owner_or_that_is_said(tmp_path, monke
     assert not permitted or owners[file.part.name] == (4001, 4002)
 
 
+def test_an_interrupt_while_its_neighbour_is_made_leaves_nothing(tmp_path, monkeypatch):
+    """A disk may take milliseconds to make a file, in which a signal comes."""
+
+    def interrupted(_file):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("slewline.record.whole_file.lock", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        WholeFile(tmp_path / "one.vcd")
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.posix
 def test_what_a_killed_process_has_left_is_removed_and_what_is_being_written_is_not(tmp_path):
     for name in (".slewline-4000000-7.part", ".slewline-x-7.part", ".slewline-4000000-7.parts", "slewline-1-1.part"):

@@ -173,13 +173,21 @@ def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
     """Return a new hidden file next to another one, locked, and its name; nothing that is there already is opened."""
     for number in count():
         part = target.with_name(f".slewline-{os.getpid()}-{next(_NUMBERS)}.part")
-        with suppress(FileExistsError):  # of a process that was killed, or a link that another program put there
+        if os.path.lexists(part):  # of a process that was killed, or a link that another program put there
+            continue
+        try:
             handle = open(part, "xb")  # noqa: SIM115
             locked = lock(handle.fileno()) or number >= LOCK_TRIES
             if locked and part.exists():
                 return part, handle
             handle.close()  # another process took it for a dead one, before it was locked
-            part.unlink(missing_ok=True)
+        except FileExistsError:
+            continue
+        except BaseException:  # an interrupt: a disk may take its time to make a file
+            with suppress(OSError):
+                part.unlink()
+            raise
+        part.unlink(missing_ok=True)
     raise AssertionError
 
 
