@@ -175,19 +175,17 @@ def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
         part = target.with_name(f".slewline-{os.getpid()}-{next(_NUMBERS)}.part")
         if os.path.lexists(part):  # of a process that was killed, or a link that another program put there
             continue
+        handle: BufferedWriter | None = None
         try:
             handle = open(part, "xb")  # noqa: SIM115
-            locked = lock(handle.fileno()) or number >= LOCK_TRIES
-            if locked and part.exists():
+            if (lock(handle.fileno()) or number >= LOCK_TRIES) and part.exists():
                 return part, handle
-            handle.close()  # another process took it for a dead one, before it was locked
         except FileExistsError:
             continue
         except BaseException:  # an interrupt: a disk may take its time to make a file
-            with suppress(OSError):
-                part.unlink()
+            _abandon(handle, part)
             raise
-        part.unlink(missing_ok=True)
+        _abandon(handle, part)  # another process took it for a dead one, before it was locked
     raise AssertionError
 
 
@@ -210,11 +208,12 @@ def _sync_names(folder: Path) -> None:
             os.close(file)
 
 
-def _abandon(handle: BufferedWriter, part: Path | None) -> None:
+def _abandon(handle: BufferedWriter | None, part: Path | None) -> None:
     if part is not None:
         with suppress(OSError):  # Windows removes no open file
             part.unlink(missing_ok=True)
-    with suppress(OSError):  # it may try to write what it still holds, to a full disk for example
-        handle.close()
+    if handle is not None:
+        with suppress(OSError):  # it may try to write what it still holds, to a full disk for example
+            handle.close()
     if part is not None:
         part.unlink(missing_ok=True)
