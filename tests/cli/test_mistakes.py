@@ -45,7 +45,7 @@ MISTAKES = [  # the line, the end of the answer
         "No such option '-o': --vcd, --steps, --plot and --json name what is written, and where",
     ),
     ("run p.cy525 --csv s.csv", "No such option '--csv': --steps F.csv"),
-    ("run p.cy525 --jason x", "No such option '--jason'. (Did you mean one of: '--journal', '--json'?)"),
+    ("run p.cy525 --jason x", "No such option '--jason'. Did you mean '--json'?"),
     ("run p.cy525 --vcd out.fst", "give a name that ends in .vcd; vcd2fst FILE.vcd FILE.fst makes an FST file of it"),
     (
         "run p.cy525 --vcd out.sr",
@@ -150,7 +150,7 @@ MISTAKES = [  # the line, the end of the answer
     ("serve cy525", "no port given; give one of --tcp, --pty, --rfc2217, --serial"),
     ("serve cy525 --tcp x", "such as 127.0.0.1:4001, or a port of this machine, 4001 (port 0: any free one)"),
     ("serve gs-c200s --tcp 127.0.0.1:99999", "port 99999 is above 65535; expected HOST:PORT"),
-    ("serve b.toml --tcp 0", "; it is a bench file: slewline serve --bench b.toml"),
+    ("serve b.toml --tcp 0", "'b.toml' is a bench file, not CHIP; write:  slewline serve --bench b.toml --tcp 0"),
     ("lint .", "slewline: .: is a directory; name the files in it"),
     (
         "run weld.vcd",
@@ -180,6 +180,8 @@ MISTAKES = [  # the line, the end of the answer
     ("serve cy525 --tcp 0 --state d", "--state keeps EEPROMs, and a cy525 has none; leave it out"),
     ("serve --bench none.toml", "none.toml: cannot be read: No such file or directory"),
     ("serve cy525 --bench b.toml", "give one of a chip, such as gs-c200s, and --bench FILE"),
+    ("panel --port 80", "No such option '--port': --listen HOST:PORT"),
+    ("run --verbose p.cy525", "No such option '--verbose'\n"),
     ("examples nothing", "no example 'nothing'; slewline examples lists them"),
 ]
 
