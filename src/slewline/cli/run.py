@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 import click
 
 from ..bench.pictures.waveforms import STEPS, VCD
+from ..chips import sheet_of
 from ..core.messages.whole import counted
 from ..core.time.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout, TornJournal
@@ -73,6 +74,10 @@ class RunCommand:
     over: str | None = None
     torn: bool = False  # the journal that is replayed was cut off
 
+    def __post_init__(self) -> None:
+        self.program: tuple[str, str, str] | None = None  # text, file, part
+        self.scripts: list[tuple[str, str, str]] = []  # that hosts play: chip, text, place
+
     def perform(self) -> int:
         """Do it; returns the exit status."""
         self.check_options()
@@ -89,11 +94,12 @@ class RunCommand:
                 bench = self.replayed(self.replay) if self.replay else self.new_bench(outputs.partial(self.journal))
                 ended = self.ended(bench)
             except ProgramError as error:  # a line of a script that cannot be played
-                raise Refused(str(error)) from error
+                raise Refused(self.refusal(error)) from error
             self.write(bench, ended, outputs)
             outputs.keep()
             self.conclude(bench, ended, outputs)
-        return int(ended == "timeout" or self.torn or bool(self.wrong(bench)))
+            foreign = self.foreign(bench)
+        return int(ended == "timeout" or self.torn or foreign or bool(self.wrong(bench)))
 
     def check_options(self) -> None:
         """Refuse options that exclude each other."""
@@ -152,6 +158,7 @@ class RunCommand:
         """Return a bench with a chip, a host, and a program."""
         text = read_program(file)
         part = chip_of(file, self.chip)
+        self.program = text, file, part
         return single(
             part,
             (text, file),
@@ -170,6 +177,7 @@ class RunCommand:
             raise Refused(f"{self.file or self.replay}: no chip on the bench, so there is nothing to run")
         if self.save_memory is not None:
             memory_of(bench, self.save_memory)
+        bench.kernel.outside.on_input.add(self.take_script)
         for pin, level, at in self.drive:
             bench.pin(self.full_name(bench, pin)).drive(level, f"{at} ps" if at else None)
         if self.vcd and self.pins:
@@ -274,6 +282,34 @@ class RunCommand:
                 click.echo(
                     f"slewline: {what}; the transcript without -q shows them, --strict makes them a failure", err=True
                 )
+
+    def take_script(self, do: str, what: dict[str, Any]) -> None:
+        """Keep which script a host was given."""
+        if do == "script":
+            self.scripts.append(tuple(what["args"]))
+
+    def refusal(self, error: ProgramError) -> str:
+        """Return which lines cannot be played, and for which chip the program may be."""
+        from .dialects import foreign
+
+        if self.program is None:
+            return str(error)
+        text, file, part = self.program
+        return "\n".join(filter(None, (str(error), foreign(text, file, part, sheet_of(part)))))
+
+    def foreign(self, bench: Bench) -> bool:
+        """Return whether a program is not for its chip; report on the standard error which is not."""
+        from .dialects import foreign
+
+        chips = bench.chips if bench.findings else {}
+        found = [
+            says
+            for name, text, place in self.scripts
+            if name in chips and (says := foreign(text, place, type(chips[name]), chips[name].sheet))
+        ]
+        for says in found:
+            click.echo(f"slewline: {says}", err=True)
+        return bool(found)
 
     def wrong(self, bench: Bench) -> list[Finding]:
         """Return the findings for which the run has failed: all if it is strict, else what a script did not expect."""
