@@ -15,7 +15,7 @@ from ..bench.pictures.waveforms import STEPS, VCD
 from ..chips import sheet_of
 from ..core.messages.whole import counted
 from ..core.time.timebase import picoseconds, readable
-from ..errors import ProgramError, Timeout, TornJournal
+from ..errors import ProgramError, Timeout, TornJournal, UsageError
 from ..record.pictures.pictures import SUFFIXES
 from ..record.waveforms.layouts import layout_paths
 from ..record.waveforms.vcd import unit_of
@@ -179,7 +179,9 @@ class RunCommand:
             memory_of(bench, self.save_memory)
         bench.kernel.outside.on_input.add(self.take_script)
         for pin, level, at in self.drive:
-            bench.pin(self.full_name(bench, pin)).drive(level, f"{at} ps" if at else None)
+            name = self.full_name(bench, pin)
+            check_input(bench, name, f"--drive {pin}={level}")
+            bench.pin(name).drive(level, f"{at} ps" if at else None)
         if self.vcd and self.pins:
             bench.record(*(name for pin in self.pins if (name := self.full_name(bench, pin)) not in bench.recorded))
         elif self.vcd and not bench.recorded:
@@ -314,6 +316,20 @@ class RunCommand:
     def wrong(self, bench: Bench) -> list[Finding]:
         """Return the findings for which the run has failed: all if it is strict, else what a script did not expect."""
         return [found for found in bench.findings if self.strict or found.code == "expect"]
+
+
+def check_input(bench: Bench, name: str, said: str) -> None:
+    """Refuse a pin that its chip drives.
+
+    Raises:
+        UsageError: it is an output.
+    """
+    owner, _, pin = name.partition(".")
+    chip = bench.chips.get(owner)
+    if chip is None or pin not in chip.pins or chip.sheet.pin(pin).way != "out":
+        return
+    inputs = ", ".join(row.name for row in chip.sheet.pins if row.way in ("in", "both"))
+    raise UsageError(f"{said}: {pin} is an output; the inputs of the {chip.sheet.part}: {inputs}")
 
 
 def memory_of(bench: Bench, path: str) -> Eeprom | Ram:

@@ -9,6 +9,7 @@ import click
 from ..options.kinds import HintingCommand
 from ..options.shared import CRYSTAL, EXIT, JSON, OPTIONS, path
 from ..options.values import PartName
+from .wizard import AskingCommand
 
 
 @click.command(
@@ -38,7 +39,7 @@ def calibrate_command(**options: Any) -> int:
     return calibrate(**options)
 
 
-@click.command("tune", cls=HintingCommand, short_help="The fastest ramp of a chip that a motor follows.", epilog=EXIT)
+@click.command("tune", cls=AskingCommand, short_help="The fastest ramp of a chip that a motor follows.", epilog=EXIT)
 @click.argument("chip", type=PartName())
 @click.option("--motor", required=True, metavar="NAME", help="A motor of the list, such as QSH4218-51-10-049.")
 @click.option(

@@ -69,10 +69,11 @@ class HintingCommand(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the arguments; name the option that replaces an unknown one."""
         given = list(args)
-        if not (ctx.resilient_parsing or {"-h", "--help"} & {*args}) and (says := misplaced(self, ctx, given)):
+        is_checked = not (ctx.resilient_parsing or {"-h", "--help"} & {*args})
+        if is_checked and (says := misplaced(self, ctx, given)):
             raise click.UsageError(says, ctx)
         try:
-            return super().parse_args(ctx, args)
+            return super().parse_args(ctx, self.completed(ctx, args) if is_checked else args)
         except click.MissingParameter as error:
             if getattr(error.param, "name", "") == "chip":
                 raise click.UsageError("Missing argument 'CHIP': slewline chips lists them", ctx) from None
@@ -91,10 +92,21 @@ class HintingCommand(click.Command):
         listed = [each for each in self.get_params(ctx) if isinstance(each, click.Option) and not each.hidden]
         return [name for each in listed for name in (*each.opts, *each.secondary_opts) if name.startswith("--")]
 
+    def completed(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Return the arguments with what the user was asked for."""
+        return args
+
+    def given(self, ctx: click.Context, args: list[str]) -> dict[str, Any]:
+        """Return what was given, as it was written, by the names of the parameters."""
+        found, _, _ = self.make_parser(ctx).parse_args(list(args))
+        return {
+            name: value for name, value in found.items() if isinstance(value, (str, bool, list, tuple)) and value != ()
+        }
+
     def missing(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Return what the command needs and has not been given, as one writes it."""
-        found, _, _ = self.make_parser(ctx).parse_args(args)
-        needed = [each for each in self.get_params(ctx) if each.required and found.get(each.name or "") in (None, ())]
+        found = self.given(ctx, args)
+        needed = [each for each in self.get_params(ctx) if each.required and each.name not in found]
         return [each.human_readable_name if isinstance(each, click.Argument) else each.opts[0] for each in needed]
 
 
