@@ -36,6 +36,7 @@ MAX_VALUES = 1 << 20  # of JSON in one line; the longest list of ours is a memor
 BOM = b"\xef\xbb\xbf"  # which editors and tools put before text in UTF-8
 LATEST_PS = 1 << 63  # instants are less: what is plotted and recorded has 64 bits
 
+ERRNO = re.compile(r"\(([0-9]+), '")  # as pySerial writes it, twice or as a tuple
 KINDS = {  # what may be in the place of a file
     stat.S_IFDIR: "a directory",
     stat.S_IFIFO: "a FIFO",
@@ -261,6 +262,12 @@ def from_json(line: bytes) -> Any:
     if b"\\u" in line:
         json.dumps(found, ensure_ascii=False).encode()  # UnicodeEncodeError is a ValueError
     return found
+
+
+def error_number(error: Exception) -> int | None:
+    """Return the number of an error of the system: its own, or the one in the text of a package that passed it on."""
+    inside = ERRNO.search(str(error))
+    return getattr(error, "errno", None) or (int(inside[1]) if inside else None)
 
 
 _BARE = re.compile(rb'"(?:[^"\\]|\\.)*+"')

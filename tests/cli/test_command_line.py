@@ -303,7 +303,10 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
     "run good.cy525 --until|0.5": (2, "'--until': time '0.5': expected a number and a unit (ps, ns, us"),
     "run good.cy525 --timeout|3 parsecs": (2, "'--timeout': time '3 parsecs': expected a number and a unit"),
     "run good.cy525 --drive|abort": (2, "'--drive': 'abort': give pin, level and instant, such as 'abort=0@12 ms'"),
-    "run good.cy525 --drive|abort=2": (2, "'--drive': 'abort=2': give pin, level"),
+    "run good.cy525 --drive|abort=2": (
+        2,
+        "'--drive': 'abort=2': '2' is no level; levels are 0 (low) and 1 (high), such as 'abort=0'",
+    ),
     "run good.cy525 --drive|abort=0@-1 s": (2, "'--drive': time '-1 s': virtual time does not run backwards"),
     "run good.cy525 --drive|bell=0": (2, "has no pin 'bell'; its pins: io_request"),
     "run good.cy525 --vcd|.": (2, ".: is a directory"),

@@ -243,7 +243,7 @@ def test_the_nearest_name_keeps_its_case():
     assert hint("pulze", ["slew", "pulse"]) == "; did you mean pulse?"
     assert hint("set_vle", ["SET_VEL", "GET_VEL"]) == "; did you mean SET_VEL?"
     assert hint("quite else", ["slew", "pulse"]) == hint("x", []) == ""
-    assert hint(7, ["a7"]) == "; did you mean a7?"
+    assert hint(1451, ["m1451"]) == "; did you mean m1451?"
 
 
 def bench():

@@ -53,7 +53,7 @@ MISTAKES = [
     ((*DRIVE, "--board", "twin", "--input", "A9=home"), ["input 'A9' of the board; allowed A0, A1, A2, A3, "]),
     (
         (*DRIVE, "--board", "twin", "--output", "D2=uo9"),
-        ["output D2: 'uo9' is no output of gs_c200s; allowed ", "did you mean uo3?"],
+        ["output D2: 'uo9' is no output of gs_c200s; allowed ", "did you mean uo1?"],
     ),
     ((*DRIVE, "--board", "twin", "--output", "D9=uo1"), ["output 'D9' of the board; allowed D2, "]),
     (

@@ -228,7 +228,7 @@ def test_pins_and_ramps_are_drawn(call, program):
     [
         (("p.gs-c200s", "--crystal", "1 MHz"), "the gs-c200s takes none"),
         (("p.gs-c200s", "--strap", "clock=1"), "straps put an input to 0 or 1"),
-        (("p.gs-c200s", "--strap", "chs=2"), "give a pin and its level"),
+        (("p.gs-c200s", "--strap", "chs=2"), "is no level; levels are 0 (low) and 1 (high)"),
         (
             ("p.txt",),
             "the chip is not given; give --chip cy525, or a file name ending in .cy525, .cy500, .cy512, .cy545",

@@ -45,7 +45,7 @@ MISTAKES = [  # the line, the end of the answer
         "No such option '-o': --vcd, --steps, --plot and --json name what is written, and where",
     ),
     ("run p.cy525 --csv s.csv", "No such option '--csv': --steps F.csv"),
-    ("run p.cy525 --jason x", "No such option '--jason'. (Did you mean one of: '--journal', '--json'?)"),
+    ("run p.cy525 --jason x", "No such option '--jason'. Did you mean '--json'?"),
     ("run p.cy525 --vcd out.fst", "give a name that ends in .vcd; vcd2fst FILE.vcd FILE.fst makes an FST file of it"),
     (
         "run p.cy525 --vcd out.sr",
@@ -78,8 +78,12 @@ MISTAKES = [  # the line, the end of the answer
     ),
     (
         "run p.cy525 --drive abort=low",
-        "'abort=low': give pin, level and instant, such as 'abort=0@12 ms' or 'x.abort=1'",
+        "'abort=low': 'low' is no level; levels are 0 (low) and 1 (high), such as 'abort=0'",
     ),
+    ("run p.cy525 --drive dowhile=2@3", "'2' is no level; levels are 0 (low) and 1 (high), such as 'dowhile=0@3'"),
+    ("run p.cy525 --strap dowhile=2", "'2' is no level; levels are 0 (low) and 1 (high), such as 'dowhile=0'"),
+    ("run p.cy525 --drive ready=0", "--drive ready=0: ready is an output; the inputs of the cy525: io_request, reset"),
+    ("run b.toml --drive cy525.slew=1", "--drive cy525.slew=1: slew is an output; the inputs of the cy525"),
     ("run p.cy525 --drive abrt=0", "pulse, ascii_binary, motion_complete, wait, io_select; did you mean abort?"),
     (
         "run p.cy525 --drive abort=0@5",
@@ -150,8 +154,9 @@ MISTAKES = [  # the line, the end of the answer
     ("serve cy525", "no port given; give one of --tcp, --pty, --rfc2217, --serial"),
     ("serve cy525 --tcp x", "such as 127.0.0.1:4001, or a port of this machine, 4001 (port 0: any free one)"),
     ("serve gs-c200s --tcp 127.0.0.1:99999", "port 99999 is above 65535; expected HOST:PORT"),
-    ("serve b.toml --tcp 0", "; it is a bench file: slewline serve --bench b.toml"),
+    ("serve b.toml --tcp 0", "'b.toml' is a bench file, not CHIP; write:  slewline serve --bench b.toml --tcp 0"),
     ("lint .", "slewline: .: is a directory; name the files in it"),
+    ("run weld.vcd --chip cy525", "slewline: weld.vcd: is no program, but a recording; slewline compare MODEL.vcd"),
     (
         "run weld.vcd",
         "slewline: weld.vcd: is no program, but a recording; slewline compare MODEL.vcd MEASURED reads it",
@@ -169,8 +174,13 @@ MISTAKES = [  # the line, the end of the answer
     ),
     (
         "serve gs-c200s --tcp 0 --strap checksum=off",
-        "sel1, sel2, br0, br1, br2, chs, rec, test, rxd, txpd, enable, home, eot, ui1, ui2, ui3",
+        "test, rxd, txpd, enable, home, eot, ui1, ui2, ui3; the checksum is on chs (high: lines carry a checksum)",
     ),
+    ("serve gs-c200s --tcp 0 --strap checksum=0", "ui3; the checksum is on chs (high: lines carry a checksum)"),
+    ("serve gs-c200s --tcp 0 --strap baud=9600", "the baud is on br0 (baud rate), br1 (baud rate), br2 (baud rate)"),
+    ("serve gs-c200s --tcp 0 --strap cha=0", "ui1, ui2, ui3; did you mean chs?"),
+    ("serve gs-c200s --serial m.bin", "m.bin: is no serial port; name a serial port that exists and that you may open"),
+    ("drive gs-c200s --tcp 0 --board m.bin", "m.bin: is no serial port; name the serial port of the board"),
     (
         "serve gs-c200s --tcp 0 --option baud=9600",
         'straps set its rate: br0=0, br1=0, br2=0; straps={"br0": 0, ...}, or --strap br0=0',
@@ -180,6 +190,8 @@ MISTAKES = [  # the line, the end of the answer
     ("serve cy525 --tcp 0 --state d", "--state keeps EEPROMs, and a cy525 has none; leave it out"),
     ("serve --bench none.toml", "none.toml: cannot be read: No such file or directory"),
     ("serve cy525 --bench b.toml", "give one of a chip, such as gs-c200s, and --bench FILE"),
+    ("panel --port 80", "No such option '--port': --listen HOST:PORT"),
+    ("run --verbose p.cy525", "No such option '--verbose'\n"),
     ("examples nothing", "no example 'nothing'; slewline examples lists them"),
 ]
 

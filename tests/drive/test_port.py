@@ -147,6 +147,9 @@ def test_the_refusals_of_a_system_say_what_to_do():
     assert "no such port" in _refused(FileNotFoundError(2, "No such file"))
     assert "another program" in _refused(OSError(16, "Device or resource busy"))
     assert "list_ports" in _refused(OSError(25, "Inappropriate ioctl for device"))
+    assert _refused(OSError("Could not configure port: (25, 'Inappropriate ioctl for device')")).startswith(
+        "is no serial port; "
+    )
 
 
 def test_what_the_line_does_not_take_at_once_follows():

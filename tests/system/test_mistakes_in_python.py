@@ -460,7 +460,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "cy525: no parameter 'f_'; there are: F, R, S, Z, ramp_unit, ramp_jumps; did you mean F?",
     ),
     (
-        'slewline.ramp("cy252", F=3)',
+        'slewline.ramp("cy255", F=3)',
         "UnknownName",
         "mc1151a, mc1251a, mc1451a, mc1151a-e, mc1251a-e, mc1451a-e; did you mean cy525?",
     ),

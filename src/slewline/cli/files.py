@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -51,14 +52,21 @@ NO_PROGRAMS = {  # by the endings of names
 }
 
 
+VCD = re.compile(r"\s*\$(comment|date|scope|timescale|var|version)\s")
+
+
 def read_program(path: str) -> str:
     """Return the text of a program file, or of the standard input for "-"."""
     text = read_text(path, sys.stdin.buffer.read() if path == STDIN else None)
+    if VCD.match(text):
+        raise BenchFileError(f"{path}: is no program, but {NO_PROGRAMS['vcd']}")
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > LONGEST:
             found = f"{path}, line {number}: {len(line)} characters"
             raise BenchFileError(f"{found}; allowed {LONGEST}; is it the right file?")
     if not any(line.split(";", 1)[0].strip() for line in text.splitlines()):
+        if (ending := Path(path).suffix[1:].lower()) in NO_PROGRAMS:
+            raise BenchFileError(f"{path}: is no program, but {NO_PROGRAMS[ending]}")
         raise BenchFileError(f"{path}: has no commands; write a command a line, such as R 100")
     return text
 

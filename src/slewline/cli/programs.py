@@ -205,28 +205,31 @@ def lint(
         raise click.UsageError("--allow-code needs a bench file; --chip may name a module without it")
     if options is not None and any(is_bench(file) for file in files):
         raise click.UsageError("a bench file has the options of its chips; leave out --options")
-    found = [linted for file in files for linted in texts_of(file, chip, allow_code, options)]
+    found = [each for file in files for each in texts_of(file, chip, allow_code, options)]
     if as_json:
         listed: dict[str, list[dict[str, Any]]] = {}
-        for where, _, problems in found:  # two hosts of a bench may play the same file
+        for where, _, problems, _ in found:  # two hosts of a bench may play the same file
             listed.setdefault(where, []).extend(dataclasses.asdict(each) for each in problems)
         print_json(listed)
     else:
-        for where, text, problems in found:
+        for where, text, problems, _ in found:
             for problem in problems:
                 head, _, rest = picture(problem, text, where).partition("\n")
                 click.echo(f"{click.style(head, fg=COLOURS[problem.severity])}\n{rest}\n")
             click.echo(f"{where}: {tally(problems)}")
+        for says in filter(None, (each.foreign for each in found)):
+            click.echo(says)
     bad = ("error", "warning") if strict else ("error",)
-    return int(any(problem.severity in bad for *_, problems in found for problem in problems))
+    return int(any(problem.severity in bad for each in found for problem in each.problems))
 
 
 class LintResult(NamedTuple):
-    """A text, its place, and what is odd about it."""
+    """A text, its place, what is odd about it, and for which chip it is, if it is not for its own."""
 
     where: str
     text: str
     problems: list[Problem]
+    foreign: str = ""
 
 
 def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str | None = None) -> list[LintResult]:
@@ -246,13 +249,23 @@ def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str
         if chip is not None:
             raise UsageError("a bench file names its chips; leave out --chip")
         bench, scripts = BenchFile(file, allow_code=allow_code).staged()
-        found = [LintResult(script.where, script.text, problems_of(bench, host, script)) for host, script in scripts]
+        found = [linted(bench, host, script, script.where) for host, script in scripts]
         return found or [LintResult(file, "", [])]
     part, text = chip_of(file, chip), read_program(file)
     script, straps = read(text, file, sheet_of(part))
     bench = Bench()
     host = bench.host(bench.add(part, straps=straps, **read_options(options, part)))
-    return [LintResult(file, text, problems_of(bench, host, script))]
+    return [linted(bench, host, script, file)]
+
+
+def linted(bench: Bench, host: Host, script: Script, where: str) -> LintResult:
+    """Return what is odd about a script, and whether it is for its chip."""
+    from .dialects import foreign
+
+    chip = bench.chips[host.chip.name]
+    problems = problems_of(bench, host, script)
+    bad = any(problem.severity == "error" for problem in problems)
+    return LintResult(where, script.text, problems, foreign(script.text, where, type(chip), chip.sheet) if bad else "")
 
 
 def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:

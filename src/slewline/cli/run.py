@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any, cast
 import click
 
 from ..bench.pictures.waveforms import STEPS, VCD
+from ..chips import sheet_of
 from ..core.messages.whole import counted
 from ..core.time.timebase import picoseconds, readable
-from ..errors import ProgramError, Timeout, TornJournal
+from ..errors import ProgramError, Timeout, TornJournal, UsageError
 from ..record.pictures.pictures import SUFFIXES
 from ..record.waveforms.layouts import layout_paths
 from ..record.waveforms.vcd import unit_of
@@ -73,6 +74,10 @@ class RunCommand:
     over: str | None = None
     torn: bool = False  # the journal that is replayed was cut off
 
+    def __post_init__(self) -> None:
+        self.program: tuple[str, str, str] | None = None  # text, file, part
+        self.scripts: list[tuple[str, str, str]] = []  # that hosts play: chip, text, place
+
     def perform(self) -> int:
         """Do it; returns the exit status."""
         self.check_options()
@@ -89,11 +94,12 @@ class RunCommand:
                 bench = self.replayed(self.replay) if self.replay else self.new_bench(outputs.partial(self.journal))
                 ended = self.ended(bench)
             except ProgramError as error:  # a line of a script that cannot be played
-                raise Refused(str(error)) from error
+                raise Refused(self.refusal(error)) from error
             self.write(bench, ended, outputs)
             outputs.keep()
             self.conclude(bench, ended, outputs)
-        return int(ended == "timeout" or self.torn or bool(self.wrong(bench)))
+            foreign = self.foreign(bench)
+        return int(ended == "timeout" or self.torn or foreign or bool(self.wrong(bench)))
 
     def check_options(self) -> None:
         """Refuse options that exclude each other."""
@@ -152,6 +158,7 @@ class RunCommand:
         """Return a bench with a chip, a host, and a program."""
         text = read_program(file)
         part = chip_of(file, self.chip)
+        self.program = text, file, part
         return single(
             part,
             (text, file),
@@ -170,8 +177,11 @@ class RunCommand:
             raise Refused(f"{self.file or self.replay}: no chip on the bench, so there is nothing to run")
         if self.save_memory is not None:
             memory_of(bench, self.save_memory)
+        bench.kernel.outside.on_input.add(self.take_script)
         for pin, level, at in self.drive:
-            bench.pin(self.full_name(bench, pin)).drive(level, f"{at} ps" if at else None)
+            name = self.full_name(bench, pin)
+            check_input(bench, name, f"--drive {pin}={level}")
+            bench.pin(name).drive(level, f"{at} ps" if at else None)
         if self.vcd and self.pins:
             bench.record(*(name for pin in self.pins if (name := self.full_name(bench, pin)) not in bench.recorded))
         elif self.vcd and not bench.recorded:
@@ -275,9 +285,51 @@ class RunCommand:
                     f"slewline: {what}; the transcript without -q shows them, --strict makes them a failure", err=True
                 )
 
+    def take_script(self, do: str, what: dict[str, Any]) -> None:
+        """Keep which script a host was given."""
+        if do == "script":
+            self.scripts.append(tuple(what["args"]))
+
+    def refusal(self, error: ProgramError) -> str:
+        """Return which lines cannot be played, and for which chip the program may be."""
+        from .dialects import foreign
+
+        if self.program is None:
+            return str(error)
+        text, file, part = self.program
+        return "\n".join(filter(None, (str(error), foreign(text, file, part, sheet_of(part)))))
+
+    def foreign(self, bench: Bench) -> bool:
+        """Return whether a program is not for its chip; report on the standard error which is not."""
+        from .dialects import foreign
+
+        chips = bench.chips if bench.findings else {}
+        found = [
+            says
+            for name, text, place in self.scripts
+            if name in chips and (says := foreign(text, place, type(chips[name]), chips[name].sheet))
+        ]
+        for says in found:
+            click.echo(f"slewline: {says}", err=True)
+        return bool(found)
+
     def wrong(self, bench: Bench) -> list[Finding]:
         """Return the findings for which the run has failed: all if it is strict, else what a script did not expect."""
         return [found for found in bench.findings if self.strict or found.code == "expect"]
+
+
+def check_input(bench: Bench, name: str, said: str) -> None:
+    """Refuse a pin that its chip drives.
+
+    Raises:
+        UsageError: it is an output.
+    """
+    owner, _, pin = name.partition(".")
+    chip = bench.chips.get(owner)
+    if chip is None or pin not in chip.pins or chip.sheet.pin(pin).way != "out":
+        return
+    inputs = ", ".join(row.name for row in chip.sheet.pins if row.way in ("in", "both"))
+    raise UsageError(f"{said}: {pin} is an output; the inputs of the {chip.sheet.part}: {inputs}")
 
 
 def memory_of(bench: Bench, path: str) -> Eeprom | Ram:

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ...chips import sheet_of
 from ...errors import ProgramError, UsageError
+from ..dialects import foreign
 from ..files import Refused, chip_of, is_bench, read_program, say_replaced
 from ..single import single
 from .process import PanelProcess, kept_journal
@@ -129,6 +131,8 @@ class PanelCommand:
         if self.chip is None and not Path(what).suffix and not Path(what).is_file():
             return single(what, strap=dict(self.strap), journal=self.journal)
         text, part = read_program(what), chip_of(what, self.chip)
+        if says := foreign(text, what, part, sheet_of(part)):
+            say(f"slewline: {says}")
         return single(part, (text, what), strap=dict(self.strap), journal=self.journal)
 
     def tell(self, panel: PanelProcess) -> None:

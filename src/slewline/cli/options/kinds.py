@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import click
 
-from ...core.messages.near import hint
+from ...core.messages.near import near
+from .order import misplaced
 
 MEANT = {  # what is meant by a command, or an option of one, that there is not
     "plot": "slewline run FILE --plot F.svg draws a run, slewline ramp CHIP ... --plot F.svg a ramp",
@@ -36,6 +38,7 @@ MEANT = {  # what is meant by a command, or an option of one, that there is not
     "run --time": "--until sets the end, such as '2 s'",
     "pull --port": "PORT is an argument, not an option: slewline pull PORT -o FILE",
     "push --port": "PORT is an argument, not an option: slewline push PORT FILE",
+    "panel --port": "--listen HOST:PORT",
     "serve --port": "--tcp 4001, --serial DEV or --pty LINK",
     "serve --chip": "CHIP is an argument, not an option: slewline serve PART --tcp 4001",
     "describe --chip": "CHIP is an argument, not an option: slewline describe PART",
@@ -56,14 +59,22 @@ EXAMPLES = {  # of commands that need more than one option
 }
 
 
+def meant(name: str, names: Iterable[str]) -> str:
+    """Return which option or command may be meant by one that does not exist; empty: none is near."""
+    return next((f". Did you mean {each!r}?" for each in near(name, names)), "")
+
+
 class HintingCommand(click.Command):
     """A command that knows what is meant by options that it does not have, and names all that are missing."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the arguments; name the option that replaces an unknown one."""
         given = list(args)
+        is_checked = not (ctx.resilient_parsing or {"-h", "--help"} & {*args})
+        if is_checked and (says := misplaced(self, ctx, given)):
+            raise click.UsageError(says, ctx)
         try:
-            return super().parse_args(ctx, args)
+            return super().parse_args(ctx, self.completed(ctx, args) if is_checked else args)
         except click.MissingParameter as error:
             if getattr(error.param, "name", "") == "chip":
                 raise click.UsageError("Missing argument 'CHIP': slewline chips lists them", ctx) from None
@@ -74,23 +85,40 @@ class HintingCommand(click.Command):
             raise click.UsageError(f"Missing {missing}; such as:  slewline {self.name} {example}", ctx) from None
         except click.NoSuchOption as error:
             remedy = MEANT.get(f"{ctx.info_name} {error.option_name}")
-            if remedy is None:
-                raise
-            raise click.UsageError(f"No such option '{error.option_name}': {remedy}", ctx) from None
+            says = meant(error.option_name, self.options(ctx)) if remedy is None else f": {remedy}"
+            raise click.UsageError(f"No such option '{error.option_name}'{says}", ctx) from None
+
+    def options(self, ctx: click.Context) -> list[str]:
+        """Return the options that the help lists."""
+        listed = [each for each in self.get_params(ctx) if isinstance(each, click.Option) and not each.hidden]
+        return [name for each in listed for name in (*each.opts, *each.secondary_opts) if name.startswith("--")]
+
+    def completed(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Return the arguments with what the user was asked for."""
+        return args
+
+    def given(self, ctx: click.Context, args: list[str]) -> dict[str, Any]:
+        """Return what was given, as it was written, by the names of the parameters."""
+        found, _, _ = self.make_parser(ctx).parse_args(list(args))
+        return {
+            name: value for name, value in found.items() if isinstance(value, (str, bool, list, tuple)) and value != ()
+        }
 
     def missing(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Return what the command needs and has not been given, as one writes it."""
-        found, _, _ = self.make_parser(ctx).parse_args(args)
-        needed = [each for each in self.get_params(ctx) if each.required and found.get(each.name or "") in (None, ())]
+        found = self.given(ctx, args)
+        needed = [each for each in self.get_params(ctx) if each.required and each.name not in found]
         return [each.human_readable_name if isinstance(each, click.Argument) else each.opts[0] for each in needed]
 
 
 class ChipOption(click.Option):
     """The option --chip of a command for a real module; its old name --part is taken too, and no longer shown."""
 
+    also = ("--part",)
+
     def add_to_parser(self, parser: Any, ctx: click.Context) -> None:
         """Let the parser know both names."""
-        shown, self.opts = self.opts, [*self.opts, "--part"]
+        shown, self.opts = self.opts, [*self.opts, *self.also]
         try:
             super().add_to_parser(parser, ctx)
         finally:
@@ -115,8 +143,8 @@ class CommandGroup(click.Group):
         if name not in self.commands and not name.startswith("-"):
             if name in MEANT:
                 ctx.fail(f"No such command {name!r}: {MEANT[name]}")
-            if not hint(name, self.shown):
-                ctx.fail(f"No such command {name!r}; there are: {', '.join(self.shown)}")
+            there = f"; there are: {', '.join(self.shown)}"
+            ctx.fail(f"No such command {name!r}{meant(name, self.shown) or there}")
         return super().resolve_command(ctx, args)
 
 

@@ -5,14 +5,18 @@ from __future__ import annotations
 import os
 import re
 import sys
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
 
+from ...core.messages.near import hint
 from ...core.time.timebase import hertz, picoseconds
 from ...errors import TimeError
 from . import completion
+
+if TYPE_CHECKING:
+    from ...core.datasheet.table import Sheet
 
 T = TypeVar("T")
 
@@ -78,11 +82,20 @@ class PinDrive(Completed[tuple[str, int, int]]):
             return value
         match = re.fullmatch(r"\s*(\w+(?:\.\w+)?)\s*=\s*([01])\s*(?:@(.*))?", value)
         if match is None:
-            self.fail(f"{value!r}: give pin, level and instant, such as 'abort=0@12 ms' or 'x.abort=1'", param, ctx)
+            says = wrong_level(value) or "give pin, level and instant, such as 'abort=0@12 ms' or 'x.abort=1'"
+            self.fail(f"{value!r}: {says}", param, ctx)
         try:
             return match[1], int(match[2]), picoseconds(match[3] or 0)
         except TimeError as error:
             self.fail(str(error), param, ctx)
+
+
+def wrong_level(value: str) -> str:
+    """Return that a level is 0 or 1, where a pin was given with another one; empty: it is not that."""
+    match = re.fullmatch(r"\s*(\w+(?:\.\w+)?)\s*=\s*([^\s@]+)\s*(@.*)?", value)
+    if match is None or match[2] in ("0", "1"):
+        return ""
+    return f"{match[2]!r} is no level; levels are 0 (low) and 1 (high), such as '{match[1]}=0{match[3] or ''}'"
 
 
 class PartName(Completed[str]):
@@ -133,15 +146,29 @@ class Strap(Completed[tuple[str, int]]):
         if isinstance(value, tuple):
             return value
         match = re.fullmatch(r"\s*(\w+)\s*=\s*([01])\s*", value)
+        sheet = None if ctx is None else completion.sheet(ctx)
         if match is None:
-            sheet = None if ctx is None else completion.sheet(ctx)
-            pins = [row.name for row in sheet.pins if row.way in ("in", "both")] if sheet is not None else []
-            like = next(
-                iter({**sheet.plain, **sheet.fastest} if sheet is not None else pins), pins[0] if pins else "chs"
-            )
-            there = f"; the inputs of the {sheet.part}: {', '.join(pins)}" if sheet is not None else ""
-            self.fail(f"{value!r}: give a pin and its level, 0 or 1, such as '{like}=0'{there}", param, ctx)
+            self.fail(f"{value!r}: {self.wrong(value, sheet)}", param, ctx)
+        if sheet is not None and not any(row.name == match[1] for row in sheet.pins):
+            self.fail(f"{value!r}: {self.wrong(value, sheet)}", param, ctx)
         return match[1], int(match[2])
+
+    def wrong(self, value: str, sheet: Sheet | None) -> str:
+        """Return what is wrong with a strap, which inputs there are, and which of them is meant."""
+        if sheet is None:
+            return wrong_level(value) or "give a pin and its level, 0 or 1, such as 'chs=0'"
+        inputs = {row.name: row.says for row in sheet.pins if row.way in ("in", "both")}
+        like = next(iter([*sheet.plain, *sheet.fastest, *inputs]))
+        name = value.partition("=")[0].strip()
+        known = name in inputs
+        says = wrong_level(value) if known else f"give a pin and its level, 0 or 1, such as '{like}=0'"
+        about = (
+            []
+            if known
+            else [f"{pin} ({what})" for pin, what in inputs.items() if name and name.lower() in what.lower()]
+        )
+        meant = f"; the {name} is on {', '.join(about)}" if about else "" if known else hint(name, inputs)
+        return f"{says}; the inputs of the {sheet.part}: {', '.join(inputs)}{meant}"
 
 
 class SettingText(Completed[tuple[str, str]]):

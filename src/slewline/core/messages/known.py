@@ -34,9 +34,9 @@ class Known(dict[str, T]):
 
     def __missing__(self, name: object) -> NoReturn:
         owner, kind, _, names = self.name_help(self)
-        begun = [each for each in names if isinstance(name, str) and name and each.startswith(name.lower())]
-        meant = f"; did you mean {begun[0]}?" if len(begun) == 1 else hint(name, names)
-        raise UnknownName(f"{owner} has no {kind} {name!r}; its {kind}s: {', '.join(names) or 'none'}{meant}")
+        raise UnknownName(
+            f"{owner} has no {kind} {name!r}; its {kind}s: {', '.join(names) or 'none'}{hint(name, names)}"
+        )
 
     def __getattr__(self, name: str) -> NoReturn:
         if name in Known.__slots__:  # of a copy that is being made

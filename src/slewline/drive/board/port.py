@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from ...errors import UsageError
 from ...extras import needs
+from ...gate import error_number
 from .boards import BAUD
 from .reader import PortReader
 from .rehearsal import TWIN, TwinPort
@@ -133,8 +134,7 @@ class BoardSerial:
 
 def _refused(error: Exception) -> str:
     """Return why a port could not be opened, and what to do."""
-    number = getattr(error, "errno", None)
-    text = str(error)
+    number, text = error_number(error), str(error)
     if number == errno.ENOENT or isinstance(error, FileNotFoundError) or "FileNotFoundError" in text:
         return f"no such port; name the port of the board ({LISTED})"
     if number in (errno.EACCES, errno.EPERM) or "PermissionError" in text:
@@ -143,4 +143,5 @@ def _refused(error: Exception) -> str:
         return "you may not open this port; let your user join the group that may (dialout, uucp), and log in again"
     if number in (errno.EBUSY, errno.EAGAIN) or "lock" in text:
         return "another program uses this port; close that one"
-    return f"{os.strerror(number) if number else text}; name the serial port of the board ({LISTED})"
+    why = "is no serial port" if number == errno.ENOTTY else os.strerror(number) if number else text
+    return f"{why}; name the serial port of the board ({LISTED})"

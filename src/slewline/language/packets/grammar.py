@@ -16,13 +16,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from fractions import Fraction
 from itertools import zip_longest
 from math import isfinite
 
 from ...core.datasheet.table import Arg, Bits, Row, Sheet
-from ...core.messages.near import hint
+from ...core.messages.near import hint, near
 from ...core.messages.whole import whole
 from ...errors import UnknownName, UsageError
 from .. import rates
@@ -31,6 +30,7 @@ from ..dialect import Command, Dialect, Refusal, spoken_as
 DIRECTS = ("wait", "expect")  # lines that begin so direct the host of a script, like those that begin with @
 WORD = 1 << 16
 _NUMBER = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?[0-9]+")
+MOST_MEANT = 3  # commands that a message suggests
 LONGEST = 40  # characters of a number or a mnemonic that are looked at; no longer one is right
 
 
@@ -276,7 +276,7 @@ def _stranger(sheet: Sheet, name: str) -> Refusal:
     """A mnemonic that the part does not have; which one may be meant?"""
     wanted, slips = name.upper(), spoken_as(sheet, Words).slips
     tail = wanted.partition("_")[2] or wanted
-    close = get_close_matches(wanted, sheet.commands.by_form, 3, 0.75)
+    close = near(wanted, sheet.commands.by_form)[:MOST_MEANT]
     alike = [form for form in sheet.commands.by_form if tail and form.partition("_")[2] == tail]
     spelled_out = [form for form in sheet.commands.by_form if wanted.startswith(form)]
     if wanted in sheet.foreign:

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import errno
 import os
-import re
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -23,6 +22,7 @@ from typing import Any
 from ...closing import Closing
 from ...errors import SlewlineError, UsageError
 from ...extras import needs
+from ...gate import error_number
 from ..lines.port_line import CableLine
 from ..sockets.loop import Loop
 from ..sockets.stream import CHUNK, SocketStream
@@ -34,7 +34,6 @@ except ImportError:
     raise SlewlineError(needs("a serial port needs", "serial")) from None
 
 RETRY_S = 0.5
-ERRNO = re.compile(r"\(([0-9]+), '")
 LOOK_S = 0.5  # how long a thread reads at most before it checks whether the port is still wanted
 
 
@@ -90,8 +89,7 @@ def refused(device: str, error: Exception, windows: bool = os.name == "nt") -> s
     """Return why a serial port could not be opened, once, and what to do."""
     if WINDOWS_PORT.fullmatch(device) and not windows:
         return "is the name of a port on Windows; on this system a serial port is /dev/ttyUSB0 or the like"
-    inside = ERRNO.search(str(error))  # the text of pySerial has it twice, or as a tuple
-    number = getattr(error, "errno", None) or (inside and int(inside[1]))
+    number = error_number(error)
     why = "is no serial port" if number == errno.ENOTTY else os.strerror(number) if number else str(error)
     return f"{why}; name a serial port that exists and that you may open (python -m serial.tools.list_ports)"
 

@@ -160,7 +160,9 @@ def _said(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, An
         else:
             known = [*DRIVERS, *(form for form in SAYINGS if "{" not in form)]
             examples = ", ".join(map(repr, EXAMPLES))
-            raise UsageError(f"{name} {text!r}: {part!r} is not understood; examples: {examples}{hint(part, known)}")
+            last = part.rpartition(" ")[2]
+            meant = hint(part, known) or (hint(last, known) if len(last) > len("mA") else "")
+            raise UsageError(f"{name} {text!r}: {part!r} is not understood; examples: {examples}{meant}")
 
 
 def _in_series(times: float, part: str, name: str, motor: MotorData) -> float:

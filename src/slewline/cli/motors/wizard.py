@@ -1,0 +1,189 @@
+"""Questions of `slewline tune` in a terminal: what is missing on its line is asked for, with a list and a default.
+
+An answer is a number of the list, a name, a part of names, which makes the list shorter, or a text of one's own; the
+enter key alone takes the default.  Each answer is checked as the option checks it, so whatever the option takes may be
+typed here.  At the end stands the whole line, to be typed the next time.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ...errors import SlewlineError
+from ..options.kinds import HintingCommand
+
+if TYPE_CHECKING:
+    from ...parts.motors.data import MotorData
+
+MOST_SHOWN = 9  # rows of a list
+STEPS = 500
+SUPPLY = "24 V"
+NO_LOAD = "none"
+LOADS = (
+    (NO_LOAD, "the rotor alone"),
+    ("inertia 68 g cm2", "a wheel or a disc"),
+    ("inertia 68 g cm2, friction 5 mNm", "a slide on a belt"),
+    ("inertia 6.8e-6, friction 5 mNm, torque 30 mNm", "a slide that lifts; inertia in kg m2"),
+)
+
+
+@dataclass
+class Question:
+    """What is asked: a list of answers, each with a word about it, a default, and how an answer is checked."""
+
+    title: str
+    choices: list[tuple[str, str]]
+    default: str
+    check: Callable[[str], object]
+
+    def ask(self) -> str:
+        """Ask until there is a good answer, and return it.
+
+        Raises:
+            click.Abort: the user has had enough.
+        """
+        shown, default = self.choices, self.default
+        while True:
+            self.show(shown)
+            try:
+                answer = str(click.prompt(self.title, default=default, err=True)).strip()
+            except click.Abort:
+                click.echo(err=True)  # what is said next begins a line
+                raise
+            taken = self.taken(answer, shown)
+            try:
+                self.check(taken)
+            except (SlewlineError, click.UsageError) as error:
+                found = [row for row in self.choices if answer and answer.lower() in " ".join(row).lower()]
+                if found:
+                    shown, default = found, found[0][0]
+                else:
+                    shown, default = self.choices, self.default
+                    click.echo(f"  {error.message if isinstance(error, click.UsageError) else error}", err=True)
+            else:
+                return taken
+
+    def taken(self, answer: str, shown: list[tuple[str, str]]) -> str:
+        """Return the answer that is meant: a name, whatever its case; a number of the list; else the text as it is."""
+        names = {name.lower(): name for name, _ in self.choices}
+        if answer.lower() in names:
+            return names[answer.lower()]
+        number = int(answer) if answer.isascii() and answer.isdigit() and len(answer) < len("1000") else 0
+        return shown[number - 1][0] if 1 <= number <= len(shown) else answer
+
+    def show(self, rows: list[tuple[str, str]]) -> None:
+        """Print a list with numbers; of a long one the beginning."""
+        width = max((len(name) for name, _ in rows), default=0)
+        for number, (name, says) in enumerate(rows[:MOST_SHOWN], 1):
+            click.echo(f"  {number:2}  {name:<{width}}  {says}".rstrip(), err=True)
+        if len(rows) > MOST_SHOWN:
+            others = ", ".join(name for name, _ in rows[MOST_SHOWN:])
+            click.echo(f"      and {others}\n      a part of names makes the list shorter", err=True)
+
+
+class AskingCommand(HintingCommand):
+    """`tune`: asks in a terminal for what is missing."""
+
+    def completed(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Return the arguments with the answers, and print the whole line."""
+        if not (sys.stdin.isatty() and sys.stderr.isatty()) or not self.missing(ctx, args):
+            return args
+        click.echo("What is not on the line is asked for; the enter key takes the default, Ctrl-C ends.", err=True)
+        with redirect_stdout(sys.stderr):  # where `input` writes
+            added = list(self.answers(ctx, self.given(ctx, args)))
+        line = [word for name, word in added if not name]
+        line += [*args, *(word for pair in added if pair[0] for word in pair)]
+        click.echo(f"\nThe same without questions:\n  {written(['slewline', str(ctx.info_name), *line])}\n", err=True)
+        return line
+
+    def answers(self, ctx: click.Context, given: dict[str, Any]) -> Iterator[tuple[str, str]]:
+        """Ask, and yield each option with its answer; "" for an argument."""
+        for name, question in self.questions():
+            param = next(each for each in self.get_params(ctx) if each.name == name)
+            if name in given:
+                continue
+            made = question(given)
+            check = made.check
+
+            def checked(text: str, param: click.Parameter = param, check: Callable[[str], object] = check) -> object:
+                return check(param.type.convert(text, param, ctx))
+
+            made.check = checked
+            given[name] = made.ask()
+            if given[name] != NO_LOAD:
+                yield ("" if isinstance(param, click.Argument) else param.opts[0]), given[name]
+
+    def questions(self) -> list[tuple[str, Callable[[dict[str, str]], Question]]]:
+        """Return what is asked, in this order, each made from what is known by then."""
+        return [
+            ("chip", chip_question), ("motor", motor_question), ("driver", driver_question), ("load", load_question),
+            ("steps", steps_question),
+        ]  # fmt: skip
+
+
+def chip_question(_given: dict[str, str]) -> Question:
+    """Which chip?"""
+    from ...chips import PARTS, ramps_of
+
+    return Question("Chip", [(part, row.says) for part, row in PARTS.items()], "cy525", ramps_of)
+
+
+def motor_question(_given: dict[str, str]) -> Question:
+    """Which motor?"""
+    from ...parts.motors.motors import MOTORS, read_motor
+
+    rows = [(row.name, f"{row.current:g} A, {row.torque:g} N m") for row in MOTORS.values()]
+    return Question("Motor", rows, "QSH4218-51-10-049", lambda motor: read_motor(motor, "--motor"))
+
+
+def motor_of(given: dict[str, str]) -> MotorData:
+    """Return the motor that was named."""
+    from ...parts.motors.motors import read_motor
+
+    return read_motor(given["motor"], "--motor")
+
+
+def driver_question(given: dict[str, str]) -> Question:
+    """Which driver, for this motor?"""
+    from ...parts.motors.drivers import read_driver
+
+    motor = motor_of(given)
+    rows = [
+        (f"{SUPPLY}, {motor.current:g} A averaged", "a chopper, calculated fast"),
+        (f"{SUPPLY}, {motor.current:g} A chopper", "a chopper, with its switching"),
+        (f"L/4R {4 * motor.current * motor.resistance:g} V", "resistors in series"),
+        (f"L/R {motor.current * motor.resistance:g} V", "none: the winding alone"),
+    ]
+    return Question("Driver", rows, rows[0][0], lambda text: read_driver(text, "--driver", motor))
+
+
+def load_question(given: dict[str, str]) -> Question:
+    """Which load?"""
+    from ...parts.motors.loads import read_load
+
+    motor = motor_of(given)
+    return Question("Load", [*LOADS], NO_LOAD, lambda text: text == NO_LOAD or read_load(text, "--load", motor))
+
+
+def steps_question(_given: dict[str, str]) -> Question:
+    """How many steps?"""
+
+    def check(steps: Any) -> None:
+        if steps < 1:
+            raise click.UsageError("expected a whole number of steps, 1 or more")
+
+    return Question("Steps of the move, from rest to rest", [], str(STEPS), check)
+
+
+def written(words: list[str]) -> str:
+    """Return a command line as this system's shell takes it."""
+    return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
