@@ -33,7 +33,10 @@ MISTAKES = [
     (DRIVE, ["Missing --board; such as:"]),
     (("drive", "gs-c200s", "--board", "twin"), ["no port given; give one of --tcp, --pty, --rfc2217, --serial"]),
     (("drive", "gs-c20s", "--board", "twin", "--tcp", "127.0.0.1:0"), ["did you mean gs-c200s?"]),
-    ((*DRIVE, "--board", "/dev/ttyNONE"), ["/dev/ttyNONE: no such port; name the port of the board", "list_ports"]),
+    (
+        (*DRIVE, "--board", "/dev/ttyNONE"),
+        ["/dev/ttyNONE: no such port; name the port of the board", "list_ports", "or twin, a board of software"],
+    ),
     ((*DRIVE, "--board", "/dev/null"), ["/dev/null: ", "name the serial port of the board", "list_ports"]),
     (
         (*DRIVE, "--board", "twin", "--control", "127.0.0.1:0", "--allow-remote"),
@@ -60,7 +63,40 @@ MISTAKES = [
         (*DRIVE, "--board", "twin", "--start-stop", "fast"),
         ["rate 'fast': expected steps per second with their unit", "500 steps/s"],
     ),
-    ((*DRIVE, "--board", "twin", "--start-stop", "500"), ["rate '500': expected", "with their unit"]),
+    (
+        (*DRIVE, "--board", "twin", "--start-stop", "500"),
+        ["'--start-stop': rate '500': expected", "with their unit"],
+    ),
+    ((*DRIVE, "--board", "twin", "--horizon", "100"), ["'--horizon': time '100': expected a number and a unit"]),
+    ((*DRIVE, "--board", "twin", "--enable-hold", "60"), ["'--enable-hold': time '60': expected a number and a unit"]),
+    (
+        (*DRIVE, "--board", "twin", "--input", "A1=home", "--input", "A1=eot"),
+        ["'--input': A1 is given twice; leave one out"],
+    ),
+    ((*DRIVE, "--board", "twin", "--input", "A1=home", "--input", "a1=eot"), ["input a1: A1 is given twice"]),
+    (
+        (*DRIVE, "--board", "twin", "--output", "D2=uo1", "--output", "D2=uo2"),
+        ["'--output': D2 is given twice; leave one out"],
+    ),
+    ((*DRIVE, "--board", "twin", "--output", "D2=uo1", "--output", "d2=uo2"), ["output d2: is given twice"]),
+    ((*DRIVE, "--board", "twin", "--strap", "chs=0", "--strap", "chs=1"), ["'--strap': chs is given twice"]),
+    (
+        (*DRIVE, "--board", "twin", "--option", "eeprom_time=1 ms", "--option", "eeprom_time=2 ms"),
+        ["'--option': eeprom_time is given twice"],
+    ),
+    (
+        (*DRIVE, "--board", "twin", "--input", "A0=!estop"),
+        ["input A0: an E-stop is active while its contact is open", "give A0=estop"],
+    ),
+    ((*DRIVE, "--board", "twin", "--input", "A1=uo1"), ["input A1: uo1 is an output of gs_c200s", "--output D2=uo1"]),
+    (
+        (*DRIVE, "--board", "twin", "--output", "D2=home"),
+        ["output D2: home is an input of gs_c200s", "--input A1=home"],
+    ),
+    (
+        ("drive", "gs-c200s", "--board", "/dev/ttyNONE", "--serial", "/dev/ttyNONE"),
+        ["--board and --serial: both are /dev/ttyNONE"],
+    ),
     ((*DRIVE, "--board", "twin", "--input", "A1"), ["give an input of the board and what it is, such as 'A1=home'"]),
     ((*DRIVE, "--board", "twin", "--output", "D2"), ["an output of the board and what it shows, such as 'D12=fault'"]),
     ((*DRIVE, "--board", "twin", "--stop", "abort"), ["stop='abort'; allowed 'kill', 'power'"]),

@@ -15,7 +15,7 @@ FILES = {
 MISTAKES = [  # the line, the end of the answer
     (
         "help nothing",
-        "serve, drive, panel, debug, pull, push, compare, proxy, terminal, epics, demo, examples",
+        "serve, drive, panel, debug, pull, push, compare, decode, proxy, terminal, epics, demo, examples",
     ),
     ("plot p.cy525", "slewline run FILE --plot F.svg draws a run, slewline ramp CHIP ... --plot F.svg a ramp"),
     ("simulate p.cy525", "No such command 'simulate': slewline run FILE"),
@@ -27,7 +27,7 @@ MISTAKES = [  # the line, the end of the answer
     ("rnu p.cy525", "No such command 'rnu'. Did you mean 'run'?"),
     (
         "frobnicate",
-        "serve, drive, panel, debug, pull, push, compare, proxy, terminal, epics, demo, examples",
+        "serve, drive, panel, debug, pull, push, compare, decode, proxy, terminal, epics, demo, examples",
     ),
     ("run", "give one of a program, a bench file and --replay JOURNAL"),
     ("run none.cy525", "none.cy525: cannot be read: No such file or directory"),

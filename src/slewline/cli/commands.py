@@ -12,9 +12,9 @@ from .modules.dialogues import DIALOGUE_COMMANDS
 from .modules.laboratory import epics_command
 from .motors.commands import calibrate_command, tune_command
 from .options import completion
-from .options.kinds import CommandGroup, CommandWithGuide
-from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, path
-from .options.values import DIRECTORY, FILE, Names, PartName, PinDrive, Strap, TimeWithUnit
+from .options.kinds import CommandGroup, CommandWithGuide, OncePerName
+from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, STRAPS, path
+from .options.values import DIRECTORY, FILE, Names, PartName, PinDrive, TimeWithUnit
 from .options.version_option import version_option
 
 INTO = click.option(
@@ -43,7 +43,7 @@ def cli() -> None:
 @CHIP
 @CRYSTAL
 @click.option("--over", metavar="CHANNEL", help="The channel of a chip that has several, such as serial.")
-@click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
+@STRAPS
 @click.option(
     "--until", type=TimeWithUnit(), help="Run or replay to this instant, such as '2 s'; else until all is idle."
 )
@@ -205,7 +205,13 @@ for motors in (calibrate_command, tune_command):
 @cli.command("check-capture", short_help="A recording of STEP and DIR against a driver's data sheet.", epilog=EXIT)
 @click.argument("file", metavar="CAPTURE", type=FILE)
 @click.option(
-    "--axis", "axes", metavar="NAME=STEP,DIR", multiple=True, required=True, help="Signals of an axis. May be repeated."
+    "--axis",
+    "axes",
+    cls=OncePerName,
+    metavar="NAME=STEP,DIR",
+    multiple=True,
+    required=True,
+    help="Signals of an axis. May be repeated.",
 )
 @click.option("--driver", metavar="NAME", help="The driver that receives them, such as DM542.")
 @click.option("--edge", type=click.Choice(["rising", "falling"]), default="rising", show_default=True,
@@ -218,7 +224,14 @@ for motors in (calibrate_command, tune_command):
 @click.option(
     "--chip", type=PartName(), metavar="CHIP", help="The part whose pins were recorded; its limits count, too."
 )
-@click.option("--pin", "pins", metavar="PIN=NAME", multiple=True, help="A pin of it, and the signal. May be repeated.")
+@click.option(
+    "--pin",
+    "pins",
+    cls=OncePerName,
+    metavar="PIN=NAME",
+    multiple=True,
+    help="A pin of it, and the signal. May be repeated.",
+)
 @CRYSTAL
 @click.option("--timescale", type=TimeWithUnit(), help="The unit of its times, if the file states none.")
 @click.option("--threshold", metavar="VOLTS", help="The level of an oscilloscope's CSV, such as '1.4 V'.")

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 TURN_S, IDLE_S, POLL_S = 0.005, 0.5, 0.001
 SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 1.0
+UNANSWERED = "; is this its port, and was the firmware written to it (make boards builds it, avrdude writes it)?"
 WAY_DOWN_S = 20.0  # of a motion whose host is gone
 SAMPLES = 8  # round trips before the clock of the board is believed
 SILENT_NS = 500_000_000
@@ -113,7 +114,7 @@ class Talk:
             select([number], [], [], seconds)
 
     # ------------------------------------------------------------------------------------------------------ at length
-    def until(self, met: Callable[[], bool], seconds: float, what: str) -> None:
+    def until(self, met: Callable[[], bool], seconds: float, what: str, remedy: str = "") -> None:
         """Talk until something is so.
 
         Raises:
@@ -122,7 +123,7 @@ class Talk:
         limit = self.wall() + int(seconds * 10**9)
         while not self._comes(met):
             if self.wall() > limit:
-                raise UsageError(f"{what} within {seconds:g} s; {_heard(self.port)}")
+                raise UsageError(f"{what} within {seconds:g} s; {_heard(self.port)}{remedy}")
             self.wait(POLL_S)
 
     def _comes(self, met: Callable[[], bool]) -> bool:
@@ -183,7 +184,7 @@ class Talk:
 
     def _open(self) -> None:
         self.link.open(self.state.config)
-        self.until(lambda: self.link.is_open, SET_UP_S, "no board answers")
+        self.until(lambda: self.link.is_open, SET_UP_S, "no board answers", UNANSWERED)
 
     def _leave_halt(self, counted: int, *, known: bool, power: bool) -> None:
         """Let the board count on from its count, and set its outputs."""

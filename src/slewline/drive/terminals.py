@@ -86,6 +86,13 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
     for name, pin in wiring.items():
         if name.upper() not in printed:
             raise UsageError(f"output {name!r} of the board; allowed {', '.join(printed)}")
+        if printed.index(name.upper()) in found:
+            raise UsageError(f"output {name}: is given twice; leave one out")
+        if any(row.name == pin for row in chip.sheet.pins if row.way == "in"):
+            raise UsageError(
+                f"output {name}: {pin} is an input of {chip.name}; an input of the board can set it: "
+                f"inputs={{'A1': '{pin}'}} (--input A1={pin})"
+            )
         if pin not in rows and pin not in LAMPS:
             allowed = (*rows, *LAMPS)
             raise UsageError(

@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from ..options.kinds import HintingCommand
-from ..options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, MEMORY, OPTIONS, path
-from ..options.values import DIRECTORY, FILE, PartName, SettingText, Strap
+from ..options.kinds import HintingCommand, OncePerName
+from ..options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, MEMORY, OPTIONS, STRAPS, path
+from ..options.values import DIRECTORY, FILE, PartName, SettingText, StepRate, TimeText
 
 Command = Callable[..., Any]
 
@@ -57,9 +57,10 @@ SERVED = together(
     MEMORY,
     ANYWHERE,
     ALLOW_CODE,
-    click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=0. May be repeated."),
+    STRAPS,
     click.option(
         "--option",
+        cls=OncePerName,
         type=SettingText(),
         multiple=True,
         help="Option of the chip (`describe` lists them), as 'eeprom_time=20 ms'.",
@@ -133,6 +134,7 @@ def serve_command(**options: Any) -> int:
 )
 @click.option(
     "--enable-hold",
+    type=TimeText(),
     metavar="TIME",
     default="60 s",
     show_default=True,
@@ -147,12 +149,14 @@ def serve_command(**options: Any) -> int:
 )
 @click.option(
     "--input",
+    cls=OncePerName,
     type=SettingText("an input of the board and what it is", "A1=home"),
     multiple=True,
     help="What an input of the board is, such as A1=home or A0=estop. May be repeated.",
 )
 @click.option(
     "--output",
+    cls=OncePerName,
     type=SettingText("an output of the board and what it shows", "D12=fault"),
     multiple=True,
     help="What an output of the board shows: D2=uo1, D12=fault, D8=energised; by default what programs set. "
@@ -160,12 +164,18 @@ def serve_command(**options: Any) -> int:
 )
 @click.option(
     "--horizon",
+    type=TimeText(),
     metavar="TIME",
     default="100 ms",
     show_default=True,
     help="From a step of the model to that of the motor; a pause of this machine may be shorter than that.",
 )
-@click.option("--start-stop", metavar="RATE", help="Up to which the motor may stand at once, such as '500 steps/s'.")
+@click.option(
+    "--start-stop",
+    type=StepRate(),
+    metavar="RATE",
+    help="Up to which the motor may stand at once, such as '500 steps/s'.",
+)
 @click.option(
     "--stop",
     type=click.Choice(["abort", "kill", "reset", "power"]),
@@ -214,7 +224,7 @@ def drive_command(**options: Any) -> int:
 @click.option("--read-only", is_flag=True, help="The page may look and not touch.")
 @click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
 @click.option("--no-browser", is_flag=True, help="Open no web browser; print the address only.")
-@click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
+@STRAPS
 @path("--journal", help="Write every input from outside, for slewline run --replay.")
 @ANYWHERE
 @ALLOW_CODE
@@ -244,7 +254,7 @@ def panel_command(**options: Any) -> int:
 @click.argument("target", metavar="[FILE | CHIP | BENCH.toml]", required=False, type=FILE, is_eager=True)
 @CHIP
 @CRYSTAL
-@click.option("--strap", type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated.")
+@STRAPS
 @OPTIONS
 @MEMORY
 @ANYWHERE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -94,6 +95,10 @@ class DriveCommand(ServeCommand):
             )
         if self.black_box is not None and self.no_black_box:
             raise click.UsageError("--black-box and --no-black-box: leave out one")
+        if self.serial is not None and os.path.realpath(self.serial) == os.path.realpath(self.board):
+            raise click.UsageError(
+                f"--board and --serial: both are {self.serial}; the board and the host need a serial port each"
+            )
         return super().check_options()
 
     def _folder(self, stack: ExitStack) -> Path:

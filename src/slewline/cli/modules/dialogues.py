@@ -7,13 +7,10 @@ from typing import Any
 import click
 
 from ..options.kinds import HintingCommand
-from ..options.shared import ALLOW_CODE, EXIT, JSON, MEMORY, OPTIONS, path
-from ..options.values import FILE, Strap, TimeWithUnit
+from ..options.shared import ALLOW_CODE, EXIT, JSON, MEMORY, OPTIONS, STRAPS, path
+from ..options.values import FILE, TimeWithUnit
 from .options import CLOCK, MARKINGS, PORT, chip_option, setting_options
 
-STRAPS = click.option(
-    "--strap", type=Strap(), multiple=True, help="How it is strapped, such as rec=0. May be repeated."
-)
 ADDRESS = click.option("--address", type=int, metavar="N", help="Of the module, on a line of several.")
 CHECKSUM = click.option(
     "--checksum/--no-checksum", default=None, help="Lines end in checksums, or not; by default as the dialogue shows."

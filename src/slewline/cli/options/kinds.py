@@ -158,3 +158,18 @@ class CommandWithGuide(HintingCommand):
         formatter.write_paragraph()
         formatter.write((script.__doc__ or "") + "\n")
         super().format_epilog(ctx, formatter)
+
+
+class OncePerName(click.Option):
+    """An option that may be repeated, NAME=VALUE, but not for the same name: the last one would win silently."""
+
+    def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
+        """Return the values, each of another name."""
+        found = super().type_cast_value(ctx, value)
+        given: dict[str, Any] = {}
+        for each in found or ():
+            name = (each[0] if isinstance(each, tuple) else each.partition("=")[0]).strip()
+            if name in given:
+                raise click.BadParameter(f"{name} is given twice; leave one out", ctx, self)
+            given[name] = each
+        return found

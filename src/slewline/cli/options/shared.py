@@ -6,7 +6,8 @@ from functools import partial
 
 import click
 
-from .values import FILE, Frequency, PartName, look_here
+from .kinds import OncePerName
+from .values import FILE, Frequency, PartName, Strap, look_here
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
 path = partial(click.option, metavar="F", type=FILE)
@@ -34,5 +35,8 @@ OPTIONS = click.option(
     "--options",
     metavar="F.toml",
     help='Options of the chip (`describe` lists them), as a bench file has them: rate_table = "27k", [inferred] ...',
+)
+STRAPS = click.option(
+    "--strap", cls=OncePerName, type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated."
 )
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead.")

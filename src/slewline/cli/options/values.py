@@ -12,7 +12,7 @@ from click.shell_completion import CompletionItem
 
 from ...core.messages.near import hint
 from ...core.time.timebase import hertz, picoseconds
-from ...errors import TimeError
+from ...errors import TimeError, UsageError
 from . import completion
 
 if TYPE_CHECKING:
@@ -54,6 +54,36 @@ class TimeWithUnit(click.ParamType[int]):
             return picoseconds(value)
         except TimeError as error:
             self.fail(str(error), param, ctx)
+
+
+class TimeText(click.ParamType[str]):
+    """A time with its unit, for whoever takes it as text."""
+
+    name = "time"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the time as it was written."""
+        try:
+            picoseconds(value)
+        except TimeError as error:
+            self.fail(str(error), param, ctx)
+        return str(value)
+
+
+class StepRate(click.ParamType[str]):
+    """Steps per second, with their unit."""
+
+    name = "rate"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the rate as it was written."""
+        from ...drive.terminals import steps_a_second
+
+        try:
+            steps_a_second(str(value))
+        except UsageError as error:
+            self.fail(str(error), param, ctx)
+        return str(value)
 
 
 class Frequency(click.ParamType[str]):

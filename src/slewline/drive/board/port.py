@@ -40,7 +40,7 @@ def opened(name: str) -> BoardPort:
     Raises:
         UsageError: it cannot be opened.
     """
-    return TwinPort() if name == TWIN else BoardSerial(name)
+    return TwinPort() if name.lower() == TWIN else BoardSerial(name)
 
 
 class BoardSerial:
@@ -136,7 +136,7 @@ def _refused(error: Exception) -> str:
     """Return why a port could not be opened, and what to do."""
     number, text = error_number(error), str(error)
     if number == errno.ENOENT or isinstance(error, FileNotFoundError) or "FileNotFoundError" in text:
-        return f"no such port; name the port of the board ({LISTED})"
+        return f"no such port; name the port of the board ({LISTED}), or {TWIN}, a board of software"
     if number in (errno.EACCES, errno.EPERM) or "PermissionError" in text:
         if os.name == "nt":
             return "another program uses this port, or you may not open it; close that one"

@@ -100,8 +100,20 @@ def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple
         number = names.get(str(name).upper())
         if number is None:
             raise UsageError(f"input {name!r} of the board; allowed {', '.join(printed)}")
+        if number in found:
+            raise UsageError(f"input {name}: {printed[number]} is given twice; leave one out")
         pin = wired.removeprefix("!")
         rows = {row.name: row for row in chip.sheet.pins if row.way in ("in", "both")}
+        if wired == f"!{ESTOP}":
+            raise UsageError(
+                f"input {name}: an E-stop is active while its contact is open, so that a broken wire stops the motor; "
+                f"wire a contact that opens, and give {name}={ESTOP}"
+            )
+        if any(row.name == pin for row in chip.sheet.pins if row.way == "out"):
+            raise UsageError(
+                f"input {name}: {pin} is an output of {chip.name}; an output of the board can show it: "
+                f"outputs={{'D2': '{pin}'}} (--output D2={pin})"
+            )
         if pin != ESTOP and pin not in rows:
             raise UsageError(
                 f"input {name}: {pin!r} is no input of {chip.name}; allowed {ESTOP}, {', '.join(rows)}{hint(pin, rows)}"
