@@ -110,6 +110,29 @@ def test_a_panel_is_attached_to_a_server():
         process.stdout.close()
 
 
+@pytest.mark.system
+@pytest.mark.parametrize("command", [("panel", "--no-browser"), ("debug",)])
+def test_attached_to_what_is_no_control_port_or_without_its_token(call, command):
+    """And nothing of the question reaches the module, whose port it is."""
+    serve = ["serve", "gs-c200s", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--token", "a long token"]
+    with subprocess.Popen([*COMMAND, *serve], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            line, control = (process.stdout.readline().strip().rpartition(" ")[2] for _ in range(2))
+            for where, more, says in (
+                (line.removeprefix("socket://"), (), "no control port answers there; it is the address that slewline"),
+                (control, (), "must have the token of this server"),
+                (control, (), "give it with --token, or in the environment, SLEWLINE_TOKEN"),
+                (control, ("--token", "another token"), "must have the token of this server"),
+            ):
+                ran = call(*command, "--attach", where, *more)
+                assert ran.status == 2
+                assert says in ran.err
+        finally:
+            process.terminate()
+            process.wait(PATIENCE)
+        assert "unfinished" not in process.stderr.read()
+
+
 def when_the_panel_runs(*row):
     """A mistake that is found when the process of the panel has been started."""
     return pytest.param(*row, marks=pytest.mark.system)
@@ -121,7 +144,7 @@ def when_the_panel_runs(*row):
         ([], "give one of a chip"),
         (["cy525", "--attach", "127.0.0.1:1"], "give one of a chip"),
         (["--attach", "127.0.0.1:1", "--rate", "2"], "leave out --rate"),
-        when_the_panel_runs(["--attach", "127.0.0.1:1"], "the panel has not opened; the reason is above"),
+        (["--attach", "127.0.0.1:1"], "--attach 127.0.0.1:1: Connection refused; give the control port of a running"),
         when_the_panel_runs(["cy526"], "cy525"),
         when_the_panel_runs(["nothing.cy525"], "nothing.cy525"),
         (["cy525", "--listen", "0.0.0.0:0"], "--allow-remote"),

@@ -97,7 +97,7 @@ def test_a_token():
 
 
 def test_nobody_is_there():
-    with pytest.raises(UsageError, match="is the server running"):
+    with pytest.raises(UsageError, match="Connection refused; give the control port of a running server"):
         asyncio.run(ControlClient.connect("127.0.0.1:1"))
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ..options.kinds import HintingCommand, OncePerName
-from ..options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, MEMORY, OPTIONS, STRAPS, path
+from ..options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, MEMORY, OPTIONS, STRAPS, TOKEN, path
 from ..options.values import DIRECTORY, FILE, PartName, SettingText, StepRate, TimeText
 
 Command = Callable[..., Any]
@@ -45,12 +45,7 @@ PORTS = together(
 )
 SERVED = together(
     click.option("--control", metavar="HOST:PORT", help="JSON lines: pins, time, faults, status; from any language."),
-    click.option(
-        "--token",
-        metavar="TEXT",
-        envvar="SLEWLINE_TOKEN",
-        help="What clients of the control port must send; also taken from the environment, SLEWLINE_TOKEN.",
-    ),
+    TOKEN,
     click.option("--state", metavar="DIR", type=DIRECTORY, help="Where the EEPROMs are kept."),
     path("--log", help="Append a transcript of all lines to F; -: on standard error."),
     path("--journal", help="Write every input from outside, for slewline run --replay."),
@@ -220,6 +215,7 @@ def drive_command(**options: Any) -> int:
 @click.argument("what", metavar="[CHIP | BENCH.toml | PROGRAM]", required=False, is_eager=True)
 @CHIP
 @click.option("--attach", metavar="HOST:PORT", help="The control port of a server that runs, instead of a chip.")
+@TOKEN
 @click.option("--listen", metavar="HOST:PORT", default="127.0.0.1:0", help="Where the page is found; any free port.")
 @click.option("--read-only", is_flag=True, help="The page may look and not touch.")
 @click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
@@ -262,12 +258,7 @@ def panel_command(**options: Any) -> int:
 @click.option("--rate", type=float, default=1.0, show_default=True, help="Virtual seconds per second, 0.001 to 1000.")
 @click.option("--attach", metavar="HOST:PORT", help="Debug what the server with this control port has, instead.")
 @click.option("--control", metavar="HOST:PORT", help="No screen: open a control port, for a front end of your own.")
-@click.option(
-    "--token",
-    metavar="TEXT",
-    envvar="SLEWLINE_TOKEN",
-    help="What clients of the control port must send; also taken from the environment, SLEWLINE_TOKEN.",
-)
+@TOKEN
 @click.option("--while-input", is_flag=True, hidden=True)  # ends with the standard input
 def debug_command(**options: Any) -> int:
     """Debug a program, a chip or a bench file: registers, pins, the program and the conversation on one screen.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import webbrowser
 from dataclasses import dataclass
@@ -32,6 +31,7 @@ class PanelCommand:
     what: str | None
     chip: str | None
     attach: str | None
+    token: str | None
     listen: str
     read_only: bool
     rate: str | None
@@ -71,10 +71,11 @@ class PanelCommand:
     # ------------------------------------------------------------------------------------------ a server that runs
     def show_server(self, address: str) -> int:
         """Open the panel of another server, until it or this command ends."""
+        from ...links.clients.control_client import reach
         from ...links.sockets import system
 
-        token = os.environ.get("SLEWLINE_TOKEN") or None
-        with PanelProcess(self.listen, token, self.read_only, self.allow_remote) as panel:
+        reach(address, self.token)
+        with PanelProcess(self.listen, self.token, self.read_only, self.allow_remote) as panel:
             for number in system.ends():
                 signal.signal(number, lambda *_: panel.stop())
             panel.attach(address)

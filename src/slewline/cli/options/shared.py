@@ -39,4 +39,10 @@ OPTIONS = click.option(
 STRAPS = click.option(
     "--strap", cls=OncePerName, type=Strap(), multiple=True, help="Fix an input, such as chs=1. May be repeated."
 )
+TOKEN = click.option(
+    "--token",
+    metavar="TEXT",
+    envvar="SLEWLINE_TOKEN",
+    help="What clients of the control port must send; also taken from the environment, SLEWLINE_TOKEN.",
+)
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead.")

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 from collections.abc import AsyncIterator
 from contextlib import suppress
 from typing import Any, Self
@@ -30,6 +31,8 @@ from ..sockets.address import parse_address
 Data = dict[str, Any]
 LONGEST = 1 << 26  # bytes of a reply: what a program has said since the beginning may be long
 ENDED = "the connection to the control port has ended"
+ANSWER_S = 5.0  # after which nobody answers the first request
+NONE = "no control port answers there; it is the address that slewline serve --control prints as control:"
 
 
 class ConnectionEnded(SlewlineError, ConnectionError):
@@ -64,16 +67,23 @@ class ControlClient:
             remote: the server may be on another machine.
 
         Raises:
-            UsageError: no such address, nobody there, or the token is wrong.
+            UsageError: no such address, nobody there, no control port, or the token is wrong.
         """
         host, port = parse_address(address, remote)
         try:
             reader, writer = await asyncio.open_connection(host, port, limit=LONGEST)
         except OSError as error:
-            raise UsageError(f"{address}: {error.strerror or error}; is the server running?") from None
+            raise UsageError(
+                f"{address}: {os.strerror(error.errno) if error.errno else error}; give the control port of a running server, or start one: "
+                f"slewline serve ... --control {address}"
+            ) from None
         client = cls(reader, writer, token)
         try:
-            await client.request("read", pins=[])
+            await asyncio.wait_for(client.request("read", pins=[]), ANSWER_S)
+        except (TimeoutError, ConnectionEnded) as error:
+            await client.close()
+            how = "it hung up" if isinstance(error, ConnectionEnded) else f"not a word in {ANSWER_S:g} s"
+            raise UsageError(f"{address}: {NONE} ({how})") from None
         except BaseException:
             await client.close()
             raise
@@ -170,6 +180,23 @@ class ControlClient:
                 owed.set_exception(ConnectionEnded(why))
         self._owed.clear()
         self.on_end(why)
+
+
+def reach(address: str, token: str | None = None) -> None:
+    """Make sure that a control port answers at an address, HOST:PORT, before anything is shown of it.
+
+    Raises:
+        UsageError: none does, or the token is missing or wrong.
+    """
+
+    async def ask() -> None:
+        await (await ControlClient.connect(address, token, remote=True)).close()
+
+    try:
+        asyncio.run(ask())
+    except UsageError as error:
+        wants = "" if "token" not in str(error) else "; give it with --token, or in the environment, SLEWLINE_TOKEN"
+        raise UsageError(f"--attach {error}{wants}") from None
 
 
 def merged(old: Any, new: Any) -> Any:

@@ -34,7 +34,7 @@ from ...core.wires.pin import Condition
 from ...errors import SlewlineError, UsageError
 from ..ports.tcp import Listener
 from ..sockets.address import is_loopback, parse_address
-from ..sockets.preamble import Preamble
+from ..sockets.preamble import CONTROL, Preamble
 from ..sockets.stream import SocketStream
 from ..views.views import at, difference, put
 from .beyond import Beyond
@@ -112,7 +112,7 @@ class Client:
         self.incoming = bytearray()
         self.waiting = self.too_long = False
         self.known = self.refused = False  # by the first line
-        self.beginning = Preamble()
+        self.beginning = Preamble(CONTROL)
         self.postponed = False  # requests wait for the next turn of the loop
         self.every_s = 0.0  # between two events, of a client that has subscribed
         self.seen: Data = {}  # the view that it has

@@ -7,6 +7,7 @@ and no host of a module begins so; the first bytes of a connection are looked at
     HTTP/2             PRI * HTTP/2.0: a method as well
     TLS                16 03 00..04, two bytes, 01: a record with a ClientHello
     SSL 2              80, a byte, 01, the version: a hello of old, which WebRTC still sends
+    control port       {"do": a client that took this port for it
     STUN, TURN         00 01 or 00 03, two bytes, 21 12 A4 42; after two bytes of length in ICE over TCP
 
 What may still become one of these is held back until a byte decides.  A carriage return does, for no request line has
@@ -38,6 +39,7 @@ UNDECIDED = r"(?:METHOD(?: [!-~]*| [!-~]+ H?| [!-~]+ HTT?| [!-~]+ HTTP)?)?"
 HELLOS = {  # in hexadecimal; --: any byte
     "TLS": ("16 03 00-04 -- -- 01",),
     "SSL": ("80 -- 01 00-03 00-03",),
+    "control": ("7b 22 64 6f 22",),
     "STUN": ("00 01,03 -- -- 21 12 a4 42", "00 14-ff 00 01 -- -- 21 12 a4 42", "01 -- 00 01 -- -- 21 12 a4 42"),
 }
 
@@ -47,12 +49,15 @@ class Greetings:
 
     Args:
         method: a method of HTTP there, as a regular expression.
+        own: the hello that is no stranger's there.
     """
 
-    def __init__(self, method: str = f"{TOKEN}+") -> None:
+    def __init__(self, method: str = f"{TOKEN}+", own: str = "") -> None:
         self.whole = {"HTTP": re.compile(rf"[\r\n]*{REQUEST.replace('METHOD', method)}".encode())}
         parts = [rf"[\r\n]*{UNDECIDED.replace('METHOD', method)}"]
         for name, forms in HELLOS.items():
+            if name == own:
+                continue
             self.whole[name] = re.compile("|".join("".join(classes(form)) for form in forms).encode(), re.DOTALL)
             parts += [nested(classes(form)) for form in forms]
         self.part = re.compile(rf"(?:{'|'.join(parts)})\Z".encode(), re.DOTALL)
@@ -79,6 +84,7 @@ def nested(bytes_: list[str]) -> str:
 
 TEXT = Greetings()
 REGISTERS = Greetings(LETTER)
+CONTROL = Greetings(own="control")
 
 
 class Preamble:
