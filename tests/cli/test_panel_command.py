@@ -111,8 +111,7 @@ def test_a_panel_is_attached_to_a_server():
 
 
 @pytest.mark.system
-@pytest.mark.parametrize("command", [("panel", "--no-browser"), ("debug",)])
-def test_attached_to_what_is_no_control_port_or_without_its_token(call, command):
+def test_attached_to_what_is_no_control_port_or_without_its_token(call):
     """And nothing of the question reaches the module, whose port it is."""
     serve = ["serve", "gs-c200s", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--token", "a long token"]
     with subprocess.Popen([*COMMAND, *serve], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
@@ -124,7 +123,7 @@ def test_attached_to_what_is_no_control_port_or_without_its_token(call, command)
                 (control, (), "give it with --token, or in the environment, SLEWLINE_TOKEN"),
                 (control, ("--token", "another token"), "must have the token of this server"),
             ):
-                ran = call(*command, "--attach", where, *more)
+                ran = call("panel", "--no-browser", "--attach", where, *more)
                 assert ran.status == 2
                 assert says in ran.err
         finally:

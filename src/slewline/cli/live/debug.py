@@ -62,11 +62,9 @@ class DebugCommand:
         if self.control is not None:
             return self.serve()
         app = app_class()
-        from ...links.clients.control_client import reach
         from ...panel.terminal.session import DebugSession
 
         if self.attach is not None:
-            reach(self.attach, self.token)
             return run(app(DebugSession(self.attach, self.token, self.rate), self.attach))
         with server_process(self.arguments()) as (address, token):
             return run(app(DebugSession(address, token, self.rate), Path(str(self.target)).name))

@@ -73,9 +73,10 @@ class ControlClient:
         try:
             reader, writer = await asyncio.open_connection(host, port, limit=LONGEST)
         except OSError as error:
+            why = os.strerror(error.errno) if error.errno else error  # asyncio has words of its own
             raise UsageError(
-                f"{address}: {os.strerror(error.errno) if error.errno else error}; give the control port of a running server, or start one: "
-                f"slewline serve ... --control {address}"
+                f"{address}: {why}; give the control port of a running server, or start one: slewline serve ... "
+                f"--control {address}"
             ) from None
         client = cls(reader, writer, token)
         try:
