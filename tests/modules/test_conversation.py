@@ -132,6 +132,14 @@ def test_what_a_line_may_not_be(talk):
     assert talk.module.transcript.sent == b""
 
 
+@pytest.mark.parametrize("line", ["quit", "exit", "help R", "HELP", "values"])
+def test_a_verb_without_its_colon_is_not_sent(talk, line):
+    talk = talk()
+    found = talk.say(line)
+    assert "is no command of a part; :" in found.failure
+    assert talk.module.transcript.sent == b""
+
+
 def test_the_manuals_words(talk):
     talk = talk()
     assert "START_STOP" in talk.say(":help S").text

@@ -32,6 +32,7 @@ VERBS = {
     ":quit": "leave; so does Ctrl-D",
 }
 SHOWN_S = 1.0  # after which is shown what has come, even if more does
+MEANT = {"exit": ":quit", "bye": ":quit", **{verb[1:]: verb for verb in VERBS}}  # without the colon
 LONGEST_S = 600  # of virtual time that the model may catch up with at a line
 
 
@@ -126,6 +127,10 @@ class Conversation:
             return Reply()
         if line.startswith(VERB):
             return self._verb(*line.partition(" ")[::2])
+        if verb := MEANT.get(line.split()[0].lower()):
+            return Reply(
+                failure=f"nothing was sent: {line!r} is no command of a part; {verb} is a verb of this terminal"
+            )
         try:
             data = self.speech.framed(line)
         except SlewlineError as error:

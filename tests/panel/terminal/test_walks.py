@@ -134,6 +134,30 @@ def test_a_chip_alone_takes_commands_and_findings_are_shown():
     walked(["cy525"], SIZES["80x24"], way)
 
 
+@pytest.mark.parametrize(
+    ("typed", "says"),
+    [
+        (":rate 0", "rate '0'; expected virtual seconds per second, 0.001 to 1000"),
+        (":go nan", "rate 'nan'; expected virtual seconds per second"),
+        (":break 200", "no instruction begins at 200 now"),
+        (":break pin slew low", "break: edge 'low'; allowed rises, falls, any"),
+        (":drive wait low", "drive: level 'low'; allowed 0 and 1"),
+        ("break 6", "break 6: is no command of cy525; a verb of the debugger begins with a colon"),
+        ("quit", "quit: is no command of cy525; q leaves the debugger"),
+        ("HELP", "HELP: is no command of cy525; ? shows its help"),
+        ("R 100", "R 100: is sent as time passes; time stands: press the space bar"),
+    ],
+)
+def test_a_mistake_is_answered_at_the_foot(typed, says):
+    async def way(walk):
+        await walk.say(":time 15 ms")  # a program is stored
+        await walk.say(typed)
+        assert says in walk.session.trouble
+        assert says[:40] in walk.screen
+
+    walked([WELD], SIZES["80x24"], way)
+
+
 def test_a_line_is_completed_and_explained():
     async def way(walk):
         await walk.pilot.press("colon", *"dri", "tab", "space", *"dowh", "tab", "space", "0")

@@ -13,7 +13,7 @@ from typing import Any
 from ...core.messages.near import hint
 from ...core.time.timebase import PS_PER_S, picoseconds
 from ...errors import UsageError
-from .session import DebugSession
+from .session import RATES, DebugSession
 
 Work = Coroutine[Any, Any, None]
 EDGES = ("rises", "falls", "any")
@@ -51,9 +51,12 @@ async def go(session: DebugSession, words: list[str]) -> None:
 def rate_of(text: str) -> float:
     """Return a rate."""
     try:
-        return float(text)
+        found = float(text)
     except ValueError:
-        raise UsageError(f"rate {text!r}; expected virtual seconds per second, such as 0.1") from None
+        found = 0.0
+    if not RATES[0] <= found <= RATES[-1]:
+        raise UsageError(f"rate {text!r}; expected virtual seconds per second, {RATES[0]:g} to {RATES[-1]:g}")
+    return found
 
 
 async def pause(session: DebugSession, _words: list[str]) -> None:
@@ -106,7 +109,11 @@ async def position(session: DebugSession, words: list[str]) -> None:
 
 async def put_break(session: DebugSession, words: list[str]) -> None:
     """Put a breakpoint, or take it away."""
-    await session.toggle(point_of(session, words))
+    point = point_of(session, words)
+    await session.toggle(point)
+    listed = [row["address"] for row in session.listings.get(session.selected, ())]
+    if point in session.breakpoints and listed and point.get("address", listed[0]) not in listed:
+        session.trouble = f"no instruction begins at {point['address']} now; they are at {listed[0]} to {listed[-1]}"
 
 
 def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
@@ -122,6 +129,8 @@ def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
         return {"chip": chip, "register": rest[0], **value}
     if first == "pin" and rest:
         which = rest[1] if len(rest) > 1 else "any"
+        if which not in EDGES:
+            raise UsageError(f"break: edge {which!r}; allowed {', '.join(EDGES)}")
         return {"pin": session.full_pin(rest[0]), "edge": which}
     if first.isdecimal():
         return {"chip": chip, "address": int(first)}
@@ -148,7 +157,9 @@ async def drive(session: DebugSession, words: list[str]) -> None:
     """Put a level on a pin."""
     if len(words) != 2:
         raise UsageError("drive: expected a pin and a level, such as wait 0")
-    await session.client.request("drive", pin=session.full_pin(words[0]), level=number(words[1], "level"))
+    if words[1] not in ("0", "1"):
+        raise UsageError(f"drive: level {words[1]!r}; allowed 0 and 1")
+    await session.client.request("drive", pin=session.full_pin(words[0]), level=int(words[1]))
 
 
 async def release(session: DebugSession, words: list[str]) -> None:
@@ -208,6 +219,9 @@ VERBS = (
 BY_NAME = {verb.name: verb for verb in VERBS}
 
 
+KEYS = {"quit": "q leaves the debugger", "exit": "q leaves the debugger", "help": "? shows its help"}
+
+
 async def obey(session: DebugSession, text: str) -> None:
     """Do what a line asks for.
 
@@ -215,13 +229,29 @@ async def obey(session: DebugSession, text: str) -> None:
         UsageError: no such verb, or the server refuses it.
     """
     if not text.startswith(":"):
+        check_verb(session, text)
         await session.client.request("send", chip=session.selected, text=text)
+        if session.paused:
+            session.trouble = f"{text}: is sent as time passes; time stands: press the space bar"
         return
     name, *words = text[1:].split() or [""]
     verb = BY_NAME.get(name) or only(name)
     if verb is None:
         raise UsageError(f"no verb {name!r}; there are: {', '.join(BY_NAME)}{hint(name, BY_NAME)}")
     await verb.do(session, words)
+
+
+def check_verb(session: DebugSession, text: str) -> None:
+    """Refuse to send a word that is one of the debugger's, and of no command.
+
+    Raises:
+        UsageError: it is.
+    """
+    word = next(iter(text.lower().split()), "")
+    forms = [row["form"].lower().split() for row in session.sheets.get(session.selected, {}).get("commands", ())]
+    if (word in BY_NAME or word in KEYS) and not any(word in form[:1] for form in forms):
+        says = KEYS.get(word) or f"a verb of the debugger begins with a colon, :{text}"
+        raise UsageError(f"{text}: is no command of {session.selected}; {says}")
 
 
 def only(start: str) -> Verb | None:
