@@ -93,7 +93,8 @@ def test_machine_and_velocity_are_above_the_fold(walk, file):
 def test_nothing_is_cut_off_or_blank(walk, size, scheme):
     with running("panel", named()["programs/weld.cy525"], "--run", "--no-browser") as command:
         page = walk(command.port("panel"), size, scheme)
-        page.page.locator(".strips").first.wait_for(state="attached")
+        for place in (".strips", "#scope canvas"):
+            page.page.locator(place).first.wait_for(state="attached")
         page.page.locator(".pin-name", has_text="programmable_output").wait_for(state="attached")
         assert page.page.evaluate(CUT) == []
         rows = page.page.locator(".registers tbody tr")

@@ -25,7 +25,7 @@ test("a velocity is as high as the strip, whatever it is", () => {
 
 test("a position that is set is no move", () => {
   assert.ok(isSet(-42330, 0.033 * S, 0));
-  assert.ok(!isSet(300, 0.033 * S, 0)); // at 9,000 steps/s
+  assert.ok(!isSet(3000, 0.033 * S, 0)); // at 90,000 steps/s
   assert.ok(!isSet(33000, 0.033 * S, 1e6)); // of a motor that has been as fast
   assert.ok(!isSet(5, 0, 0));
 });

@@ -120,6 +120,7 @@ class Machine {
    */
   add(key, card) {
     this.cards.set(key, card);
+    this.grid.classList.toggle("many", [...this.cards.values()].filter(isAxis).length > 1);
     this.grid.append(card.element);
   }
 
@@ -134,6 +135,15 @@ class Machine {
       this.link.request({ do: "act", part, verb, args }).catch((error) => this.tell(error));
     };
   }
+}
+
+/**
+ * Return whether a card is that of an axis.
+ * @param {Card} card
+ * @returns {boolean}
+ */
+function isAxis(card) {
+  return card instanceof AxisCard;
 }
 
 /**

@@ -4,19 +4,19 @@
 
 import { SECOND } from "./units.js";
 
-const FAST = 10_000; // steps/s that any motor may have reached between two views
+const FAST = 100_000; // steps/s that any motor may have reached between two views
 const SLACK = 10; // steps
 const ROOM = 0.06; // above and below, of a range
 export const SPAN_S = 10; // on the clock of the wall
 
 /**
- * Return how long a time is shown: all of a run that has just begun, later the last of it.
- * @param {number} nowPs
+ * Return how long a time is shown: all that the page has seen of a run, later the last of it.
+ * @param {number} seenPs
  * @param {number} spanPs the most
  * @returns {number}
  */
-export function shownSpan(nowPs, spanPs) {
-  return Math.min(spanPs, Math.max(nowPs, spanPs / SPAN_S));
+export function shownSpan(seenPs, spanPs) {
+  return Math.min(spanPs, Math.max(seenPs, spanPs / SPAN_S));
 }
 
 /**

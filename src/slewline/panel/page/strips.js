@@ -63,7 +63,7 @@ export class Strips {
     const upper = Math.floor((height - 16) * VELOCITY_SHARE);
     const lower = height - 16 - upper;
     context.font = `11px ${colours.font}`;
-    const spanPs = shownSpan(this.nowPs, this.spanPs);
+    const spanPs = shownSpan(this.velocity.count ? this.nowPs - this.velocity.time(0) : 0, this.spanPs);
     const from = this.nowPs - spanPs;
     const x = (/** @type {number} */ ps) => LEFT + ((ps - from) / spanPs) * (width - 2 * LEFT);
     grid(context, width, height - 15, colours);
