@@ -227,7 +227,7 @@ export function timebar(link, root, fail) {
   let names = "";
   /** @type {number | null} */
   let toldRate = null;
-  /** The instant at which time stood first. @type {number | null} */
+  /** The first instant that was shown. @type {number | null} */
   let firstPs = null;
   return {
     update(view, timePs) {
