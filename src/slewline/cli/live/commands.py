@@ -224,8 +224,8 @@ def panel_command(**options: Any) -> int:
     """Open a panel, a page on which a chip is seen and worked, until SIGINT, SIGTERM or SIGHUP.
 
     Shown are its pins, registers, program and conversation; time can be stopped, stepped and taken back.  A PROGRAM is
-    given to the chip by its host, as `slewline run` does; time is paused until *Run the program* is pressed,
-    unless --run is given.  The ports of the [[serve]] tables of a bench file are opened, and its time passes from the start.
+    given to the chip by its host, as `slewline run` does; time is paused until *Run the program* is pressed, unless
+    --run is given.  The ports of the [[serve]] tables of a bench file are opened, and its time passes from the start.
     With --attach the panel shows what runs in a server, whatever host program talks to it; a token of its control port
     is taken from the environment, SLEWLINE_TOKEN.
 

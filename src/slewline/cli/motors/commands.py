@@ -30,9 +30,9 @@ def calibrate_command(**options: Any) -> int:
     """Find the two constants of a motor that are on no data sheet, friction and iron loss.
 
     Measured on a real motor with a driver and a load that are known: the greatest rate at which it starts from rest
-    gives the friction; the rate at which it stalls while it is sped up slowly, in a second or more, gives the iron loss.
-    Rates are in full steps/s.  Printed are the constants, what was taken for them so far, and the rows for a bench
-    file.
+    gives the friction; the rate at which it stalls while it is sped up slowly, in a second or more, gives the iron
+    loss.  Rates are in full steps/s.  Printed are the constants, what was taken for them so far, and the rows for a
+    bench file.
     """
     from .calibrate import calibrate
 
