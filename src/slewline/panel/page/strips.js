@@ -13,6 +13,7 @@ import { SECOND, digitsOf, timeText } from "./units.js";
 const KEPT = 640; // values of each: ten seconds of views, twice over
 const PICTURE_MS = 100;
 const VELOCITY_SHARE = 0.6; // of the height
+const GAP = 0.05; // of the span
 const LEFT = 6;
 
 export class Strips {
@@ -67,8 +68,9 @@ export class Strips {
     const from = this.nowPs - spanPs;
     const x = (/** @type {number} */ ps) => LEFT + ((ps - from) / spanPs) * (width - 2 * LEFT);
     grid(context, width, height - 15, colours);
-    strip(context, this.velocity, x, from, 0, upper - 4, true, ["velocity", "steps/s"], colours.velocity, colours, width);
-    strip(context, this.position, x, Math.max(from, this.setPs), upper + 4, lower - 4, false, ["position", "steps"], colours.position, colours, width);
+    const gapPs = this.spanPs * GAP;
+    strip(context, this.velocity, x, from, 0, upper - 4, true, ["velocity", "steps/s"], colours.velocity, colours, width, gapPs);
+    strip(context, this.position, x, Math.max(from, this.setPs), upper + 4, lower - 4, false, ["position", "steps"], colours.position, colours, width, gapPs);
     context.fillStyle = colours.muted;
     context.textBaseline = "bottom";
     context.textAlign = "left";
@@ -96,6 +98,17 @@ function grid(context, width, height, colours) {
 }
 
 /**
+ * Return whether nothing is known between a value and the one before it, as after a step over a long time.
+ * @param {Ring} ring
+ * @param {number} n
+ * @param {number} gapPs
+ * @returns {boolean}
+ */
+function isGap(ring, n, gapPs) {
+  return ring.time(n) - ring.time(n - 1) > gapPs && ring.value(n) !== ring.value(n - 1);
+}
+
+/**
  * @param {CanvasRenderingContext2D} context
  * @param {Ring} ring
  * @param {(ps: number) => number} x
@@ -107,8 +120,9 @@ function grid(context, width, height, colours) {
  * @param {string} colour
  * @param {Colours} colours
  * @param {number} width
+ * @param {number} gapPs between two views that are too far apart for a line between them
  */
-function strip(context, ring, x, from, top, height, zero, words, colour, colours, width) {
+function strip(context, ring, x, from, top, height, zero, words, colour, colours, width, gapPs) {
   const first = ring.count ? ring.before(from) : 0;
   let [low, high] = zero ? [0, 0] : [Infinity, -Infinity];
   for (let n = first; n < ring.count; n++) {
@@ -131,7 +145,11 @@ function strip(context, ring, x, from, top, height, zero, words, colour, colours
   context.rect(LEFT, top, width - 2 * LEFT, height + 2);
   context.clip();
   context.beginPath();
-  for (let n = first; n < ring.count; n++) context.lineTo(x(ring.time(n)), y(ring.value(n)));
+  for (let n = first; n < ring.count; n++) {
+    const [across, down] = [x(ring.time(n)), y(ring.value(n))];
+    if (n > first && isGap(ring, n, gapPs)) context.moveTo(across, down);
+    context.lineTo(across, down);
+  }
   context.strokeStyle = colour;
   context.lineWidth = 1.5;
   context.lineJoin = "round";
