@@ -26,7 +26,7 @@ CELLS = 3  # of the page, from the first one on
 CELL = "background:#f5f7f8;border:1px solid #d9dfe4;padding:8px 12px;margin:18px 0 8px;font:13px/1.5 'DejaVu Sans Mono'"
 MACHINE = ROOT / "src/slewline/cli/weld.toml"
 INSTANT = "3.35 s"
-WIDE, HIGH = 1440, 1560
+WIDE, HIGH = 1440, 1640
 COLOURS = 48
 
 
@@ -47,6 +47,10 @@ def draw_panel(path):
             page.wait_for_selector(".chip-card .figure")
             page.wait_for_selector("canvas")
             page.wait_for_timeout(1000)  # the scope records from the first instant on
+            page.get_by_role("button", name="Run the program", exact=True).click()
+            page.wait_for_function(
+                "() => parseFloat(document.querySelector('.clock').innerText.replace(/\\s/g, '')) > 3"
+            )
             page.get_by_label("Where to run to").fill(INSTANT)
             page.get_by_label("Where to run to").press("Enter")
             page.wait_for_function("() => /3.350.000/.test(document.body.innerText)")

@@ -234,7 +234,7 @@ def other_way(page, by_slider):
 
 @pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.long)])
 def test_four_axes_turn_in_s_curves(walk, bench, scheme):
-    with running("panel", bench(S_CURVES, "curves.mc1451a"), "--no-browser") as command:
+    with running("panel", bench(S_CURVES, "curves.mc1451a"), "--run", "--no-browser") as command:
         page = walk(command.port("panel"), scheme=scheme)
         page.until(lambda: page.position(axis=0) > 20000)
         page.picture(f"curves_{scheme}")
@@ -255,7 +255,7 @@ def test_three_modules_share_a_line(walk, bench):
 
 
 def test_a_front_panel_is_worked_by_mouse(walk, bench):
-    with running("panel", bench(FRONT_PANEL), "--no-browser") as command:
+    with running("panel", bench(FRONT_PANEL), "--run", "--no-browser") as command:
         page = walk(command.port("panel"))
         switch, bank = page.part("switch, jog switch"), page.part("wheels, thumbwheels")
         clockwise = page.button("switch: jog clockwise", switch)
@@ -288,14 +288,14 @@ def shown(page):
 
 
 def test_a_front_panel_is_worked_with_the_keyboard_alone(walk, bench):
-    with running("panel", bench(FRONT_PANEL), "--no-browser") as command:
+    with running("panel", bench(FRONT_PANEL), "--run", "--no-browser") as command:
         page = walk(command.port("panel"), scheme="dark")
         keys = page.page.keyboard
         page.part("display, hp display").wait_for()
 
         page.tab_to("Command for x")
         keys.type("A 0\n")
-        page.tab_to("wheels, digit 7 of 8: up")
+        page.tab_to("wheels, digit 7 of 8: up", back=True)
         keys.press("Enter")
         page.tab_to("wheels, digit 7 of 8: down")
         keys.press(" ")
@@ -307,7 +307,7 @@ def test_a_front_panel_is_worked_with_the_keyboard_alone(walk, bench):
         keys.up(" ")
         page.until(lambda: page.part("switch, jog switch").locator(".jog-state").text_content() == "off")
 
-        page.tab_to("Command for x", back=True)
+        page.tab_to("Command for x")
         keys.type("A 0\n+\nN #\nG\n? P\n")
         page.until(lambda: page.position() == 15)
         page.until(lambda: "15" in shown(page))
@@ -332,7 +332,7 @@ def wheels(page):
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="the system does not tell of the work of a process")
 def test_from_the_command_to_a_moving_motor_little_is_to_be_done(walk, bench):
     moves = bench("A 0\nF 20\nR 40\nS 200\nZ 1\nN 60000\n+\nG\n", "moves.cy525")
-    with running("panel", moves, "--no-browser") as command:
+    with running("panel", moves, "--run", "--no-browser") as command:
         page = walk(command.port("panel"))
         page.until(lambda: page.position() > 0)
         own = command.process.pid

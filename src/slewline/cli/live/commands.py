@@ -219,6 +219,7 @@ def drive_command(**options: Any) -> int:
 @click.option("--listen", metavar="HOST:PORT", default="127.0.0.1:0", help="Where the page is found; any free port.")
 @click.option("--read-only", is_flag=True, help="The page may look and not touch.")
 @click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
+@click.option("--run", is_flag=True, help="Let time pass from the start; a program waits for the page otherwise.")
 @click.option("--no-browser", is_flag=True, help="Open no web browser; print the address only.")
 @STRAPS
 @path("--journal", help="Write every input from outside, for slewline run --replay.")
@@ -229,7 +230,8 @@ def panel_command(**options: Any) -> int:
     """Open a panel, a page on which a chip is seen and worked, until SIGINT, SIGTERM or SIGHUP.
 
     Shown are its pins, registers, program and conversation; time can be stopped, stepped and taken back.  A PROGRAM is
-    given to the chip by its host, as `slewline run` does; the ports of the [[serve]] tables of a bench file are opened.
+    given to the chip by its host, as `slewline run` does; time is paused until *Run the program* is pressed, unless
+    --run is given.  The ports of the [[serve]] tables of a bench file are opened, and its time passes from the start.
     With --attach the panel shows what runs in a server, whatever host program talks to it; a token of its control port
     is taken from the environment, SLEWLINE_TOKEN.
 

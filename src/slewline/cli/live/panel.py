@@ -38,10 +38,12 @@ class PanelCommand:
     no_browser: bool
     strap: tuple[tuple[str, int], ...]
     journal: str | None
+    run: bool
     anywhere: bool
     allow_code: bool
     allow_remote: bool
     file: BenchFile | None = None
+    has_program: bool = False
 
     def perform(self) -> int:
         """Do it, until a signal ends it; returns the exit status."""
@@ -52,7 +54,7 @@ class PanelCommand:
         """Refuse options that exclude each other."""
         if (self.what is None) == (self.attach is None):
             raise click.UsageError("give one of a chip, a bench file, a program, and --attach HOST:PORT")
-        own = {"chip": self.chip, "rate": self.rate, "strap": self.strap, "journal": self.journal}
+        own = {"chip": self.chip, "rate": self.rate, "strap": self.strap, "journal": self.journal, "run": self.run}
         given = [name for name, value in own.items() if value]
         if self.attach is not None and given:
             raise click.UsageError(f"--attach shows a server as it is; leave out --{' --'.join(given)}")
@@ -98,6 +100,8 @@ class PanelCommand:
             except ProgramError as error:  # a line of a script that cannot be played
                 raise Refused(str(error)) from error
             server = self.server(bench)
+            if self.begins_paused:
+                server.pace.pause_time()
             with signals(server):
                 try:
                     if self.file is not None:
@@ -109,6 +113,15 @@ class PanelCommand:
                     raise
                 server.run()
         return 0
+
+    @property
+    def begins_paused(self) -> bool:
+        """Does time stand until the page lets it pass?  For a program it does; hosts on ports keep their own time."""
+        if self.run:
+            return False
+        if self.file is not None:
+            return not self.file.tables.serve and any(script.steps for script in self.file.scripts())
+        return self.has_program
 
     def server(self, bench: Bench) -> Server:
         """Return the server, without ports."""
@@ -131,7 +144,7 @@ class PanelCommand:
             return bench
         if self.chip is None and not Path(what).suffix and not Path(what).is_file():
             return single(what, strap=dict(self.strap), journal=self.journal)
-        text, part = read_program(what), chip_of(what, self.chip)
+        text, part, self.has_program = read_program(what), chip_of(what, self.chip), True
         if says := foreign(text, what, part, sheet_of(part)):
             say(f"slewline: {says}")
         return single(part, (text, what), strap=dict(self.strap), journal=self.journal)

@@ -21,7 +21,7 @@ from .wizard import AskingCommand
 @click.option("--motor", required=True, metavar="NAME", help="A motor of the list, such as QSH4218-51-10-049.")
 @click.option("--driver", required=True, metavar="TEXT", help="Its driver, such as 'L/4R 20 V' or '24 V, 1 A'.")
 @click.option("--load", default="", metavar="TEXT", help="What it drove, such as 'inertia 68 g cm2'.")
-@click.option("--start-stop", metavar="RATE", help="The greatest rate at which it starts at once, '900 steps/s'.")
+@click.option("--start-stop", metavar="RATE", help="The greatest rate at which it starts from rest, '900 steps/s'.")
 @click.option("--pull-out", metavar="RATE", help="The rate at which it stalls when sped up slowly, '1800 steps/s'.")
 @click.option("--torque", default="0", metavar="TEXT", help="On the shaft at that stall, beside the load: '50 mNm'.")
 @click.option("--stepping", default="full", show_default=True, metavar="HOW", help="full, wave, half, or 'micro 8'.")
@@ -29,10 +29,10 @@ from .wizard import AskingCommand
 def calibrate_command(**options: Any) -> int:
     """Find the two constants of a motor that are on no data sheet, friction and iron loss.
 
-    Measured on a real motor with a driver and a load that are known: the greatest rate at which it starts at once gives
-    the friction; the rate at which it stalls while it is sped up slowly, in a second or more, gives the iron loss.
-    Rates are in full steps/s.  Printed are the constants, what was taken for them so far, and the rows for a bench
-    file.
+    Measured on a real motor with a driver and a load that are known: the greatest rate at which it starts from rest
+    gives the friction; the rate at which it stalls while it is sped up slowly, in a second or more, gives the iron
+    loss.  Rates are in full steps/s.  Printed are the constants, what was taken for them so far, and the rows for a
+    bench file.
     """
     from .calibrate import calibrate
 

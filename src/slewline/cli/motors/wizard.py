@@ -2,7 +2,7 @@
 
 An answer is a number of the list, a name, a part of names, which makes the list shorter, or a text of one's own; the
 enter key alone takes the default.  Each answer is checked as the option checks it, so whatever the option takes may be
-typed here.  At the end stands the whole line, to be typed the next time.
+typed here.  At the end the whole line is printed, to be typed the next time.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Question:
             try:
                 answer = str(click.prompt(self.title, default=default, err=True)).strip()
             except click.Abort:
-                click.echo(err=True)  # what is said next begins a line
+                click.echo(err=True)  # the next message begins a line
                 raise
             taken = self.taken(answer, shown)
             try:
@@ -73,7 +73,7 @@ class Question:
                 return taken
 
     def taken(self, answer: str, shown: list[tuple[str, str]]) -> str:
-        """Return the answer that is meant: a name, whatever its case; a number of the list; else the text as it is."""
+        """Return the answer that is meant: a name, whatever its case; a number of the list; else the text itself."""
         names = {name.lower(): name for name, _ in self.choices}
         if answer.lower() in names:
             return names[answer.lower()]
@@ -134,7 +134,8 @@ def chip_question(_given: dict[str, str]) -> Question:
     """Which chip?"""
     from ...chips import PARTS, ramps_of
 
-    return Question("Chip", [(part, row.says) for part, row in PARTS.items()], "cy525", ramps_of)
+    rows = [(part, row.says) for part, row in PARTS.items()]
+    return Question("Chip", rows, rows[0][0], ramps_of)
 
 
 def motor_question(_given: dict[str, str]) -> Question:

@@ -190,15 +190,14 @@ class Strap(Completed[tuple[str, int]]):
         inputs = {row.name: row.says for row in sheet.pins if row.way in ("in", "both")}
         like = next(iter([*sheet.plain, *sheet.fastest, *inputs]))
         name = value.partition("=")[0].strip()
-        known = name in inputs
-        says = wrong_level(value) if known else f"give a pin and its level, 0 or 1, such as '{like}=0'"
-        about = (
-            []
-            if known
-            else [f"{pin} ({what})" for pin, what in inputs.items() if name and name.lower() in what.lower()]
-        )
-        meant = f"; the {name} is on {', '.join(about)}" if about else "" if known else hint(name, inputs)
-        return f"{says}; the inputs of the {sheet.part}: {', '.join(inputs)}{meant}"
+        says = wrong_level(value) or f"give a pin and its level, 0 or 1, such as '{like}=0'"
+        if name in inputs:
+            return says
+        if name.isidentifier() and "=" in value:
+            says = f"the {sheet.part} has no pin {name!r}"
+        about = [f"{pin} ({what})" for pin, what in inputs.items() if name and name.lower() in what.lower()]
+        meant = f"; the {name} is on {', '.join(about)}" if about else hint(name, inputs)
+        return f"{says}; its inputs: {', '.join(inputs)}{meant}"
 
 
 class SettingText(Completed[tuple[str, str]]):

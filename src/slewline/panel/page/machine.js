@@ -12,7 +12,7 @@ import { digitsOf } from "./units.js";
 
 /** @typedef {import("./link.js").Link} Link */
 /** @typedef {Record<string, any>} Data */
-/** @typedef {{jumped: boolean, legible: boolean, nowPs: number, rate: number, view: Data}} Moment */
+/** @typedef {{jumped: boolean, legible: boolean, nowPs: number, rate: number, view: Data, hasLever: boolean}} Moment */
 /** @typedef {{element: HTMLElement, take: (moment: Moment) => void, close: () => void}} Card */
 
 const AXIS_TURN = 200; // steps of the motor that is drawn for an axis of a chip
@@ -95,7 +95,8 @@ class Machine {
     this.jump = false;
     this.lastPs = timePs;
     const rate = view.pace?.lockstep ? 1 : (view.pace?.rate ?? 1);
-    const moment = { jumped, legible: legible || jumped, nowPs: timePs, rate, view };
+    const hasLever = Object.values(this.parts ?? {}).some((info) => JOG.every((verb) => info.verbs?.includes(verb)));
+    const moment = { jumped, legible: legible || jumped, nowPs: timePs, rate, view, hasLever };
     for (const [name, chip] of Object.entries(view.chips ?? {})) {
       chip.axes?.forEach((/** @type {Data} */ _, /** @type {number} */ n) => {
         const key = `axis ${name} ${n}`;
@@ -119,6 +120,7 @@ class Machine {
    */
   add(key, card) {
     this.cards.set(key, card);
+    this.grid.classList.toggle("many", [...this.cards.values()].filter(isAxis).length > 1);
     this.grid.append(card.element);
   }
 
@@ -133,6 +135,15 @@ class Machine {
       this.link.request({ do: "act", part, verb, args }).catch((error) => this.tell(error));
     };
   }
+}
+
+/**
+ * Return whether a card is that of an axis.
+ * @param {Card} card
+ * @returns {boolean}
+ */
+function isAxis(card) {
+  return card instanceof AxisCard;
 }
 
 /**
@@ -195,12 +206,16 @@ class AxisCard {
     /** @type {string[]} */
     this.lit = [];
     this.state = h("span", { class: "axis-state" });
+    /** @type {HTMLElement | undefined} */
+    this.jog = undefined;
     const readings = h("div", { class: "bench-readings" }, this.position.element, this.velocity.element, this.state);
     this.element = frame(name, "axis", "bench-axis");
     const left = h("div", { class: "axis-shaft" }, this.dial.element, readings);
     this.element.append(h("div", { class: "axis-row" }, left, this.strips.canvas), this.lamps.element);
     link.request({ do: "describe", chip }).then(
       ({ sheet }) => {
+        const jog = sheet.pins.find((/** @type {Data} */ pin) => pin.role === "jog");
+        if (jog && axis === 0) this.addJog(link, chip, jog.name);
         this.lit = sheet.pins
           .filter((/** @type {Data} */ pin) => LAMP_ROLES.test(pin.role ?? "") && pin.way !== "in")
           .filter((/** @type {Data} */ pin) => (several ? (pin.axis ?? 1) === axis + 1 : true))
@@ -210,6 +225,22 @@ class AxisCard {
     );
   }
 
+  /**
+   * Put jog buttons below the shaft of a chip that has a pin for them: low steps clockwise, high counter-clockwise.
+   * @param {Link} link
+   * @param {string} chip
+   * @param {string} pin
+   */
+  addJog(link, chip, pin) {
+    const full = `${chip}.${pin}`;
+    const jog = new JogSwitch(`jog of ${chip}`, (to) => {
+      const request = to === "off" ? { do: "release", pin: full } : { do: "drive", pin: full, level: to === "cw" ? 0 : 1 };
+      link.request(request).catch(() => jog.show("off"));
+    });
+    this.jog = jog.element;
+    this.element.append(jog.element);
+  }
+
   close() {
     this.dial.close();
     this.strips.close();
@@ -217,7 +248,7 @@ class AxisCard {
   }
 
   /** @param {Moment} moment */
-  take({ view, jumped, legible, nowPs, rate }) {
+  take({ view, jumped, legible, nowPs, rate, hasLever }) {
     const chip = view.chips?.[this.chip];
     const axis = chip?.axes?.[this.axis];
     if (!axis) return;
@@ -226,6 +257,7 @@ class AxisCard {
     if (!legible) return;
     this.position.show(axis.position);
     this.velocity.show(axis.velocity ?? 0);
+    if (this.jog) this.jog.hidden = hasLever; // the machine has a jog switch of its own
     say(this.state, axis.moving ? "moving" : "at rest");
     if (this.lit.length) this.lamps.take(Object.fromEntries(this.lit.map((pin) => [pin, chip.levels?.[pin] ?? null])));
   }

@@ -14,6 +14,8 @@ import { hasSignal, levelText, packages, pressedLevel, twoRows, wayText } from "
 /** @typedef {import("./package_layout.js").Package} Package */
 /** @typedef {import("./link.js").Link} Link */
 
+/** Names are whole; the body takes what they leave. */
+const ROWS_OF_TWO = "minmax(max-content, 1fr) minmax(1.5rem, min(18cqw, 7rem)) minmax(max-content, 1fr)";
 const SHORT_MS = 350; // a press up to here holds the pin
 const NARROW_PX = 640; // below, a square package is drawn in two rows
 const MARKS = new Map([
@@ -137,7 +139,7 @@ class PackageView {
     // the rows of the grid are as many as the pins of a side, whatever the part
     const tracks = `repeat(${count}, var(--pin-pitch))`;
     grid.style.gridTemplateRows = square ? `auto ${tracks} auto` : tracks;
-    grid.style.gridTemplateColumns = square ? `auto ${tracks} auto` : "1fr clamp(3rem, 18cqw, 7rem) 1fr";
+    grid.style.gridTemplateColumns = square ? `auto ${tracks} auto` : ROWS_OF_TWO;
     const body = h("div", { class: "package-body" }, printed);
     if (one.numbered) body.append(h("span", { class: "package-notch", "aria-hidden": "true" }));
     body.style.gridArea = square ? `2 / 2 / ${count + 2} / ${count + 2}` : `1 / 2 / ${count + 1} / 3`;

@@ -205,6 +205,17 @@ function setUpTabs() {
   });
 }
 
+/** On a small page: a bar from which every part is one tap away. */
+function setUpJumps() {
+  for (const one of document.querySelectorAll("#jump button")) {
+    const { to, tab } = /** @type {HTMLElement} */ (one).dataset;
+    one.addEventListener("click", () => {
+      if (tab) part(tab).click();
+      part(to ?? "").scrollIntoView({ block: "start" });
+    });
+  }
+}
+
 try {
   const kept = localStorage.getItem(THEME);
   if (kept === "dark" || kept === "light") setTheme(kept);
@@ -217,6 +228,7 @@ new IntersectionObserver((entries) => {
 }).observe(part("machine"));
 part("theme").addEventListener("click", switchTheme);
 setUpTabs();
+setUpJumps();
 
 let known = "";
 link.on("connected", () => {

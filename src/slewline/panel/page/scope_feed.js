@@ -11,6 +11,7 @@ import { decoded } from "./window_data.js";
 /** @typedef {import("./window_data.js").Trace} Trace */
 
 const FOLLOW_MS = 100; // between two windows while time passes
+const UNSEEN_MS = 1000; // between two windows that are not on the screen
 const SEARCH_PS = 20 * SECOND; // how far back a trigger is looked for, at least
 export const SETTLE_MS = 150; // after which a cursor that has come to rest is read exactly
 export const SHARE = 0.3; // of the window that is before the trigger
@@ -72,7 +73,8 @@ export class Feed {
 
   /** Ask for what is wanted next, unless something is under way. */
   async pump() {
-    if (this.busy || this.closed || document.hidden || !this.seen || !this.link.connected) return;
+    if (this.busy || this.closed || document.hidden || !this.link.connected) return;
+    if (!this.seen && performance.now() - this.askedMs < UNSEEN_MS) return;
     const job = this.job();
     if (!job) return;
     this.busy = true;

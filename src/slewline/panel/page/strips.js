@@ -4,14 +4,16 @@
 
 import { h } from "./dom.js";
 import { Ring } from "./motion.js";
+import { SPAN_S, isSet, shownSpan, stripRange } from "./strip_scale.js";
 import { Surface } from "./surface.js";
-import { SECOND, digitsOf, roundRange, timeText } from "./units.js";
+import { SECOND, digitsOf, timeText } from "./units.js";
 
 /** @typedef {import("./surface.js").Colours} Colours */
 
 const KEPT = 640; // values of each: ten seconds of views, twice over
-const SPAN_S = 10; // on the clock of the wall
 const PICTURE_MS = 100;
+const VELOCITY_SHARE = 0.6; // of the height
+const GAP = 0.05; // of the span
 const LEFT = 6;
 
 export class Strips {
@@ -20,6 +22,8 @@ export class Strips {
     this.velocity = new Ring(KEPT);
     this.position = new Ring(KEPT);
     this.nowPs = 0;
+    this.setPs = -Infinity; // when the position was last set to another value, without steps
+    this.fastest = 0; // steps/s, so far
     this.spanPs = SPAN_S * SECOND;
     this.canvas = h("canvas", { class: "strips", role: "img", "aria-label": `${name}: velocity and position over time` });
     this.surface = new Surface(this.canvas, (...all) => this.draw(...all), PICTURE_MS);
@@ -41,6 +45,9 @@ export class Strips {
     if (ps === this.nowPs && this.velocity.count && spanPs === this.spanPs) return;
     this.spanPs = spanPs;
     this.nowPs = ps;
+    const last = this.position.count - 1;
+    if (last >= 0 && isSet(position - this.position.value(last), ps - this.position.time(last), this.fastest)) this.setPs = ps;
+    this.fastest = Math.max(this.fastest, Math.abs(velocity));
     this.velocity.add(ps, velocity);
     this.position.add(ps, position);
     this.surface.changed();
@@ -54,17 +61,20 @@ export class Strips {
    * @param {number} _nowMs
    */
   draw(context, width, height, colours, _nowMs) {
-    const half = Math.floor((height - 16) / 2);
+    const upper = Math.floor((height - 16) * VELOCITY_SHARE);
+    const lower = height - 16 - upper;
     context.font = `11px ${colours.font}`;
-    const from = this.nowPs - this.spanPs;
-    const x = (/** @type {number} */ ps) => LEFT + ((ps - from) / this.spanPs) * (width - 2 * LEFT);
+    const spanPs = shownSpan(this.velocity.count ? this.nowPs - this.velocity.time(0) : 0, this.spanPs);
+    const from = this.nowPs - spanPs;
+    const x = (/** @type {number} */ ps) => LEFT + ((ps - from) / spanPs) * (width - 2 * LEFT);
     grid(context, width, height - 15, colours);
-    strip(context, this.velocity, x, from, 0, half - 4, true, ["velocity", "steps/s"], colours.velocity, colours, width);
-    strip(context, this.position, x, from, half + 4, half - 4, false, ["position", "steps"], colours.position, colours, width);
+    const gapPs = this.spanPs * GAP;
+    strip(context, this.velocity, x, from, 0, upper - 4, true, ["velocity", "steps/s"], colours.velocity, colours, width, gapPs);
+    strip(context, this.position, x, Math.max(from, this.setPs), upper + 4, lower - 4, false, ["position", "steps"], colours.position, colours, width, gapPs);
     context.fillStyle = colours.muted;
     context.textBaseline = "bottom";
     context.textAlign = "left";
-    context.fillText(`${timeText(-this.spanPs, 3)}`, LEFT, height);
+    context.fillText(`${timeText(-spanPs, 3)}`, LEFT, height);
     context.textAlign = "right";
     context.fillText("now", width - LEFT, height);
   }
@@ -88,6 +98,17 @@ function grid(context, width, height, colours) {
 }
 
 /**
+ * Return whether nothing is known between a value and the one before it, as after a step over a long time.
+ * @param {Ring} ring
+ * @param {number} n
+ * @param {number} gapPs
+ * @returns {boolean}
+ */
+function isGap(ring, n, gapPs) {
+  return ring.time(n) - ring.time(n - 1) > gapPs && ring.value(n) !== ring.value(n - 1);
+}
+
+/**
  * @param {CanvasRenderingContext2D} context
  * @param {Ring} ring
  * @param {(ps: number) => number} x
@@ -99,8 +120,9 @@ function grid(context, width, height, colours) {
  * @param {string} colour
  * @param {Colours} colours
  * @param {number} width
+ * @param {number} gapPs between two views that are too far apart for a line between them
  */
-function strip(context, ring, x, from, top, height, zero, words, colour, colours, width) {
+function strip(context, ring, x, from, top, height, zero, words, colour, colours, width, gapPs) {
   const first = ring.count ? ring.before(from) : 0;
   let [low, high] = zero ? [0, 0] : [Infinity, -Infinity];
   for (let n = first; n < ring.count; n++) {
@@ -108,7 +130,8 @@ function strip(context, ring, x, from, top, height, zero, words, colour, colours
     high = Math.max(high, ring.value(n));
   }
   if (low > high) [low, high] = [0, 0];
-  [low, high] = low === high ? [low - (zero ? 0 : 1), high + 1] : roundRange(low, high);
+  const label = `${digitsOf(low, 4)} \u2026 ${digitsOf(high, 4)} ${words[1]}`;
+  [low, high] = stripRange(low, high, zero);
   const inside = height - 15;
   const y = (/** @type {number} */ value) => top + 14 + inside - ((value - low) / (high - low)) * inside;
   context.strokeStyle = colours.line;
@@ -122,7 +145,11 @@ function strip(context, ring, x, from, top, height, zero, words, colour, colours
   context.rect(LEFT, top, width - 2 * LEFT, height + 2);
   context.clip();
   context.beginPath();
-  for (let n = first; n < ring.count; n++) context.lineTo(x(ring.time(n)), y(ring.value(n)));
+  for (let n = first; n < ring.count; n++) {
+    const [across, down] = [x(ring.time(n)), y(ring.value(n))];
+    if (n > first && isGap(ring, n, gapPs)) context.moveTo(across, down);
+    context.lineTo(across, down);
+  }
   context.strokeStyle = colour;
   context.lineWidth = 1.5;
   context.lineJoin = "round";
@@ -135,5 +162,5 @@ function strip(context, ring, x, from, top, height, zero, words, colour, colours
   context.fillText(words[0], LEFT + 2, top);
   context.textAlign = "right";
   context.fillStyle = colours.muted;
-  context.fillText(`${digitsOf(low, 6)} \u2026 ${digitsOf(high, 6)} ${words[1]}`, width - LEFT - 2, top);
+  context.fillText(label, width - LEFT - 2, top);
 }

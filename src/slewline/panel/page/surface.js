@@ -1,5 +1,5 @@
 /**
- * What is drawn only when something has changed, is seen, and the page is not hidden: one loop for all of it.
+ * What is drawn only when something has changed and the page is not hidden, and seldom where it is not seen: one loop.
  *
  * Sizes are those of the page (CSS pixels); the canvas itself has as many points as the screen.
  */
@@ -15,6 +15,7 @@ const NAMES = [
 const FASTEST_MS = 30; // between two pictures of what moves
 const EARLY_MS = 6; // by which a picture may come before its time
 const LATE_MS = 12;
+const UNSEEN_MS = 1000; // between two pictures of what is not on the screen
 
 /** @type {Set<Moving>} */
 const waiting = new Set();
@@ -32,7 +33,7 @@ let colours = null;
  */
 function draw(nowMs) {
   for (const surface of [...waiting]) {
-    if (!surface.seen || nowMs - surface.lastMs < surface.intervalMs - EARLY_MS) continue;
+    if (nowMs - surface.lastMs < surface.dueMs - EARLY_MS) continue;
     waiting.delete(surface);
     surface.lastMs = nowMs;
     surface.paint(nowMs);
@@ -43,7 +44,7 @@ function draw(nowMs) {
 function wake() {
   if (frame || document.hidden) return;
   let dueMs = Infinity;
-  for (const surface of waiting) if (surface.seen) dueMs = Math.min(dueMs, surface.lastMs + surface.intervalMs);
+  for (const surface of waiting) dueMs = Math.min(dueMs, surface.lastMs + surface.dueMs);
   if (dueMs === Infinity) return;
   const waitMs = dueMs - performance.now();
   clearTimeout(timer);
@@ -123,6 +124,11 @@ export class Moving {
     this.places.observe(element);
     all.add(this);
     this.changed();
+  }
+
+  /** Time from one picture to the next; one that is not on the screen is kept for prints and pictures of the page. */
+  get dueMs() {
+    return this.seen ? this.intervalMs : UNSEEN_MS;
   }
 
   close() {

@@ -11,6 +11,7 @@ const RATES = [0.01, 0.1, 1, 10, 100, 1000];
 const NOTCHES = 10_000; // of the slider
 const PAUSE = "M4 3h3v10H4zM9 3h3v10H9z";
 const GO = "M4 2.5v11l9-5.5z";
+const EARLY_PS = 1e11; // a program that waits for its reader has not begun
 const STEP_TIMEOUT = "60 s";
 /** @type {Record<string, string>} */
 const PLACES = { time: "instant", position: "position", address: "line" };
@@ -39,6 +40,8 @@ export function timebar(link, root, fail) {
 
   const now = h("output", { class: "clock", "aria-label": "Virtual time in seconds" });
   const go = h("button", { type: "button", "data-writes": true, class: "go", click: toggle, title: "F8" });
+  const start = button("Run the program", toggle, { class: "start", hidden: true });
+  start.prepend(icon(GO));
   const rates = RATES.map((one) =>
     button(times(one), () => setRate(one), { "aria-pressed": "false", "aria-label": `${one} times real time` }));
   const chip = select("Chip that is stepped", {});
@@ -74,7 +77,7 @@ export function timebar(link, root, fail) {
   }, "Steps…");
 
   root.append(
-    h("div", { class: "bar-time" }, now, go,
+    h("div", { class: "bar-time" }, now, start, go,
       h("div", { class: "rates", role: "group", "aria-label": "Rate" }, ...rates), opens),
     h("div", { class: "bar-past" }, began, slider, ended, branches),
     more,
@@ -224,6 +227,8 @@ export function timebar(link, root, fail) {
   let names = "";
   /** @type {number | null} */
   let toldRate = null;
+  /** The first instant that was shown. @type {number | null} */
+  let firstPs = null;
   return {
     update(view, timePs) {
       if (visit && !sending && view.pace?.branch === visit.branch && timePs > visit.ps) { // time passes in the new branch
@@ -238,6 +243,9 @@ export function timebar(link, root, fail) {
       root.classList.toggle("paused", paused);
       root.classList.toggle("waits", waits > 0);
       if (pace.lockstep) go.disabled = true;
+      firstPs ??= timePs;
+      start.hidden = !paused || timePs !== firstPs || timePs > EARLY_PS;
+      go.hidden = !start.hidden; // there is one way to begin
       show();
       if (!scrubbing) {
         say(now, clock(timePs));
