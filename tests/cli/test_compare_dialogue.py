@@ -122,6 +122,11 @@ WRONG = {
     "options of a dialogue": (["x.vcd", "y.vcd", "--port", "p"], "--port: two waveforms have no such option"),
     "rate": (["x.dialogue", "--baud", "9601"], "--baud 9601: no rate of the GS-C200S; allowed 9600, 4800"),
     "crystal": (["x.dialogue", "--crystal", "6 MHz"], "the gs-c200s takes none"),
+    "address": (
+        ["x.dialogue", "--address", "3"],
+        "x.dialogue: nothing to compare: none of its",
+    ),
+    "address that it has not": (["x.dialogue", "--address", "3"], "lines is for address 3; name another dialogue"),
     "strap": (["x.dialogue", "--strap", "nope=1"], "nope"),
     "port": (["x.dialogue", "--port", "/dev/ttyUSB77"], "/dev/ttyUSB77: No such file or directory; name a serial port"),
 }

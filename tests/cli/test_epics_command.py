@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from slewline.cli.main import invoke
+from slewline.labs.epics import port_of_server
 from slewline.testing.endpoints import running
 
 pytest.importorskip("caproto")
@@ -54,6 +55,22 @@ def test_an_address_that_other_machines_reach_needs_an_option(capsys, module, mo
     assert "EPICS_CAS_INTF_ADDR_LIST 0.0.0.0: other machines could move the motor; add --allow-remote" in told
     told = refused(capsys, module.url, *OPTIONS, "--allow-remote", "S=10")
     assert "no value for T" in told
+
+
+@pytest.mark.parametrize("name", ["EPICS_CA_SERVER_PORT", "EPICS_CAS_SERVER_PORT"])
+@pytest.mark.parametrize("port", ["abc", "0", "65536", "-1"])
+def test_a_variable_that_is_no_port_is_told(capsys, module, monkeypatch, name, port):
+    monkeypatch.setenv(name, port)
+    told = refused(capsys, module.url, *OPTIONS, *RAMP)
+    assert f"{name} '{port}' in the environment: allowed a port, 1 to 65535" in told
+
+
+def test_the_port_of_the_server_is_that_of_either_variable(monkeypatch):
+    monkeypatch.delenv("EPICS_CAS_SERVER_PORT", raising=False)
+    monkeypatch.setenv("EPICS_CA_SERVER_PORT", "15071")
+    assert port_of_server() == 15071
+    monkeypatch.setenv("EPICS_CAS_SERVER_PORT", "15072")
+    assert port_of_server() == 15072
 
 
 def test_a_port_that_is_not_there_is_told(capsys):

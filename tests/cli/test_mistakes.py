@@ -89,7 +89,13 @@ MISTAKES = [  # the line, the end of the answer
         "run p.cy525 --drive abort=0@5",
         "'5': expected a number and a unit (ps, ns, us, µs, ms, s, min, h), for example '25 us'",
     ),
-    ("run p.cy525 --strap wait", "db3, db4, db5, db6, db7, dowhile, step_inhibit, prog, ascii_binary, wait, io_select"),
+    ("run p.cy525 --strap wait", "give a pin and its level, 0 or 1, such as 'wait=0'"),
+    ("run p.cy525 --strap wait=2", "'2' is no level; levels are 0 (low) and 1 (high), such as 'wait=0'"),
+    (
+        "run p.cy525 --strap chs=0",
+        "no pin 'chs'; its inputs: io_request, reset, abort, db0, db1, db2, db3, db4, db5, db6, db7, dowhile, "
+        "step_inhibit, prog, ascii_binary, wait, io_select",
+    ),
     (
         "run p.cy525 --strap checksum=off",
         "db3, db4, db5, db6, db7, dowhile, step_inhibit, prog, ascii_binary, wait, io_select",

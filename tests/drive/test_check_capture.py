@@ -37,6 +37,13 @@ def test_a_good_recording(tmp_path):
     assert axis.jitter.rate_sps == pytest.approx(4400, rel=1e-3)
 
 
+def test_an_axis_without_a_step_is_not_good(tmp_path):
+    still = Wave({"STEP": [], "DIR": [MS, 2 * MS]}, {"STEP": 0, "DIR": 0}, 5 * MS)
+    found = check_capture(written(still, tmp_path / "a.vcd"), XY)
+    assert not found.good
+    assert "x: no step on STEP; are STEP and DIR exchanged?" in str(found)
+
+
 def test_each_time_that_is_too_short_is_named(tmp_path, subtests):
     short = 3 * US
     cases = {

@@ -26,6 +26,21 @@ class World(dict):
 
 
 MISTAKES = [  # the line, the error, the end of its message
+    (
+        'slewline.Drive(mb, m.axis(1), "twin")',
+        "UsageError",
+        "expected a chip of the bench, or its name; axis=2 names another axis",
+    ),
+    (
+        'slewline.Drive(gb, g, "twin", inputs="A1=home")',
+        "UsageError",
+        "inputs 'A1=home': expected pins by names of the board, such as {'A1': 'home'}",
+    ),
+    (
+        'b.plot("a.svg", start="50 ms", stop="20 ms")',
+        "UsageError",
+        "start 50 ms, stop 20 ms: give a stop after the start",
+    ),
     ("x.slew", "NoSuchAttribute", "x has no 'slew'; it is a pin: x.pin(\"slew\")"),
     ("x.velocity", "NoSuchAttribute", "x has no 'velocity'; x.velocity_at(\"3 ms\"), or x.velocity_at(bench.now)"),
     ("x.speed", "NoSuchAttribute", "x has no 'speed'; x.velocity_at(\"3 ms\"), or x.velocity_at(bench.now)"),

@@ -45,7 +45,7 @@ NO_PROGRAMS = {  # by the endings of names
         "a recording; slewline compare MODEL.vcd MEASURED reads it, and so do check-capture and decode",
     ),
     "dialogue": "a dialogue; slewline compare DIALOGUE holds it against the model",
-    "journal": "a journal; slewline run --replay JOURNAL repeats it",
+    **dict.fromkeys(("journal", "jsonl"), "a journal; slewline run --replay JOURNAL repeats it"),
     **dict.fromkeys(("svg", "png", "pdf"), "a picture"),
     **dict.fromkeys(("npz", "json"), "a result of a run"),
     **dict.fromkeys(("eeprom", "raw"), "what a module holds, or has sent"),

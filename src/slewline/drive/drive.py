@@ -132,7 +132,12 @@ class Drive:
         wait: Callable[[float], object] | None = None,
     ) -> None:
         model: Chip = bench[chip] if isinstance(chip, str) else chip  # type: ignore[assignment]
+        if not hasattr(model, "axis"):
+            raise UsageError(f"chip {chip!r}: expected a chip of the bench, or its name; axis=2 names another axis")
         model.axis(axis)  # there is one
+        for name, given in (("inputs", inputs), ("outputs", outputs)):
+            if given is not None and not isinstance(given, Mapping):
+                raise UsageError(f"{name} {given!r}: expected pins by names of the board, such as {{'A1': 'home'}}")
         horizon_ps = terminals.checked_horizon(horizon)
         rate = None if start_stop is None else terminals.steps_a_second(start_stop)
         terminals.checked_driver(driver, enable)
@@ -200,9 +205,13 @@ class Drive:
         """The steps counted by the board, up minus down, as it last reported; None while it is unknown."""
         return self._path.link.counted
 
+    @property
+    def _has_estop(self) -> bool:
+        return any(not each.pin for each in self._inputs)
+
     def introduction(self) -> str:
         """Return what is driven, and whether its driver is enabled, in a line."""
-        return introduction(self._state)
+        return introduction(self._state, self._has_estop)
 
     def status(self) -> str:
         """Return the state in a line: count, driver, how long the board has something to do, link, last trouble."""
@@ -222,8 +231,8 @@ class Drive:
         from .check import Check
 
         self._check_open()
-        estop = any(not each.pin for each in self._inputs)
-        return Check(self._state, self._path, self._talk, self.on_event, self.turn, estop).look(seconds, priority, tell)
+        of = (self._state, self._path, self._talk, self.on_event, self.turn, self._has_estop)
+        return Check(*of).look(seconds, priority, tell)
 
     # ------------------------------------------------------------------------------------------------ open and closed
     def __enter__(self) -> Self:

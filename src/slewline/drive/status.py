@@ -13,10 +13,14 @@ if TYPE_CHECKING:
     from .state import DrivePath, DriveState
 
 
-def introduction(state: DriveState) -> str:
-    """Return what is driven, for the user."""
+def introduction(state: DriveState, estop: bool) -> str:
+    """Return what is driven, for the user.
+
+    Args:
+        estop: an input of the board is an emergency stop.
+    """
     if state.enable:
-        power = "the driver is enabled"
+        power = "the driver is enabled" + "; no E-stop is among the inputs (--input A0=estop)" * (not estop)
     elif state.config.driver & DriverFlag.DRY:
         power = "a dry run: no pulses, and the driver stays off, until --enable"
     else:

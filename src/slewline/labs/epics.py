@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from ..errors import SlewlineError
+from ..errors import SlewlineError, UsageError
 from ..extras import needs
 
 try:
@@ -26,6 +26,21 @@ def interfaces() -> list[str]:
     return os.environ.get("EPICS_CAS_INTF_ADDR_LIST", "").split() or [LOOPBACK]
 
 
+def port_of_server() -> int | None:
+    """Return the port that EPICS_CAS_SERVER_PORT, or else EPICS_CA_SERVER_PORT, names; None: the library's own.
+
+    Raises:
+        UsageError: one of them is no port.
+    """
+    named = None
+    for name in ("EPICS_CA_SERVER_PORT", "EPICS_CAS_SERVER_PORT"):
+        if text := os.environ.get(name, ""):
+            if not (text.isascii() and text.isdecimal() and 0 < int(text) < 1 << 16):
+                raise UsageError(f"{name} {text!r} in the environment: allowed a port, 1 to 65535; set it, or unset it")
+            named = int(text)
+    return named
+
+
 async def serve(record: MotorRecord, addresses: Sequence[str], began: Callable[[int], object], every_s: float) -> None:
     """Serve a record until the task is cancelled.
 
@@ -40,7 +55,9 @@ async def serve(record: MotorRecord, addresses: Sequence[str], began: Callable[[
     log = logging.getLogger("caproto")  # it would print a traceback for every put that is refused
     log.propagate = False
     log.addHandler(logging.NullHandler())
+    port = port_of_server()
     context = Context(dict(record.channels), list(addresses))
+    context.ca_server_port = port or context.ca_server_port  # the library knows one of the two names
 
     async def begin(_library: object) -> None:
         began(context.port)

@@ -96,7 +96,8 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
                 strange.append(f"{heard[:40]!r} at {rate} baud")
                 _check_deviations(module)
             if module.port.clock() > begun_s + NOTICE_S:
-                module.notice(f"{strange[-1] if strange else 'nothing'} came so far; other rates are tried")
+                goes_on = "other rates are tried" if baud is None else "it is asked again"
+                module.notice(f"{strange[-1] if strange else 'nothing'} came so far; {goes_on}")
     raise NoAnswer(_unfound(module, baud, strange))
 
 

@@ -184,7 +184,15 @@ class Faults(Part):
 
     # ----------------------------------------------------------------------------------------------------------- pins
     def stuck_switch(self, pin: str, level: int, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Hold an input at a level, whatever happens."""
+        """Hold an input at a level, whatever happens.
+
+        Raises:
+            UsageError: no such level, or the pin is an output.
+        """
+        row = next((row for row in self.chip.sheet.pins if row.name == pin), None)
+        if row is not None and row.way == "out":
+            inputs = ", ".join(row.name for row in self.chip.sheet.pins if row.way in ("in", "both"))
+            raise UsageError(f"stuck switch: {pin} is an output of {self.chip.name}; allowed {inputs}")
         return self._stuck("stuck switch", pin, level, at, lasting)
 
     def enable_held_low(self, at: Time | None = None, lasting: Time | None = None) -> Fault:

@@ -145,7 +145,7 @@ def test_a_chip_alone_takes_commands_and_findings_are_shown():
         ("break 6", "break 6: is no command of cy525; a verb of the debugger begins with a colon"),
         ("quit", "quit: is no command of cy525; q leaves the debugger"),
         ("HELP", "HELP: is no command of cy525; ? shows its help"),
-        ("R 100", "R 100: is sent as time passes; time stands: press the space bar"),
+        ("R 100", "R 100: is sent as time passes; time is stopped: press the space bar"),
     ],
 )
 def test_a_mistake_is_answered_at_the_foot(typed, says):

@@ -170,7 +170,10 @@ class Pictures:
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
         first = None if options.start is None else moment(options.start)
-        last = None if options.stop is None else min(moment(options.stop), longest)
+        last = None if options.stop is None else moment(options.stop)
+        if first is not None and last is not None and last <= first:
+            raise UsageError(f"start {readable(first)}, stop {readable(last)}: give a stop after the start")
+        last = last and min(last, longest)
         if first is None or last is None:
             moved = [(bench._motion(bench._axes(options.axes)), begins[name]) for name, bench in benches]
             spans = [(span[0] - zero, span[1] - zero) for span, zero in moved if span is not None]
@@ -189,10 +192,8 @@ class Pictures:
                 last = min(end + around, longest)
                 last = last if first < last else longest
         if last <= first:
-            raise UsageError(
-                f"nothing to draw from {readable(first)} to {readable(last)}; call bench.run() first, "
-                "or give start and stop in the past"
-            )
+            found = f"nothing to draw from {readable(first)} to {readable(last)}"
+            raise UsageError(f"{found}; call bench.run() first, or give start and stop in the past")
         return first, last
 
     def _motion(self, axes: Sequence[OneAxis]) -> tuple[int, int] | None:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     Call = Callable[..., object]
 
 PORTS = ("tcp", "pty", "rfc2217", "serial")
+BAUD_RATES = ("300", "600", "1200", "2400", "4800", "9600", "19200", "38400", "57600", "115200")
 REGISTERS = "registers"  # of the bus of a chip that has a serial line too
 STATUS_S = 1.0
 
@@ -110,6 +111,11 @@ class ServeCommand:
         if self.baud is not None:
             says = sheet_of(self.chip).elsewhere("baud", self.baud) if self.chip is not None else ""
             raise click.UsageError(f"--baud {self.baud}: {says or 'this part has no rate of its own; leave it out'}")
+        if self.rate in BAUD_RATES and self.chip is not None:
+            says = sheet_of(self.chip).elsewhere("baud", self.rate) or "this part has none of its own"
+            say(
+                f"slewline: --rate {self.rate}: time passes {self.rate} times as fast; if a baud rate was meant: {says}"
+            )
         own = (*ports, self.registers, self.strap, self.option, self.options, self.framing, self.prologix, self.memory)
         if self.bench is not None and any(own):
             raise click.UsageError(

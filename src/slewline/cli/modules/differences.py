@@ -100,6 +100,12 @@ class CompareDialogue:
             dialogue = self.played(dialogue, speech)
         elif self.report is not None:
             dialogue.write(self.report)
+        if not exchanges_of(dialogue.said, speech):
+            lines = sum(said.speaker == "host" for said in dialogue.said)
+            whose = (
+                f"none of its {lines} lines is for address {speech.address}" if lines else "no host has sent anything"
+            )
+            raise UsageError(f"{self.dialogue}: nothing to compare: {whose}; name another dialogue, or --address")
         tolerance = usual_tolerance(speech, dialogue.header.crystal_hz)
         if self.tolerance is not None:
             tolerance = tolerance._replace(fixed_us=self.tolerance / PS_PER_US)

@@ -48,9 +48,10 @@ class EpicsCommand:
 
     def perform(self) -> int:
         """Do it, until a signal ends it; return the exit status."""
-        from ...labs.epics import interfaces
+        from ...labs.epics import interfaces, port_of_server
         from ...labs.record import MotorRecord
 
+        port_of_server()  # is one
         remote = [address for address in interfaces() if not is_loopback(address)]
         if remote and not self.allow_remote:
             raise UsageError(

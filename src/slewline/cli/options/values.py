@@ -57,7 +57,7 @@ class TimeWithUnit(click.ParamType[int]):
 
 
 class TimeText(click.ParamType[str]):
-    """A time with its unit, for whoever takes it as text."""
+    """A time with its unit, kept as text."""
 
     name = "time"
 
@@ -190,7 +190,7 @@ class Strap(Completed[tuple[str, int]]):
         inputs = {row.name: row.says for row in sheet.pins if row.way in ("in", "both")}
         like = next(iter([*sheet.plain, *sheet.fastest, *inputs]))
         name = value.partition("=")[0].strip()
-        says = wrong_level(value) or f"give a pin and its level, 0 or 1, such as '{like}=0'"
+        says = wrong_level(value) or f"give a pin and its level, 0 or 1, such as '{name if name in inputs else like}=0'"
         if name in inputs:
             return says
         if name.isidentifier() and "=" in value:

@@ -98,7 +98,11 @@ def check_capture(
         raise UsageError("part and pins: give both, such as part='PART', pins={'PIN': 'D0'}")
     found = tuple(_axis(waves, name, signals, edge, forward, idle, glitch) for name, signals in axes.items())
     rows: list[Checked] = []
-    notes: list[str] = []
+    notes = [
+        f"{axis.name}: no step on {axes[axis.name][0]}; are STEP and DIR exchanged?"
+        for axis in found
+        if not len(axis.steps.times_ps)
+    ]
     doubt = waves.sampling_ps
     if driver is not None:
         sheet = step_driver(driver) if isinstance(driver, str) else driver

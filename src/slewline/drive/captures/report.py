@@ -74,8 +74,9 @@ class CaptureReport:
 
     @property
     def good(self) -> bool:
-        """True if no limit is violated, and there is no glitch."""
-        return not self.limits.violated and not any(axis.glitches for axis in self.axes)
+        """True if no limit is violated, there is no glitch, and every axis has steps."""
+        moved = all(len(axis.steps.times_ps) for axis in self.axes)
+        return moved and not self.limits.violated and not any(axis.glitches for axis in self.axes)
 
     def __repr__(self) -> str:
         return f"<CaptureReport: {len(self.axes)} axes, {len(self.limits.violated)} limits violated>"

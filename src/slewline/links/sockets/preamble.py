@@ -49,7 +49,7 @@ class Greetings:
 
     Args:
         method: a method of HTTP there, as a regular expression.
-        own: the hello that is no stranger's there.
+        own: the hello that clients send there.
     """
 
     def __init__(self, method: str = f"{TOKEN}+", own: str = "") -> None:

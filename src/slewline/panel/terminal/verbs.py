@@ -232,7 +232,7 @@ async def obey(session: DebugSession, text: str) -> None:
         check_verb(session, text)
         await session.client.request("send", chip=session.selected, text=text)
         if session.paused:
-            session.trouble = f"{text}: is sent as time passes; time stands: press the space bar"
+            session.trouble = f"{text}: is sent as time passes; time is stopped: press the space bar"
         return
     name, *words = text[1:].split() or [""]
     verb = BY_NAME.get(name) or only(name)
