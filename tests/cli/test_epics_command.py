@@ -40,7 +40,8 @@ def refused(capsys, *arguments):
         (("S10", *RAMP), "'S10'; expected each parameter of the ramp once, as in S=10"),
         (("S=10", "T=5000", "R=50"), "T '5000'; allowed 1..1000"),
         ((*RAMP, "--resolution", "0"), "allowed units per step"),
-        ((*RAMP, "--every", "0"), "--every 0.0; allowed 0.05 to 3600 s"),
+        ((*RAMP, "--every", "0 s"), "--every 0 ps; allowed 50 ms to 3600 s"),
+        ((*RAMP, "--every", "2"), "'--every': time '2': expected a number and a unit"),
         ((*RAMP, "--baud", "1000"), "--baud 1000: no rate of the GS-C200S"),
     ],
 )

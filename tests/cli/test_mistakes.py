@@ -89,6 +89,7 @@ MISTAKES = [  # the line, the end of the answer
         "run p.cy525 --drive abort=0@5",
         "'5': expected a number and a unit (ps, ns, us, µs, ms, s, min, h), for example '25 us'",
     ),
+    ("ramp cy525 F=40 S=240 --accel '20000 Hz'", "expected steps/s^2, such as '20000 steps/s2'"),
     ("run p.cy525 --strap wait", "give a pin and its level, 0 or 1, such as 'wait=0'"),
     ("run p.cy525 --strap wait=2", "'2' is no level; levels are 0 (low) and 1 (high), such as 'wait=0'"),
     (

@@ -14,7 +14,7 @@ from .motors.commands import calibrate_command, tune_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide, OncePerName
 from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, STRAPS, path
-from .options.values import DIRECTORY, FILE, Names, PartName, PinDrive, TimeWithUnit
+from .options.values import DIRECTORY, FILE, Names, PartName, PinDrive, StepAcceleration, TimeWithUnit
 from .options.version_option import version_option
 
 INTO = click.option(
@@ -170,7 +170,10 @@ def lint_command(**options: Any) -> int:
 @click.option("--distance", type=int, metavar="STEPS", help="Report a move of so many steps, too.")
 @click.option("--time", type=TimeWithUnit(), help="Find the ramp whose time is nearest to this, such as '0.5 s'.")
 @click.option(
-    "--accel", type=float, metavar="A", help="Find the ramp whose mean acceleration is nearest to A, in steps/s^2."
+    "--accel",
+    type=StepAcceleration(),
+    metavar="A",
+    help="Find the ramp whose mean acceleration is nearest to A, such as '20000 steps/s2'.",
 )
 @click.option("--steps", type=float, metavar="N", help="Find the ramp whose steps are nearest to N.")
 @click.option("--best", type=int, metavar="N", default=5, show_default=True, help="How many of the nearest to list.")

@@ -8,7 +8,7 @@ import click
 
 from ..options.kinds import HintingCommand
 from ..options.shared import EXIT, path
-from ..options.values import FILE
+from ..options.values import FILE, TimeWithUnit
 from .options import module_options
 
 
@@ -48,9 +48,9 @@ def pull_command(**options: Any) -> int:
 @path("--keep", help="Save what was there into this new file; by default FILE with .before in its name.")
 @click.option(
     "--pace",
-    type=float,
-    metavar="MS",
-    help="From one character of a program to the next, where a memory takes them: 21.",
+    type=TimeWithUnit(),
+    metavar="TIME",
+    help="From one character of a program to the next, where a memory takes them: 21 ms.",
 )
 @click.option("--move", is_flag=True, help="Send also commands that may make the motor step.")
 def push_command(**options: Any) -> int:

@@ -13,7 +13,7 @@ import click
 
 from ...chips import ramps_of, sheet_of
 from ...core.messages.whole import counted
-from ...core.time.timebase import hertz
+from ...core.time.timebase import PS_PER_S, hertz, readable
 from ...errors import UsageError
 from ...links.sockets.address import is_loopback
 from ...modules.dialogue import DialogueFile, DialogueHeader
@@ -42,7 +42,7 @@ class EpicsCommand:
     resolution: float
     units: str
     crystal: str | None
-    every: float
+    every: int  # ps
     replace: bool
     allow_remote: bool
 
@@ -58,13 +58,14 @@ class EpicsCommand:
                 f"EPICS_CAS_INTF_ADDR_LIST {' '.join(remote)}: other machines could move the motor; add --allow-remote "
                 "if they may, or set it to 127.0.0.1"
             )
-        if not 0.05 <= self.every <= 3600:
-            raise click.UsageError(f"--every {self.every}; allowed 0.05 to 3600 s")
+        every_s = self.every / PS_PER_S
+        if not 0.05 <= every_s <= 3600:
+            raise click.UsageError(f"--every {readable(self.every)}; allowed 50 ms to 3600 s")
         self.file: DialogueFile | None = None
         try:
             record = MotorRecord(self.record, self.find, self.resolution, self.units, tell)
             self.check_program(record)
-            asyncio.run(self.serve(record))
+            asyncio.run(self.serve(record, every_s))
         except ModuleFailure as failure:
             tell(str(failure))
             return FOUND
@@ -119,7 +120,7 @@ class EpicsCommand:
                 "replace; save it by slewline pull, then give --replace"
             )
 
-    async def serve(self, record: MotorRecord) -> None:
+    async def serve(self, record: MotorRecord, every_s: float) -> None:
         """Serve the record until a signal comes."""
         from ...labs.epics import interfaces, serve
         from ...links.sockets.system import ends
@@ -132,9 +133,7 @@ class EpicsCommand:
         for number in ends():
             signal.signal(number, lambda *_: loop.call_soon_threadsafe(task.cancel) if task is not None else None)
         with suppress(asyncio.CancelledError):
-            await serve(
-                record, addresses, lambda port: show_ports([(self.record, f"{addresses[0]}:{port}")]), self.every
-            )
+            await serve(record, addresses, lambda port: show_ports([(self.record, f"{addresses[0]}:{port}")]), every_s)
 
 
 def tell(text: str) -> None:

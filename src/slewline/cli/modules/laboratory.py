@@ -8,6 +8,7 @@ import click
 
 from ..options.kinds import HintingCommand
 from ..options.shared import CRYSTAL, EXIT, path
+from ..options.values import TimeWithUnit
 from .options import PORT, chip_option, setting_options
 
 
@@ -22,7 +23,12 @@ from .options import PORT, chip_option, setting_options
 @click.option("--units", default="steps", show_default=True, metavar="TEXT", help="Such as mm.")
 @CRYSTAL
 @click.option(
-    "--every", type=float, default=2.0, show_default=True, metavar="S", help="Ask a motor at rest where it is."
+    "--every",
+    type=TimeWithUnit(),
+    default="2 s",
+    show_default=True,
+    metavar="TIME",
+    help="How often a motor at rest is asked where it is.",
 )
 @click.option("--replace", is_flag=True, help="Moves may replace the program in the module's RAM.")
 @click.option("--allow-remote", is_flag=True, help="Other machines may connect, and move the motor.")

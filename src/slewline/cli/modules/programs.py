@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...core.time.timebase import hertz
+from ...core.time.timebase import PS_PER_S, hertz
 from ...errors import UsageError
 from ...modules.dialogue import DialogueFile, DialogueHeader
 from ...modules.failures import ModuleFailure
@@ -149,7 +149,7 @@ class PushCommand(PortOptions):
     file: str
     store: bool
     keep: str | None
-    pace: float | None
+    pace: int | None  # ps
     move: bool
 
     def perform(self) -> int:
@@ -161,6 +161,6 @@ class PushCommand(PortOptions):
         return performed(lambda: self._push(sheet, wanted))
 
     def _push(self, sheet: Sheet, wanted: ProgramText) -> None:
-        pace = STORED_BYTE_S if self.pace is None else self.pace / 1000
+        pace = STORED_BYTE_S if self.pace is None else self.pace / PS_PER_S
         with self.module(sheet, self.file, self.move) as module:
             push(module, wanted, self.file, store=self.store, keep=self.keep, pace=pace, say=tell)

@@ -86,6 +86,20 @@ class StepRate(click.ParamType[str]):
         return str(value)
 
 
+class StepAcceleration(click.ParamType[float]):
+    """Steps/s^2, with their unit or without."""
+
+    name = "acceleration"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return steps/s^2."""
+        found = re.fullmatch(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*(?:steps/s(?:\^?2|²))?\s*", str(value))
+        try:
+            return float(found[1] if found is not None else "")
+        except ValueError:
+            self.fail(f"{value!r}: expected steps/s^2, such as '20000 steps/s2'", param, ctx)
+
+
 class Frequency(click.ParamType[str]):
     """A frequency with its unit."""
 
