@@ -12,7 +12,7 @@ from .modules.dialogues import compare_command, proxy_command, terminal_command
 from .modules.laboratory import epics_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide
-from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, path
+from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, MOTOR_HELP, OPTIONS, path
 from .options.values import DIRECTORY, FILE, Names, PartName, PinDrive, Strap, TimeWithUnit
 from .options.version_option import version_option
 
@@ -196,7 +196,7 @@ def ramp_command(**options: Any) -> int:
 @cli.command(
     "calibrate", short_help="Friction and iron loss of a motor, from the rates at which it stalls.", epilog=EXIT
 )
-@click.option("--motor", required=True, metavar="NAME", help="A motor of the list, such as QSH4218-51-10-049.")
+@click.option("--motor", required=True, metavar="MOTOR", help=MOTOR_HELP)
 @click.option("--driver", required=True, metavar="TEXT", help="Its driver, such as 'L/4R 20 V' or '24 V, 1 A'.")
 @click.option("--load", default="", metavar="TEXT", help="What it drove, such as 'inertia 68 g cm2'.")
 @click.option("--start-stop", metavar="RATE", help="The greatest rate at which it starts at once, '900 steps/s'.")
@@ -219,7 +219,7 @@ def calibrate_command(**options: Any) -> int:
 
 @cli.command("tune", short_help="The fastest ramp of a chip that a motor follows.", epilog=EXIT)
 @click.argument("chip", type=PartName())
-@click.option("--motor", required=True, metavar="NAME", help="A motor of the list, such as QSH4218-51-10-049.")
+@click.option("--motor", required=True, metavar="MOTOR", help=MOTOR_HELP)
 @click.option(
     "--driver", required=True, metavar="TEXT", help="Its driver, such as 'L/4R 20 V' or '24 V, 1 A averaged'."
 )

@@ -11,6 +11,7 @@ from ..errors import UsageError
 from ..language.ramps import Value
 from ..parts.motors.data import DriverData, LoadData, MotorData
 from ..parts.motors.law import CHOPPED_PS, STEP_PS
+from ..parts.motors.motors import assumptions
 from .grid import Grid
 from .perturbations import Perturbation, Scenario, System, scenarios
 
@@ -137,6 +138,11 @@ class Tuned:
         )
 
     @property
+    def assumed(self) -> tuple[str, ...]:
+        """What is assumed for figures of the motor that were left out, in words; empty for a motor with a name."""
+        return assumptions(self.task.said.get("motor"))
+
+    @property
     def chosen(self) -> Chosen:
         """The recommended move, or the fastest one that holds if none is recommended.
 
@@ -159,4 +165,4 @@ class Tuned:
             found[name] = chosen and {**asdict(chosen), "values": dict(chosen.values)}
         if self.map:
             found["map"] = [asdict(place) for place in self.map]
-        return {"task": self.task.as_json(), **found}
+        return {"task": self.task.as_json(), "assumed": list(self.assumed), **found}

@@ -17,7 +17,7 @@ from ..core.messages.whole import whole
 from ..errors import UsageError
 from ..language.ramps import Calculator
 from ..parts.motors.data import DriverData, LoadData, MotorData
-from ..parts.motors.law import check_steps, usual_step
+from ..parts.motors.law import MotorLaw, check_steps, usual_step
 from ..parts.motors.laws import read_system
 from .candidates import Candidates
 from .executors import AHEAD, INLINE, Workers
@@ -99,12 +99,12 @@ def task_of(
     number = whole(steps)
     if number is None or number < 1:
         raise UsageError(f"{name}: a move of {steps!r} steps; allowed 1 and more")
-    places = read_grid(calculator, grid, hz)
     rows = read_perturbations(perturb)
     used, driven, loaded = read_system(motor, driver, load or "")
+    pulse = check_steps(stepping)
+    places = read_grid(calculator, grid, hz, used.full_steps * MotorLaw(used, driven, loaded, pulse).micro)
     told = {str(key): value for key, value in (options or {}).items()}
     said = {"motor": motor, "driver": driver, "load": load}
-    pulse = check_steps(stepping)
     return TuningTask(
         name, hz, told, number, pulse, used, driven, loaded, places, rows, usual_step(driven), said
     ), calculator

@@ -169,7 +169,7 @@ NUMBER = "a number ({0}), or text with a unit: {0}, m{0}"
             "24 V, 1 A choper",
             f"d '24 V, 1 A choper': '1 A choper' is not understood; examples: {TEXTS}; did you mean chopper?",
         ),
-        ("24 V, GS-D20", f"d '24 V, GS-D20': 'GS-D20' is not understood; examples: {TEXTS}; did you mean GS-D200?"),
+        ("24 V, GSD200", f"d '24 V, GSD200': 'GSD200' is not understood; examples: {TEXTS}; did you mean GS-D200?"),
         ("24 V 1 A", f"d '24 V 1 A': '24 V 1 A' is not understood; examples: {TEXTS}"),
         ("bilevel 24 V, 5 V", f"d 'bilevel 24 V, 5 V': 'bilevel 24 V' is not understood; examples: {TEXTS}"),
         ("L/.R 5 V", f"d 'L/.R 5 V': 'L/.R 5 V' is not understood; examples: {TEXTS}"),
@@ -235,11 +235,11 @@ def test_a_driver_that_cannot_be_is_refused_with_what_is_allowed(value, says):
     assert str(error.value) == says
 
 
-@pytest.mark.parametrize("like", ["GS-D20", 5])
+@pytest.mark.parametrize("like", ["gs-d200", "GS-D20", 5])
 def test_a_driver_like_one_that_there_is_not(like):
     with pytest.raises(UnknownName) as error:
         read_driver({"like": like, "supply": 24}, "d", A)
-    meant = "; did you mean GS-D200?" if like == "GS-D20" else ""
+    meant = "; did you mean GS-D200?" if like == "gs-d200" else ""
     assert str(error.value) == f"d: like {like!r}; there are: GS-D200, GS-D200S, L297+L298{meant}"
 
 

@@ -24,6 +24,7 @@ from ...tuning.task import Chosen, MapPlace, Tuned
 from ...tuning.tune import perform, task_of
 from ..files import Outputs, read_options
 from ..programs import print_json
+from .own import motor_value
 
 MOST_ROWS = 60  # of a map, as text
 
@@ -53,7 +54,7 @@ def tune(
     outputs.claim(plot, SUFFIXES)
     outputs.claim(bench, (".toml",))
     fitting = read_options(options, chip) or None
-    task, calculator = task_of(chip, motor, driver, load, steps, grid, perturb, stepping, crystal, fitting)
+    task, calculator = task_of(chip, motor_value(motor), driver, load, steps, grid, perturb, stepping, crystal, fitting)
     if bench is not None:
         calculator.script(task.grid.at(0), steps)
     with workers_of(jobs, cluster, full_map) as workers, progress() as shown:
@@ -102,6 +103,8 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
     task = found.task
     refused = f", {found.refused} refused by the chip" if found.refused else ""
     yield f"{task.part}, {task.motor.name}: {counted(task.steps, 'step')}, {grid_text(task.grid, calculator)}"
+    if found.assumed:
+        yield f"assumed       {', '.join(found.assumed)}"
     yield f"candidates    {found.candidates}{refused}; {len(task.scenarios())} runs each"
     yield f"best          {chosen_line(found.best, calculator) if found.best else 'none: every move loses steps'}"
     if found.best is not None:

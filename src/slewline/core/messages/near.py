@@ -18,3 +18,17 @@ def hint(name: object, names: Iterable[str]) -> str:
     swapped = [each for each in known if sorted(each) == sorted(wanted)]
     near = swapped[:1] or get_close_matches(wanted, known, 1, ALIKE)
     return f"; did you mean {known[near[0]]}?" if near else ""
+
+
+def same_part(name: object, names: Iterable[str]) -> str:
+    """Return "; did you mean X?" for the part number that a name spells otherwise, "" if there is none.
+
+    Case, blanks and dashes do not count, nor does the order of the characters.  A part number that differs in a letter
+    or a digit is another part, however near it is.
+    """
+
+    def bare(text: str) -> list[str]:
+        return sorted(filter(str.isalnum, text.lower()))
+
+    found = next((each for each in names if bare(each) == bare(str(name))), None)
+    return f"; did you mean {found}?" if found else ""

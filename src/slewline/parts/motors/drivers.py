@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 from ...core.datasheet.option import Option, checked, defaulted
 from ...core.datasheet.units import SPELLED, UNITS, expected, measured
-from ...core.messages.near import hint
+from ...core.messages.near import hint, same_part
 from ...errors import UnknownName, UsageError
 from .data import DriverData, MotorData
 from .figures import complaint, figure, positive, share
@@ -158,9 +158,9 @@ def _said(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, An
                         yield part, each, value
                 break
         else:
-            known = [*DRIVERS, *(form for form in SAYINGS if "{" not in form)]
+            meant = same_part(part, DRIVERS) or hint(part, [form for form in SAYINGS if "{" not in form])
             examples = ", ".join(map(repr, EXAMPLES))
-            raise UsageError(f"{name} {text!r}: {part!r} is not understood; examples: {examples}{hint(part, known)}")
+            raise UsageError(f"{name} {text!r}: {part!r} is not understood; examples: {examples}{meant}")
 
 
 def _in_series(times: float, part: str, name: str, motor: MotorData) -> float:
@@ -221,7 +221,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
 
 def _driver_named(like: object, name: str) -> DriverRow:
     if not isinstance(like, str) or like not in DRIVERS:
-        raise UnknownName(f"{name}: like {like!r}; there are: {', '.join(DRIVERS)}{hint(like, DRIVERS)}")
+        raise UnknownName(f"{name}: like {like!r}; there are: {', '.join(DRIVERS)}{same_part(like, DRIVERS)}")
     return DRIVERS[like]
 
 
