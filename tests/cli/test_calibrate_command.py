@@ -55,3 +55,13 @@ def test_the_same_as_data(call, monkeypatch):
 def test_mistakes_are_said(call, given, says):
     ran = call(*GIVEN, *given)
     assert ran.status == 2 and says in ran.err
+
+
+def test_an_interrupt_says_that_nothing_is_kept(call, monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("slewline.cli.motors.calibrate.calibrated", interrupt)
+    ran = call(*GIVEN, "--pull-out", "2450")
+    assert ran.status == 1
+    assert ran.err.strip() == "slewline: interrupted; nothing is kept of a calibration: the same command begins again"

@@ -165,9 +165,9 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
     except click.ClickException as error:
         error.show()
         return error.exit_code
-    except click.Abort:
+    except click.Abort as error:
         sys.unraisablehook = lambda _failed: None  # what was being made is not whole, and cannot be taken apart
-        click.echo(f"slewline: {INTERRUPTED}", err=True)
+        click.echo(f"slewline: {str(error.__cause__ or '') or INTERRUPTED}", err=True)
         return FOUND
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "rich":

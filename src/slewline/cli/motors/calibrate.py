@@ -27,15 +27,19 @@ def calibrate(
     """Print the constants, and the rows for a bench file."""
     given = motor_value(motor)
     its = read_motor(given, OPTION)
-    found = calibrated(
-        its,
-        read_driver(driver, "--driver", its),
-        read_load(load, "--load", its),
-        start_stop=rate(start_stop, "--start-stop", its.full_steps),
-        pull_out=rate(pull_out, "--pull-out", its.full_steps),
-        torque=quantity(torque, "N m", "--torque"),
-        steps=stepping,
-    )
+    try:
+        found = calibrated(
+            its,
+            read_driver(driver, "--driver", its),
+            read_load(load, "--load", its),
+            start_stop=rate(start_stop, "--start-stop", its.full_steps),
+            pull_out=rate(pull_out, "--pull-out", its.full_steps),
+            torque=quantity(torque, "N m", "--torque"),
+            steps=stepping,
+        )
+    except KeyboardInterrupt as interrupt:
+        interrupt.args = ("interrupted; nothing is kept of a calibration: the same command begins again",)
+        raise
     rows = rows_of(found, given, load)
     assumed = [each for each in assumptions(given) if found.iron is None or not each.startswith("iron")]
     if as_json:

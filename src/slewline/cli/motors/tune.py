@@ -59,12 +59,12 @@ def tune(
         calculator.script(task.grid.at(0), steps)
     with workers_of(jobs, cluster, full_map) as workers, progress() as shown:
         found = perform(task, calculator, workers, store, full_map or plot is not None, switching, shown)
-    if found.best is not None:
-        outputs.save(plot, lambda path: draw(path, found, calculator))
-        if bench is not None:
-            from ...tuning.replaying import bench_file
-
-            outputs.write(bench, bench_file(found, calculator))
+    try:
+        write(outputs, found, calculator, plot, bench)
+    except KeyboardInterrupt as interrupt:
+        kept = f"; {store} has every run: the same command goes on from there" if store else ""
+        interrupt.args = (f"interrupted when all runs were judged{kept}",)
+        raise
     if as_json:
         print_json(found.as_json())
     else:
@@ -73,6 +73,17 @@ def tune(
         for path in outputs.written:
             click.echo(f"wrote {path}")
     return 0 if found.best is not None else 1
+
+
+def write(outputs: Outputs, found: Tuned, calculator: Calculator, plot: str | None, bench: str | None) -> None:
+    """Write picture and bench file, if a move holds."""
+    if found.best is None:
+        return
+    outputs.save(plot, lambda path: draw(path, found, calculator))
+    if bench is not None:
+        from ...tuning.replaying import bench_file
+
+        outputs.write(bench, bench_file(found, calculator))
 
 
 def workers_of(jobs: int | None, cluster: str | None, full_map: bool) -> AbstractContextManager[Workers]:
