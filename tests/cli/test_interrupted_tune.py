@@ -15,8 +15,8 @@ import pytest
 pytestmark = [pytest.mark.system, pytest.mark.posix]
 MAIN = "from slewline.cli.main import main; main()"
 TUNE = (
-    "tune", "cy525", "--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V", "--load", "inertia 6.8e-6, friction 5 mNm",
-    "--steps", "48", "--grid", "F=3..10 R=4..40/12 S=1..250/12", "--perturb", "inertia 20%, current -20%", "--map",
+    "tune", "cy525", "--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V",
+    "--load", "inertia 6.8e-6, friction 5 mNm", "--steps", "48", "--grid", "F=3..10 R=4..40/12 S=1..250/12", "--perturb", "inertia 20%, current -20%", "--map",
 )  # fmt: skip
 PATIENCE = 120
 AFTER = 60  # runs
@@ -47,7 +47,8 @@ def test_the_store_has_what_the_message_says_and_the_same_command_goes_on(tmp_pa
     out, err = process.communicate(timeout=PATIENCE)
     kept = lines(store)
     says = re.fullmatch(
-        r"\s*slewline: interrupted; st\.jsonl has ([\d,]+) of up to ([\d,]+) runs: the same command goes on from there\n",
+        r"\s*slewline: interrupted; st\.jsonl has ([\d,]+) of up to ([\d,]+) runs: "
+        r"the same command goes on from there\n",
         err,
     )
     assert (process.returncode, out) == (1, "") and says is not None, err

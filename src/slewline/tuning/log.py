@@ -44,8 +44,8 @@ def interrupted(log: Log | None, here: int, most: int | None) -> str:
     of = "" if most is None else f" of up to {most:,}"
     if log is None:
         return (
-            f"interrupted after {here:,}{of} runs, which are lost; with --store F.jsonl (store=) every run is kept, and "
-            "the same command goes on from there"
+            f"interrupted after {here:,}{of} runs, which are lost; with --store F.jsonl (store=) every run is kept, "
+            "and the same command goes on from there"
         )
     return f"interrupted; {log.path} has {len(log.verdicts):,}{of} runs: the same command goes on from there"
 

@@ -123,7 +123,7 @@ def perform(
 ) -> Tuned:
     """Search the grid of a task; arguments as for `tune`, and raises as it does."""
     log = None if store is None else Log(str(store), task.as_json())
-    most: int | None = None
+    most = None
     runs: Runs | None = None
     try:
         size = task.grid.size
@@ -135,7 +135,7 @@ def perform(
         runs = Runs(judge, candidates, workers, log)
         chopped = task.switching() if switching else ()
         search = BestFirst(runs, task.scenarios(), chopped, full_map, on_progress)
-        most = len(candidates) * (len(search.scenarios) + len(chopped))
+        most = len(candidates) * len(search.scenarios)
         found = search.find()
     except KeyboardInterrupt as interrupt:
         interrupt.args = (interrupted(log, 0 if runs is None else runs.here, most),)
@@ -160,7 +160,7 @@ def perform(
         found.switched,
         len(runs.asked),
         runs.here,
-        len(candidates) * len(search.scenarios),
+        most,
         dict(runs.killed.most_common()),
         tuple(_map(search)) if full_map else (),
     )
