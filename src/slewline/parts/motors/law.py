@@ -128,7 +128,7 @@ class MotorLaw:
         """The equations."""
         return model(
             self.motor.windings, self.motor.phases, self.driver.kind, self.driver.decay, self.driver.least_on > 0,
-            self.driver.lag > 0, self.motor.detent > 0, self._rubs, self.load.stiffness > 0,
+            self.driver.off_time > 0, self.driver.lag > 0, self.motor.detent > 0, self._rubs, self.load.stiffness > 0,
             self.load.damper_inertia > 0, self._stops, self.blocked,
         )  # fmt: skip
 
@@ -168,8 +168,8 @@ class MotorLaw:
             "DETENT8": 8 * motor.detent, "INV_LAG": 1 / driver.lag if driver.lag else 0.0,
             "VS": driver.supply, "HIGH": driver.high, "HIGH_TIME": driver.high_time, "CLAMP": driver.clamp,
             "DIODE": driver.diode, "LEAST_ON": driver.least_on, "LH": motor.inductance / (2 * h),
-            "FAST_TIME": driver.fast_part / driver.frequency if driver.frequency else 0.0,
-            "PERIOD_PS": round(1e12 / driver.frequency) if driver.frequency else 1,
+            "FAST_TIME": driver.fast_part * driver.period, "OFF_TIME": driver.off_time,
+            "PERIOD_PS": max(round(1e12 * driver.period), 1),
             "DRAG": motor.drag + (0.0 if coupled else load.viscous), "PULL": load.torque, "INV_J": 1 / inertia,
             "FRICTION": friction, "STICTION": stiction,
             "STIFFNESS": load.stiffness, "COUPLING_DRAG": load.coupling_drag, "DRAG2": load.viscous,
@@ -376,7 +376,7 @@ def table(motor: MotorData, driver: DriverData, steps: str, phased: bool, origin
 
 @lru_cache(maxsize=64)
 def model(
-    windings: str, phases: int, kind: str, decay: str, blanked: bool, lags: bool, detent: bool, rubs: bool,
+    windings: str, phases: int, kind: str, decay: str, blanked: bool, timed: bool, lags: bool, detent: bool, rubs: bool,
     coupled: bool, damped: bool, stops: bool, blocked: bool,
 ) -> Model:  # fmt: skip
     """Return the equations of such a motor with such a driver and load."""
@@ -387,7 +387,7 @@ def model(
     elif windings != "bipolar":
         electric = [winding, eq.switched(count)]
     elif kind == "chopper":
-        electric = [eq.without_rest(winding), eq.chopper(decay, blanked)]
+        electric = [eq.without_rest(winding), eq.chopper(decay, blanked, timed)]
     else:
         electric = [winding, {"voltage": eq.VOLTAGE, "bilevel": eq.BILEVEL, "averaged": eq.AVERAGED}[kind]]
     pieces = [electric[0], *[eq.DETENT] * detent, *[eq.DAMPED] * damped, *electric[1:]]
