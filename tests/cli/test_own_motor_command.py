@@ -116,3 +116,16 @@ def test_a_motor_that_cannot_be_is_refused(call, folder, given, says):
 def test_a_unit_that_does_not_fit_is_named(call, command, says):
     ran = call(*command)
     assert ran.status == 2 and says in ran.err
+
+
+def test_a_great_ripple_is_said_by_both_commands(call):
+    small = ("--motor", "QSH4218-47-28-040", "--driver", "24 V, 2.8 A averaged", "--load", "inertia 68 g cm2")
+    says = "chopper at 20 kHz: the current ripples by up to 0.5 A of 2.8 A"
+    ran = call("tune", "cy525", *QUICK, *small)
+    assert ran.status == 0 and f"note          {says}" in ran.out
+    assert [each[: len(says)] for each in call("tune", "cy525", *QUICK, *small, "--json").json["notes"]] == [says]
+    assert (
+        "note" not in call("tune", "cy525", *QUICK, *small, "--driver", "24 V, 2.8 A averaged", "--motor", "AS1010").out
+    )
+    ran = call("calibrate", *small, "--start-stop", "900")
+    assert ran.status == 0 and f"note       {says}" in ran.out

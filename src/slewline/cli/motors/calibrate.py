@@ -10,6 +10,7 @@ import click
 from ...core.datasheet.units import quantity
 from ...parts.motors.calibrate import Calibration
 from ...parts.motors.calibrate import calibrate as calibrated
+from ...parts.motors.choppers import chopper_notes
 from ...parts.motors.drivers import read_driver
 from ...parts.motors.loads import read_load
 from ...parts.motors.motors import assumptions, is_described, motor_table, read_motor
@@ -27,10 +28,12 @@ def calibrate(
     """Print the constants, and the rows for a bench file."""
     given = motor_value(motor)
     its = read_motor(given, OPTION)
+    drives = read_driver(driver, "--driver", its)
+    notes = chopper_notes(its, drives, driver)
     try:
         found = calibrated(
             its,
-            read_driver(driver, "--driver", its),
+            drives,
             read_load(load, "--load", its),
             start_stop=rate(start_stop, "--start-stop", its.full_steps),
             pull_out=rate(pull_out, "--pull-out", its.full_steps),
@@ -46,7 +49,7 @@ def calibrate(
         friction, iron = found.before
         print_json(
             {"friction_nm": found.friction, "iron_nms": found.iron, "rows": rows}
-            | {"before": {"friction_nm": friction, "iron_nms": iron}, "assumed": assumed}
+            | {"before": {"friction_nm": friction, "iron_nms": iron}, "assumed": assumed, "notes": notes}
         )
         return 0
     for name, value, before, unit in (
@@ -57,6 +60,8 @@ def calibrate(
             click.echo(f"{name:9}  {value * 1e3:.3g} {unit}; so far {before * 1e3:.3g}")
     if assumed:
         click.echo(f"assumed    {', '.join(assumed)}")
+    for note in notes:
+        click.echo(f"note       {note}")
     click.echo()
     for row in rows:
         click.echo(row)

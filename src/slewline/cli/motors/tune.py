@@ -116,6 +116,7 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
     yield f"{task.part}, {task.motor.name}: {counted(task.steps, 'step')}, {grid_text(task.grid, calculator)}"
     if found.assumed:
         yield f"assumed       {', '.join(found.assumed)}"
+    yield from (f"note          {note}" for note in found.notes)
     yield f"candidates    {found.candidates}{refused}; {len(task.scenarios())} runs each"
     yield f"best          {chosen_line(found.best, calculator) if found.best else 'none: every move loses steps'}"
     if found.best is not None:

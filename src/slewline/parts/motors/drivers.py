@@ -239,6 +239,14 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
     return driver if row is None else _within(driver, row, name)
 
 
+def has_own_clock(value: Any, motor: MotorData) -> bool:
+    """Return whether a driver, as a user gave it, says how often it switches; of other ones 20 kHz are assumed."""
+    if isinstance(value, DriverData):
+        return True
+    given = _of_text(value, "driver", motor) if isinstance(value, str) else value or {}
+    return any(given.get(each) for each in ("like", "frequency", "off_time"))
+
+
 def _driver_named(like: object, name: str) -> DriverRow:
     if not isinstance(like, str) or like not in DRIVERS:
         raise UnknownName(f"{name}: like {like!r}; there are: {', '.join(DRIVERS)}{same_part(like, DRIVERS)}")
