@@ -37,7 +37,7 @@ def test_a_load_takes_its_part_and_a_rate_too_high_leaves_none():
     (without,), (beside,) = pull_out(law, [800], neighbours=False), pull_out(loaded, [800], neighbours=False)
     assert without.torque - beside.torque == pytest.approx(0.05, abs=0.01)
     (fast,) = pull_out(law, [9000])
-    assert (fast.torque, fast.alone, [torque for _, torque in fast.neighbours]) == (0.0, "", [0.0, 0.0])
+    assert (fast.torque, fast.isolated, [torque for _, torque in fast.neighbours]) == (0.0, "", [0.0, 0.0])
 
 
 def test_a_rate_may_be_in_turns_of_the_motor():
@@ -55,7 +55,7 @@ def test_a_chopper_that_beats_with_the_steps_makes_an_isolated_success():
         "QSH5718-51-28-101", "24 V, 2.8 A chopper, 20 kHz", "inertia 100 g cm2, friction 5 mNm"
     )
     (point,) = pull_out(clocked, [2000])
-    assert point.alone == "success" and point.torque > 0.1 * point.holding + max(t for _, t in point.neighbours)
+    assert point.isolated == "success" and point.torque > 0.1 * point.holding + max(t for _, t in point.neighbours)
     assert [rate for rate, _ in point.neighbours] == pytest.approx([1988, 2012])
     assert (
         "2000 steps/s: " in str(point)
@@ -64,11 +64,11 @@ def test_a_chopper_that_beats_with_the_steps_makes_an_isolated_success():
     )
     averaged = slewline.motor_law("QSH5718-51-28-101", "24 V, 2.8 A", "inertia 100 g cm2, friction 5 mNm")
     (point,) = pull_out(averaged, [2000])
-    assert point.alone == "" and "isolated" not in str(point)
+    assert point.isolated == "" and "isolated" not in str(point)
 
 
 @rows(
-    ("torques", "alone"),
+    ("torques", "isolated"),
     [
         ((0.3, 0.3, 0.3), ""),
         ((0.3, 0.0, 0.3), "failure"),
@@ -79,8 +79,8 @@ def test_a_chopper_that_beats_with_the_steps_makes_an_isolated_success():
         ((0.0, 0.0, 0.3), ""),
     ],
 )
-def test_a_rate_stands_alone_if_both_neighbours_differ_the_same_way(torques, alone):
+def test_a_rate_is_isolated_if_both_neighbours_differ_the_same_way(torques, isolated):
     low, own, high = torques
     point = PullOutPoint(2000.0, own, ((1988.0, low), (2012.0, high)), 0.4)
-    assert point.alone == alone and (f"isolated {alone}: " in str(point)) == bool(alone)
-    assert point._replace(neighbours=()).alone == ""
+    assert point.isolated == isolated and (f"isolated {isolated}: " in str(point)) == bool(isolated)
+    assert point._replace(neighbours=()).isolated == ""

@@ -95,7 +95,7 @@ def _of_text(text: str, unit: str, per_turn: int | None) -> float:
 
 
 def _plain(unit: str) -> str:
-    """Return a unit as it is compared: ozf-in is oz in, oz-in-sec2 is oz in s2."""
+    """Return a unit for comparison: ozf-in is oz in, oz-in-sec2 is oz in s2."""
     plain = re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", "", "".join(unit.translate(SPELLED).split()))
     plain = re.sub(r"^(kg|g|oz|lb)f(?=[a-z])", r"\1", plain).replace("sec", "s")
     return plain.lower() if plain.lower() in TURNS else plain

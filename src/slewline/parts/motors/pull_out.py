@@ -24,7 +24,7 @@ RISE_S = 4.0  # in which the load would come to the holding torque
 PIECE_PS = 10_000_000_000  # in which it stays as it is
 SETTLES_PS = 100_000_000_000  # before it begins to grow
 BESIDE = 0.006  # of a rate, up and down: its neighbours
-APART = 0.1  # of the holding torque, by which both neighbours of a rate that stands alone are above or below it
+APART = 0.1  # of the holding torque, by which both neighbours of an isolated rate are above or below it
 
 
 class PullOutPoint(NamedTuple):
@@ -43,8 +43,8 @@ class PullOutPoint(NamedTuple):
     holding: float
 
     @property
-    def alone(self) -> str:
-        """Whether the rate stands alone: "success" or "failure" if both neighbours differ from it; "" if not."""
+    def isolated(self) -> str:
+        """Return "success" or "failure" if both neighbours differ from the rate, the same way; "" if not."""
         apart = [self.torque - torque for _, torque in self.neighbours]
         limit = APART * self.holding
         if apart and min(apart) > limit:
@@ -53,14 +53,14 @@ class PullOutPoint(NamedTuple):
 
     def __str__(self) -> str:
         found = f"{self.rate:.6g} steps/s: {self.torque:.3g} N m"
-        if not self.alone:
+        if not self.isolated:
             return found
         beside = ", ".join(f"{torque:.3g} N m at {rate:.6g} steps/s" for rate, torque in self.neighbours)
-        return f"{found}, an isolated {self.alone}: {beside}; a beat of the chopper with the steps, or a resonance"
+        return f"{found}, an isolated {self.isolated}: {beside}; a beat of the chopper with the steps, or a resonance"
 
 
 def pull_out(law: MotorLaw, rates: Sequence[float | str], *, neighbours: bool = True) -> list[PullOutPoint]:
-    """Return the greatest torque at some rates, beside the load, and what stands alone.
+    """Return the greatest torque at some rates, beside the load, and which of them are isolated.
 
     A law with its own resonances shows as much: there a motor is lost with little load, or with none.
 
