@@ -401,19 +401,20 @@ A text has names and figures between commas, with the names of the table or thos
 
     {example}
 
-A table has the same, in a bench file and in a file MOTOR.toml for `--motor`, a line each: `current = "2 A"`. `like` and the
-name of a motor takes all figures of that row; what else is given replaces one, as in `like 17HS4401, inertia 80 g cm2`.
-`step angle 0.9 deg` (in a table `step_angle`) is written instead of `teeth`.
+A table has the same, in a bench file and in a file MOTOR.toml for `--motor`, a line each: `current = "2 A"`. `like`
+and the name of a motor takes all figures of that row; what else is given replaces one, as in `like 17HS4401, inertia
+80 g cm2`. `step angle 0.9 deg` (in a table `step_angle`) may be written instead of `teeth`.
 
 {needed} are required. For what is left out the commands say what they assume:
 
 {assumed}
 """
 UNITS_NOTE = """\
-Wherever a figure may be text: in these texts and tables, on the command line, in bench files and from Python. A number
-alone is in the first unit of its row. Spaces, dots, stars and dashes within a unit do not count: `62 oz-in`, `68 g·cm²`,
-`4.5 kgf-cm`. A rate in turns needs the steps a turn of a motor: `calibrate` and the grid of `tune` have one, where an
-acceleration may be in rev/s2 and a jerk in rev/s3. Scripts and `slewline ramp` have none, and refuse them.
+Wherever a figure may be text: in these texts and tables, on the command line, in bench files and from Python. A
+number alone is in the first unit of its row. Spaces, dots, stars and dashes within a unit do not count: `62 oz-in`,
+`68 g·cm²`, `4.5 kgf-cm`. A rate in turns needs the steps a turn of a motor: `calibrate`, `pull_out` and the grid of
+`tune` have a motor, and there an acceleration may be in rev/s2, a jerk in rev/s3. Scripts and `slewline ramp` have none
+and refuse such rates.
 """
 DRIVER_TEXTS = """\
 `{supply:V}` stands for a number and its unit, `24 V`; `L/{times:R}` for `L/4R`. A text without a kind is `averaged`,
@@ -424,8 +425,8 @@ BOUGHT_NOTE = """\
 Without a name and a frequency a chopper has 20 kHz. With a winding of small inductance its current then ripples so much
 that torque is lost at high rates, and the commands say so. `auto` decay is slow, and mixed after a step at which the
 current is to become less. A TMC2208 or TMC2209 regulates the mean of the current after a reset, so it is `averaged`;
-`TMC2209, 24 V, 1 A, chopper` switches at the frequency of its PWM. The fast decay of a DRV8825 ends at 75 % of the period;
-here it takes 75 % of one from the peak on.
+`TMC2209, 24 V, 1 A, chopper` switches at the frequency of its PWM. The fast decay of a DRV8825 ends at 75 % of the
+period; here it takes 75 % of one from the peak on.
 """
 LOAD_TEXTS = """\
 A text has names and figures between commas, `inertia 68 g cm2, friction 10 mNm`; a table has the same. `mass` with
