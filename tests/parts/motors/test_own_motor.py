@@ -132,7 +132,7 @@ def test_a_text_that_cannot_be_is_refused(text, says):
     assert says in str(error.value)
 
 
-@rows("name", ["17HE19-2004S", "17HS19-2004S2", "QSH4218-51-10-48", "AS101", "NEMA 17"])
+@rows("name", ["17HE19-2004S", "17HE19-2004S1", "17HS19-2004S2", "QSH4218-51-10-48", "AS101", "NEMA 17"])
 def test_another_motor_is_not_offered_for_an_unknown_one(name):
     with pytest.raises(UnknownName) as error:
         read_motor(name, "--motor")

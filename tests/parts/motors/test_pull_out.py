@@ -67,6 +67,14 @@ def test_a_chopper_that_beats_with_the_steps_makes_an_isolated_success():
     assert point.isolated == "" and "isolated" not in str(point)
 
 
+def test_and_at_another_rate_an_isolated_failure():
+    # The clock beats with the steps at 20,000 - 9 x 2200 = 200 Hz, near the 255 Hz at which this rotor swings undamped.
+    light = slewline.motor_law({"like": "QSH4218-47-28-040", "iron": 0}, "24 V, 2.8 A chopper", "inertia 10 g cm2")
+    (point,) = pull_out(light, [2200])
+    assert point.isolated == "failure" and point.torque + 0.1 * point.holding < min(t for _, t in point.neighbours)
+    assert " N m, an isolated failure: " in str(point)
+
+
 @rows(
     ("torques", "isolated"),
     [
