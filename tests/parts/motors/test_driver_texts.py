@@ -174,6 +174,11 @@ NUMBER = "a number ({0}), or text with a unit: {0}, m{0}"
             f"d '24 V, 1 A choper': '1 A choper' is not understood; examples: {TEXTS}; did you mean chopper?",
         ),
         ("24 V, GSD200", f"d '24 V, GSD200': 'GSD200' is not understood; examples: {TEXTS}; did you mean GS-D200?"),
+        (
+            "TB6600, 24 V, 1 A",
+            f"d 'TB6600, 24 V, 1 A': 'TB6600' is not understood; examples: {TEXTS}; drivers with a name: "
+            f"{', '.join(DRIVERS)}; of another one give its frequency and decay",
+        ),
         ("24 V 1 A", f"d '24 V 1 A': '24 V 1 A' is not understood; examples: {TEXTS}"),
         ("bilevel 24 V, 5 V", f"d 'bilevel 24 V, 5 V': 'bilevel 24 V' is not understood; examples: {TEXTS}"),
         ("L/.R 5 V", f"d 'L/.R 5 V': 'L/.R 5 V' is not understood; examples: {TEXTS}"),

@@ -75,6 +75,19 @@ def test_and_at_another_rate_an_isolated_failure():
     assert " N m, an isolated failure: " in str(point)
 
 
+def test_an_interrupt_says_how_many_rates_are_done(monkeypatch):
+    left = iter(range(7))
+
+    def interrupted(_law, _rate):
+        if next(left, None) is None:
+            raise KeyboardInterrupt
+        return 0.1
+
+    monkeypatch.setattr("slewline.parts.motors.pull_out._at", interrupted)
+    with pytest.raises(KeyboardInterrupt, match="interrupted after 2 of 5 rates; nothing is kept"):
+        pull_out(slewline.motor_law(), range(1000, 6000, 1000))
+
+
 @rows(
     ("torques", "isolated"),
     [

@@ -143,6 +143,7 @@ EXAMPLES = (
     "current 1 A, boost",
     "24 V, 1 A, rest 0.5 A, ramp 1.5 A",
 )
+PART_NUMBER = re.compile(r"[A-Za-z]{1,9}[+-]?[0-9]{2,9}[\w+-]{0,20}")
 NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 
 
@@ -175,6 +176,8 @@ def _said(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, An
                 break
         else:
             meant = same_part(part, DRIVERS) or hint(part, [form for form in SAYINGS if "{" not in form])
+            if not meant and PART_NUMBER.fullmatch(part):
+                meant = f"; drivers with a name: {', '.join(DRIVERS)}; of another one give its frequency and decay"
             examples = ", ".join(map(repr, EXAMPLES))
             raise UsageError(f"{name} {text!r}: {part!r} is not understood; examples: {examples}{meant}")
 

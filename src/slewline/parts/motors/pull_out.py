@@ -73,10 +73,14 @@ def pull_out(law: MotorLaw, rates: Sequence[float | str], *, neighbours: bool = 
     """
     holding = law.motor.held(law.driver.phase_current(law.motor))
     found = []
-    for given in rates:
-        rate = _rate(given, law)
-        beside = (rate * (1 - BESIDE), rate * (1 + BESIDE)) if neighbours else ()
-        found.append(PullOutPoint(rate, _at(law, rate), tuple((each, _at(law, each)) for each in beside), holding))
+    wanted = [_rate(given, law) for given in rates]
+    try:
+        for rate in wanted:
+            beside = (rate * (1 - BESIDE), rate * (1 + BESIDE)) if neighbours else ()
+            found.append(PullOutPoint(rate, _at(law, rate), tuple((each, _at(law, each)) for each in beside), holding))
+    except KeyboardInterrupt as interrupt:
+        interrupt.args = (f"interrupted after {len(found)} of {len(wanted)} rates; nothing is kept",)
+        raise
     return found
 
 
