@@ -167,7 +167,8 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
         return error.exit_code
     except click.Abort as error:
         sys.unraisablehook = lambda _failed: None  # what was being made is not whole, and cannot be taken apart
-        click.echo(f"slewline: {str(error.__cause__ or '') or INTERRUPTED}", err=True)
+        says = str(error.__cause__) if isinstance(error.__cause__, KeyboardInterrupt) else ""
+        click.echo(f"slewline: {says or INTERRUPTED}", err=True)
         return FOUND
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "rich":

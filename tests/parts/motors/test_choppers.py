@@ -7,8 +7,9 @@ from math import exp, log
 import numpy as np
 import pytest
 
+import slewline
 from slewline.errors import UsageError
-from slewline.parts.motors.choppers import chopper_notes, ripple
+from slewline.parts.motors.choppers import chopper_notes, least_current, ripple
 from slewline.parts.motors.data import DriverData
 from slewline.parts.motors.drivers import DRIVERS, read_driver
 from slewline.parts.motors.integration import numba_is_there
@@ -133,6 +134,7 @@ def test_named_drivers_have_their_own_chopper():
 def test_a_great_ripple_is_said_and_whose_frequency_it_is(motor, driver, says):
     its = read_motor(motor)
     notes = chopper_notes(its, read_driver(driver, "d", its), driver)
+    notes = tuple(note for note in notes if "blanking" not in note)
     assert len(notes) == bool(says) and all(says in note for note in notes)
     own = any(each in driver for each in ("kHz", "A4988"))
     assert all(("the frequency is assumed" in note) != own for note in notes)
@@ -148,3 +150,26 @@ def test_the_ripple_is_that_of_a_winding_with_half_of_the_supply(text):
     trace = law.integrate([], [], 3_000_000_000, engine="python")
     late = trace["i1"][np.array(trace.times) > 2_000_000_000]
     assert late.max() - late.min() == pytest.approx(ripple(its, driver), rel=0.13)
+
+
+def test_a_restless_law_shows_the_ripple_at_rest():
+    quiet, going = (slewline.motor_law(driver="DRV8825, 24 V, 1 A", restless=restless) for restless in (False, True))
+    traces = [law.integrate([], [], 3_000_000_000, engine="python") for law in (quiet, going)]
+    assert traces[0].rests and not traces[1].rests and traces[1].times[-1] > 2_990_000_000
+    late = traces[1]["i1"][traces[1].times > 2_000_000_000]
+    assert late.max() == pytest.approx(1, rel=0.01) and 0.01 < late.max() - late.min() < ripple(A, going.driver)
+
+
+@rows("text", ["DRV8825, 24 V, 1.7 A", "A4988, 24 V, 1.4 A"])
+def test_blanking_that_drives_too_much_is_said_with_the_current_that_flows(text):
+    its = read_motor(SMALL)
+    driver = read_driver(text, "d", its)
+    law = slewline.motor_law(SMALL, text, restless=True, step_ps=250_000)
+    trace = law.integrate([], [], 12_000_000_000, engine="numba" if numba_is_there() else "python")
+    mean = trace["i1"][trace.times > 10_000_000_000].mean()
+    assert mean == pytest.approx(least_current(its, driver), rel=0.05) and mean > 2 * driver.current
+    (says,) = [note for note in chopper_notes(its, driver, text) if note.startswith("blanking of")]
+    assert f"it alone drives {least_current(its, driver):.3g} A through a winding of 0.5 ohm at rest" in says
+    for other in (f"{text}, mixed decay", text.replace("24 V", "8.5 V").replace("1.7", "1.76"), "24 V, 1.7 A, 30 kHz"):
+        held = chopper_notes(read_motor("QSH4218-51-10-049"), read_driver(other, "d", its), other)
+        assert not any("blanking" in note for note in held)

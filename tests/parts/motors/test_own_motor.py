@@ -99,6 +99,8 @@ def test_every_figure_is_needed_or_has_a_documented_assumption():
         assert gone not in assumptions(TABLE | {figure: value}) and gone not in assumptions(
             f"{EXAMPLE}, {figure} {value}"
         )
+    reluctance = f"windings reluctance, swing 1 mH, {without('torque')}"
+    assert assumptions(reluctance) == (ASSUMED["detent"], ASSUMED["viscous"], ASSUMED["friction"])
     for named in ("AS1010", {"like": "AS1010", "inertia": "80 g cm2"}, read_motor(TABLE)):
         assert assumptions(named) == ()
 
@@ -123,6 +125,7 @@ def test_what_is_assumed_is_what_the_model_takes():
         (f"{EXAMPLE}, step angle 0 deg", "m: step_angle '0 deg'; allowed an angle"),
         (f"{EXAMPLE}, step angle 1.8 deg, teeth 50", "m: step_angle and teeth both set the full steps a turn"),
         (f"{EXAMPLE}, inertia", "inertia is given twice"),
+        (f"reluctance, swing 1 mH, step angle 15 deg, {EXAMPLE}", "step_angle of a reluctance motor; give its teeth"),
         (f"{without('inertia')}, inertia", "m: inertia ''; allowed a number (kg m2)"),
     ],
 )  # fmt: skip

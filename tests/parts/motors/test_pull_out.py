@@ -44,7 +44,12 @@ def test_a_rate_may_be_in_turns_of_the_motor():
     law = slewline.motor_law({"like": "QSH4218-51-10-049", "teeth": 100}, "L/4R 20 V", step_ps=50_000_000)
     (turns,), (steps,) = pull_out(law, ["120 rpm"], neighbours=False), pull_out(law, [800], neighbours=False)
     assert turns == steps and turns.rate == 800.0
-    for rate, says in ((0, "more than 0"), ("-5 rpm", "more than 0"), ("3 Nm", "Nm is a unit of torque")):
+    for rate, says in (
+        (0, "allowed 20 to 100000 full"),
+        ("-75 rpm", "-500 steps/s; allowed"),
+        ("1e9 rpm", "allowed 20 to"),
+        ("3 Nm", "Nm is a unit of torque"),
+    ):
         with pytest.raises(UsageError, match=says):
             pull_out(law, [rate])
 

@@ -143,3 +143,8 @@ class LoadData:
     damper_drag: float = 0.0  # N m s
     low: float | None = None  # rad, hard stop
     high: float | None = None  # rad, hard stop
+
+    @property
+    def stops(self) -> bool:
+        """Whether there is a hard stop."""
+        return self.low is not None or self.high is not None

@@ -66,6 +66,7 @@ class MotorLaw:
         phased: the inputs are phases, not steps: the table has a row for each combination of phases, numbered by the
             phases that are on: 1 for the first phase, 2 for the second, then 4 ...; `steps` is "half".
         origin: the command, in half steps of `fields`, that is command 0 of a phased motor.
+        restless: it is integrated also while it is at rest, so that the ripple of its chopper is there.
 
     Raises:
         UsageError: motor, driver, load and steps that do not go together.
@@ -79,6 +80,7 @@ class MotorLaw:
     blocked: bool = False
     phased: bool = False
     origin: int = 0
+    restless: bool = False
 
     def __post_init__(self) -> None:
         check_steps(self.steps)
@@ -129,16 +131,12 @@ class MotorLaw:
         return model(
             self.motor.windings, self.motor.phases, self.driver.kind, self.driver.decay, self.driver.least_on > 0,
             self.driver.off_time > 0, self.driver.lag > 0, self.motor.detent > 0, self._rubs, self.load.stiffness > 0,
-            self.load.damper_inertia > 0, self._stops, self.blocked,
+            self.load.damper_inertia > 0, self.load.stops, self.blocked,
         )  # fmt: skip
 
     @property
-    def _stops(self) -> bool:
-        return self.load.low is not None or self.load.high is not None
-
-    @property
     def _rubs(self) -> bool:
-        return self.motor.friction + self.load.friction > 0 or bool(self.load.stiction) or self._stops
+        return self.motor.friction + self.load.friction > 0 or bool(self.load.stiction) or self.load.stops
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -178,7 +176,7 @@ class MotorLaw:
             "STOP_LOW": -1e300 if load.low is None else load.low,
             "STOP_HIGH": 1e300 if load.high is None else load.high,
             "TURNS": motor.teeth / (2 * pi), "ZERO": self._zero, "H": h, "HALF_H": h / 2, "STEP_PS": self.step_ps,
-            "SLOW": 100 * SLOW if chopped else SLOW, "STILL": STILL, "SETTLED": settled,
+            "SLOW": -1.0 if self.restless else 100 * SLOW if chopped else SLOW, "STILL": STILL, "SETTLED": settled,
             "STEPS_COMMAND": 1 / self.micro, "STEPS_RAD": 1 / motor.step,
         }  # fmt: skip
         # Always the same types: Numba compiles once.

@@ -150,6 +150,8 @@ def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str
     given = of_text(value, FIGURES, name, SPELLED, BESIDE) if isinstance(value, str) else {**value}
     if given.get("step_angle") is not None and "teeth" in given:
         raise UsageError(f"{name}: step_angle and teeth both set the full steps a turn; leave one out")
+    if "step_angle" in given and given.get("windings") == "reluctance":
+        raise UsageError(f"{name}: step_angle of a reluctance motor; give its teeth and phases instead")
     if "step_angle" in given:
         given["teeth"] = _teeth(given.pop("step_angle"), name)
     return given
@@ -210,7 +212,8 @@ def assumptions(value: Any) -> tuple[str, ...]:
     given = motor_table(value)
     if "like" in given:
         return ()
-    return tuple(says for figure, says in ASSUMED.items() if given.get(figure) is None)
+    magnetic = ("windings", "teeth", "rated", "iron") if given.get("windings") == "reluctance" else ()
+    return tuple(says for figure, says in ASSUMED.items() if given.get(figure) is None and figure not in magnetic)
 
 
 def _check_whole(given: Mapping[str, Any], name: str) -> None:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 RISE_S = 4.0  # in which the load would come to the holding torque
 PIECE_PS = 10_000_000_000  # in which it stays as it is
 SETTLES_PS = 100_000_000_000  # before it begins to grow
+LEAST, MOST = 20.0, 1e5  # full steps/s
 BESIDE = 0.006  # of a rate, up and down: its neighbours
 APART = 0.1  # of the holding torque, by which both neighbours of an isolated rate are above or below it
 
@@ -86,8 +87,8 @@ def pull_out(law: MotorLaw, rates: Sequence[float | str], *, neighbours: bool = 
 
 def _rate(given: Any, law: MotorLaw) -> float:
     rate = quantity(given, "steps/s", "rate", law.motor.full_steps)
-    if not rate > 0:
-        raise UsageError(f"rate {given!r}; allowed more than 0 full steps/s")
+    if not LEAST <= rate <= MOST:
+        raise UsageError(f"rate {given!r}: {rate:g} steps/s; allowed {LEAST:g} to {MOST:g} full steps/s")
     return rate
 
 
