@@ -44,15 +44,14 @@ def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str
         says = f"chopper at {at}: the current ripples by up to {swing:.2g} A of {driver.current:.3g} A at high rates, "
         says += f"which takes up to {lost} of the torque"
         if not has_own_clock(given, motor):
-            says += (
-                "; the frequency is assumed: name the driver, such as DRV8825, or give its frequency, such as 36 kHz"
-            )
+            says += "; the frequency is assumed: name the driver, such as DRV8825, or give its frequency, "
+            says += "such as 36 kHz"
         notes.append(says)
     least = least_current(motor, replace(driver, kind="chopper"))
     if least > driver.current:
         notes.append(
             f"blanking of {driver.least_on * 1e6:g} us: it alone drives {least:.3g} A through a winding of "
-            f"{motor.resistance:g} ohm at rest, so the driver cannot hold {driver.current:.3g} A; use a lower supply, a "
-            "winding with more resistance, or mixed decay"
+            f"{motor.resistance:g} ohm at rest, so the driver cannot hold {driver.current:.3g} A; use a lower supply, "
+            "a winding with more resistance, or mixed decay"
         )
     return tuple(notes)
