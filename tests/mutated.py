@@ -26,6 +26,7 @@ from slewline.bench.file import BenchFile
 from slewline.bench.files.images import read_image
 from slewline.chips import CATALOGUE, sheet_of
 from slewline.cli.files import read_program
+from slewline.cli.motors.own import motor_value
 from slewline.core.memory.image import to_hex
 from slewline.drive.blackbox import LINES, BlackBox, read_line
 from slewline.errors import LONGEST_LINE, SlewlineError
@@ -272,6 +273,23 @@ def make_logs(folder: Path) -> list[Path]:
     return [path]
 
 
+def make_motors(folder: Path) -> list[Path]:
+    """Write the figures of a motor, as a table and as the row that calibrate prints."""
+    (folder / "own.toml").write_text(MOTOR)
+    (folder / "row.toml").write_text('motor = { like = "AS1010", iron = 0.000925, inertia = "80 g cm2" }\n')
+    return [folder / "own.toml", folder / "row.toml"]
+
+
+MOTOR = """current = "2 A"
+resistance = 1.4
+inductance = "3 mH"
+torque = "62 oz-in"
+inertia = "57 g cm2"
+step_angle = "0.9 deg"
+windings = "unipolar"
+"""
+
+
 def make_boxes(folder: Path) -> list[Path]:
     """Write the line of a black box."""
     ns = iter(range(0, 10**9, 1000))
@@ -371,6 +389,7 @@ READERS: dict[str, tuple[Callable[[Path], list[Path]], Callable[[Path], None]]] 
     "dialogue": (make_dialogues, compare),
     "journal": (make_journals, replay),
     "tune log": (make_logs, sweep),
+    "motor": (make_motors, lambda path: motor_value(str(path))),
     "black box": (make_boxes, read_box),
     "backup": (make_backups, read_backup),
     "memory": (make_images, read_memory),

@@ -40,6 +40,7 @@ from slewline.bench.wiring import joints
 from slewline.chips import PARTS, listed, quirks_of, ramps_of, sheet_of
 from slewline.chips.cy545 import sheet as cy545
 from slewline.core.chip import Chip
+from slewline.core.datasheet import units
 from slewline.core.datasheet.roles import ROLES
 from slewline.drive.board import boards, wire
 from slewline.drive.drivers import STEP_DRIVERS
@@ -56,6 +57,7 @@ from slewline.links.control.validator import in_words, span
 from slewline.parts import KINDS, options_of, part_class
 from slewline.parts.base.part import Part
 from slewline.parts.motors import drivers, loads, motors
+from slewline.parts.motors.data import DriverData
 
 EXAMPLES: dict[str, dict[str, Any]] = {"prom": {"image": ""}, "switch": {"low": 0}}  # parts that need an option
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -394,10 +396,37 @@ Hybrid motors with 200 full steps a turn; windings, holding torque with two phas
 those of the source. The drag by iron loss is on none of the sheets; 2.66 ms times the holding torque is taken.
 """
 SOURCES_NOTE = "Some rows are estimates in part, as their sources say. Check a row against the sheet of your motor."
+OWN_MOTOR = """\
+A text has names and figures between commas, with the names of the table or those of data sheets:
+
+    {example}
+
+A table has the same, in a bench file and in a file MOTOR.toml for `--motor`, a line each: `current = "2 A"`. `like`
+and the name of a motor takes all figures of that row; what else is given replaces one, as in `like 17HS4401, inertia
+80 g cm2`. `step angle 0.9 deg` (in a table `step_angle`) may be written instead of `teeth`.
+
+{needed} are required. For what is left out the commands say what they assume:
+
+{assumed}
+"""
+UNITS_NOTE = """\
+Wherever a figure may be text: in these texts and tables, on the command line, in bench files and from Python. A
+number alone is in the first unit of its row. Spaces, dots, stars and dashes within a unit do not count: `62 oz-in`,
+`68 g·cm²`, `4.5 kgf-cm`. A rate in turns needs the steps a turn of a motor: `calibrate`, `pull_out` and the grid of
+`tune` have a motor, and there an acceleration may be in rev/s2, a jerk in rev/s3. Scripts and `slewline ramp` have none
+and refuse such rates.
+"""
 DRIVER_TEXTS = """\
 `{supply:V}` stands for a number and its unit, `24 V`; `L/{times:R}` for `L/4R`. A text without a kind is `averaged`,
-and with a frequency or a decay `chopper`. The current is that of a phase with two phases on; without it the rated
-current of the motor holds.
+and with a frequency, a pause (`off 12 us`) or a decay `chopper`. The current is that of a phase with two phases on;
+without it the rated current of the motor holds.
+"""
+BOUGHT_NOTE = """\
+Without a name and a frequency a chopper has 20 kHz. With a winding of small inductance its current then ripples so much
+that torque is lost at high rates, and the commands say so. `auto` decay is slow, and mixed after a step at which the
+current is to become less. A TMC2208 or TMC2209 regulates the mean of the current after a reset, so it is `averaged`;
+`TMC2209, 24 V, 1 A, chopper` switches at the frequency of its PWM. The fast decay of a DRV8825 ends at 75 % of the
+period; here it takes 75 % of one from the peak on.
 """
 LOAD_TEXTS = """\
 A text has names and figures between commas, `inertia 68 g cm2, friction 10 mNm`; a table has the same. `mass` with
@@ -487,6 +516,12 @@ def boards_page() -> str:
     )  # fmt: skip
 
 
+def switching(driver: DriverData) -> str:
+    """How often a driver switches, and how its current decays."""
+    often = f"a pause of {driver.off_time * 1e6:g} us" if driver.off_time else f"{driver.frequency / 1e3:g} kHz"
+    return f"{often}, averaged" if driver.kind == "averaged" else f"{often}, {driver.decay} decay"
+
+
 def motors_page() -> str:
     """The rows of motors and drivers with their sources, and what texts and tables may have."""
     sources = list(dict.fromkeys(row.source for row in motors.MOTORS.values()))
@@ -506,25 +541,35 @@ def motors_page() -> str:
     kinds = ((f"`{kind}`", ", ".join(f"`{name}`" for name in names)) for kind, names in drivers.TAKES.items())
     bought = (
         (
-            f"`{name}`", f"{row.data.frequency / 1e3:g} kHz, {row.data.decay} decay",
+            f"`{name}`", switching(row.data),
             f"{row.supply[0]:g} to {row.supply[1]:g}", f"{row.most:g}", row.data.source,
         )
         for name, row in drivers.DRIVERS.items()
     )  # fmt: skip
     always = ", ".join(f"`{name}`" for name in drivers.ALWAYS)
+    turns = {"steps/s": units.TURNS}
+    measures = (
+        (units.KINDS[first], ", ".join(f"`{each}`" for each in (*sizes, *turns.get(first, ()))))
+        for first, sizes in units.UNITS.items()
+    )
     return "\n\n".join(
         (
             f"{NOTE}{MOTORS_PAGE}\n{table(columns, rows)}", listed, SOURCES_NOTE,
-            "### A motor of your own", "`like` takes all figures of a row; what else is given replaces one.",
+            "### A motor of your own",
+            OWN_MOTOR.format(
+                example=motors.EXAMPLE, needed=", ".join(f"`{name}`" for name in motors.NEEDED),
+                assumed="\n".join(f"- `{name}`: {says}" for name, says in motors.ASSUMED.items()),
+            ).strip(),
             option_table(motors.FIGURES),
             "## Drivers", "A text has parts between commas, in any order:",
             "\n".join(f"    {text}" for text in drivers.EXAMPLES),
             table(("text", "sets"), sayings), DRIVER_TEXTS.strip(),
             "Drivers that can be bought stand in a text, or in a table as `like`:",
-            table(("driver", "switches at", "supply, V", "most, A", "source"), bought),
+            table(("driver", "switches at", "supply, V", "most, A", "source"), bought), BOUGHT_NOTE.strip(),
             "### A driver as a table", option_table(drivers.FIGURES),
             f"Beside {always} a driver has the figures of its kind:", table(("kind", "figures"), kinds),
-            "## Loads", LOAD_TEXTS.strip(), f"{option_table(loads.FIGURES)}\n",
+            "## Loads", LOAD_TEXTS.strip(), option_table(loads.FIGURES),
+            "## Units", UNITS_NOTE.strip(), f"{table(('quantity', 'units'), measures)}\n",
         )
     )  # fmt: skip
 

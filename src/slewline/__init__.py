@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .drive.drive import Drive
     from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WaveformError, WiringError
     from .parts.motors.laws import motor_law
+    from .parts.motors.pull_out import pull_out
     from .record.measuring.compare import compare_edges
     from .record.waveforms.read_vcd import read_vcd
     from .record.waveforms.read_waveforms import read_waveforms
@@ -51,6 +52,7 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
         "WiringError",
     ),
     "parts.motors.laws": ("motor_law",),
+    "parts.motors.pull_out": ("pull_out",),
     "record.measuring.compare": ("compare_edges",),
     "record.waveforms.read_vcd": ("read_vcd",),
     "record.waveforms.read_waveforms": ("read_waveforms",),
@@ -74,6 +76,7 @@ __all__ = [
     "find_ramps",
     "load",
     "motor_law",
+    "pull_out",
     "ramp",
     "read_image",
     "read_vcd",

@@ -41,11 +41,27 @@ def test_the_same_as_data(call, monkeypatch):
     ("given", "says"),
     [
         ((), "nothing to calibrate with"),
-        (("--pull-out", "fast"), "--pull-out 'fast'; allowed full steps/s, such as '1800 steps/s'"),
-        (("--pull-out", "2450", "--torque", "5 kg"), "--torque '5 kg'; allowed a number (N m), or text with a unit"),
+        (
+            ("--pull-out", "fast"),
+            "--pull-out 'fast'; allowed a number (steps/s), or text with a unit: steps/s, rev/s, rpm",
+        ),
+        (
+            ("--pull-out", "2450", "--torque", "5 kg"),
+            "--torque '5 kg'; kg is a unit of mass; allowed a number (N m), or text with a unit",
+        ),
         (("--start-stop", "9000"), "does not come to it even without friction"),
     ],
 )
 def test_mistakes_are_said(call, given, says):
     ran = call(*GIVEN, *given)
     assert ran.status == 2 and says in ran.err
+
+
+def test_an_interrupt_says_that_nothing_is_kept(call, monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("slewline.cli.motors.calibrate.calibrated", interrupt)
+    ran = call(*GIVEN, "--pull-out", "2450")
+    assert ran.status == 1
+    assert ran.err.strip() == "slewline: interrupted; nothing is kept of a calibration: the same command begins again"

@@ -9,7 +9,7 @@ import pytest
 import slewline
 from slewline.drive.board.boards import UNO
 from slewline.drive.check import recommended_ms
-from slewline.drive.terminals import ENABLE_OFF, driver_polarity, hold_of, outputs_of
+from slewline.drive.terminals import ENABLE_OFF, driver_polarity, hold_of, outputs_of, steps_a_second
 from slewline.errors import UnknownName, UsageError
 from tests.ensembles import few
 
@@ -22,6 +22,28 @@ MOVERS = {  # part, options, text, and what makes it move 900 steps
     "cy545": ("cy545", {"rate_table": "27k", "fixed_baud": 9600}, "+\rF 10\rR 255\rS 200\rN 900\r", "G\r"),
     "mc1451a": ("mc1451a", {}, "SET_VEL 40000 steps/s\nSET_ACC 200000 steps/s2", "SET_POS %d\nUPDATE"),
 }
+
+
+def test_a_rate_is_in_steps_and_another_unit_is_named():
+    assert steps_a_second("500 steps/s") == steps_a_second(500) == 500
+    for rate, says in {
+        "150 rpm": "rpm needs the steps a turn of a motor, which are not known here: write the rate in steps/s; ",
+        "5 Nm": "Nm is a unit of torque; ",
+        "500": "",
+        "0 steps/s": "",
+    }.items():
+        with pytest.raises(UsageError) as error:
+            steps_a_second(rate)
+        assert str(error.value) == (
+            f"rate {rate!r}: {says}expected steps per second with their unit, such as '500 steps/s'"
+        )
+
+
+def test_another_driver_is_not_offered_for_an_unknown_one():
+    for name in ("TMC2208", "TMC2130", "DM556", "A4983"):
+        with pytest.raises(UnknownName) as error:
+            driver_polarity(UNO, name)
+        assert "did you mean" not in str(error.value) and "for another one leave it out" in str(error.value)
 
 
 def test_a_driver_says_how_it_is_enabled_and_what_its_pulses_must_be():

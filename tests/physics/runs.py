@@ -85,12 +85,7 @@ def loaded(law: MotorLaw, torque: float) -> MotorLaw:
 
 def restless(law: MotorLaw) -> MotorLaw:
     """Return the same motor that never comes to rest, so that its chopper goes on."""
-    other = replace(law)
-    names = law.model.parameters
-    other.__dict__["parameters"] = tuple(
-        -1.0 if name == "SLOW" else value for name, value in zip(names, law.parameters, strict=True)
-    )
-    return other
+    return replace(law, restless=True)
 
 
 @dataclass

@@ -9,6 +9,7 @@ import pytest
 
 import slewline
 from slewline.errors import UsageError, WaveformError
+from slewline.record.waveforms.read_waveforms import volts_of
 from slewline.record.waveforms.sampling import rate_in, sampling_of
 from tests.captures import MS, US, Sampled, Wave, model, saleae_csv, sigrok_vcd, wave
 
@@ -137,6 +138,9 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
     assert table(tmp_path, "A,B\n0,1\n1,1\n", timescale="3 us").edges("A")[0].tolist() == [3 * US]
     with pytest.raises(UsageError, match="threshold 'high': expected a voltage"):
         table(tmp_path, good, threshold="high")
+    with pytest.raises(UsageError, match="threshold '700 mA': mA is a unit of current; expected a voltage"):
+        table(tmp_path, good, threshold="700 mA")
+    assert [volts_of(given) for given in ("700 mV", "1.4 v", "1.4", 1.4, " 2V ")] == [0.7, 1.4, 1.4, 1.4, 2.0]
 
 
 def test_voltages_have_a_threshold_and_hysteresis(tmp_path):

@@ -116,3 +116,15 @@ def test_where_nothing_holds(call: Any) -> None:
     status, out, _ = call(*fast, "--map", "--jobs", "1", "--plot", "none.svg")
     assert status == 1 and "best          none: every move loses steps" in out and "2 fails nominally" in out
     assert "commands" not in out and not Path("none.svg").exists()
+
+
+def test_an_interrupt_while_the_picture_is_drawn_says_that_all_runs_are_kept(
+    call: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("slewline.cli.motors.tune.draw", interrupt)
+    status, out, err = call("cy525", *QUICK, "--plot", "found.svg", "--store", "log.jsonl", "--jobs", "1")
+    says = "interrupted when all runs were judged; log.jsonl has every run: the same command goes on from there"
+    assert (status, out, err.strip()) == (1, "", f"slewline: {says}")

@@ -101,6 +101,40 @@ def test_a_sweep_that_was_killed_goes_on(path: Path, tmp_path: Path) -> None:
     assert same(again, fresh) and again.runs_here == 0 and len(runs) == fresh.runs
 
 
+@pytest.mark.parametrize("stored", [True, False])
+def test_an_interrupt_says_what_is_kept(path: Path, stored: bool) -> None:
+    made, left = task("cy500"), iter(range(30))
+    most = sweep(path.with_name("whole.jsonl")).exhaustive
+
+    def until_interrupted(run: Trial) -> Verdict:
+        if next(left, None) is None:
+            raise KeyboardInterrupt
+        return hits(run)
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        perform(made, ramps_of(made.part), store=path if stored else None, full_map=True, judge=until_interrupted)
+    if stored:
+        says = f"interrupted; {path} has 30 of up to {most:,} runs: the same command goes on from there"
+        assert len(lines(path)) == 31
+    else:
+        says = (
+            f"interrupted after 30 of up to {most:,} runs, which are lost; with --store F.jsonl (store=) every run is "
+            "kept, and the same command goes on from there"
+        )
+    assert str(caught.value) == says
+
+
+def test_an_interrupt_while_the_moves_are_listed_says_what_is_kept(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = sweep(path).runs
+
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("slewline.tuning.tune.Candidates", interrupt)
+    with pytest.raises(KeyboardInterrupt, match=f"has {runs:,} runs: the same command goes on from there"):
+        sweep(path)
+
+
 def test_a_torn_last_line_is_cut_off(path: Path) -> None:
     found, data = sweep(path), path.read_bytes()
     rows = data.splitlines(keepends=True)

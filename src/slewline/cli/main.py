@@ -165,8 +165,8 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
     except click.ClickException as error:
         error.show()
         return error.exit_code
-    except click.Abort:
-        return _told()
+    except click.Abort as error:
+        return _told(error.__cause__)
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "rich":
             raise
@@ -181,10 +181,11 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
         return _told()
 
 
-def _told() -> int:
-    """Say that the command was interrupted; return its status."""
+def _told(interrupt: BaseException | None = None) -> int:
+    """Say that the command was interrupted, in the words of the interrupt if it has some; return its status."""
     sys.unraisablehook = lambda _failed: None  # what was being made is not whole, and cannot be taken apart
-    sys.stderr.write(f"slewline: {INTERRUPTED}\n")
+    says = str(interrupt) if isinstance(interrupt, KeyboardInterrupt) else ""
+    sys.stderr.write(f"slewline: {says or INTERRUPTED}\n")
     return FOUND
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from ..core.messages.near import hint
+from ..core.messages.near import same_part
 from ..core.time.timebase import readable
 from ..errors import UnknownName, UsageError
 
@@ -69,8 +69,8 @@ def step_driver(name: str) -> StepDriver:
             return row
     there = ", ".join(STEP_DRIVERS)
     raise UnknownName(
-        f"driver {name!r}; known: {there}{hint(name, STEP_DRIVERS)}; for another one leave it out, and compare its "
-        "data sheet with the times of the board"
+        f"driver {name!r}; known: {there}{same_part(name, STEP_DRIVERS)}; for another one leave it out, and compare "
+        "its data sheet with the times of the board"
     )
 
 

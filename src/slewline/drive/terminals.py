@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from ..core.datasheet.units import other_kind
 from ..core.messages.near import hint
 from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
 from ..errors import UsageError
@@ -34,7 +35,8 @@ def steps_a_second(rate: str | int) -> int:
     text = f"{rate} steps/s" if isinstance(rate, int) and not isinstance(rate, bool) else str(rate)
     found = re.fullmatch(r"\s*(\d{1,7})\s*steps/s\s*", text)
     if found is None or not int(found[1]):
-        raise UsageError(f"rate {rate!r}: expected steps per second with their unit, such as '500 steps/s'")
+        kind = other_kind(rate, "steps/s")
+        raise UsageError(f"rate {rate!r}: {kind}expected steps per second with their unit, such as '500 steps/s'")
     return int(found[1])
 
 

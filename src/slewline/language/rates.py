@@ -19,6 +19,7 @@ from fractions import Fraction
 from math import floor
 
 from ..core.datasheet.table import Arg, Sheet
+from ..core.datasheet.units import in_steps
 from ..errors import UsageError
 
 _SPOKEN = re.compile(
@@ -56,6 +57,7 @@ def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
     """
     match = _SPOKEN.fullmatch(text.strip())
     if match is None:
+        _refuse_turns(text)
         return None
     number, time, power = match.groups()
     if int(power or 1) != arg.cycles:
@@ -64,9 +66,23 @@ def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
 
 
 def steps_per_s(text: str) -> Fraction | None:
-    """Return the rate in a text such as "4000 steps/s", exactly; None: there is none."""
+    """Return the rate in a text such as "4000 steps/s", exactly; None: there is none.
+
+    Raises:
+        UsageError: a rate in turns, which needs the steps a turn of a motor.
+    """
     match = _SPOKEN.fullmatch(text.strip())
+    if match is None:
+        _refuse_turns(text)
     return Fraction(match[1]) if match and (match[2], match[3]) == ("s", None) else None
+
+
+def _refuse_turns(text: str) -> None:
+    if in_steps(text.strip(), 1) != text.strip():
+        raise UsageError(
+            f"rate {text.strip()!r}: a chip counts steps, and the steps a turn of a motor are not known here; write "
+            "steps/s: rev/s times the steps a turn, or rpm times the steps a turn / 60"
+        )
 
 
 def units(arg: Arg) -> str:

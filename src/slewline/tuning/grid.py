@@ -5,6 +5,7 @@ S=1..254/8          eight of them, evenly spaced in what counts (`measure` of th
 R=4..40 by 4        every fourth
 R=4,8,15            these
 R=400 steps/s..4000 steps/s/12      rates in their unit
+R=120 rpm..1200 rpm/12              or in turns, where the steps a turn of the motor are known
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
 
+from ..core.datasheet.units import in_steps
 from ..core.messages.whole import whole
 from ..errors import UsageError
 from ..language.ramps import Calculator, RampParameter, Value, value_of
@@ -75,8 +77,13 @@ def _short(values: Sequence[Value]) -> str:
     return ",".join(map(str, values)) if len(values) <= 4 else f"{values[0]}..{values[-1]} ({len(values)} values)"
 
 
-def read_grid(calculator: Calculator, given: str | Mapping[str, Given] | None, crystal_hz: int) -> Grid:
+def read_grid(
+    calculator: Calculator, given: str | Mapping[str, Given] | None, crystal_hz: int, per_turn: int | None = None
+) -> Grid:
     """Return the grid that a user asks for; parameters that are left out have those values that are `tried`.
+
+    Args:
+        per_turn: the steps a turn of the motor, for rates in turns; None: there is no motor.
 
     Raises:
         UnknownName: no such parameter.
@@ -99,7 +106,7 @@ def read_grid(calculator: Calculator, given: str | Mapping[str, Given] | None, c
                     f"leave it out, or set {'='.join(quantity.only)}"
                 )
             continue
-        values[quantity.name] = _values(calculator, quantity, named.get(quantity.name), crystal_hz)
+        values[quantity.name] = _values(calculator, quantity, named.get(quantity.name), crystal_hz, per_turn)
     grid = Grid(tuple(values), tuple(values.values()))
     if grid.size > MOST:
         raise UsageError(f"{part}: {_sizes(grid)} = {grid.size} places; allowed {MOST}; give fewer values, such as /12")
@@ -125,7 +132,9 @@ def _split(part: str, text: str) -> dict[str, Given]:
     return texts
 
 
-def _values(calculator: Calculator, quantity: RampParameter, given: Given | None, hz: int) -> tuple[Value, ...]:
+def _values(
+    calculator: Calculator, quantity: RampParameter, given: Given | None, hz: int, per_turn: int | None
+) -> tuple[Value, ...]:
     """The values of a parameter, ascending."""
     where = f"{calculator.sheet.part}: {quantity.name}"
     if given is None:
@@ -133,11 +142,11 @@ def _values(calculator: Calculator, quantity: RampParameter, given: Given | None
             raise UsageError(f"{where}: has no values; give {FORMS}")
         given = quantity.tried or str(quantity.default)
     if isinstance(given, str):
-        values = _spoken(calculator, quantity, given, hz)
+        values = _spoken(calculator, quantity, given, hz, per_turn)
     elif (number := whole(given)) is not None:
         values = [value_of(calculator, quantity, number, hz)]
     elif isinstance(given, Iterable):
-        values = [value_of(calculator, quantity, each, hz) for each in given]
+        values = [_value(calculator, quantity, each, hz, per_turn) for each in given]
     else:
         raise UsageError(f"{where} {given!r}; allowed {FORMS}")
     if not values:
@@ -149,7 +158,14 @@ def _values(calculator: Calculator, quantity: RampParameter, given: Given | None
     return tuple(sorted(set(values), key=int))
 
 
-def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int) -> list[Value]:
+def _value(calculator: Calculator, quantity: RampParameter, given: object, hz: int, per_turn: int | None) -> Value:
+    """A value; a rate may be in turns, if the steps a turn are known."""
+    if isinstance(given, str) and per_turn is not None:
+        given = in_steps(given, per_turn)
+    return value_of(calculator, quantity, given, hz)
+
+
+def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int, per_turn: int | None) -> list[Value]:
     """The values in a text."""
     where = f"{calculator.sheet.part}: {quantity.name} {text!r}"
     if quantity.arg is None:
@@ -159,7 +175,7 @@ def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int)
     found: list[Value] = []
     for piece in text.split(","):
         if ".." not in piece:
-            found.append(value_of(calculator, quantity, piece.strip(), hz))
+            found.append(_value(calculator, quantity, piece.strip(), hz, per_turn))
             continue
         match = _RANGE.fullmatch(piece.strip())
         if match is None or not (match[1].strip() and match[2].strip()):
@@ -168,7 +184,7 @@ def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int)
         unit = _UNIT.fullmatch(last)
         if unit and not _UNIT.fullmatch(first):
             first = f"{first} {unit[1]}"
-        low, high = (int(value_of(calculator, quantity, each, hz)) for each in (first, last))
+        low, high = (int(_value(calculator, quantity, each, hz, per_turn)) for each in (first, last))
         if high < low:
             raise UsageError(f"{where}: {high} is below {low}; give the lower one first")
         count, by = (None if each is None else int(each) for each in (match[3], match[4]))

@@ -34,6 +34,22 @@ def digest(task: Mapping[str, Any]) -> str:
     return blake2b(text.encode(), digest_size=16).hexdigest()
 
 
+def interrupted(log: Log | None, here: int, most: int | None) -> str:
+    """Return what to say when a search is interrupted: what is kept of it, and how it goes on.
+
+    Args:
+        here: the runs that were judged since it began.
+        most: the runs that it may take; None: they are not counted yet.
+    """
+    of = "" if most is None else f" of up to {most:,}"
+    if log is None:
+        return (
+            f"interrupted after {here:,}{of} runs, which are lost; with --store F.jsonl (store=) every run is kept, "
+            "and the same command goes on from there"
+        )
+    return f"interrupted; {log.path} has {len(log.verdicts):,}{of} runs: the same command goes on from there"
+
+
 class Log:
     """The log in a file; a new one is begun, one of the same task continued.
 

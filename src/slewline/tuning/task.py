@@ -9,8 +9,10 @@ from typing import Any
 from ..core.time.timebase import readable
 from ..errors import UsageError
 from ..language.ramps import Value
+from ..parts.motors.choppers import chopper_notes
 from ..parts.motors.data import DriverData, LoadData, MotorData
 from ..parts.motors.law import CHOPPED_PS, STEP_PS
+from ..parts.motors.motors import assumptions
 from .grid import Grid
 from .perturbations import Perturbation, Scenario, System, scenarios
 
@@ -137,6 +139,16 @@ class Tuned:
         )
 
     @property
+    def assumed(self) -> tuple[str, ...]:
+        """What is assumed for figures of the motor that were left out, in words; empty for a motor with a name."""
+        return assumptions(self.task.said.get("motor"))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What may decide the result beside the ramps, such as a great ripple of the chopper, in words."""
+        return chopper_notes(self.task.motor, self.task.driver, self.task.said.get("driver"))
+
+    @property
     def chosen(self) -> Chosen:
         """The recommended move, or the fastest one that holds if none is recommended.
 
@@ -159,4 +171,4 @@ class Tuned:
             found[name] = chosen and {**asdict(chosen), "values": dict(chosen.values)}
         if self.map:
             found["map"] = [asdict(place) for place in self.map]
-        return {"task": self.task.as_json(), **found}
+        return {"task": self.task.as_json(), "assumed": list(self.assumed), "notes": list(self.notes), **found}

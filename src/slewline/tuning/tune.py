@@ -17,13 +17,13 @@ from ..core.messages.whole import whole
 from ..errors import UsageError
 from ..language.ramps import Calculator
 from ..parts.motors.data import DriverData, LoadData, MotorData
-from ..parts.motors.law import check_steps, usual_step
+from ..parts.motors.law import MotorLaw, check_steps, usual_step
 from ..parts.motors.laws import read_system
 from .candidates import Candidates
 from .executors import AHEAD, INLINE, Workers
 from .grid import Given, read_grid
 from .judging import judge
-from .log import Log
+from .log import Log, interrupted
 from .perturbations import Perturbation, read_perturbations
 from .runs import Judge, Outcome, Runs
 from .search import BestFirst, OnProgress, Progress
@@ -74,6 +74,7 @@ def tune(
         UnknownName: there is no such part, parameter, motor or perturbation.
         UsageError: a value is out of range, the store cannot be used, or the executor fails.
         NothingHolds: every candidate loses steps (with `full_map` the map is returned instead).
+        KeyboardInterrupt: Ctrl-C; its text says how many runs the store has.
     """
     task, calculator = task_of(part, motor, driver, load, steps, grid, perturb, stepping, crystal, options)
     workers = INLINE if executor is None else Workers(executor, AHEAD * (cpu_count() or 1), "")
@@ -99,12 +100,12 @@ def task_of(
     number = whole(steps)
     if number is None or number < 1:
         raise UsageError(f"{name}: a move of {steps!r} steps; allowed 1 and more")
-    places = read_grid(calculator, grid, hz)
     rows = read_perturbations(perturb)
     used, driven, loaded = read_system(motor, driver, load or "")
+    pulse = check_steps(stepping)
+    places = read_grid(calculator, grid, hz, used.full_steps * MotorLaw(used, driven, loaded, pulse).micro)
     told = {str(key): value for key, value in (options or {}).items()}
     said = {"motor": motor, "driver": driver, "load": load}
-    pulse = check_steps(stepping)
     return TuningTask(
         name, hz, told, number, pulse, used, driven, loaded, places, rows, usual_step(driven), said
     ), calculator
@@ -122,6 +123,8 @@ def perform(
 ) -> Tuned:
     """Search the grid of a task; arguments as for `tune`, and raises as it does."""
     log = None if store is None else Log(str(store), task.as_json())
+    most = None
+    runs: Runs | None = None
     try:
         size = task.grid.size
 
@@ -132,7 +135,11 @@ def perform(
         runs = Runs(judge, candidates, workers, log)
         chopped = task.switching() if switching else ()
         search = BestFirst(runs, task.scenarios(), chopped, full_map, on_progress)
+        most = len(candidates) * len(search.scenarios)
         found = search.find()
+    except KeyboardInterrupt as interrupt:
+        interrupt.args = (interrupted(log, 0 if runs is None else runs.here, most),)
+        raise
     finally:
         if log is not None:
             log.close()
@@ -153,7 +160,7 @@ def perform(
         found.switched,
         len(runs.asked),
         runs.here,
-        len(candidates) * len(search.scenarios),
+        most,
         dict(runs.killed.most_common()),
         tuple(_map(search)) if full_map else (),
     )

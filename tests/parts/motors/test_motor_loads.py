@@ -7,6 +7,7 @@ from math import pi, sin, sqrt
 import pytest
 
 from slewline.core.datasheet.option import Option
+from slewline.core.datasheet.units import UNITS, expected
 from slewline.errors import UsageError
 from slewline.parts.motors.data import DriverData, LoadData
 from slewline.parts.motors.drivers import read_driver
@@ -16,7 +17,7 @@ from tests.rows import rows
 
 A = MOTORS["QSH4218-51-10-049"]  # 0.49 N m at 1 A
 TABLE = ", ".join(row.name for row in FIGURES)
-KG_M2 = "0 and more kg m2, or text with a unit: kg m2, kg cm2, g m2, g cm2, g mm2"
+KG_M2 = "0 and more kg m2, or text with a unit: " + ", ".join(UNITS["kg m2"])
 
 
 @rows(
@@ -107,10 +108,10 @@ def test_the_rows_of_a_table_begin_with_the_figures_of_a_load():
         ({"inertia": -1}, f"l: inertia -1; allowed {KG_M2}"),
         ("inertia -1 g cm2", f"l: inertia '-1 g cm2'; allowed {KG_M2}"),
         ("inertia", f"l: inertia ''; allowed {KG_M2}"),
-        ("inertia 5 mNm", f"l: inertia '5 mNm'; allowed {KG_M2}"),
+        ("inertia 5 mNm", f"l: inertia '5 mNm'; mNm is a unit of torque; allowed {KG_M2}"),
         ("inertai 1", f"l: no option 'inertai'; its options: {TABLE}; did you mean inertia?"),
         ("friction 1, friction 1", "l 'friction 1, friction 1': friction is given twice; leave one out"),
-        ({"friction": -1e-3}, "l: friction -0.001; allowed 0 and more N m, or text with a unit: N m, mN m, uN m, N cm"),
+        ({"friction": -1e-3}, f"l: friction -0.001; allowed 0 and more {expected('N m', 'N m')}"),
         ("low a", "l: low 'a'; allowed a number (full steps), None"),
         ("low 5, high 5", "l: low 5; allowed less than high, 5 full steps"),
         ("friction 5 mNm, stiction 4 mNm", "l: stiction 0.004 N m; allowed the friction, 0.005 N m, and more"),

@@ -7,9 +7,10 @@ from math import pi, sqrt
 import pytest
 
 from slewline.core.datasheet.option import Option
+from slewline.core.datasheet.units import expected
 from slewline.errors import UnknownName, UsageError
 from slewline.parts.motors.data import MotorData
-from slewline.parts.motors.motors import FIGURES, MOTORS, motor_complaint, motor_named, read_motor
+from slewline.parts.motors.motors import EXAMPLE, FIGURES, MOTORS, motor_complaint, motor_named, read_motor
 from tests.rows import rows
 
 NATURAL = {  # Hz, with two phases on at the rated current and without detent torque or load
@@ -36,8 +37,14 @@ NATURAL = {  # Hz, with two phases on at the rated current and without detent to
 SMALL = {"current": 1, "resistance": 5, "inductance": "8 mH", "torque": "490 mNm", "inertia": "68 gcm2"}
 VR = {"windings": "reluctance", "current": 1, "resistance": 5, "inductance": "8 mH", "inertia": "68 gcm2"}
 NAMES = ", ".join(MOTORS)
+NEEDS = (
+    "current (A: rated current of a phase), resistance (ohm: of a phase), "
+    "inductance (H: of a phase; of a reluctance motor the mean), torque (N m: holding torque at the rated current), "
+    "inertia (kg m2: of the rotor)"
+)
 TABLE = ", ".join(row.name for row in FIGURES)
-INERTIA = "kg m2, or text with a unit: kg m2, kg cm2, g m2, g cm2, g mm2"
+ALLOWED = f"the name of a motor, text such as '{EXAMPLE}', or a table of like, step_angle, {TABLE}"
+OTHER = f"; for another motor give the figures of its data sheet: '{EXAMPLE}'"
 
 
 @rows("name", MOTORS)
@@ -99,26 +106,26 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_make_its_steps():
 @rows(
     ("value", "says"),
     [
-        (5, f"m 5; allowed the name of a motor, or a table of like, {TABLE}"),
+        (5, f"m 5; allowed {ALLOWED}"),
         ({"like": 5}, "m: like 5; allowed the name of a motor, such as QSH4218-35-10-027"),
-        ({}, "m: needs the option current: a number (A), or text with a unit: A, mA"),
+        ({}, f"m: needs {NEEDS}; such as '{EXAMPLE}', or like and the name of a motor"),
         (SMALL | {"current": 0}, "m: current 0; allowed more than 0 A"),
         (SMALL | {"current": "-1 A"}, "m: current '-1 A'; allowed more than 0 A"),
         (SMALL | {"resistance": 0}, "m: resistance 0; allowed more than 0 ohm"),
         (SMALL | {"inductance": "0 mH"}, "m: inductance '0 mH'; allowed more than 0 H"),
         (SMALL | {"inertia": "0 g cm2"}, "m: inertia '0 g cm2'; allowed more than 0 kg m2"),
         (SMALL | {"inertia": -1e-6}, "m: inertia -1e-06; allowed more than 0 kg m2"),
-        (SMALL | {"inertia": "68 g"}, f"m: inertia '68 g'; allowed a number (kg m2), {INERTIA.partition(', ')[2]}"),
+        (SMALL | {"inertia": "68 g"}, f"m: inertia '68 g'; g is a unit of mass; allowed {expected('kg m2')}"),
         (
             SMALL | {"detent": -1e-3},
-            "m: detent -0.001; allowed 0 and more N m, or text with a unit: N m, mN m, uN m, N cm",
+            f"m: detent -0.001; allowed {expected('N m', '0 and more N m')}",
         ),
         (SMALL | {"teeth": 0}, "m: teeth 0; allowed 1 and more"),
         (SMALL | {"rated": "both"}, "m: rated 'both'; allowed two, one"),
         (SMALL | {"windings": "delta"}, "m: windings 'delta'; allowed bipolar, unipolar, reluctance"),
         (
             SMALL | {"resistence": 5},
-            f"m: no option 'resistence'; its options: {TABLE}, like; did you mean resistance?",
+            f"m: no option 'resistence'; its options: {TABLE}, like, step_angle; did you mean resistance?",
         ),
         (
             SMALL | {"torque": 0},
@@ -132,7 +139,8 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_make_its_steps():
         (SMALL | {"swing": "1 mH"}, "m: swing 0.001 H; only windings = 'reluctance' have one: leave it out"),
         (
             VR,
-            "m: swing 0 H of a reluctance motor; allowed more than 0 and less than its inductance, 0.008 H",
+            "m: needs swing (H: how far the inductance of a reluctance motor goes up and down from the mean); such as "
+            f"'{EXAMPLE}', or like and the name of a motor",
         ),
         (
             VR | {"swing": "8 mH"},
@@ -151,8 +159,8 @@ def test_a_figure_that_cannot_be_is_refused_with_its_place_and_what_is_allowed(v
     ("value", "says"),
     [
         ("qsh4218-51-10-049", f"m 'qsh4218-51-10-049'; there are: {NAMES}; did you mean QSH4218-51-10-049?"),
-        ("NEMA", f"m 'NEMA'; there are: {NAMES}"),
-        ({"like": "AS101"}, f"m: like 'AS101'; there are: {NAMES}; did you mean AS1010?"),
+        ("NEMA", f"m 'NEMA'; there are: {NAMES}{OTHER}"),
+        ({"like": "AS101"}, f"m: like 'AS101'; there are: {NAMES}{OTHER}"),
     ],
 )
 def test_a_name_that_is_no_motor_is_refused_with_those_that_are(value, says):
@@ -164,9 +172,9 @@ def test_a_name_that_is_no_motor_is_refused_with_those_that_are(value, says):
 @pytest.mark.parametrize(
     ("value", "says"),
     [
-        ("AS101", f"p: motor 'AS101'; there are: {NAMES}; did you mean AS1010?"),
+        ("AS101", f"p: motor 'AS101'; there are: {NAMES}{OTHER}"),
         ({"like": "AS1010", "inertia": 0}, "inertia': 0}; inertia 0; allowed more than 0 kg m2"),
-        (5, f"p: motor 5; allowed the name of a motor, or a table of like, {TABLE}"),
+        (5, f"p: motor 5; allowed {ALLOWED}"),
     ],
 )
 def test_a_motor_is_an_option_of_a_part(value, says):

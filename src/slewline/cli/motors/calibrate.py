@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import re
+from collections.abc import Mapping
+from typing import Any
 
 import click
 
 from ...core.datasheet.units import quantity
-from ...errors import UsageError
 from ...parts.motors.calibrate import Calibration
 from ...parts.motors.calibrate import calibrate as calibrated
+from ...parts.motors.choppers import chopper_notes
 from ...parts.motors.drivers import read_driver
 from ...parts.motors.loads import read_load
-from ...parts.motors.motors import read_motor
+from ...parts.motors.motors import assumptions, is_described, motor_table, read_motor
+from ...tuning.replaying import toml
 from ..programs import print_json
+from .own import OPTION, motor_value
 
-RATE = re.compile(r"([0-9]+(?:\.[0-9]*)?)\s*(steps/s)?")
 REPLACED = ("friction", "stiction", "force")  # of a load, by the friction that was found
 
 
@@ -24,22 +26,30 @@ def calibrate(
     as_json: bool,
 ) -> int:  # fmt: skip
     """Print the constants, and the rows for a bench file."""
-    its = read_motor(motor, "--motor")
-    found = calibrated(
-        its,
-        read_driver(driver, "--driver", its),
-        read_load(load, "--load", its),
-        start_stop=rate(start_stop, "--start-stop"),
-        pull_out=rate(pull_out, "--pull-out"),
-        torque=quantity(_number(torque), "N m", "--torque"),
-        steps=stepping,
-    )
-    rows = rows_of(found, motor, load)
+    given = motor_value(motor)
+    its = read_motor(given, OPTION)
+    drives = read_driver(driver, "--driver", its)
+    notes = chopper_notes(its, drives, driver)
+    try:
+        found = calibrated(
+            its,
+            drives,
+            read_load(load, "--load", its),
+            start_stop=rate(start_stop, "--start-stop", its.full_steps),
+            pull_out=rate(pull_out, "--pull-out", its.full_steps),
+            torque=quantity(torque, "N m", "--torque"),
+            steps=stepping,
+        )
+    except KeyboardInterrupt as interrupt:
+        interrupt.args = ("interrupted; nothing is kept of a calibration: the same command begins again",)
+        raise
+    rows = rows_of(found, given, load)
+    assumed = [each for each in assumptions(given) if found.iron is None or not each.startswith("iron")]
     if as_json:
         friction, iron = found.before
         print_json(
             {"friction_nm": found.friction, "iron_nms": found.iron, "rows": rows}
-            | {"before": {"friction_nm": friction, "iron_nms": iron}}
+            | {"before": {"friction_nm": friction, "iron_nms": iron}, "assumed": assumed, "notes": notes}
         )
         return 0
     for name, value, before, unit in (
@@ -48,37 +58,35 @@ def calibrate(
     ):
         if value is not None:
             click.echo(f"{name:9}  {value * 1e3:.3g} {unit}; so far {before * 1e3:.3g}")
+    if assumed:
+        click.echo(f"assumed    {', '.join(assumed)}")
+    for note in notes:
+        click.echo(f"note       {note}")
     click.echo()
     for row in rows:
         click.echo(row)
     return 0
 
 
-def rate(text: str | None, name: str) -> float | None:
+def rate(text: str | None, name: str, per_turn: int) -> float | None:
     """Return a rate in full steps/s.
+
+    Args:
+        per_turn: full steps a turn of the motor.
 
     Raises:
         UsageError: it is none.
     """
-    if text is None:
-        return None
-    found = RATE.fullmatch(text.strip())
-    if found is None:
-        raise UsageError(f"{name} {text!r}; allowed full steps/s, such as '1800 steps/s'")
-    return float(found[1])
+    return None if text is None else quantity(text, "steps/s", name, per_turn)
 
 
-def _number(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
-def rows_of(found: Calibration, motor: str, load: str) -> list[str]:
-    """Return the lines for a bench file."""
-    iron = "" if found.iron is None else f", iron = {found.iron:.3g}"
-    rows = [f'motor = {{ like = "{motor}"{iron} }}'] if iron else [f'motor = "{motor}"']
+def rows_of(found: Calibration, motor: str | Mapping[str, Any], load: str) -> list[str]:
+    """Return the lines for a bench file; `motor` is as a user gave it."""
+    iron = {} if found.iron is None else {"iron": float(f"{found.iron:.3g}")}
+    if isinstance(motor, str) and not is_described(motor):
+        rows = [f"motor = {toml({'like': motor} | iron if iron else motor)}"]
+    else:
+        rows = [f"motor = {toml(motor_table(motor) | iron)}"]
     if found.friction is not None:
         kept = [part.strip() for part in load.split(",") if part.strip() and part.split()[0] not in REPLACED]
         load = ", ".join([*kept, f"friction {found.friction * 1e3:.3g} mNm"])

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from ..options.kinds import HintingCommand
-from ..options.shared import CRYSTAL, EXIT, JSON, OPTIONS, path
+from ..options.shared import CRYSTAL, EXIT, JSON, MOTOR_HELP, OPTIONS, path
 from ..options.values import PartName
 from .wizard import AskingCommand
 
@@ -18,7 +18,7 @@ from .wizard import AskingCommand
     short_help="Friction and iron loss of a motor, from the rates at which it stalls.",
     epilog=EXIT,
 )
-@click.option("--motor", required=True, metavar="NAME", help="A motor of the list, such as QSH4218-51-10-049.")
+@click.option("--motor", required=True, metavar="MOTOR", help=MOTOR_HELP)
 @click.option("--driver", required=True, metavar="TEXT", help="Its driver, such as 'L/4R 20 V' or '24 V, 1 A'.")
 @click.option("--load", default="", metavar="TEXT", help="What it drove, such as 'inertia 68 g cm2'.")
 @click.option("--start-stop", metavar="RATE", help="The greatest rate at which it starts from rest, '900 steps/s'.")
@@ -41,7 +41,7 @@ def calibrate_command(**options: Any) -> int:
 
 @click.command("tune", cls=AskingCommand, short_help="The fastest ramp of a chip that a motor follows.", epilog=EXIT)
 @click.argument("chip", type=PartName())
-@click.option("--motor", required=True, metavar="NAME", help="A motor of the list, such as QSH4218-51-10-049.")
+@click.option("--motor", required=True, metavar="MOTOR", help=MOTOR_HELP)
 @click.option(
     "--driver", required=True, metavar="TEXT", help="Its driver, such as 'L/4R 20 V' or '24 V, 1 A averaged'."
 )

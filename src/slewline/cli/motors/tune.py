@@ -24,6 +24,7 @@ from ...tuning.task import Chosen, MapPlace, Tuned
 from ...tuning.tune import perform, task_of
 from ..files import Outputs, read_options
 from ..programs import print_json
+from .own import motor_value
 
 MOST_ROWS = 60  # of a map, as text
 
@@ -53,17 +54,17 @@ def tune(
     outputs.claim(plot, SUFFIXES)
     outputs.claim(bench, (".toml",))
     fitting = read_options(options, chip) or None
-    task, calculator = task_of(chip, motor, driver, load, steps, grid, perturb, stepping, crystal, fitting)
+    task, calculator = task_of(chip, motor_value(motor), driver, load, steps, grid, perturb, stepping, crystal, fitting)
     if bench is not None:
         calculator.script(task.grid.at(0), steps)
     with workers_of(jobs, cluster, full_map) as workers, progress() as shown:
         found = perform(task, calculator, workers, store, full_map or plot is not None, switching, shown)
-    if found.best is not None:
-        outputs.save(plot, lambda path: draw(path, found, calculator))
-        if bench is not None:
-            from ...tuning.replaying import bench_file
-
-            outputs.write(bench, bench_file(found, calculator))
+    try:
+        write(outputs, found, calculator, plot, bench)
+    except KeyboardInterrupt as interrupt:
+        kept = f"; {store} has every run: the same command goes on from there" if store else ""
+        interrupt.args = (f"interrupted when all runs were judged{kept}",)
+        raise
     if as_json:
         print_json(found.as_json())
     else:
@@ -72,6 +73,17 @@ def tune(
         for path in outputs.written:
             click.echo(f"wrote {path}")
     return 0 if found.best is not None else 1
+
+
+def write(outputs: Outputs, found: Tuned, calculator: Calculator, plot: str | None, bench: str | None) -> None:
+    """Write picture and bench file, if a move holds."""
+    if found.best is None:
+        return
+    outputs.save(plot, lambda path: draw(path, found, calculator))
+    if bench is not None:
+        from ...tuning.replaying import bench_file
+
+        outputs.write(bench, bench_file(found, calculator))
 
 
 def workers_of(jobs: int | None, cluster: str | None, full_map: bool) -> AbstractContextManager[Workers]:
@@ -102,6 +114,9 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
     task = found.task
     refused = f", {found.refused} refused by the chip" if found.refused else ""
     yield f"{task.part}, {task.motor.name}: {counted(task.steps, 'step')}, {grid_text(task.grid, calculator)}"
+    if found.assumed:
+        yield f"assumed       {', '.join(found.assumed)}"
+    yield from (f"note          {note}" for note in found.notes)
     yield f"candidates    {found.candidates}{refused}; {len(task.scenarios())} runs each"
     yield f"best          {chosen_line(found.best, calculator) if found.best else 'none: every move loses steps'}"
     if found.best is not None:

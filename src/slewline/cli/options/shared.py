@@ -10,6 +10,7 @@ from .kinds import OncePerName
 from .values import FILE, Frequency, PartName, Strap, look_here
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
+MOTOR_HELP = "A name of the list, figures 'current 2 A, resistance 1.4 ohm, ...', or a file MOTOR.toml with them."
 path = partial(click.option, metavar="F", type=FILE)
 CHIP = click.option(
     "--chip",

@@ -20,7 +20,7 @@ from typing import Any, Literal
 from ...errors import SlewlineError, UsageError
 from ..messages.near import hint
 from ..time.timebase import hertz, picoseconds, readable
-from .units import expected, measured
+from .units import expected, measured, other_kind
 
 Kind = Literal[
     "bool",
@@ -235,7 +235,8 @@ class Option:
             except SlewlineError as error:
                 return str(error)
             except (ValueError, ZeroDivisionError):
-                return ""
+                other = other_kind(value, self.unit) if self.kind == "quantity" else ""
+                return f"{other}allowed {self.allowed}" if other else ""
             if not all(self._within(size) for size in sizes):
                 return ""
         return (self.check(value) or None) if self.check is not None else None

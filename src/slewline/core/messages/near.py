@@ -69,3 +69,17 @@ def distance(one: str, other: str) -> int:
                 cost = min(cost, last[there - 2] + 1)
             row.append(cost)
     return row[-1]
+
+
+def same_part(name: object, names: Iterable[str]) -> str:
+    """Return "; did you mean X?" for the part number that a name spells otherwise, "" if there is none.
+
+    Case, blanks and dashes do not count, nor does the order of the characters.  A part number that differs in a letter
+    or a digit is another part, however near it is.
+    """
+
+    def letters(text: str) -> list[str]:
+        return sorted(filter(str.isalnum, text.lower()))
+
+    found = next((each for each in names if letters(each) == letters(str(name))), None)
+    return f"; did you mean {found}?" if found else ""

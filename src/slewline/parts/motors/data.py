@@ -13,7 +13,7 @@ from typing import Literal
 
 Windings = Literal["bipolar", "unipolar", "reluctance"]
 DriverKind = Literal["current", "averaged", "chopper", "voltage", "bilevel"]
-Decay = Literal["slow", "fast", "mixed"]
+Decay = Literal["slow", "fast", "mixed", "auto"]
 IRON_S = 2.66e-3  # drag by iron loss, N m s, of each N m of holding torque, where nothing better is known
 
 
@@ -79,8 +79,9 @@ class DriverData:
 
     "current"   the current is what is asked for, `lag` later (a first-order lag; 0: at once); no supply counts
     "averaged"  a current source that the supply limits: the mean of a chopper, without its ripple and its damping
-    "chopper"   fixed frequency, peak current; in the pause the current decays slow (shorted), fast (against the supply)
-                or mixed (fast for `fast_part` of a period, then slow)
+    "chopper"   peak current, at a fixed frequency or, with `off_time`, with a fixed pause; in the pause the current
+                decays slow (shorted), fast (against the supply), mixed (fast for `fast_part` of a period or pause, then
+                slow), or auto (slow, and mixed after a step at which the current is to become less)
     "voltage"   the supply through `series` ohms: L/R, and L/nR
     "bilevel"   `high` volts for `high_time` after each change of a phase, then the supply
 
@@ -98,6 +99,7 @@ class DriverData:
     high: float = 0.0  # V
     high_time: float = 0.0  # s
     frequency: float = 20e3  # Hz
+    off_time: float = 0.0  # s, the pause of a chopper without a clock; 0: it has one
     decay: Decay = "slow"
     fast_part: float = 0.3
     least_on: float = 0.0  # s, blanking: a phase is on so long at least
@@ -108,6 +110,11 @@ class DriverData:
     slew: float = 1.0
     ramp: float = 1.0
     source: str = ""
+
+    @property
+    def period(self) -> float:
+        """The period of the clock of a chopper, or its pause, s; 0: it has none of them."""
+        return self.off_time or (1 / self.frequency if self.frequency else 0.0)
 
     def phase_current(self, motor: MotorData) -> float:
         """Return the current of a phase of a motor at rest with two phases on, A: what is set, or the resistors let."""
@@ -136,3 +143,8 @@ class LoadData:
     damper_drag: float = 0.0  # N m s
     low: float | None = None  # rad, hard stop
     high: float | None = None  # rad, hard stop
+
+    @property
+    def stops(self) -> bool:
+        """Whether there is a hard stop."""
+        return self.low is not None or self.high is not None

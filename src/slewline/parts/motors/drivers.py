@@ -20,9 +20,9 @@ from typing import Any, NamedTuple
 
 from ...core.datasheet.option import Option, checked, defaulted
 from ...core.datasheet.units import SPELLED, UNITS, expected, measured
-from ...core.messages.near import hint
+from ...core.messages.near import hint, same_part
 from ...errors import UnknownName, UsageError
-from .data import DriverData, MotorData
+from .data import Decay, DriverData, DriverKind, MotorData
 from .figures import complaint, figure, positive, share
 from .motors import MOTORS
 
@@ -37,12 +37,17 @@ class DriverRow(NamedTuple):
 
 GSD = "SGS-Thomson, GS-D200 and GS-D200S data sheet, June 1994"
 ST = "SGS-Thomson, L297 (December 2001) and L298 (January 2000) data sheets; oscillator with 22 kohm and 3.3 nF"
+A4988 = "Allegro, A4988 data sheet: off-time ROSC / 825, with the 10 kohm of most modules; two phases on at 71 % of 2 A"
+DRV = "Texas Instruments, DRV8825 data sheet: fixed PWM frequency, pin DECAY open; two phases on at 71 % of 2.5 A"
+TMC = "data sheet: StealthChop as after a reset, 2/683 of the internal clock of 12 MHz; A as r.m.s. value"
 
 
-def _chopper(name: str, frequency: float, low: float, high: float, most: float, source: str) -> DriverRow:
-    return DriverRow(
-        DriverData(name=name, kind="chopper", frequency=frequency, decay="slow", source=source), (low, high), most
-    )
+def _chopper(
+    name: str, frequency: float, low: float, high: float, most: float, source: str, kind: DriverKind = "chopper",
+    decay: Decay = "slow", **more: float,
+) -> DriverRow:  # fmt: skip
+    data = DriverData(name=name, kind=kind, frequency=frequency, decay=decay, source=source, **more)  # type: ignore[arg-type]
+    return DriverRow(data, (low, high), most)
 
 
 DRIVERS: Mapping[str, DriverRow] = MappingProxyType(
@@ -52,6 +57,10 @@ DRIVERS: Mapping[str, DriverRow] = MappingProxyType(
             _chopper("GS-D200", 17e3, 10, 46, 2.0, GSD),
             _chopper("GS-D200S", 17e3, 12, 40, 2.5, GSD),
             _chopper("L297+L298", 20e3, 4.8, 46, 2.0, ST),
+            _chopper("A4988", 0.0, 8, 35, 1.41, A4988, decay="auto", off_time=12e-6, fast_part=0.3125, least_on=1e-6),
+            _chopper("DRV8825", 30e3, 8.2, 45, 1.76, DRV, decay="auto", fast_part=0.75, least_on=3.75e-6),
+            _chopper("TMC2208", 35.14e3, 4.75, 36, 1.4, f"Trinamic, TMC220x {TMC}", "averaged"),
+            _chopper("TMC2209", 35.14e3, 4.75, 28, 2.0, f"Trinamic, TMC2209 {TMC}", "averaged"),
         )
     }
 )
@@ -65,11 +74,16 @@ FIGURES = (  # of a table, in the order of DriverData
     figure("lag", "s", "time constant of an ideal current source"),
     positive("high", "V", "of a bilevel driver, after each change of a phase", None),
     positive("high_time", "s", "how long", None),
-    positive("frequency", "Hz", "of a chopper", 20e3),
+    positive("frequency", "Hz", "of the clock of a chopper", 20e3),
+    figure("off_time", "s", "pause of a chopper without a clock, instead of a frequency; 0: it has a clock"),
     Option(
-        "decay", "choice", "slow", "how the current decays in the pause of a chopper", choices=("slow", "fast", "mixed")
+        "decay",
+        "choice",
+        "slow",
+        "how the current decays in the pause of a chopper",
+        choices=("slow", "fast", "mixed", "auto"),
     ),
-    Option("fast_part", "float", 0.3, "of the period, in mixed decay", check=share),
+    Option("fast_part", "float", 0.3, "of the period or the pause, in mixed and auto decay", check=share),
     figure("least_on", "s", "blanking: a phase is on so long at least"),
     figure("diode", "V", "dropped in the pause of a chopper"),
     figure("clamp", "V", "into which a half winding that is switched off drives its current", 0.7),
@@ -86,7 +100,7 @@ TAKES: Mapping[str, tuple[str, ...]] = MappingProxyType(  # by its kind, what a 
     {
         "current": ("lag", *REGULATED),
         "averaged": ("supply", *REGULATED),
-        "chopper": ("supply", "frequency", "decay", "fast_part", "least_on", "diode", *REGULATED),
+        "chopper": ("supply", "frequency", "off_time", "decay", "fast_part", "least_on", "diode", *REGULATED),
         "voltage": ("supply", "series"),
         "bilevel": ("supply", "high", "high_time", "series"),
     }
@@ -103,6 +117,8 @@ SAYINGS: Mapping[str, Mapping[str, Any]] = MappingProxyType(  # what a part of a
         "slow decay": {"decay": "slow"},
         "fast decay": {"decay": "fast"},
         "mixed decay": {"decay": "mixed"},
+        "auto decay": {"decay": "auto"},
+        "off {off_time:s}": {},
         "current {current:A}": {"kind": "current"},
         "lag {lag:s}": {},
         "L/R {supply:V}": {"kind": "voltage"},
@@ -127,6 +143,7 @@ EXAMPLES = (
     "current 1 A, boost",
     "24 V, 1 A, rest 0.5 A, ramp 1.5 A",
 )
+PART_NUMBER = re.compile(r"[A-Za-z]{1,9}[+-]?[0-9]{2,9}[\w+-]{0,20}")
 NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 
 
@@ -158,10 +175,13 @@ def _said(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, An
                         yield part, each, value
                 break
         else:
-            known = [*DRIVERS, *(form for form in SAYINGS if "{" not in form)]
+            forms, last = [form for form in SAYINGS if "{" not in form], part.rpartition(" ")[2]
+            meant = (
+                same_part(part, DRIVERS) or hint(part, forms) or (hint(last, forms) if len(last) > len("mA") else "")
+            )
+            if not meant and PART_NUMBER.fullmatch(part):
+                meant = f"; drivers with a name: {', '.join(DRIVERS)}; of another one give its frequency and decay"
             examples = ", ".join(map(repr, EXAMPLES))
-            last = part.rpartition(" ")[2]
-            meant = hint(part, known) or (hint(last, known) if len(last) > len("mA") else "")
             raise UsageError(f"{name} {text!r}: {part!r} is not understood; examples: {examples}{meant}")
 
 
@@ -181,7 +201,7 @@ def _of_text(text: str, name: str, motor: MotorData) -> dict[str, Any]:
             raise UsageError(f"{name} {text!r}: {by[each]!r} and {part!r} both set {each}; leave one out")
         given[each], by[each] = value, part
     if "like" not in given:
-        given.setdefault("kind", "chopper" if given.keys() & {"frequency", "decay"} else "averaged")
+        given.setdefault("kind", "chopper" if given.keys() & {"frequency", "off_time", "decay"} else "averaged")
     return {"name": text} | given
 
 
@@ -208,6 +228,10 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
     if "like" in given:
         row = _driver_named(given.pop("like"), name)
         rows = defaulted(rows, {each: mine for each, mine in asdict(row.data).items() if mine})
+    if given.get("off_time") and "frequency" in given:
+        raise UsageError(f"{name}: frequency and off_time; a chopper has a clock or a fixed pause: leave one out")
+    if "frequency" in given:
+        given.setdefault("off_time", 0)
     _fitting(given, rows, name)
     current = _regulated(given, name, motor)
     for level in LEVELS:
@@ -221,9 +245,17 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
     return driver if row is None else _within(driver, row, name)
 
 
+def has_own_clock(value: Any, motor: MotorData) -> bool:
+    """Return whether a driver, as a user gave it, says how often it switches; of other ones 20 kHz are assumed."""
+    if isinstance(value, DriverData):
+        return True
+    given = _of_text(value, "driver", motor) if isinstance(value, str) else value or {}
+    return any(given.get(each) for each in ("like", "frequency", "off_time"))
+
+
 def _driver_named(like: object, name: str) -> DriverRow:
     if not isinstance(like, str) or like not in DRIVERS:
-        raise UnknownName(f"{name}: like {like!r}; there are: {', '.join(DRIVERS)}{hint(like, DRIVERS)}")
+        raise UnknownName(f"{name}: like {like!r}; there are: {', '.join(DRIVERS)}{same_part(like, DRIVERS)}")
     return DRIVERS[like]
 
 

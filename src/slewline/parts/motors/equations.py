@@ -156,34 +156,52 @@ BILEVEL = Equations(  # until1, until2: s, the ends of the high volts
 RIPPLES = "(on# == 0.0) and (absolute(i# - 0.7 * r#) <= 0.32 * absolute(r#))"
 
 
-def chopper(decay: str, blanked: bool) -> Equations:
-    """Return the equations of a chopper: a clock sets a latch, the current resets it when it comes to its peak."""
-    lines = ["tick = t // PERIOD_PS", "ticks = tick > clock", "clock = tick * 1.0"]
-    kept = ["clock", "asked", "on1", "on2"]
+def chopper(decay: str, blanked: bool, timed: bool) -> Equations:
+    """Return the equations of a chopper: a latch is set, and the current resets it when it comes to its peak.
+
+    Args:
+        decay: slow; fast; mixed; or auto: slow, and mixed after an edge at which the current is to become less.
+        blanked: a phase is on for a least time.
+        timed: each phase is on again when its off-time is over; else a clock sets both latches.
+    """
+    if timed:
+        lines, kept = ["now = t * 1e-12"], ["asked", "on1", "on2", "off1", "off2"]
+        phase = ["off# = off# - H", "ticks = (on# == 0.0) and (off# < HALF_H)"]
+    else:
+        lines = ["tick = t // PERIOD_PS", "ticks = tick > clock", "clock = tick * 1.0"]
+        kept, phase = ["clock", "asked", "on1", "on2"], []
     if blanked:
         kept += ["blank1", "blank2"]
-    if decay == "mixed":
+    if decay in ("mixed", "auto"):
         kept += ["fast1", "fast2"]
-    phase = ["on# = where(ticks, 1.0, on#)"]
+    phase.append("on# = where(ticks, 1.0, on#)")
     high = "i# * sign(r#) >= absolute(r#)"
     if blanked:
         phase.append("blank# = where(ticks, LEAST_ON, blank# - H)")
         high = f"({high}) and (blank# < HALF_H)"
     phase.append(f"trips = (on# > 0.0) and ({high})")
-    if decay == "mixed":
+    if decay in ("mixed", "auto"):
         phase.append("fast# = where(trips, FAST_TIME, fast# - H)")
+    if timed:
+        phase.append("off# = where(trips, OFF_TIME, off#)")
     phase.append("on# = where(trips, 0.0, on#)")
     slow, fast = "-DIODE * sign(i#)", "-VS * sign(i#)"
-    off = {"slow": slow, "fast": fast, "mixed": f"where(fast# > HALF_H, {fast}, {slow})"}[decay]
+    mixed = f"where(fast# > HALF_H, {fast}, {slow})"
+    off = {"slow": slow, "fast": fast, "mixed": mixed, "auto": f"where(falls# > 0.0, {mixed}, {slow})"}[decay]
     on = f"where(on# > 0.0, VS * sign(r#), {off})"
     phase.append(_OPEN.format(on=on))
     lines += [each(line, n) for n in (1, 2) for line in phase]
+    edge = ["asked = t * 1e-12" if timed else "asked = clock"]
+    if decay == "auto":
+        kept += ["falls1", "falls2"]
+        less = "where(absolute(r#) < absolute(o#), 1.0, 0.0)"
+        edge.append(each(f"falls# = where(r# == o#, falls#, {less})", 1, 2))
     return Equations(
         kept=tuple(kept),
         decide="\n".join(lines),
         settle=each(_ENDS, 1, 2) + "\n" + each("i# = where((on# == 0.0) and (i# * i#0 < 0.0), 0.0 * i#, i#)", 1, 2),
-        edge="asked = clock",
-        rest=("clock > asked", *each(RIPPLES, 1, 2).splitlines()),
+        edge="\n".join(edge),
+        rest=("now > asked + OFF_TIME" if timed else "clock > asked", *each(RIPPLES, 1, 2).splitlines()),
     )
 
 

@@ -1,12 +1,14 @@
-"""Rows of figures: what a table of a motor, a driver or a load may have, and in which range."""
+"""Rows of figures: what a table of a motor, a driver or a load may have, in which range, and the same as text."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ...core.datasheet.option import Option
-from ...errors import SlewlineError
+from ...core.datasheet.option import read as read_texts
+from ...errors import SlewlineError, UsageError
 
 IT = "it"
 
@@ -34,6 +36,43 @@ def above_0(unit: str) -> Callable[[float], str]:
 def share(value: float) -> str:
     """Say what is wrong with a part of a whole, more than 0 and up to 1."""
     return "" if 0 < value <= 1 else "allowed more than 0, up to 1"
+
+
+def of_text(
+    text: str, rows: Sequence[Option], name: str, spelled: Mapping[str, str], beside: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return the table that a text such as "inertia 68 g cm2, friction 5 mNm" stands for.
+
+    Args:
+        name: what is described, for messages.
+        spelled: other words for figures, such as "holding torque", in lower case; and whole parts, such as "unipolar",
+            with the figure and its value, "windings unipolar".
+        beside: what may be given beside the figures.
+
+    Raises:
+        UsageError: a part without the name of a figure, or a figure that is given twice.  An unknown figure is in the
+            table, and `checked` refuses it.
+    """
+    words = {row.name.replace("_", " "): row.name for row in rows} | {row.name: row.name for row in rows}
+    words |= {each: each for each in beside} | dict(spelled)
+    pairs: dict[str, str] = {}
+    for part in filter(None, map(str.strip, text.split(","))):
+        given = re.sub(r"\s+", " ", re.sub(r"\s*[=:]\s*", " ", part, count=1))
+        whole = words.get(given.lower(), "")
+        given = whole if " " in whole else given
+        if given[0] in "0123456789.+-":
+            raise UsageError(
+                f"{name} {text!r}: {part!r} has no name; write each figure as its name, a number with a decimal point, "
+                "and the unit, such as friction 0.5 mNm"
+            )
+        known = max((each for each in words if f"{given} ".lower().startswith(f"{each} ")), key=len, default="")
+        word = known or re.split(r" (?=[\d.+-])", given, maxsplit=1)[0]
+        figure, value = words.get(known, word), given[len(word) :].strip()
+        if figure in pairs:
+            raise UsageError(f"{name} {text!r}: {figure} is given twice; leave one out")
+        is_bool = any(row.name == figure and row.kind == "bool" for row in rows)
+        pairs[figure] = value or ("true" if is_bool else "")
+    return read_texts(rows, pairs.items())
 
 
 def complaint(read: Callable[[Any, str], object]) -> Callable[[Any], str]:

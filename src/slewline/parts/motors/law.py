@@ -66,6 +66,7 @@ class MotorLaw:
         phased: the inputs are phases, not steps: the table has a row for each combination of phases, numbered by the
             phases that are on: 1 for the first phase, 2 for the second, then 4 ...; `steps` is "half".
         origin: the command, in half steps of `fields`, that is command 0 of a phased motor.
+        restless: it is integrated also while it is at rest, so that the ripple of its chopper is there.
 
     Raises:
         UsageError: motor, driver, load and steps that do not go together.
@@ -79,6 +80,7 @@ class MotorLaw:
     blocked: bool = False
     phased: bool = False
     origin: int = 0
+    restless: bool = False
 
     def __post_init__(self) -> None:
         check_steps(self.steps)
@@ -128,17 +130,13 @@ class MotorLaw:
         """The equations."""
         return model(
             self.motor.windings, self.motor.phases, self.driver.kind, self.driver.decay, self.driver.least_on > 0,
-            self.driver.lag > 0, self.motor.detent > 0, self._rubs, self.load.stiffness > 0,
-            self.load.damper_inertia > 0, self._stops, self.blocked,
+            self.driver.off_time > 0, self.driver.lag > 0, self.motor.detent > 0, self._rubs, self.load.stiffness > 0,
+            self.load.damper_inertia > 0, self.load.stops, self.blocked,
         )  # fmt: skip
 
     @property
-    def _stops(self) -> bool:
-        return self.load.low is not None or self.load.high is not None
-
-    @property
     def _rubs(self) -> bool:
-        return self.motor.friction + self.load.friction > 0 or bool(self.load.stiction) or self._stops
+        return self.motor.friction + self.load.friction > 0 or bool(self.load.stiction) or self.load.stops
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -168,8 +166,8 @@ class MotorLaw:
             "DETENT8": 8 * motor.detent, "INV_LAG": 1 / driver.lag if driver.lag else 0.0,
             "VS": driver.supply, "HIGH": driver.high, "HIGH_TIME": driver.high_time, "CLAMP": driver.clamp,
             "DIODE": driver.diode, "LEAST_ON": driver.least_on, "LH": motor.inductance / (2 * h),
-            "FAST_TIME": driver.fast_part / driver.frequency if driver.frequency else 0.0,
-            "PERIOD_PS": round(1e12 / driver.frequency) if driver.frequency else 1,
+            "FAST_TIME": driver.fast_part * driver.period, "OFF_TIME": driver.off_time,
+            "PERIOD_PS": max(round(1e12 * driver.period), 1),
             "DRAG": motor.drag + (0.0 if coupled else load.viscous), "PULL": load.torque, "INV_J": 1 / inertia,
             "FRICTION": friction, "STICTION": stiction,
             "STIFFNESS": load.stiffness, "COUPLING_DRAG": load.coupling_drag, "DRAG2": load.viscous,
@@ -178,7 +176,7 @@ class MotorLaw:
             "STOP_LOW": -1e300 if load.low is None else load.low,
             "STOP_HIGH": 1e300 if load.high is None else load.high,
             "TURNS": motor.teeth / (2 * pi), "ZERO": self._zero, "H": h, "HALF_H": h / 2, "STEP_PS": self.step_ps,
-            "SLOW": 100 * SLOW if chopped else SLOW, "STILL": STILL, "SETTLED": settled,
+            "SLOW": -1.0 if self.restless else 100 * SLOW if chopped else SLOW, "STILL": STILL, "SETTLED": settled,
             "STEPS_COMMAND": 1 / self.micro, "STEPS_RAD": 1 / motor.step,
         }  # fmt: skip
         # Always the same types: Numba compiles once.
@@ -376,7 +374,7 @@ def table(motor: MotorData, driver: DriverData, steps: str, phased: bool, origin
 
 @lru_cache(maxsize=64)
 def model(
-    windings: str, phases: int, kind: str, decay: str, blanked: bool, lags: bool, detent: bool, rubs: bool,
+    windings: str, phases: int, kind: str, decay: str, blanked: bool, timed: bool, lags: bool, detent: bool, rubs: bool,
     coupled: bool, damped: bool, stops: bool, blocked: bool,
 ) -> Model:  # fmt: skip
     """Return the equations of such a motor with such a driver and load."""
@@ -387,7 +385,7 @@ def model(
     elif windings != "bipolar":
         electric = [winding, eq.switched(count)]
     elif kind == "chopper":
-        electric = [eq.without_rest(winding), eq.chopper(decay, blanked)]
+        electric = [eq.without_rest(winding), eq.chopper(decay, blanked, timed)]
     else:
         electric = [winding, {"voltage": eq.VOLTAGE, "bilevel": eq.BILEVEL, "averaged": eq.AVERAGED}[kind]]
     pieces = [electric[0], *[eq.DETENT] * detent, *[eq.DAMPED] * damped, *electric[1:]]

@@ -34,6 +34,7 @@ def motor_law(
     load: str | Mapping[str, Any] = "",
     steps: str = "full",
     step_ps: int = 0,
+    restless: bool = False,
 ) -> MotorLaw:
     """Return the equations of motion of a motor with driver and load, given as for the part `stepper`.
 
@@ -41,8 +42,9 @@ def motor_law(
         motor, driver, load: names of built-in ones, descriptions as text, or tables.
         steps: what a command is: "full" (two phases on), "wave" (one phase on), "half", or "micro 8".
         step_ps: the step of the integrator, ps; 0: 20 µs, or 1 µs for a switching chopper.
+        restless: integrate the motor also while it is at rest, which shows the ripple of a chopper.
 
     Raises:
         UnknownName, UsageError: as the part `stepper`.
     """
-    return MotorLaw(*read_system(motor, driver, load), steps, step_ps)
+    return MotorLaw(*read_system(motor, driver, load), steps, step_ps, restless=restless)

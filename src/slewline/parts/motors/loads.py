@@ -12,10 +12,9 @@ from math import pi
 from typing import Any
 
 from ...core.datasheet.option import Option, checked
-from ...core.datasheet.option import read as read_texts
 from ...errors import UsageError
 from .data import DriverData, LoadData, MotorData
-from .figures import complaint, figure, share, signed
+from .figures import complaint, figure, of_text, share, signed
 from .motors import MOTORS
 
 GRAVITY = 9.80665  # m/s2
@@ -68,7 +67,7 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
         raise UsageError(
             f"{name} {value!r}; allowed text such as 'inertia 68 g cm2, friction 5 mNm', or a table of {table}"
         )
-    found = checked(name, FIGURES, _of_text(value, name) if isinstance(value, str) else value)
+    found = checked(name, FIGURES, of_text(value, FIGURES, name, {}) if isinstance(value, str) else value)
     for each, others in NEEDS:
         if found[each] and not any(found[other] for other in others.split(" or ")):
             raise UsageError(f"{name}: {each} has no effect without {others}; give it as well, or leave {each} out")
@@ -91,17 +90,6 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
     for stop in ("low", "high"):
         found[stop] = None if found[stop] is None else found[stop] * motor.step
     return LoadData(**found)
-
-
-def _of_text(text: str, name: str) -> dict[str, Any]:
-    """Return the table that a text stands for."""
-    pairs: dict[str, str] = {}
-    for part in filter(None, map(str.strip, text.split(","))):
-        each, _, value = part.replace("=", " ").partition(" ")
-        if each in pairs:
-            raise UsageError(f"{name} {text!r}: {each} is given twice; leave one out")
-        pairs[each] = value.strip() or ("true" if each == "vertical" else "")
-    return read_texts(FIGURES, pairs.items())
 
 
 def check_holds(motor: MotorData, driver: DriverData, load: LoadData, name: str = "load") -> None:

@@ -1,22 +1,26 @@
-"""Motors that can be bought, by their data sheets; and what users give as a motor: a name, or a table of figures.
+"""Motors that can be bought, by their data sheets; and what users give as a motor: a name, text, or a table of figures.
 
 motor = "QSH4218-51-10-049"
+motor = "current 2 A, resistance 1.4 ohm, inductance 3 mH, holding torque 0.44 Nm, inertia 57 g cm2"
+motor = "like QSH4218-51-10-049, inertia 80 g cm2"
 motor = { like = "QSH4218-51-10-049", inertia = "80 g cm2" }
 motor = { current = 2.8, resistance = 0.9, inductance = "2.5 mH", torque = "1.26 Nm", inertia = "300 g cm2" }
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from types import MappingProxyType
 from typing import Any
 
 from ...core.datasheet.option import Option, checked, defaulted
-from ...core.messages.near import hint
+from ...core.datasheet.units import measured
+from ...core.messages.near import same_part
 from ...errors import UnknownName, UsageError
-from .data import MotorData
-from .figures import complaint, figure, positive
+from .data import IRON_S, MotorData
+from .figures import complaint, figure, of_text, positive
 
 QSH4218 = "Trinamic, QSH4218 manual, V1.10"
 QSH5718 = "Trinamic, QSH5718 manual, V2.6"
@@ -94,6 +98,31 @@ FIGURES = (  # of a table; rows of their own, in the order of MotorData
 )
 
 
+EXAMPLE = "current 2 A, resistance 1.4 ohm, inductance 3 mH, holding torque 0.44 Nm, inertia 57 g cm2"
+OWN = f"give the figures of its data sheet: '{EXAMPLE}'"
+SPELLED: Mapping[str, str] = MappingProxyType(  # as data sheets call the figures
+    {
+        "holding torque": "torque", "detent torque": "detent", "rated current": "current", "phase current": "current",
+        "phase resistance": "resistance", "phase inductance": "inductance", "rotor inertia": "inertia",
+        "iron loss": "iron", "step angle": "step_angle", "bipolar": "windings bipolar", "unipolar": "windings unipolar",
+        "reluctance": "windings reluctance",
+    }
+)  # fmt: skip
+BESIDE = ("like", "step_angle")
+NEEDED = ("current", "resistance", "inductance", "torque", "inertia")
+ASSUMED: Mapping[str, str] = MappingProxyType(  # of a motor of one's own, what holds for a figure that is left out
+    {
+        "windings": "bipolar windings",
+        "teeth": "200 full steps a turn (step angle 1.8 deg)",
+        "rated": "holding torque with two phases on",
+        "detent": "no detent torque",
+        "iron": f"iron loss {IRON_S * 1e3:g} ms times the holding torque",
+        "viscous": "no drag of the bearings",
+        "friction": "no friction of the bearings",
+    }
+)
+
+
 def motor_named(name: str, place: str = "motor") -> MotorData:
     """Return the row of a motor.
 
@@ -101,12 +130,50 @@ def motor_named(name: str, place: str = "motor") -> MotorData:
         UnknownName: there is none of this name.
     """
     if name not in MOTORS:
-        raise UnknownName(f"{place} {name!r}; there are: {', '.join(MOTORS)}{hint(name, MOTORS)}")
+        meant = same_part(name, MOTORS) or f"; for another motor {OWN}"
+        raise UnknownName(f"{place} {name!r}; there are: {', '.join(MOTORS)}{meant}")
     return MOTORS[name]
 
 
+def is_described(text: str) -> bool:
+    """Return whether a text has figures of a motor, and is no name."""
+    words = (*(row.name for row in FIGURES), *SPELLED, *BESIDE)
+    return text not in MOTORS and ("," in text or any(re.match(rf"\s*{each}[ =:]", text, re.I) for each in words))
+
+
+def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str, Any]:
+    """Return the table of figures that is given as text or as a table.
+
+    Raises:
+        UsageError: a text with a part that has no name, or a figure twice; a step angle that is none.
+    """
+    given = of_text(value, FIGURES, name, SPELLED, BESIDE) if isinstance(value, str) else {**value}
+    if given.get("step_angle") is not None and "teeth" in given:
+        raise UsageError(f"{name}: step_angle and teeth both set the full steps a turn; leave one out")
+    if "step_angle" in given and given.get("windings") == "reluctance":
+        raise UsageError(f"{name}: step_angle of a reluctance motor; give its teeth and phases instead")
+    if "step_angle" in given:
+        given["teeth"] = _teeth(given.pop("step_angle"), name)
+    return given
+
+
+def _teeth(angle: Any, name: str) -> int:
+    """Return the pairs of poles of a motor with four full steps to each."""
+    try:
+        teeth = 90 / measured(angle, "deg")
+    except (ValueError, ZeroDivisionError):
+        teeth = 0.0
+    if not 1 <= teeth <= 1000 or abs(teeth - round(teeth)) > 1e-3 * teeth:
+        raise UsageError(
+            f"{name}: step_angle {angle!r}; allowed an angle that divides 90 deg, such as 1.8 deg, 0.9 deg"
+        )
+    return round(teeth)
+
+
 def read_motor(value: Any, name: str = "motor") -> MotorData:
-    """Return a motor that is given by its name, or by a table of figures, which may be `like` a motor with a name.
+    """Return a motor that is given by its name, by its figures as text, or by a table of figures.
+
+    Text and table may be `like` a motor with a name; what else is given replaces a figure of that.
 
     Args:
         name: what the motor is called in messages.
@@ -117,17 +184,47 @@ def read_motor(value: Any, name: str = "motor") -> MotorData:
     """
     if isinstance(value, MotorData):
         return value
-    if isinstance(value, str):
+    if isinstance(value, str) and not is_described(value):
         return motor_named(value, name)
-    if not isinstance(value, Mapping):
-        table = ", ".join(row.name for row in FIGURES)
-        raise UsageError(f"{name} {value!r}; allowed the name of a motor, or a table of like, {table}")
-    given, rows = {**value}, [*FIGURES]
+    if not isinstance(value, (str, Mapping)):
+        table = ", ".join((*BESIDE, *(row.name for row in FIGURES)))
+        raise UsageError(
+            f"{name} {value!r}; allowed the name of a motor, text such as '{EXAMPLE}', or a table of {table}"
+        )
+    given, rows = motor_table(value, name), [*FIGURES]
     if "like" in given:
         like = _named_like(given.pop("like"), name)
         changed = f"{like.source}; changed: {', '.join(given)}" if given else like.source
         rows = [*defaulted(rows, asdict(replace(like, name=f"like {like.name}", source=changed)))]
-    return _consistent(MotorData(**checked(name, rows, given, beside=", like")), name)
+    else:
+        _check_whole(given, name)
+    return _consistent(MotorData(**checked(name, rows, given, beside=f", {', '.join(BESIDE)}")), name)
+
+
+def assumptions(value: Any) -> tuple[str, ...]:
+    """Return what is assumed of a motor for the figures that a user has left out, in words; nothing if it has a name.
+
+    Args:
+        value: the motor, as `read_motor` has taken it.
+    """
+    if not isinstance(value, (str, Mapping)) or (isinstance(value, str) and not is_described(value)):
+        return ()
+    given = motor_table(value)
+    if "like" in given:
+        return ()
+    magnetic = ("windings", "teeth", "rated", "iron") if given.get("windings") == "reluctance" else ()
+    return tuple(says for figure, says in ASSUMED.items() if given.get(figure) is None and figure not in magnetic)
+
+
+def _check_whole(given: Mapping[str, Any], name: str) -> None:
+    """Refuse a motor with figures missing: all of them are named."""
+    reluctance = given.get("windings") == "reluctance"
+    needed = [each.replace("torque", "swing") if reluctance else each for each in NEEDED]
+    rows = {row.name: row for row in FIGURES}
+    missing = [each for each in needed if given.get(each) is None]
+    if missing and all(each in rows for each in given):
+        says = ", ".join(f"{each} ({rows[each].unit}: {rows[each].says})" for each in missing)
+        raise UsageError(f"{name}: needs {says}; such as '{EXAMPLE}', or like and the name of a motor")
 
 
 def _named_like(like: object, name: str) -> MotorData:

@@ -3,34 +3,93 @@
 torque of the load    . . . . . . . /|         the motor turns evenly; the load grows slowly,
                       . . . . /      |         until it is out of step
                       . ./           v
+
+A single rate may mislead: a motor swings at some rates, and a chopper whose clock is a multiple of the step rate beats
+with it at that rate alone.  So the neighbours of each rate are measured as well.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ...core.datasheet.units import quantity
+from ...errors import UsageError
 from .law import MotorLaw
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy as np
-    from numpy.typing import NDArray
-
 RISE_S = 4.0  # in which the load would come to the holding torque
 PIECE_PS = 10_000_000_000  # in which it stays as it is
 SETTLES_PS = 100_000_000_000  # before it begins to grow
+LEAST, MOST = 20.0, 1e5  # full steps/s
+BESIDE = 0.006  # of a rate, up and down: its neighbours
+APART = 0.1  # of the holding torque, by which both neighbours of an isolated rate are above or below it
 
 
-def pull_out(law: MotorLaw, rates: Sequence[float]) -> NDArray[np.float64]:
-    """Return the greatest torque at some rates (full steps/s), N m, beside the load; 0: it does not turn.
+class PullOutPoint(NamedTuple):
+    """The pull-out torque at a rate, and at its neighbours.
+
+    Attributes:
+        rate: the rate, full steps/s.
+        torque: the greatest torque beside the load, N m; 0: the motor does not turn.
+        neighbours: rate and torque of the neighbours, 0.6 % below and above; empty if none were measured.
+        holding: the holding torque, N m.
+    """
+
+    rate: float
+    torque: float
+    neighbours: tuple[tuple[float, float], ...]
+    holding: float
+
+    @property
+    def isolated(self) -> str:
+        """Return "success" or "failure" if both neighbours differ from the rate, the same way; "" if not."""
+        apart = [self.torque - torque for _, torque in self.neighbours]
+        limit = APART * self.holding
+        if apart and min(apart) > limit:
+            return "success"
+        return "failure" if apart and max(apart) < -limit else ""
+
+    def __str__(self) -> str:
+        found = f"{self.rate:.6g} steps/s: {self.torque:.3g} N m"
+        if not self.isolated:
+            return found
+        beside = ", ".join(f"{torque:.3g} N m at {rate:.6g} steps/s" for rate, torque in self.neighbours)
+        return f"{found}, an isolated {self.isolated}: {beside}; a beat of the chopper with the steps, or a resonance"
+
+
+def pull_out(law: MotorLaw, rates: Sequence[float | str], *, neighbours: bool = True) -> list[PullOutPoint]:
+    """Return the greatest torque at some rates, beside the load, and which of them are isolated.
 
     A law with its own resonances shows as much: there a motor is lost with little load, or with none.
-    """
-    import numpy as np
 
-    return np.array([_at(law, rate) for rate in rates])
+    Args:
+        rates: full steps/s, or text with a unit, such as "600 rpm".
+        neighbours: measure 0.6 % below and above each rate as well, which takes three times as long.
+
+    Raises:
+        UsageError: no such rate.
+    """
+    holding = law.motor.held(law.driver.phase_current(law.motor))
+    found = []
+    wanted = [_rate(given, law) for given in rates]
+    try:
+        for rate in wanted:
+            beside = (rate * (1 - BESIDE), rate * (1 + BESIDE)) if neighbours else ()
+            found.append(PullOutPoint(rate, _at(law, rate), tuple((each, _at(law, each)) for each in beside), holding))
+    except KeyboardInterrupt as interrupt:
+        interrupt.args = (f"interrupted after {len(found)} of {len(wanted)} rates; nothing is kept",)
+        raise
+    return found
+
+
+def _rate(given: Any, law: MotorLaw) -> float:
+    rate = quantity(given, "steps/s", "rate", law.motor.full_steps)
+    if not LEAST <= rate <= MOST:
+        raise UsageError(f"rate {given!r}: {rate:g} steps/s; allowed {LEAST:g} to {MOST:g} full steps/s")
+    return rate
 
 
 def _at(law: MotorLaw, rate: float) -> float:
@@ -42,11 +101,12 @@ def _at(law: MotorLaw, rate: float) -> float:
     interval = 1e12 / (rate * law.micro)
     while torque < most:
         until = since + (SETTLES_PS if not since else PIECE_PS)
-        counts = np.arange(command + 1, int(until / interval) + 1)
+        counts = np.arange(command + 1, int(until / interval) + 2)
+        times = np.round(counts * interval).astype(np.int64)
+        counts, times = counts[times <= until], times[times <= until]  # an edge at the end belongs to this piece
         now = replace(law, load=replace(law.load, torque=law.load.torque + torque))
         trace = now.integrate(
-            np.round(counts * interval).astype(np.int64), counts, until,
-            start=since, state=state, command=command, code=law.code(command), limit=law.lost_at,
+            times, counts, until, start=since, state=state, command=command, code=law.code(command), limit=law.lost_at,
         )  # fmt: skip
         if trace.worst >= law.lost_at:
             break

@@ -84,7 +84,13 @@ class Stepper(Part):
     optional = frozenset({"mov", "ramp"})
     options = (
         AXIS,
-        Option("motor", "object", "QSH4218-51-10-049", "its name, or a table of its figures", check=motor_complaint),
+        Option(
+            "motor",
+            "object",
+            "QSH4218-51-10-049",
+            "its name, or its figures as text or as a table",
+            check=motor_complaint,
+        ),
         Option("driver", "object", "24 V, 1 A", "as text, or a table of its figures", check=driver_complaint),
         Option("load", "object", MappingProxyType({}), "as text, or a table of its figures", check=load_complaint),
         Option("inputs", "choice", "step", "what drives it", choices=("step", "phases")),

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import BinaryIO, cast
 
 from ... import lifeline
+from ...core.datasheet.units import measured, other_kind
 from ...core.time.timebase import Time, picoseconds
 from ...errors import BenchFileError, UsageError, WaveformError
 from ...gate import BOM, opened
@@ -66,14 +67,14 @@ def volts_of(threshold: str | float) -> float:
     Raises:
         UsageError: it is no voltage.
     """
-    text = str(threshold).strip().lower()
-    size = 1e-3 if text.endswith("mv") else 1.0
+    given = threshold.replace("v", "V") if isinstance(threshold, str) else threshold
     try:
-        volts = float(text.removesuffix("v").removesuffix("m")) * size
+        volts = measured(given, "V")
     except ValueError:
         volts = float("inf")
     if not abs(volts) < 1e6:
-        raise UsageError(f"threshold {threshold!r}: expected a voltage, such as '1.4 V'")
+        kind = other_kind(threshold, "V")
+        raise UsageError(f"threshold {threshold!r}: {kind}expected a voltage, such as '1.4 V' or '700 mV'")
     return volts
 
 

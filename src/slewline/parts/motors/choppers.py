@@ -1,0 +1,57 @@
+"""What a chopper does to the current of a motor: its ripple, what its blanking drives, and what to say of both."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from .data import DriverData, MotorData
+from .drivers import has_own_clock
+
+MUCH = 0.1  # of the current: a ripple that takes a twentieth of the torque
+
+
+def ripple(motor: MotorData, driver: DriverData) -> float:
+    """Return the greatest ripple of the current in slow decay, peak to peak, A: at half of the supply.
+
+    The EMF of a motor that turns takes as much.  An averaged driver is the mean of a chopper with the same clock.
+    """
+    share = 2 if driver.off_time else 4  # the pause is the fixed time, or half of a period
+    return driver.supply * driver.period / (share * motor.inductance)
+
+
+def least_current(motor: MotorData, driver: DriverData) -> float:
+    """Return the current, A, that the blanking of a chopper drives through a winding at rest, with slow decay; or 0."""
+    if driver.kind != "chopper" or driver.decay not in ("slow", "auto") or not driver.least_on:
+        return 0.0
+    period = driver.off_time + driver.least_on if driver.off_time else driver.period
+    return driver.supply * driver.least_on / period / motor.resistance
+
+
+def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str, ...]:
+    """Return what to say of the chopper of a driver, whether it switches or is averaged; empty if all is well.
+
+    Args:
+        given: the driver as a user gave it; where it has neither a clock nor a name, 20 kHz are assumed.
+    """
+    if driver.kind not in ("chopper", "averaged"):
+        return ()
+    notes = []
+    swing = ripple(motor, driver)
+    if swing > MUCH * driver.current:
+        at = f"a pause of {driver.off_time * 1e6:g} us" if driver.off_time else f"{driver.frequency / 1e3:g} kHz"
+        lost = f"{min(swing / driver.current / 2, 1):.0%}"
+        says = f"chopper at {at}: the current ripples by up to {swing:.2g} A of {driver.current:.3g} A at high rates, "
+        says += f"which takes up to {lost} of the torque"
+        if not has_own_clock(given, motor):
+            says += "; the frequency is assumed: name the driver, such as DRV8825, or give its frequency, "
+            says += "such as 36 kHz"
+        notes.append(says)
+    least = least_current(motor, replace(driver, kind="chopper"))
+    if least > driver.current:
+        notes.append(
+            f"blanking of {driver.least_on * 1e6:g} us: it alone drives {least:.3g} A through a winding of "
+            f"{motor.resistance:g} ohm at rest, so the driver cannot hold {driver.current:.3g} A; use a lower supply, "
+            "a winding with more resistance, or mixed decay"
+        )
+    return tuple(notes)
