@@ -10,7 +10,7 @@ import pytest
 import slewline
 from slewline.errors import UsageError, WaveformError
 from slewline.record.waveforms.sampling import rate_in, sampling_of
-from tests.captures import MS, US, Sampled, Wave, model, saleae_csv, sigrok_vcd, wave
+from tests.captures import MS, US, Sampled, Wave, model, saleae_csv, scope_csv, sigrok_vcd, wave
 
 MHZ = 1_000_000
 
@@ -130,6 +130,11 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
         f"; Channels (2/2): A, {'a' * 100_000}\nA,B\n0,1\n": "has no column of times",
         "a,b\nsample rate" + " " * 500_000 + "x\nA,B\n0,1\n": "has no column of times",
         "a,b\nA[" + " " * 500_000 + ",x\n0,1\n": "has no column of times, and",
+        "Time(s),A,B\n0,0,1\n1,2e-08,1,1\n": "line 3: '1,2e-08,1,1': 4 cells, and the first row has 3; with a decimal",
+        "Time(s),A\n0,5,1\n1,0,0\n": "line 2: 1 numbers without a name; with a decimal comma, cells are separated",
+        "0.5,1\n0.4,0\n0.6,1\n0.7,1\n": "has no column of times",  # nothing rises, or whole numbers do, too few
+        "0,1.5\n1,0.2\n2,3.3\n3,3.3\n": "has no column of times",
+        "0.5,1\n0.6,0\n": "has no column of times",
     }.items():
         with subtests.test(says), pytest.raises((WaveformError, UsageError), match=says):
             table(tmp_path, text)
@@ -137,6 +142,27 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
     assert table(tmp_path, "A,B\n0,1\n1,1\n", timescale="3 us").edges("A")[0].tolist() == [3 * US]
     with pytest.raises(UsageError, match="threshold 'high': expected a voltage"):
         table(tmp_path, good, threshold="high")
+
+
+def test_a_table_of_numbers_alone_has_times_that_rise(tmp_path):
+    """Some oscilloscopes write no head; where the rate is stated, or `timescale` given, every column is a signal."""
+    seen = Sampled(wave(), MHZ)
+    found = table(tmp_path, scope_csv(seen, "bare"))
+    assert found.names == ("D0", "D1") and str(found.sampling) == "the sampling at 1 MHz"
+    assert found.edges("D0")[0].tolist() == [n * US for n in seen.edges["STEP"]]
+    rising = "0.5,1\n0.6,0\n0.7,1\n0.8,0\n"
+    assert table(tmp_path, rising).names == ("D0",)
+    for whole in (table(tmp_path, rising, timescale="1 us"), table(tmp_path, f"; Samplerate: 1 MHz\n{rising}")):
+        assert whole.names == ("D0", "D1") and whole.edges("D1")[0].tolist() == [US, 2 * US, 3 * US]
+
+
+def test_a_head_beside_the_first_rows_loses_none_of_them(tmp_path):
+    seen = Sampled(wave(), MHZ)
+    data = scope_csv(seen, "tektronix").decode()
+    found = table(tmp_path, data)
+    assert found.names == ("STEP", "DIR") and found.stop_ps == (seen.count - 1) * US
+    assert table(tmp_path, data.replace("Source", "Origin")).names == ("D0", "D1")
+    assert table(tmp_path, data.replace("Sample Interval", "Interval")).sampling.found == found.sampling.found
 
 
 def test_voltages_have_a_threshold_and_hysteresis(tmp_path):

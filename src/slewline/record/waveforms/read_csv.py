@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 from ...core.time.timebase import PS_PER_S
 from ...errors import WaveformError
 from ...gate import BOM, MAX_LINE
-from .csv_head import PREAMBLE, CsvHead, read_head
+from .csv_head import DECIMAL_COMMA, PREAMBLE, CsvHead, read_head
 from .vcd_header import DeclaredVariable, Header
 from .waveforms import Waveforms
 
@@ -96,12 +96,27 @@ class TableRows:
         import numpy as np
 
         mark = self.head.delimiter
+        self._check_cells(block, number)
         if mark != "," and b"," in block:
             block = block.replace(b",", b".")
         try:
             return np.loadtxt(io.BytesIO(block), np.float64, comments=None, delimiter=mark, usecols=self.used, ndmin=2)
         except ValueError:
             raise self._wrong(block, number) from None
+
+    def _check_cells(self, block: bytes, number: int) -> None:
+        """Check that no row has more cells than the first one: a decimal comma would shift them."""
+        import numpy as np
+
+        mark = self.head.delimiter.encode()
+        codes = np.frombuffer(block, np.uint8)
+        ends = np.append(np.flatnonzero(codes == ord("\n")), len(codes))
+        marks = np.diff(np.searchsorted(np.flatnonzero(codes == ord(mark)), ends), prepend=0)
+        for row in np.flatnonzero(marks > self.head.marks):
+            line = block[ends[row - 1] + 1 if row else 0 : ends[row]].rstrip(mark + b" ")
+            if line.count(mark) > self.head.marks:
+                what = f"{line.count(mark) + 1} cells, and the first row has {self.head.marks + 1}; {DECIMAL_COMMA}"
+                raise self.error(number + int(row) + 1, line, what)
 
     def _wrong(self, block: bytes, number: int) -> WaveformError:
         """Which line it is that has no numbers."""
