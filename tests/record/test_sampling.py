@@ -192,6 +192,8 @@ def test_a_real_number_is_no_step(tmp_path):
     path.write_text("$timescale 1 us $end $var real 64 ! A0 $end $enddefinitions $end\n#0 r1.5 !\n#1 r2 !\n")
     with pytest.raises(UsageError, match="A0 is a real variable, which has no levels; name a wire"):
         slewline.read_vcd(path).steps("A0")
+    path.write_text(path.read_text().replace("r1.5", "s1.5").replace("64 !", "1 !"))  # as MyHDL writes it
+    assert slewline.read_vcd(path).edges("A0")[1].tolist() == [2.0]
 
 
 def test_a_trace_of_an_inverted_signal(tmp_path):

@@ -76,6 +76,16 @@ def test_settings_lines_breaks_and_buffers_are_those_of_the_module(ports):
             port.fileno()
 
 
+def test_what_only_ports_of_another_system_have(ports):
+    """A program for Windows sets the size of buffers; for other ports of this system that stays an error."""
+    with serial.Serial(NAME) as port:
+        port.set_buffer_size(rx_size=65536)
+        port.set_low_latency_mode(True)
+    other = "set_low_latency_mode" if sys.platform == "win32" else "set_buffer_size"
+    with pytest.raises(AttributeError, match=f"'Serial' object has no attribute '{other}'"):
+        getattr(serial.Serial(), other)(True)
+
+
 def test_it_is_in_the_list_of_ports(ports):
     assert NAME in [found.device for found in list_ports.comports()]
 

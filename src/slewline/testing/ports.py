@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 MISSING = object()
 Usb = Mapping[str, "int | str"]
+ELSEWHERE = ("set_buffer_size", "set_low_latency_mode", "set_input_flow_control")  # pySerial's, on some systems
 ADAPTER = ("vid", "pid", "serial_number", "manufacturer", "product", "location", "interface")  # as pySerial has them
 
 
@@ -197,6 +198,8 @@ def _lend(
         if name.startswith("__") or name == "_abc_impl":  # what every class has of its own
             continue
         theirs = getattr_static(cls, name, MISSING)
+        if theirs is MISSING and name in ELSEWHERE:
+            theirs = _missing(cls, name)
         if theirs is MISSING or not (callable(ours) or isinstance(ours, property)):
             _put(stack, cls, name, ours)
         elif isinstance(ours, property):
@@ -210,6 +213,15 @@ def _close(ports: WeakSet[Any]) -> None:
     for port in list(ports):
         if port.is_open:
             port.close()
+
+
+def _missing(cls: type, name: str) -> Callable[..., Any]:
+    """What a method is to the other ports of a class that does not have it."""
+
+    def method(self: Any, *arguments: Any, **more: Any) -> NoReturn:
+        raise AttributeError(f"{cls.__name__!r} object has no attribute {name!r}")
+
+    return method
 
 
 def _either(ours: Callable[..., Any], theirs: Callable[..., Any], mine: Callable[[Any], bool]) -> Callable[..., Any]:
