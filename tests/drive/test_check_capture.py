@@ -118,7 +118,7 @@ def test_a_driver_by_the_times_of_its_data_sheet(tmp_path, subtests):
         with subtests.test(driver), pytest.raises(SlewlineError, match=says):
             check_capture(path, XY, driver=driver)
     with pytest.raises(
-        UnknownName, match="driver 'TB6560'; known: .*; for another one give its times, such as 'high 30"
+        UnknownName, match=r"driver 'TB6560'; known: .*; for another one give its times, such as 'high 30"
     ):
         check_capture(path, XY, driver="TB6560")
 

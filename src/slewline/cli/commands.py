@@ -265,8 +265,7 @@ def tune_command(**options: Any) -> int:
 @click.option(
     "--axis", "axes", metavar="NAME=STEP,DIR", multiple=True, required=True, help="Signals of an axis. May be repeated."
 )
-@click.option("--driver", metavar="NAME", help="The driver that receives them, such as DM542, or its times: 'high "
-              "30 us, low 30 us, setup 5 us, hold 5 us'.")  # fmt: skip
+@click.option("--driver", metavar="NAME", help="The driver that receives them: DM542, or 'high 5 us, low 5 us'.")
 @click.option("--edge", type=click.Choice(["rising", "falling", "both"]), default="rising", show_default=True,
               help="The edge of STEP with which a step begins, where it was recorded.")  # fmt: skip
 @click.option(

@@ -96,7 +96,8 @@ def own_driver(text: str) -> StepDriver:
         found[key] = picoseconds(time.strip())
     if not found.keys() & {"high", "low"}:
         raise UsageError(f"driver {text!r}: expected how long STEP is high or low at least, such as {OWN!r}")
-    return StepDriver("this driver", *(found.get(key, 0) for key in TIMES), 0, "its data sheet")
+    high, low, setup, hold = (found.get(key, 0) for key in TIMES)
+    return StepDriver("this driver", high, low, setup, hold, 0, "its data sheet")
 
 
 def check_pulse(driver: StepDriver, high_ps: int, low_ps: int, setup_ps: int, hold_ps: int) -> None:

@@ -49,7 +49,9 @@ def limits_of(driver: StepDriver, edge: str) -> list[Limit]:
         ("direction changes", f"step {step}", "DIR before STEP", driver.setup_ps),
         (f"step {step}", "direction changes", "DIR after STEP", driver.hold_ps),
     )
-    return [Limit(*names, driver.source, least=least, keeper="host") for *names, least in rows if least]
+    return [
+        Limit(start, end, says, driver.source, least=least, keeper="host") for start, end, says, least in rows if least
+    ]
 
 
 def check_capture(

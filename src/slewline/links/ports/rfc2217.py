@@ -162,8 +162,9 @@ class Manager(rfc2217.PortManager):
 
     @property
     def binary(self) -> bool:
-        """Has the host agreed to send bytes as they are?"""
-        return any(option.active for option in self._telnet_options if option.name == THEIR_BYTES)
+        """Has the host agreed to send bytes unchanged?"""
+        options = self._telnet_options  # type: ignore[attr-defined]
+        return any(option.active for option in options if option.name == THEIR_BYTES)
 
 
 class NetSession(Session):

@@ -151,7 +151,7 @@ def _numbers(cells: list[str]) -> bool:
 
 
 def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
-    """Let the rows begin where their head, which ends in column `begin`, stands beside them; return how many these are."""
+    """Count the rows beside which there is a head up to column `begin`, and let the table begin with them."""
     count = 0
     while begin and head.lines and _numbers(_cells(lines[head.lines - 1], head.delimiter)[begin:]):
         head.lines, count = head.lines - 1, count + 1
