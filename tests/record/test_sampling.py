@@ -175,6 +175,27 @@ def test_voltages_have_a_threshold_and_hysteresis(tmp_path):
     assert table(tmp_path, text, threshold="900 mV").edges("A")[0].tolist() == [2 * US, 11 * US]
 
 
+@pytest.mark.parametrize("volts", [3.3, 5.0, -12.0])
+@pytest.mark.parametrize("high", [2, 20, 500, 980])  # samples of 1000
+@pytest.mark.parametrize("spike", [0.0, 1.0, 2.4])  # of the swing, beyond the level; a screen has no more
+def test_spikes_move_no_threshold(tmp_path, volts, high, spike):
+    """A motor whose current is switched is on every oscilloscope: some samples go far beyond their level."""
+    chance = np.random.default_rng(high)
+    count = 20
+    level = np.tile(np.arange(1000) < high, count)
+    shown = volts * level + chance.normal(0, 0.03, len(level))
+    for n in (3, 11):  # after a step has begun, and in a pause
+        shown[1000 * n + 1] += spike * volts
+        shown[1000 * n + 990] -= spike * volts
+    rows = "".join(f"{n},{v:.4f}\n" for n, v in enumerate(shown))
+    found = table(tmp_path, f"Time (us),A\n{rows}")
+    times, levels = found.edges("A")
+    rises = 1 if volts > 0 else 0
+    assert len(times) == 2 * count - 1  # the recording begins within a pulse
+    assert times[levels == rises].tolist() == [1000 * n * US for n in range(1, count)]
+    assert times[levels != rises].tolist() == [(1000 * n + high) * US for n in range(count)]
+
+
 def test_what_is_no_table_is_read_as_vcd(tmp_path):
     for data, says in ((b"", "is empty"), (b"\x1f\x8b,,", "gunzip"), (b"hello", "no VCD file begins like this")):
         with pytest.raises(WaveformError, match=says):

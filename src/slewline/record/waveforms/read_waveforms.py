@@ -38,7 +38,7 @@ def read_waveforms(
             two rows.
         torn: accept a file that was cut off: what follows its last end of line is ignored.
         threshold: of voltages, that from which a level is 1, such as "1.4 V"; by default, for each signal, the middle
-            between its lowest and its highest.
+            between the two between which it goes, spikes left out.
 
     Raises:
         UsageError: the file cannot be opened, is a session and sigrok-cli is not installed, or does not say how far
