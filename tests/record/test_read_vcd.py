@@ -704,7 +704,8 @@ def test_trace_for_a_picture(parse):
 @pytest.mark.parametrize(
     ("begin", "says"),
     [
-        (b"", r"no \$enddefinitions in 4194304 bytes; is it a VCD file\?"),
+        (b"", "a binary file, which is no recording that can be read; export VCD or CSV instead"),
+        (b"$timescale 1 ns $end\n", r"no \$enddefinitions in 4194304 bytes; is it a VCD file\?"),
         (
             b"$timescale 1 ns $end\n$var wire 1 ! a $end\n$enddefinitions $end\n#0\n1!\n",
             r"line 6: .*: goes on for more than 4194304 bytes; is it a VCD file\?",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from fractions import Fraction
 
 import numpy as np
@@ -144,6 +145,22 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
         table(tmp_path, good, threshold="high")
 
 
+def test_what_columns_are_called(tmp_path, subtests):
+    rows = "-0.5,0,1\n0.5,1,1\n1.5,0,1\n2.5,0,0\n"
+    for head, (names, second) in {
+        "Time [s],A,B": (("A", "B"), 1e12), "t / s,CH1 / V,CH2 / V": (("CH1", "CH2"), 1e12),
+        "in s,C1 in V,C2 in V": (("C1", "C2"), 1e12), "in ms,C1 in mV,C2 in mV": (("C1", "C2"), 1e9),
+        "Timestamp(us),A (V),B [V]": (("A", "B"), 1e6), '"t / ms","IN/OUT","B"': (("IN/OUT", "B"), 1e9),
+        "Tempo,A,B": (("A", "B"), 1e12), "Time (hh:mm) (ms),A(B),C": (("A", "C"), 1e9),
+    }.items():  # fmt: skip
+        with subtests.test(head):
+            found = table(tmp_path, f"{head}\n{rows}")
+            assert found.names == names and found.edges(names[0])[0].tolist() == [second, 2 * second]
+    for head in ("X,A,B", "Sample,A,B"):  # a number of each sample, not a time
+        with pytest.raises(UsageError, match="has no column of times"):
+            table(tmp_path, f"{head}\n{rows}")
+
+
 def test_a_table_of_numbers_alone_has_times_that_rise(tmp_path):
     """Some oscilloscopes write no head; where the rate is stated, or `timescale` given, every column is a signal."""
     seen = Sampled(wave(), MHZ)
@@ -200,6 +217,15 @@ def test_what_is_no_table_is_read_as_vcd(tmp_path):
     for data, says in ((b"", "is empty"), (b"\x1f\x8b,,", "gunzip"), (b"hello", "no VCD file begins like this")):
         with pytest.raises(WaveformError, match=says):
             table(tmp_path, data)
+    for data in (b"AG10\0\0", b"WAVEDESC" + bytes(40), bytes([0, 1, 1, 0, 3])):
+        with pytest.raises(WaveformError, match="a binary file, which is no recording that can be read; export VCD or"):
+            table(tmp_path, data)
+    with pytest.raises(WaveformError, match="a binary export of Logic 2; export CSV there"):
+        table(tmp_path, b"<SALEAE>" + bytes(40))
+    with zipfile.ZipFile(tmp_path / "a.xlsx", "w") as archive:
+        archive.writestr("xl/workbook.xml", "<workbook/>")
+    with pytest.raises(WaveformError, match="a ZIP archive, and no session of sigrok; save a spreadsheet as CSV"):
+        slewline.read_waveforms(tmp_path / "a.xlsx")
     for ending, says in ((".dsl", "export VCD or CSV in DSView"), (".sal", "export CSV in Logic 2")):
         (tmp_path / f"a{ending}").write_bytes(b"PK\x03\x04")
         with pytest.raises(WaveformError, match=says):

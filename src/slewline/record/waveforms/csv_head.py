@@ -42,9 +42,9 @@ SOURCES = ("source", "label", "channel", "channels")  # keys of the preamble tha
 DECIMAL_COMMA = "with a decimal comma, cells are separated by ; or tabs: export with a decimal point"
 DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]")
 
-_TIME = re.compile(r"time\b|time[\[(]|second|x-axis|t\s*[\[(]|zeit", re.IGNORECASE)
+_TIME = re.compile(r"time\b|time[\[(]|timestamp|second|x-axis|t\s*[\[(/]|in [mµnp]?s$|zeit", re.IGNORECASE)
 _INDEX = re.compile(r"x$|sequence$|samples?$|sample number$|point$|index$|#$", re.IGNORECASE)
-_UNIT = re.compile(r".*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
+_UNIT = re.compile(r"([^\[(]*)[\[(].*?([^\[\]()]*)[\])]\s*")
 _CHANNELS = re.compile(r"channels \(\d+/\d+\):\s*(.*\S)", re.IGNORECASE)
 _NUMBER = re.compile(r"\s*[+-]?(?:\d+(?:[.,](\d*))?|[.,]\d+)([eE][+-]?\d+)?\s*")
 
@@ -112,9 +112,9 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
     head.time = _time_column(names, units)
     if head.time is not None and (more := sum(not names[n] for n in known)):
         raise WaveformError(f"{path}, line {head.lines + 1}: {more} numbers without a name; {DECIMAL_COMMA}")
-    if not any(names) and timescale is None and (beside or head.rate is None):
+    counted = _INDEX.match((units or names)[0] or names[0] or "-") is not None
+    if head.time is None and not counted and timescale is None and (beside or head.rate is None):
         head.time = _rising(lines[head.lines :], head.delimiter, known)
-    counted = bool(known) and _INDEX.match((units or names)[0] or names[0] or "-") is not None
     if head.time is not None:
         heads = names[head.time], units[head.time] if units else ""
         _scale(head, heads, lines[head.lines :], sigrok, timescale)
@@ -128,11 +128,15 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
             Fraction(timescale) if timescale is not None else PS_PER_S / (head.rate or Fraction(1))
         )
     signals = [n for n in known if n != head.time and not (counted and n == 0)]
-    if not channels and own and (len({names[n] for n in signals}) < len(signals) or _said(names[signals[0]])):
+    if (
+        not channels
+        and own
+        and (len({names[n] for n in signals}) < len(signals) or all(_said(names[n]) for n in signals))
+    ):
         channels = [name for name in own[-1] if name]
     for place, n in enumerate(signals):
         name = channels[place] if len(channels) == len(signals) else names[n] if not _said(names[n]) else ""
-        name = _UNIT.sub(lambda found: found[0].partition("(")[0].partition("[")[0].strip(), name) or f"D{place}"
+        name = _split(name)[0] or f"D{place}"
         number = 2
         while name in head.columns:
             name, number = f"{name.partition('#')[0]}#{number}", number + 1
@@ -164,6 +168,17 @@ def _rising(rows: list[str], delimiter: str, known: list[int]) -> int | None:
     found = [float(cell) for cell in at if _NUMBER.fullmatch(cell)]
     rises = len(found) >= ENOUGH and all(one < other for one, other in pairwise(found))
     return known[0] if rises and len(known) > 1 and not all(cell.lstrip("+-").isdigit() for cell in at) else None
+
+
+def _split(cell: str) -> tuple[str, str]:
+    """A name, and its unit: "CH1 (V)", "t / s", "C1 in V"."""
+    if (bracket := _UNIT.fullmatch(cell)) is not None:
+        return bracket[1].strip(), bracket[2].strip()
+    for mark in ("/", " in "):
+        name, found, unit = f" {cell}".rpartition(mark)
+        if found and unit.strip().lower() in (NOTHING | TIMES.keys()) - {""}:
+            return name.strip(), unit.strip()
+    return cell, ""
 
 
 def _said(cell: str) -> bool:
@@ -209,8 +224,7 @@ def _time_column(names: list[str], units: list[str]) -> int | None:
 
 def _scale(head: CsvHead, heads: tuple[str, str], rows: list[str], sigrok: bool, timescale: int | None) -> None:
     """How long a unit of the times is, and how finely they are written."""
-    bracket = _UNIT.fullmatch(heads[0])
-    said = [heads[1].strip("()[] "), bracket[1] if bracket else "", heads[0]]
+    said = [heads[1].strip("()[] "), _split(heads[0])[1], heads[0]]
     unit = next((TIMES[each.lower()] for each in said if each.lower() in TIMES), None)
     if timescale is not None:
         unit = Fraction(timescale)

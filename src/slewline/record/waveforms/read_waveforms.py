@@ -109,15 +109,27 @@ class WireChanges:
 
 
 def _channels(path: str | Path) -> tuple[list[str], list[str]]:
-    """Return the names of the wires in a session, and of its voltages; none if it does not say."""
+    """Return the names of the wires in a session, and of its voltages; none if it does not say.
+
+    Raises:
+        WaveformError: it is no session.
+    """
     import zipfile
 
     try:
-        with zipfile.ZipFile(path) as archive, archive.open("metadata") as file:
-            said = file.read(PEEK * 16).decode("utf-8", "replace")
-    except (zipfile.BadZipFile, KeyError, OSError, RuntimeError, NotImplementedError, ValueError, EOFError):
+        with zipfile.ZipFile(path) as archive:
+            there, said = "metadata" in archive.namelist(), b""
+            if there:
+                with archive.open("metadata") as file:
+                    said = file.read(PEEK * 16)
+    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError):
         return [], []  # sigrok-cli says what is wrong with it
-    named = [match.groups() for line in said.splitlines() if (match := _CHANNEL.fullmatch(line.strip()))]
+    if not there:
+        raise WaveformError(
+            f"{path}: a ZIP archive, and no session of sigrok; from a spreadsheet (.xlsx, .ods) save CSV"
+        )
+    lines = said.decode("utf-8", "replace").splitlines()
+    named = [match.groups() for line in lines if (match := _CHANNEL.fullmatch(line.strip()))]
     return [name for kind, name in named if kind == "probe"], [name for kind, name in named if kind == "analog"]
 
 
