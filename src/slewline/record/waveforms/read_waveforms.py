@@ -125,9 +125,7 @@ def _channels(path: str | Path) -> tuple[list[str], list[str]]:
     except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError):
         return [], []  # sigrok-cli says what is wrong with it
     if not there:
-        raise WaveformError(
-            f"{path}: a ZIP archive, and no session of sigrok; from a spreadsheet (.xlsx, .ods) save CSV"
-        )
+        raise WaveformError(f"{path}: a ZIP archive, and no session of sigrok; save a spreadsheet as CSV")
     lines = said.decode("utf-8", "replace").splitlines()
     named = [match.groups() for line in lines if (match := _CHANNEL.fullmatch(line.strip()))]
     return [name for kind, name in named if kind == "probe"], [name for kind, name in named if kind == "analog"]
