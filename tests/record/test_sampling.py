@@ -121,6 +121,8 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
         good + "0.0000": "line 4: '0.0000': expected a number in each column",
         good + "0.0000005,0\n": "line 4: '5e-07, 0': a time before the one above",
         good + "nan,0\n": "line 4: 'nan, 0': a time before the one above, or no finite number",
+        good + "0.000002,1e308\n": "line 4: '2e-06, 1e\\+308': a time before the one above, or no finite number",
+        good + "0.000002,-1e30\n": "line 4: '2e-06, -1e\\+30': a time before the one above, or no finite number",
         good + "1e9,0\n": "a time beyond 2\\^62 ps",
         "Time,A\n2026-11-28T10:00:00,0\n": "no row of numbers in its first 2 lines; export times as seconds, not",
         "Time,A\n": "no row of numbers in its first 1 lines; expected columns of numbers",

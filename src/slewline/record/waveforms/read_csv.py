@@ -31,6 +31,7 @@ BINS = 256  # from the lowest voltage of a signal to its highest
 NEAR = 4  # bins to both sides count as the same voltage
 APART = 32  # bins between the two levels of a signal at least: spikes of three times its swing leave so much
 MOST = 0.9  # of the samples that are not at rest: what goes beyond these is a spike
+HUGE = 1e30  # no voltage, and no reading of a converter
 QUIET_V = 0.5  # a signal that swings less does not move
 SHOWN = 60  # characters of a line in a message
 ENDS = b"\x1a\0\r\n\t "  # of files: of DOS, of what was padded
@@ -215,7 +216,9 @@ class TableChanges:
         for number, block in table:
             times = block[:, 0] if head.time is not None else np.arange(rows, rows + len(block), dtype=np.float64)
             values = block[:, 1:] if head.time is not None else block
-            wrong = ~np.isfinite(block).all(axis=1) | (np.diff(times, prepend=before) < 0)
+            wrong = ~(np.isfinite(times) & (np.abs(values) < HUGE).all(axis=1))
+            with np.errstate(invalid="ignore"):  # infinite ones
+                wrong |= np.diff(times, prepend=before) < 0
             if wrong.any():
                 row = int(np.argmax(wrong))
                 shown = ", ".join(f"{value:g}" for value in block[row]).encode()
