@@ -128,11 +128,8 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
             Fraction(timescale) if timescale is not None else PS_PER_S / (head.rate or Fraction(1))
         )
     signals = [n for n in known if n != head.time and not (counted and n == 0)]
-    if (
-        not channels
-        and own
-        and (len({names[n] for n in signals}) < len(signals) or all(_said(names[n]) for n in signals))
-    ):
+    alike = len({names[n] for n in signals}) < len(signals) or all(_said(names[n]) for n in signals)
+    if own and alike and not channels:
         channels = [name for name in own[-1] if name]
     for place, n in enumerate(signals):
         name = channels[place] if len(channels) == len(signals) else names[n] if not _said(names[n]) else ""

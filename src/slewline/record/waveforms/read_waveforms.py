@@ -20,6 +20,7 @@ from .waveforms import Waveforms
 PEEK = 4096  # bytes that show what a file is
 TOOL = "sigrok-cli"
 LONGEST_S = 600  # so long a conversion may take
+SHOWN = 20  # characters of a name, and names, in a message
 _CHANNEL = re.compile(r"(probe|analog)\d+=(.*)")
 
 
@@ -38,7 +39,7 @@ def read_waveforms(
             two rows.
         torn: accept a file that was cut off: what follows its last end of line is ignored.
         threshold: of voltages, that from which a level is 1, such as "1.4 V"; by default, for each signal, the middle
-            between the two between which it goes, spikes left out.
+            between its two levels, spikes left out.
 
     Raises:
         UsageError: the file cannot be opened, is a session and sigrok-cli is not installed, or does not say how far
@@ -146,7 +147,8 @@ def _session(path: str | Path, torn: bool) -> Waveforms:
 
     wires, voltages = _channels(path)
     if voltages and not wires:
-        raise WaveformError(f"{path}: a session with voltages alone ({', '.join(voltages)}); export CSV in PulseView")
+        shown = ", ".join(name[:SHOWN] for name in voltages[:SHOWN])
+        raise WaveformError(f"{path}: a session with voltages alone ({shown}); export CSV in PulseView")
     with tempfile.TemporaryFile() as errors:
         process = lifeline.start([tool, "-i", os.path.abspath(path), "-O", "vcd"], os.environ, errors)
         limit = threading.Timer(LONGEST_S, process.kill)
