@@ -165,6 +165,26 @@ def scope_csv(seen: Sampled, form: str, volts: float = 3.3, noise: float = 0.08,
     elif form == "keysight":
         head = [f"x-axis,{','.join(names)}", "second,Volt,Volt"]
         rows = [f"{n * step - 0.001:+.9E},{a:+.4E},{b:+.4E}" for n, (a, b) in enumerate(shown)]
+    elif form == "siglent":  # the names stand above those of the columns
+        head = ["Record Length,Analog:5", f"Sample Interval,Analog:{step:.6e}", f"Source,{','.join(names)}",
+                "Second,Value,Value"]  # fmt: skip
+        rows = [f"{n * step - 0.001:.10f}, {a:.5f}, {b:.5f}" for n, (a, b) in enumerate(shown)]
+    elif form == "tektronix":  # the head beside the first rows; one signal a file, here a second one after it
+        said = ["Record Length,2.5e+03,", f"Sample Interval,{step:.6e},", "Trigger Point,1.25e+03,Samples",
+                f"Source,{','.join(names)}"]  # fmt: skip
+        head, said = [], said + [",,"] * (len(shown) - len(said))
+        rows = [f"{before},{n * step - 0.001:.12f},  {a:.5f},{b:.5f}," for n, (before, (a, b)) in
+                enumerate(zip(said, shown, strict=True))]  # fmt: skip
+    elif form == "bare":  # numbers alone
+        head, rows = [], [f"{n * step:.7E},{a:.5E},{b:.5E}" for n, (a, b) in enumerate(shown)]
+    elif form == "waveforms":
+        head = [
+            "#Digilent WaveForms Oscilloscope Acquisition",
+            "#Device Name: X",
+            "",
+            f"Time (s),{names[0]} (V),{names[1]} (V)",
+        ]
+        rows = [f"{n * step - 0.001:.12f},{a:.14f},{b:.14f}" for n, (a, b) in enumerate(shown)]
     else:  # with a decimal comma
         head = [f"Time;{';'.join(names)}", "(ms);(V);(V)", ""]
         rows = [f"{n * step * 1e3:.6f};{a:.4f};{b:.4f}".replace(".", ",") for n, (a, b) in enumerate(shown)]

@@ -329,6 +329,9 @@ def make_waveforms(folder: Path) -> list[Path]:
 TABLES = {
     "logic": "Time [s],STEP,DIR\n-0.000001000,0,0\n0.000002000,1,0\n0.000004500,0,1\n",
     "sigrok": "; Channels (2/2): STEP, DIR\n; Samplerate: 12 MHz\nnanoseconds,logic,logic\n83,0,1\n166,1,1\n",
+    "beside": "Sample Interval,1e-06,,0.0,0.1,\nSource,CH1,,1.0e-06,3.3,\n,,,2.0e-06,3.2,\n,,,3.0e-06,0.0,\n",
+    "bare": "0.0,0.1\n1.0e-06,3.3\n2.0e-06,3.2\n3.0e-06,0.0\n",
+    "units": "Source,CH1,CH2\nt / s,Value,Value\n0.0,0.1,3.3\n1.0e-06,3.3,3.3\n2.0e-06,3.2,0.0\n",
     "scope": "X,CH1,CH2,Start,Increment\nSequence,Volt,Volt,-6.0e-03,1.0e-06\n0,0.1,3.2,,\n1,3.3,3.3,,\n2,0.0,3.1,,\n",
 }
 

@@ -120,7 +120,7 @@ CASES: list[tuple[str, bytes, list[str], int, list[str]]] = [
     ("dos.vcd", sigrok_vcd(Sampled(PLAIN, 12 * MHZ), end="\r\n"), [], 0, ["agree within the sampling at 12 MHz"]),
     *(
         (f"{form}.csv", captures.scope_csv(Sampled(PLAIN, MHZ), form), [], 0, ["agree within the sampling at 1 MHz"])
-        for form in ("rigol", "keysight", "pico")
+        for form in ("rigol", "keysight", "pico", "siglent", "tektronix", "waveforms")
     ),
     (
         "threshold.csv",

@@ -7,7 +7,7 @@ import pytest
 import slewline
 from slewline import check_capture
 from slewline.drive.drivers import STEP_DRIVERS, StepDriver
-from slewline.errors import UnknownName, UsageError
+from slewline.errors import SlewlineError, UnknownName, UsageError
 from tests.captures import MS, US, Sampled, Wave, saleae_csv, sigrok_vcd, wave
 
 MHZ = 1_000_000
@@ -77,6 +77,57 @@ def test_what_sampling_explains_is_no_violation(tmp_path):
     assert coarse.notes == (
         "Sampled every 1 µs: too coarse for A4988, whose pulses may be 1 µs short; record at 4 MHz or more.",
     )
+
+
+def test_a_driver_that_steps_at_both_edges(tmp_path):
+    """Klipper and others set this in a TMC2209: a change of STEP is a step, and a pulse lasts as long as one."""
+    at = [MS + sum(500 * US // (1 + min(k, 39 - k, 9)) for k in range(n)) for n in range(40)]  # up to ten times as fast
+    of = Wave({"STEP": at, "DIR": [at[20] - 30 * US]}, {"STEP": 0, "DIR": 0}, at[-1] + MS)
+    path = written(of, tmp_path / "a.vcd")
+    waves = slewline.read_waveforms(path)
+    both = waves.steps("STEP", "DIR", edge="both")
+    assert len(both.times_ps) == 40 and both.positions[-1] == 0
+    halves = [len(waves.steps("STEP", edge=edge).times_ps) for edge in ("rising", "falling")]
+    assert sum(halves) == 40 and both.times_ps.tolist() == sorted(waves.edges("STEP")[0].tolist())
+    found = check_capture(path, XY, driver="high 40 us, low 40 us, setup 20 us, hold 20 us", edge="both")
+    assert found.good, str(found)
+    assert [row.bound.limit.says for row in found.limits] == [
+        "STEP high",
+        "STEP low",
+        "DIR before STEP",
+        "DIR after STEP",
+    ]
+    for driver, says in (
+        ("high 60 us", "STEP high"), ("low 60 us", "STEP low"),
+        ("low 1 us, setup 40 us", "DIR before STEP"), ("low 1 us, hold 25 us", "DIR after STEP"),
+    ):  # fmt: skip
+        (wrong,) = check_capture(path, XY, driver=driver, edge="both").limits.violated
+        assert wrong.bound.limit.says == says
+    short = written(Wave({**of.edges, "STEP": [*at, at[-1] + US]}, of.first, of.end), tmp_path / "b.vcd")
+    assert not check_capture(short, XY, edge="both").axes[0].glitches
+    assert check_capture(short, XY, edge="both", glitch="2 us").axes[0].glitches
+    with pytest.raises(UsageError, match="edge='each': allowed falling, rising, both"):
+        check_capture(path, XY, edge="each")
+
+
+def test_a_driver_by_the_times_of_its_data_sheet(tmp_path, subtests):
+    path = written(steps(*ROW), tmp_path / "a.vcd")
+    found = check_capture(path, XY, driver="high 30 us, low 30 us")
+    assert [row.verdict[:11] for row in found.limits] == ["VIOLATED 40", "kept"]
+    assert check_capture(path, XY, driver=" high 5 us ").good
+    for driver, says in {
+        "high 5 us, high 5 us": "'high'; allowed each of high, low, setup, hold once, such as 'high 30 us",
+        "width 5 us": "'width'; allowed each of high, low",
+        "setup 5 us": "expected how long STEP is high or low at least",
+        "high 5": "a bare number is picoseconds|unit",
+        "high soon": "soon",
+    }.items():
+        with subtests.test(driver), pytest.raises(SlewlineError, match=says):
+            check_capture(path, XY, driver=driver)
+    with pytest.raises(
+        UnknownName, match=r"driver 'TB6560'; known: .*; for another one give its times, such as 'high 30"
+    ):
+        check_capture(path, XY, driver="TB6560")
 
 
 def test_glitches(tmp_path):

@@ -16,6 +16,7 @@ from tests.ensembles import in_long_runs
 from .conftest import PATIENCE, Threaded, patient
 
 IAC, SB, SE, COM = 255, 250, 240, 44
+WILL, WONT = 251, 252
 
 # the client of pySerial 3.5 names its thread in a way that Python 3.10 calls deprecated
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated:DeprecationWarning")
@@ -237,3 +238,17 @@ def test_a_line_of_eight_bits_needs_no_such_word(lockstep):
     server.rfc2217(server.line(server.bench.add("cy525")), "127.0.0.1:0")
     server.close()
     assert told == [DEAF.format(chip="cy525")]
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(
+    ("agrees", "answer"),
+    [(b"", b"V+0\r"), (bytes([IAC, WONT, 0]), b"V+0\r"), (bytes([IAC, WILL, 0]), b"E4\r")],
+)
+def test_a_return_of_telnet_is_a_carriage_return(port, client, agrees, answer):
+    """Without the option BINARY a terminal program sends CR NUL; its NUL would begin the next command."""
+    host = client(port[2].where)
+    host.send(agrees)
+    for byte in b"F\r\0V1\r\0":
+        host.send(bytes([byte]))
+    assert host.read(b"R\r").endswith(b"R\r") and host.read() == answer

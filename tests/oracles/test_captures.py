@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import shutil
+import zipfile
 
+import numpy as np
 import pytest
 
 import slewline
@@ -56,6 +59,39 @@ def test_what_sigrok_writes_agrees(program, tmp_path, mhz, form):
 def test_a_session_is_converted(program, tmp_path, mhz):
     ours = slewline.read_vcd(model(wave(), tmp_path / "model.vcd"))
     agree(ours, slewline.read_waveforms(sigrok_session(Sampled(wave(), mhz * MHZ), program, tmp_path / "a.sr")), mhz)
+
+
+def with_voltages(session, path, *, wires: bool):
+    """A session that an oscilloscope has written, too: a channel CH1 of volts, a block for each of the wires."""
+    with zipfile.ZipFile(session) as old, zipfile.ZipFile(path, "w") as new:
+        said = old.read("metadata").decode().replace("unitsize=1", "total analog=1\nanalog3=CH1\nunitsize=1")
+        blocks = {name: old.read(name) for name in old.namelist() if name.startswith("logic")}
+        if not wires:
+            said = re.sub(r"(probe\d+|capturefile|unitsize)=.*\n?", "", said).replace(
+                "total probes=2", "total probes=0"
+            )
+        new.writestr("version", old.read("version"))
+        new.writestr("metadata", said)
+        for name, data in blocks.items():
+            if wires:
+                new.writestr(name, data)
+            volts = np.linspace(0, 3.3, len(data), dtype="<f4")
+            new.writestr(name.replace("logic-1", "analog-1-3"), volts.tobytes())
+    return path
+
+
+def test_a_session_with_voltages_beside_the_wires(program, tmp_path):
+    session = sigrok_session(Sampled(wave(), MHZ), program, tmp_path / "a.sr")
+    ours = slewline.read_vcd(model(wave(), tmp_path / "model.vcd"))
+    mixed = with_voltages(session, tmp_path / "mixed.sr", wires=True)
+    assert b"CH1: " in sigrok_converted(mixed, program, "vcd")
+    found = slewline.read_waveforms(mixed)
+    assert found.names == slewline.read_waveforms(session).names
+    agree(ours, found, 1)
+    with pytest.raises(
+        WaveformError, match=r"alone\.sr: a session with voltages alone \(CH1\); export CSV in PulseView"
+    ):
+        slewline.read_waveforms(with_voltages(session, tmp_path / "alone.sr", wires=False))
 
 
 def test_a_session_that_is_damaged(program, tmp_path):

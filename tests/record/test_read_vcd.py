@@ -526,6 +526,7 @@ def test_edges_of_sigrok(lively, tmp_path):
         ("b101010 ", "bq00000000000000 ", 18, "a value is b and bits"),
         ("b101010 ", "b ", 18, "'b'; a value is b and bits"),
         ("r-1.5e3", "r-1.5e", 19, "'r-1.5e'; a real is r and a number"),
+        ("r-1.5e3", "sidle", 19, "'sidle'; a real is r and a number"),
         ("r-1.5e3", "b1", 19, "a value of another kind; this variable is of kind real"),
         ("r-1.5e3 #", 'r-1.5e3 "', 19, "a value of another kind; this variable is of 8 bits"),
         ("0!\n", "0!\nGood\n", 18, "'Good': 'Good' is neither a time (#) nor a value (0 1 x z b r s)"),
@@ -703,7 +704,8 @@ def test_trace_for_a_picture(parse):
 @pytest.mark.parametrize(
     ("begin", "says"),
     [
-        (b"", r"no \$enddefinitions in 4194304 bytes; is it a VCD file\?"),
+        (b"", "a binary file, which is no recording that can be read; export VCD or CSV instead"),
+        (b"$timescale 1 ns $end\n", r"no \$enddefinitions in 4194304 bytes; is it a VCD file\?"),
         (
             b"$timescale 1 ns $end\n$var wire 1 ! a $end\n$enddefinitions $end\n#0\n1!\n",
             r"line 6: .*: goes on for more than 4194304 bytes; is it a VCD file\?",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from fractions import Fraction
 
 import numpy as np
@@ -11,7 +12,7 @@ import slewline
 from slewline.errors import UsageError, WaveformError
 from slewline.record.waveforms.read_waveforms import volts_of
 from slewline.record.waveforms.sampling import rate_in, sampling_of
-from tests.captures import MS, US, Sampled, Wave, model, saleae_csv, sigrok_vcd, wave
+from tests.captures import MS, US, Sampled, Wave, model, saleae_csv, scope_csv, sigrok_vcd, wave
 
 MHZ = 1_000_000
 
@@ -121,6 +122,8 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
         good + "0.0000": "line 4: '0.0000': expected a number in each column",
         good + "0.0000005,0\n": "line 4: '5e-07, 0': a time before the one above",
         good + "nan,0\n": "line 4: 'nan, 0': a time before the one above, or no finite number",
+        good + "0.000002,1e308\n": "line 4: '2e-06, 1e\\+308': a time before the one above, or no finite number",
+        good + "0.000002,-1e30\n": "line 4: '2e-06, -1e\\+30': a time before the one above, or no finite number",
         good + "1e9,0\n": "a time beyond 2\\^62 ps",
         "Time,A\n2026-11-28T10:00:00,0\n": "no row of numbers in its first 2 lines; export times as seconds, not",
         "Time,A\n": "no row of numbers in its first 1 lines; expected columns of numbers",
@@ -131,6 +134,11 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
         f"; Channels (2/2): A, {'a' * 100_000}\nA,B\n0,1\n": "has no column of times",
         "a,b\nsample rate" + " " * 500_000 + "x\nA,B\n0,1\n": "has no column of times",
         "a,b\nA[" + " " * 500_000 + ",x\n0,1\n": "has no column of times, and",
+        "Time(s),A,B\n0,0,1\n1,2e-08,1,1\n": "line 3: '1,2e-08,1,1': 4 cells, and the first row has 3; with a decimal",
+        "Time(s),A\n0,5,1\n1,0,0\n": "line 2: 1 numbers without a name; with a decimal comma, cells are separated",
+        "0.5,1\n0.4,0\n0.6,1\n0.7,1\n": "has no column of times",  # nothing rises, or whole numbers do, too few
+        "0,1.5\n1,0.2\n2,3.3\n3,3.3\n": "has no column of times",
+        "0.5,1\n0.6,0\n": "has no column of times",
     }.items():
         with subtests.test(says), pytest.raises((WaveformError, UsageError), match=says):
             table(tmp_path, text)
@@ -143,6 +151,43 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
     assert [volts_of(given) for given in ("700 mV", "1.4 v", "1.4", 1.4, " 2V ")] == [0.7, 1.4, 1.4, 1.4, 2.0]
 
 
+def test_what_columns_are_called(tmp_path, subtests):
+    rows = "-0.5,0,1\n0.5,1,1\n1.5,0,1\n2.5,0,0\n"
+    for head, (names, second) in {
+        "Time [s],A,B": (("A", "B"), 1e12), "t / s,CH1 / V,CH2 / V": (("CH1", "CH2"), 1e12),
+        "in s,C1 in V,C2 in V": (("C1", "C2"), 1e12), "in ms,C1 in mV,C2 in mV": (("C1", "C2"), 1e9),
+        "Timestamp(us),A (V),B [V]": (("A", "B"), 1e6), '"t / ms","IN/OUT","B"': (("IN/OUT", "B"), 1e9),
+        "Tempo,A,B": (("A", "B"), 1e12), "Time (hh:mm) (ms),A(B),C": (("A", "C"), 1e9),
+    }.items():  # fmt: skip
+        with subtests.test(head):
+            found = table(tmp_path, f"{head}\n{rows}")
+            assert found.names == names and found.edges(names[0])[0].tolist() == [second, 2 * second]
+    for head in ("X,A,B", "Sample,A,B"):  # a number of each sample, not a time
+        with pytest.raises(UsageError, match="has no column of times"):
+            table(tmp_path, f"{head}\n{rows}")
+
+
+def test_a_table_of_numbers_alone_has_times_that_rise(tmp_path):
+    """Some oscilloscopes write no head; where the rate is stated, or `timescale` given, every column is a signal."""
+    seen = Sampled(wave(), MHZ)
+    found = table(tmp_path, scope_csv(seen, "bare"))
+    assert found.names == ("D0", "D1") and str(found.sampling) == "the sampling at 1 MHz"
+    assert found.edges("D0")[0].tolist() == [n * US for n in seen.edges["STEP"]]
+    rising = "0.5,1\n0.6,0\n0.7,1\n0.8,0\n"
+    assert table(tmp_path, rising).names == ("D0",)
+    for whole in (table(tmp_path, rising, timescale="1 us"), table(tmp_path, f"; Samplerate: 1 MHz\n{rising}")):
+        assert whole.names == ("D0", "D1") and whole.edges("D1")[0].tolist() == [US, 2 * US, 3 * US]
+
+
+def test_a_head_beside_the_first_rows_loses_none_of_them(tmp_path):
+    seen = Sampled(wave(), MHZ)
+    data = scope_csv(seen, "tektronix").decode()
+    found = table(tmp_path, data)
+    assert found.names == ("STEP", "DIR") and found.stop_ps == (seen.count - 1) * US
+    assert table(tmp_path, data.replace("Source", "Origin")).names == ("D0", "D1")
+    assert table(tmp_path, data.replace("Sample Interval", "Interval")).sampling.found == found.sampling.found
+
+
 def test_voltages_have_a_threshold_and_hysteresis(tmp_path):
     volts = [0, 0.1, 1.5, 1.6, 1.5, 1.6, 3.3, 3.2, 1.7, 1.6, 1.7, 0.1, 0, 0, 0, 0, 0, 0, 0, 0]
     text = "Time (us),A,B,C\n" + "".join(f"{n},{v},0.02,{3.3 - n % 2 / 50}\n" for n, v in enumerate(volts))
@@ -153,10 +198,40 @@ def test_voltages_have_a_threshold_and_hysteresis(tmp_path):
     assert table(tmp_path, text, threshold="900 mV").edges("A")[0].tolist() == [2 * US, 11 * US]
 
 
+@pytest.mark.parametrize("volts", [3.3, 5.0, -12.0])
+@pytest.mark.parametrize("high", [2, 20, 500, 980])  # samples of 1000
+@pytest.mark.parametrize("spike", [0.0, 1.0, 2.4])  # of the swing, beyond the level; a screen has no more
+def test_spikes_move_no_threshold(tmp_path, volts, high, spike):
+    """A motor whose current is switched is on every oscilloscope: some samples go far beyond their level."""
+    chance = np.random.default_rng(high)
+    count = 20
+    level = np.tile(np.arange(1000) < high, count)
+    shown = volts * level + chance.normal(0, 0.03, len(level))
+    for n in (3, 11):  # after a step has begun, and in a pause
+        shown[1000 * n + 1] += spike * volts
+        shown[1000 * n + 990] -= spike * volts
+    rows = "".join(f"{n},{v:.4f}\n" for n, v in enumerate(shown))
+    found = table(tmp_path, f"Time (us),A\n{rows}")
+    times, levels = found.edges("A")
+    rises = 1 if volts > 0 else 0
+    assert len(times) == 2 * count - 1  # the recording begins within a pulse
+    assert times[levels == rises].tolist() == [1000 * n * US for n in range(1, count)]
+    assert times[levels != rises].tolist() == [(1000 * n + high) * US for n in range(count)]
+
+
 def test_what_is_no_table_is_read_as_vcd(tmp_path):
     for data, says in ((b"", "is empty"), (b"\x1f\x8b,,", "gunzip"), (b"hello", "no VCD file begins like this")):
         with pytest.raises(WaveformError, match=says):
             table(tmp_path, data)
+    for data in (b"AG10\0\0", b"WAVEDESC" + bytes(40), bytes([0, 1, 1, 0, 3])):
+        with pytest.raises(WaveformError, match="a binary file, which is no recording that can be read; export VCD or"):
+            table(tmp_path, data)
+    with pytest.raises(WaveformError, match="a binary export of Logic 2; export CSV there"):
+        table(tmp_path, b"<SALEAE>" + bytes(40))
+    with zipfile.ZipFile(tmp_path / "a.xlsx", "w") as archive:
+        archive.writestr("xl/workbook.xml", "<workbook/>")
+    with pytest.raises(WaveformError, match="a ZIP archive, and no session of sigrok; save a spreadsheet as CSV"):
+        slewline.read_waveforms(tmp_path / "a.xlsx")
     for ending, says in ((".dsl", "export VCD or CSV in DSView"), (".sal", "export CSV in Logic 2")):
         (tmp_path / f"a{ending}").write_bytes(b"PK\x03\x04")
         with pytest.raises(WaveformError, match=says):
@@ -170,6 +245,8 @@ def test_a_real_number_is_no_step(tmp_path):
     path.write_text("$timescale 1 us $end $var real 64 ! A0 $end $enddefinitions $end\n#0 r1.5 !\n#1 r2 !\n")
     with pytest.raises(UsageError, match="A0 is a real variable, which has no levels; name a wire"):
         slewline.read_vcd(path).steps("A0")
+    path.write_text(path.read_text().replace("r1.5", "s1.5").replace("64 !", "1 !"))  # as MyHDL writes it
+    assert slewline.read_vcd(path).edges("A0")[1].tolist() == [2.0]
 
 
 def test_a_trace_of_an_inverted_signal(tmp_path):

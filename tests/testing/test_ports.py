@@ -6,6 +6,7 @@ import asyncio
 import io
 import sys
 from types import ModuleType
+from unittest.mock import Mock
 
 import pytest
 import serial
@@ -74,6 +75,40 @@ def test_settings_lines_breaks_and_buffers_are_those_of_the_module(ports):
         assert port.bench is ports[NAME].bench
         with pytest.raises(io.UnsupportedOperation, match=r'on="pty"'):
             port.fileno()
+
+
+def test_what_only_ports_of_another_system_have(ports):
+    """A program for Windows sets the size of buffers; for other ports of this system that stays an error."""
+    with serial.Serial(NAME) as port:
+        port.set_buffer_size(rx_size=65536)
+        port.set_low_latency_mode(True)
+    other = "set_low_latency_mode" if sys.platform == "win32" else "set_buffer_size"
+    with pytest.raises(AttributeError, match=f"'Serial' object has no attribute '{other}'"):
+        getattr(serial.Serial(), other)(True)
+
+
+@pytest.mark.parametrize("library", [serial, serialx], ids=["serial", "serialx"])
+@pytest.mark.parametrize("other", [Mock(), lambda *a, **k: None, dict], ids=["mock", "function", "class"])
+def test_a_suite_that_has_replaced_the_class_of_ports_gets_an_error(slewline_ports, monkeypatch, library, other):
+    """The module would be found by nobody, and a program would open what the suite has put there, or nothing."""
+    monkeypatch.setattr(library, "Serial", other)
+    with pytest.raises(
+        UsageError, match=rf"^{library.__name__}\.Serial is .*: a test or a conftest.py has replaced it"
+    ):
+        slewline_ports({NAME: "gs-c200s"})
+    monkeypatch.undo()
+    with pytest.raises(NOBODY):
+        serial.Serial(NAME + "?")
+
+
+def test_a_class_of_ports_that_a_suite_has_derived_finds_the_module(slewline_ports, monkeypatch):
+    class Noted(serial.Serial):
+        pass
+
+    monkeypatch.setattr(serial, "Serial", Noted)
+    slewline_ports({NAME: "gs-c200s"}, straps={"chs": 0})
+    with serial.Serial(NAME, **SETTINGS) as port:
+        assert isinstance(port, Noted) and ask(port) == b"V+0\r"
 
 
 def test_it_is_in_the_list_of_ports(ports):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
 from itertools import cycle
+from pathlib import Path
 from threading import Event, Thread
 from time import perf_counter
 
@@ -550,3 +552,48 @@ def test_without_the_import_pyserial_does_not_know_the_url():
     assert "protocol 'slewline' not known" in ran.stderr
     ran = subprocess.run([sys.executable, "-W", "error", "-c", f"import slewline.testing; {code}"], check=False)
     assert ran.returncode == 0
+
+
+# --------------------------------------------------------------------------------------- what programs call on a port
+ELSEWHERE = {  # of pySerial's ports, not of ours
+    "open": "opens",
+    "close": "closes, also a second time",
+    "fileno": "raises, and says what to use instead",
+    "cancel_read": "has nothing to end where nothing is open",
+    "cancel_write": "likewise",
+    "nonblocking": "deprecated, without effect",
+    "exclusive": "a setting",
+}
+
+
+def methods_of_pyserial():
+    """The public methods of pySerial's ports of all systems; the sources are read, since each is for its own system."""
+    for name in ("serialposix.py", "serialwin32.py"):
+        tree = ast.parse((Path(serial.__file__).parent / name).read_text())
+        for each in ast.walk(tree):
+            if isinstance(each, ast.ClassDef) and each.name in ("Serial", "PlatformSpecific"):
+                yield from (one.name for one in each.body if isinstance(one, ast.FunctionDef) and one.name[0] != "_")
+
+
+def test_a_port_has_what_ports_of_any_system_have_and_is_closed_as_they_are(opened, subtests):
+    arguments = {"read": (1,), "write": (b"F\r",), "set_low_latency_mode": (True,)}
+    names = set(methods_of_pyserial()) - ELSEWHERE.keys()
+    assert {"set_buffer_size", "set_low_latency_mode", "set_output_flow_control", "cts", "out_waiting"} <= names
+
+    def call(port, name):
+        got = getattr(port, name)
+        return got(*arguments.get(name, ())) if callable(got) else got
+
+    for name in sorted(names):
+        with subtests.test(name):
+            port = opened("slewline://gs-c200s?chs=0")
+            if name.endswith("flow_control"):
+                with pytest.raises(UsageError, match="xonxoff=True; a checksum may be XON or XOFF"):
+                    call(port, name)
+            else:
+                call(port, name)
+            port.write(b"\rV1\r")
+            assert port.read(100).endswith(b"V+0\r")
+            port.close()
+            with pytest.raises(serial.PortNotOpenError):
+                call(port, name)

@@ -166,8 +166,17 @@ def test_a_name_that_means_nothing_is_refused_as_always(manager):
         ({}, "line-end: the host ends its lines with CR LF"),  # of PyVISA: CR LF
         ({"write_termination": ""}, "unfinished: "),
         ({"baud_rate": 4800}, "format: line is set to 4800 7O2, and gs_c200s to 9600 7O2"),
+        ({"read_termination": "\r\n"}, r"b'R\\r' has come, and no b'\\n', the termination character"),
+        (
+            {"read_termination": "\r\n", "parity": pyvisa.constants.Parity.even},
+            r"format: line is set to 9600 7E2.*; E1: .*; b'E1\\r' has come, and no b'\\n'",
+        ),
+        (
+            {"read_termination": None, "end_input": pyvisa.constants.SerialTermination.none},
+            r"b'R\\r' has come, and noth",
+        ),
     ],
-    ids=["line end", "no line end", "rate"],
+    ids=["line end", "no line end", "rate", "read end", "read end and parity", "no read end"],
 )
 def test_a_timeout_says_what_the_module_knows(manager, settings, why):
     usual = {key: value for key, value in LINE.items() if settings or not key.endswith("termination")}

@@ -216,8 +216,8 @@ for motors in (calibrate_command, tune_command):
     required=True,
     help="Signals of an axis. May be repeated.",
 )
-@click.option("--driver", metavar="NAME", help="The driver that receives them, such as DM542.")
-@click.option("--edge", type=click.Choice(["rising", "falling"]), default="rising", show_default=True,
+@click.option("--driver", metavar="NAME", help="The driver that receives them: DM542, or 'high 5 us, low 5 us'.")
+@click.option("--edge", type=click.Choice(["rising", "falling", "both"]), default="rising", show_default=True,
               help="The edge of STEP with which a step begins, where it was recorded.")  # fmt: skip
 @click.option(
     "--forward", type=click.IntRange(0, 1), default=1, show_default=True, help="DIR where positions count up."

@@ -11,10 +11,14 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from ..core.messages.near import same_part
-from ..core.time.timebase import readable
+from ..core.time.timebase import picoseconds, readable
 from ..errors import UnknownName, UsageError
 
 NS = 1000  # ps
+
+
+TIMES = ("high", "low", "setup", "hold")
+OWN = "high 30 us, low 30 us, setup 5 us, hold 5 us"
 
 
 class StepDriver(NamedTuple):
@@ -58,8 +62,14 @@ STEP_DRIVERS: Mapping[str, StepDriver] = MappingProxyType(
 )
 
 
-def step_driver(name: str) -> StepDriver:
+def step_driver(
+    name: str, remedy: str = "leave it out, and compare its data sheet with the times of the board"
+) -> StepDriver:
     """Return a driver by its name; capitals do not count.
+
+    Args:
+        name: the driver.
+        remedy: what to do with another one, for the message.
 
     Raises:
         UnknownName: there is none of this name.
@@ -68,10 +78,26 @@ def step_driver(name: str) -> StepDriver:
         if known.lower() == name.lower():
             return row
     there = ", ".join(STEP_DRIVERS)
-    raise UnknownName(
-        f"driver {name!r}; known: {there}{same_part(name, STEP_DRIVERS)}; for another one leave it out, and compare "
-        "its data sheet with the times of the board"
-    )
+    raise UnknownName(f"driver {name!r}; known: {there}{same_part(name, STEP_DRIVERS)}; for another one {remedy}")
+
+
+def own_driver(text: str) -> StepDriver:
+    """Return a driver by the times of its data sheet: "high 30 us, low 30 us, setup 5 us, hold 5 us".
+
+    Raises:
+        UsageError: another key, one that is given twice, or neither `high` nor `low`.
+        TimeError: what follows a key is not a time.
+    """
+    found: dict[str, int] = {}
+    for each in text.split(","):
+        key, _, time = each.strip().partition(" ")
+        if key not in TIMES or key in found:
+            raise UsageError(f"driver {text!r}: {key!r}; allowed each of {', '.join(TIMES)} once, such as {OWN!r}")
+        found[key] = picoseconds(time.strip())
+    if not found.keys() & {"high", "low"}:
+        raise UsageError(f"driver {text!r}: expected how long STEP is high or low at least, such as {OWN!r}")
+    high, low, setup, hold = (found.get(key, 0) for key in TIMES)
+    return StepDriver("this driver", high, low, setup, hold, 0, "its data sheet")
 
 
 def check_pulse(driver: StepDriver, high_ps: int, low_ps: int, setup_ps: int, hold_ps: int) -> None:

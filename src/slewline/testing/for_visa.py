@@ -23,7 +23,7 @@ from .rig import NAMED, SCHEME, Rig, seconds, serial_line
 try:
     import serial
     from pyvisa import attributes, constants, rname
-    from pyvisa.constants import AccessModes, InterfaceType, ResourceAttribute, StatusCode
+    from pyvisa.constants import AccessModes, InterfaceType, ResourceAttribute, SerialTermination, StatusCode
     from pyvisa.errors import VisaIOError
     from pyvisa.typing import VISARMSession, VISASession
     from pyvisa.util import LibraryPath
@@ -57,6 +57,7 @@ class ModuleSession(SerialSession):
 
     session_type = KIND
     known = 0  # findings up to the last answer
+    part = b""  # what a read has got that was not all that it waited for
 
     def after_parsing(self) -> None:
         """Open the port.  On Windows, PyVISA-py would put COM before every name, and so before a URL."""
@@ -79,9 +80,20 @@ class ModuleSession(SerialSession):
         """Return why no answer has come, as far as the module knows."""
         if self.rig is None:
             return ""
-        if new := {found.code: found.text for found in self.rig.bench.findings[self.known :]}:
-            return "; ".join(f"{code}: {text}" for code, text in [*new.items()][-SHOWN:])
+        new = {found.code: found.text for found in self.rig.bench.findings[self.known :]}
+        texts = [f"{code}: {text}" for code, text in [*new.items()][-SHOWN:]]
+        texts += [self.unended()] if self.part else []
+        if texts:
+            return "; ".join(texts)
         return "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
+
+    def unended(self) -> str:
+        """Return what has come, and what the read goes on waiting for."""
+        if self.get_attribute(ResourceAttribute.asrl_end_in)[0] != SerialTermination.termination_char:
+            return f"{self.part!r} has come, and nothing more"
+        end = bytes([self.get_attribute(ResourceAttribute.termchar)[0]])
+        remedy = "set read_termination to what ends the answers"
+        return f"{self.part!r} has come, and no {end!r}, the termination character of this session: {remedy}"
 
     def _read(
         self, reader: Callable[[], bytes], count: int, is_end: Callable[[bytes], bool], suppress_end: bool, *rest: Any
@@ -90,17 +102,16 @@ class ModuleSession(SerialSession):
         if rig is None:
             return super()._read(reader, count, is_end, suppress_end, *rest)  # type: ignore[no-any-return]
         over_ps = None if self.timeout is None else rig.present() + seconds(self.timeout)
-        data = bytearray()
+        data, self.part = bytearray(), b""
         while len(data) < count:
             character = reader()
-            if not character:
-                return bytes(data), StatusCode.error_timeout
             data += character
-            if is_end(character) and not suppress_end:
+            if character and is_end(character) and not suppress_end:
                 self.known = len(rig.bench.findings)
                 return bytes(data), StatusCode.success
-            if over_ps is not None and rig.bench.now_ps > over_ps:
-                return bytes(data), StatusCode.error_timeout
+            if not character or (over_ps is not None and rig.bench.now_ps > over_ps):
+                self.part = bytes(data)
+                return self.part, StatusCode.error_timeout
         return bytes(data), StatusCode.success_max_count_read
 
 

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 MISSING = object()
 Usb = Mapping[str, "int | str"]
+ELSEWHERE = ("set_buffer_size", "set_low_latency_mode", "set_input_flow_control")  # pySerial's, on some systems
 ADAPTER = ("vid", "pid", "serial_number", "manufacturer", "product", "location", "interface")  # as pySerial has them
 
 
@@ -86,6 +87,19 @@ def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) ->
                 raise UsageError(f"usb of {name}: {key} {value!r}; allowed {'0 to 0xFFFF' if number else 'a text'}")
 
 
+def check_class(library: str, cls: object, base: type) -> None:
+    """Check that programs find the class of a library under its name.
+
+    Raises:
+        UsageError: something has replaced it, such as a mock or a guard of a suite.
+    """
+    if not (isinstance(cls, type) and issubclass(cls, base)):
+        raise UsageError(
+            f"{library}.Serial is {cls!r}: a test or a conftest.py has replaced it, so that a program does not find a "
+            "module there; leave it alone where modules have names of ports: one that is not there cannot be opened"
+        )
+
+
 @contextmanager
 def named_ports(modules: Mapping[str, Controller], usb: Mapping[str, Usb] | None = None) -> Iterator[Ports]:
     """Let programs find modules under names of ports while the block lasts.
@@ -96,7 +110,8 @@ def named_ports(modules: Mapping[str, Controller], usb: Mapping[str, Usb] | None
             product, location, interface.
 
     Raises:
-        UsageError: a module that has no serial line, or has its line behind a port; or no such port or key in `usb`.
+        UsageError: a module that has no serial line, or has its line behind a port; no such port or key in `usb`; or
+            something else has replaced the class of pySerial or serialx.
     """
     check_modules(modules)
     check_adapters(modules, usb or {})
@@ -117,6 +132,7 @@ def _pyserial(stack: ExitStack, serial: Any, known: Mapping[str, Controller], us
         name = plain(port.port)
         return name in known and (not port.is_open or vars(port).get("_url") == port.port)
 
+    check_class("serial", serial.Serial, serial.SerialBase)
     _lend(stack, serial.Serial, vars(Serial), mine, lambda port: known[plain(port.port)].rig)
     from serial.tools import list_ports
     from serial.tools.list_ports_common import ListPortInfo
@@ -165,6 +181,7 @@ def _serialx(stack: ExitStack, serialx: Any, known: Mapping[str, Controller], us
         names = ("vid", "pid", "serial_number", "manufacturer", "product", "bcd_device", "interface_num")
         return SerialPortInfo(name, name, **{**dict.fromkeys(names), **adapter})
 
+    check_class("serialx", serialx.Serial, common.BaseSerial)
     listed = common.list_serial_ports
 
     def list_serial_ports(*arguments: Any, **more: Any) -> list[Any]:
@@ -197,6 +214,8 @@ def _lend(
         if name.startswith("__") or name == "_abc_impl":  # what every class has of its own
             continue
         theirs = getattr_static(cls, name, MISSING)
+        if theirs is MISSING and name in ELSEWHERE:
+            theirs = _missing(cls, name)
         if theirs is MISSING or not (callable(ours) or isinstance(ours, property)):
             _put(stack, cls, name, ours)
         elif isinstance(ours, property):
@@ -210,6 +229,15 @@ def _close(ports: WeakSet[Any]) -> None:
     for port in list(ports):
         if port.is_open:
             port.close()
+
+
+def _missing(cls: type, name: str) -> Callable[..., Any]:
+    """What a method is to the other ports of a class that does not have it."""
+
+    def method(self: Any, *arguments: Any, **more: Any) -> NoReturn:
+        raise AttributeError(f"{cls.__name__!r} object has no attribute {name!r}")
+
+    return method
 
 
 def _either(ours: Callable[..., Any], theirs: Callable[..., Any], mine: Callable[[Any], bool]) -> Callable[..., Any]:

@@ -180,6 +180,7 @@ class Serial(SerialBase):
     @property
     def out_waiting(self) -> int:
         """Characters that have not gone out."""
+        self._must_be_open()
         return self.rig.host.uart.backlog
 
     def flush(self) -> None:
@@ -191,6 +192,26 @@ class Serial(SerialBase):
         """Forget what has not gone out, except the character on the line."""
         self._must_be_open()
         self.rig.do(self.rig.host.drop)
+
+    # ---------------------------------------------------------------------------- what pySerial has on one system alone
+    def set_buffer_size(self, rx_size: int = 4096, tx_size: int | None = None) -> None:  # of Windows
+        """Do nothing: a module's port keeps all that comes."""
+        self._must_be_open()
+
+    def set_low_latency_mode(self, low_latency_settings: bool) -> None:  # of Linux
+        """Do nothing: no character is late in virtual time."""
+        self._must_be_open()
+
+    def set_input_flow_control(self, enable: bool = True) -> None:
+        """Raise: XON and XOFF are characters of commands.
+
+        Raises:
+            UsageError: always, as for xonxoff=True.
+        """
+        self._must_be_open()
+        word_of(str(self.port), self.baudrate, self.bytesize, self.parity, self.stopbits, True)
+
+    set_output_flow_control = set_input_flow_control
 
     # ------------------------------------------------------------------------------------------- break and modem lines
     def send_break(self, duration: float = 0.25) -> None:
@@ -221,21 +242,25 @@ class Serial(SerialBase):
     @property
     def cts(self) -> bool:
         """CTS of a module that has it; else it is bridged with RTS."""
+        self._must_be_open()
         return self.rts if (clear := self.rig.line.clear) is None else clear
 
     @property
     def dsr(self) -> bool:
         """Bridged with DTR."""
+        self._must_be_open()
         return self.dtr
 
     @property
     def cd(self) -> bool:
         """Bridged with DTR."""
+        self._must_be_open()
         return self.dtr
 
     @property
     def ri(self) -> bool:
         """RI: always off."""
+        self._must_be_open()
         return False
 
     def _must_be_open(self) -> None:

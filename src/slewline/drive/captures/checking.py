@@ -23,7 +23,7 @@ from ...record.measuring.measure import jitter, pulses, skew
 from ...record.recording.recorder import real_edges
 from ...record.waveforms.read_waveforms import read_waveforms
 from ...record.waveforms.waveforms import EDGES, Waveforms
-from ..drivers import StepDriver, step_driver
+from ..drivers import OWN, StepDriver, own_driver, step_driver
 from .report import AxisCapture, CaptureReport
 
 if TYPE_CHECKING:
@@ -40,17 +40,17 @@ def limits_of(driver: StepDriver, edge: str) -> list[Limit]:
     Args:
         edge: the edge of STEP with which a step begins, at the place of the recording.
     """
-    begins, ends = (edge, "falling") if edge == "rising" else (edge, "rising")
-    begins, ends = (f"step {'rises' if each == 'rising' else 'falls'}" for each in (begins, ends))
-
-    def row(start: str, end: str, says: str, least: int) -> Limit:
-        return Limit(start, end, says, driver.source, least=least, keeper="host")
-
+    high, low = ("rises", "falls") if edge != "falling" else ("falls", "rises")
+    active, idle = ("active", "inactive") if edge != "both" else ("high", "low")
+    step = "changes" if edge == "both" else high
+    rows = (
+        (f"step {high}", f"step {low}", f"STEP {active}", driver.high_ps),
+        (f"step {low}", f"step {high}", f"STEP {idle}", driver.low_ps),
+        ("direction changes", f"step {step}", "DIR before STEP", driver.setup_ps),
+        (f"step {step}", "direction changes", "DIR after STEP", driver.hold_ps),
+    )
     return [
-        row(begins, ends, "STEP active", driver.high_ps),
-        row(ends, begins, "STEP inactive", driver.low_ps),
-        row("direction changes", begins, "DIR before STEP", driver.setup_ps),
-        row(begins, "direction changes", "DIR after STEP", driver.hold_ps),
+        Limit(start, end, says, driver.source, least=least, keeper="host") for start, end, says, least in rows if least
     ]
 
 
@@ -74,12 +74,13 @@ def check_capture(
     Args:
         capture: what `read_waveforms` has returned, or a file for it.
         axes: by names of your choice, the signals STEP and DIR of each axis: {"x": ("D0", "D1")}; DIR may be None.
-        driver: the driver that receives them, such as "DM542"; None: only steps, glitches, jitter and skew.
-        edge: the edge of STEP with which a step begins where it was recorded: "rising" or "falling".
+        driver: the driver that receives them, such as "DM542", or the times of its data sheet, such as
+            "high 30 us, low 30 us, setup 5 us, hold 5 us"; None: only steps, glitches, jitter and skew.
+        edge: the edge of STEP with which a step begins where it was recorded: "rising", "falling", or "both".
         forward: the level of DIR at which positions count up, 0 or 1.
         idle: the level of STEP where it floats or is unknown, as for `Waveforms.steps`.
         glitch: shorter pulses and gaps are glitches; by default half of the median pulse or gap
-            of STEP, and on DIR a whole one.
+            of STEP, and on DIR a whole one; with both edges, where a pulse lasts a step, none.
         part: the part whose pins were recorded, such as "cy525": the limits of its data sheet are checked, too.
         pins: its pins, and the signals that they are: {"pulse": "D0", "direction": "D1"}.
         crystal: the clock of the part, "11 MHz"; by default that of its data sheet.
@@ -105,13 +106,13 @@ def check_capture(
     ]
     doubt = waves.sampling_ps
     if driver is not None:
-        sheet = step_driver(driver) if isinstance(driver, str) else driver
+        sheet = _driver(driver) if isinstance(driver, str) else driver
         for axis in found:
             for limit in limits_of(sheet, edge):
                 if "direction" in axis.signals or "direction" not in limit.edges:
                     rows.append(_checked(axis.name, limit, axis.signals, 1, doubt))
-        shortest = min(sheet.high_ps, sheet.low_ps)
-        if doubt * COARSE > shortest:
+        shortest = min(filter(None, (sheet.high_ps, sheet.low_ps)), default=0)
+        if shortest and doubt * COARSE > shortest:
             notes.append(
                 f"Sampled every {readable(doubt)}: too coarse for {sheet.name}, whose pulses may be "
                 f"{readable(shortest)} short; record at {COARSE * 10**6 / shortest:g} MHz or more."
@@ -120,6 +121,11 @@ def check_capture(
         rows += _of_part(waves, part, pins, crystal, doubt)
     skews = {(a.name, b.name): skew(a.steps.times_ps, b.steps.times_ps) for a, b in combinations(found, 2)}
     return CaptureReport(found, TimingTable(rows), skews, doubt, tuple(notes))
+
+
+def _driver(text: str) -> StepDriver:
+    """A driver by its name, or by its times."""
+    return own_driver(text) if " " in text.strip() else step_driver(text, f"give its times, such as {OWN!r}")
 
 
 def _axis(
@@ -138,7 +144,7 @@ def _axis(
     own = {"step": _signal(waves, step, idle)}
     if direction is not None:
         own["direction"] = _signal(waves, direction, None)
-    widths = [_median(lasts) for lasts in _widths(own["step"])]
+    widths = [_median(lasts) for lasts in _widths(own["step"]) if edge != "both"]
     typical = min((width for width in widths if width), default=0)
     shortest = picoseconds(glitch) if glitch is not None else int(typical * RUNT)
     glitches = {*_short(own["step"], shortest)}

@@ -29,6 +29,8 @@ LETTERS = {parity: letter for letter, parity in PARITIES.items()}
 LONGEST_OPTION = 256  # bytes of a suboption; no real one has more than a few
 SHARE = 64  # bytes in a turn of the loop; each is filtered by itself
 FASTEST = 10**6  # baud
+THEIR_BYTES = "they-BINARY"  # the option of that name in pySerial
+CR, NUL = b"\r", b"\0"
 MASKS = {
     rfc2217.SET_LINESTATE_MASK: rfc2217.SERVER_SET_LINESTATE_MASK,
     rfc2217.SET_MODEMSTATE_MASK: rfc2217.SERVER_SET_MODEMSTATE_MASK,
@@ -158,6 +160,12 @@ class Manager(rfc2217.PortManager):
         if answer is not None:
             self.rfc2217_send_subnegotiation(answer, suboption[2:3])
 
+    @property
+    def binary(self) -> bool:
+        """Has the host agreed to send bytes unchanged?"""
+        options = self._telnet_options  # type: ignore[attr-defined]
+        return any(option.active for option in options if option.name == THEIR_BYTES)
+
 
 class NetSession(Session):
     """A host that speaks RFC 2217."""
@@ -170,6 +178,7 @@ class NetSession(Session):
         super().arrive()
         self.remote = Remote(self, self.line, *self.port.settings)
         self.manager = Manager(self.remote, Telnet(self))  # type: ignore[arg-type]
+        self.last = b""  # character
 
     def begin(self) -> None:
         """Begin the turn of this host, with the rate and format it has asked for."""
@@ -194,7 +203,9 @@ class NetSession(Session):
         for byte in data:
             try:
                 for found in self.manager.filter(bytes([byte])):
-                    self.characters += found
+                    if (self.last, found) != (CR, NUL) or self.manager.binary:  # a return of telnet is CR NUL
+                        self.characters += found
+                    self.last = found
             except Exception as error:  # the PortManager believes what it is sent
                 self.line.event(f"not RFC 2217: {error!r}")
                 self.manager.suboption, self.manager.mode = None, rfc2217.M_NORMAL

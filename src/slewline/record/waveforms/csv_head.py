@@ -9,6 +9,9 @@ Time,Channel A                        oscilloscopes: names, then units
 (ms),(V)
 X,CH1,Start,Increment                 or a number of each sample, and the time between two
 Sequence,Volt,-6.0e-03,1.0e-06
+Record Length,2500,,-5.0e-05,3.30     or the head beside the first rows
+Source,CH1,,-4.0e-05,3.28
+-5.0e-05,3.30                         or nothing: times are what rises from row to row
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import pairwise
 
 from ...core.time.timebase import PS_PER_S
 from ...errors import UsageError, WaveformError
@@ -23,6 +27,7 @@ from .sampling import rate_in
 
 PREAMBLE = 200  # lines before the first number
 MOST_COLUMNS = 1024
+ENOUGH = 3  # rows that show a rise
 LONG = 100  # characters of a cell of the head that count
 DIGITS = 12  # after the decimal point: picoseconds of a second
 TIMES = {  # by what heads call them, ps
@@ -32,12 +37,14 @@ TIMES = {  # by what heads call them, ps
     **dict.fromkeys(("ns", "nanosecond", "nanoseconds"), Fraction(1000)),
     **dict.fromkeys(("ps", "picosecond", "picoseconds"), Fraction(1)),
 }
-NOTHING = frozenset(("v", "mv", "volt", "volts", "logic", "samples", "sequence", ""))  # other units
+NOTHING = frozenset(("v", "mv", "volt", "volts", "value", "logic", "samples", "sequence", ""))  # other units
+SOURCES = ("source", "label", "channel", "channels")  # keys of the preamble that name the signals
+DECIMAL_COMMA = "with a decimal comma, cells are separated by ; or tabs: export with a decimal point"
 DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]")
 
-_TIME = re.compile(r"time\b|time[\[(]|second|x-axis|t\s*[\[(]|zeit", re.IGNORECASE)
+_TIME = re.compile(r"time\b|time[\[(]|timestamp|second|x-axis|t\s*[\[(/]|in [mµnp]?s$|zeit", re.IGNORECASE)
 _INDEX = re.compile(r"x$|sequence$|samples?$|sample number$|point$|index$|#$", re.IGNORECASE)
-_UNIT = re.compile(r".*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
+_UNIT = re.compile(r"([^\[(]*)[\[(].*?([^\[\]()]*)[\])]\s*")
 _CHANNELS = re.compile(r"channels \(\d+/\d+\):\s*(.*\S)", re.IGNORECASE)
 _NUMBER = re.compile(r"\s*[+-]?(?:\d+(?:[.,](\d*))?|[.,]\d+)([eE][+-]?\d+)?\s*")
 
@@ -52,6 +59,7 @@ class CsvHead:
 
     delimiter: str = ","
     lines: int = 0  # before the first number
+    marks: int = 0
     columns: dict[str, int] = field(default_factory=dict)
     time: int | None = None
     factor: Fraction = Fraction(1)
@@ -83,9 +91,8 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
             channels = [each[:LONG].strip() for each in named[1].split(",")] if named else channels
             continue
         head.delimiter = next((mark for mark in ("\t", ";", ",") if mark in bare), head.delimiter)
-        cells = [cell[:LONG].strip().strip('"') for cell in bare.split(head.delimiter)]
-        filled = [cell for cell in cells if cell]
-        if filled and all(_NUMBER.fullmatch(cell) for cell in filled):
+        cells = _cells(line, head.delimiter)
+        if _numbers(cells):
             first = cells
             break
         texts.append(cells)
@@ -96,13 +103,21 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
         raise WaveformError(f"{path}: no row of numbers in its first {min(len(lines), PREAMBLE)} lines; {remedy}")
     if len(first) > MOST_COLUMNS:
         raise WaveformError(f"{path}: {len(first)} columns; allowed {MOST_COLUMNS}")
-    names, units = _names(texts, len(first))
-    _increment(head, names, texts)
+    head.marks = len(first) - 1
     known = [n for n, cell in enumerate(first) if cell]
+    beside = _beside(head, lines, known[0])
+    own = [cells[1 : known[0] if beside else None] for cells in texts if cells[0].lower() in SOURCES]
+    names, units = _names(texts[: len(texts) - beside], len(first))
+    _increment(head, names, texts)
     head.time = _time_column(names, units)
-    counted = bool(known) and _INDEX.match((units or names)[0] or names[0] or "-") is not None
+    if head.time is not None and (more := sum(not names[n] for n in known)):
+        raise WaveformError(f"{path}, line {head.lines + 1}: {more} numbers without a name; {DECIMAL_COMMA}")
+    counted = _INDEX.match((units or names)[0] or names[0] or "-") is not None
+    if head.time is None and not counted and timescale is None and (beside or head.rate is None):
+        head.time = _rising(lines[head.lines :], head.delimiter, known)
     if head.time is not None:
-        _scale(head, (names[0], units[0] if units else ""), lines[head.lines :], sigrok, timescale)
+        heads = names[head.time], units[head.time] if units else ""
+        _scale(head, heads, lines[head.lines :], sigrok, timescale)
     elif timescale is None and head.rate is None:
         raise UsageError(
             f"{path}: has no column of times, and states no sample rate; export times too, or give the time between "
@@ -113,14 +128,54 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
             Fraction(timescale) if timescale is not None else PS_PER_S / (head.rate or Fraction(1))
         )
     signals = [n for n in known if n != head.time and not (counted and n == 0)]
+    alike = len({names[n] for n in signals}) < len(signals) or all(_said(names[n]) for n in signals)
+    if own and alike and not channels:
+        channels = [name for name in own[-1] if name]
     for place, n in enumerate(signals):
         name = channels[place] if len(channels) == len(signals) else names[n] if not _said(names[n]) else ""
-        name = _UNIT.sub(lambda found: found[0].partition("(")[0].partition("[")[0].strip(), name) or f"D{place}"
+        name = _split(name)[0] or f"D{place}"
         number = 2
         while name in head.columns:
             name, number = f"{name.partition('#')[0]}#{number}", number + 1
         head.columns[name] = n
     return head
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    return [cell[:LONG].strip().strip('"') for cell in line.strip(" \r\n").split(delimiter)]
+
+
+def _numbers(cells: list[str]) -> bool:
+    """Are all of them numbers, but for empty ones, and one at least?"""
+    filled = [cell for cell in cells if cell]
+    return bool(filled) and all(_NUMBER.fullmatch(cell) for cell in filled)
+
+
+def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
+    """Count the rows beside which there is a head up to column `begin`, and let the table begin with them."""
+    count = 0
+    while begin and head.lines and _numbers(_cells(lines[head.lines - 1], head.delimiter)[begin:]):
+        head.lines, count = head.lines - 1, count + 1
+    return count
+
+
+def _rising(rows: list[str], delimiter: str, known: list[int]) -> int | None:
+    """The first column, if there is another one and it has fractions that rise from row to row: times."""
+    at = [cells[known[0]].replace(",", ".") for row in rows if len(cells := _cells(row, delimiter)) > known[-1]]
+    found = [float(cell) for cell in at if _NUMBER.fullmatch(cell)]
+    rises = len(found) >= ENOUGH and all(one < other for one, other in pairwise(found))
+    return known[0] if rises and len(known) > 1 and not all(cell.lstrip("+-").isdigit() for cell in at) else None
+
+
+def _split(cell: str) -> tuple[str, str]:
+    """A name, and its unit: "CH1 (V)", "t / s", "C1 in V"."""
+    if (bracket := _UNIT.fullmatch(cell)) is not None:
+        return bracket[1].strip(), bracket[2].strip()
+    for mark in ("/", " in "):
+        name, found, unit = f" {cell}".rpartition(mark)
+        if found and unit.strip().lower() in (NOTHING | TIMES.keys()) - {""}:
+            return name.strip(), unit.strip()
+    return cell, ""
 
 
 def _said(cell: str) -> bool:
@@ -166,8 +221,7 @@ def _time_column(names: list[str], units: list[str]) -> int | None:
 
 def _scale(head: CsvHead, heads: tuple[str, str], rows: list[str], sigrok: bool, timescale: int | None) -> None:
     """How long a unit of the times is, and how finely they are written."""
-    bracket = _UNIT.fullmatch(heads[0])
-    said = [heads[1].strip("()[] "), bracket[1] if bracket else "", heads[0]]
+    said = [heads[1].strip("()[] "), _split(heads[0])[1], heads[0]]
     unit = next((TIMES[each.lower()] for each in said if each.lower() in TIMES), None)
     if timescale is not None:
         unit = Fraction(timescale)
@@ -181,7 +235,8 @@ def _scale(head: CsvHead, heads: tuple[str, str], rows: list[str], sigrok: bool,
     if sigrok and head.rate and steps:  # libsigrok counts in whole units, of which a period has a fraction more
         head.factor = head.unit = PS_PER_S / head.rate / steps
         return
-    written = [_NUMBER.match(row.strip().strip('"').split(head.delimiter)[0]) for row in rows]
+    column = head.time or 0
+    written = [_NUMBER.match(cells[column]) for row in rows if len(cells := _cells(row, head.delimiter)) > column]
     decimals = max((len(each[1] or "") for each in written if each), default=0)
     exponents = any(each[2] for each in written if each)
     head.unit = Fraction(1) if exponents else max(unit / 10 ** min(decimals, DIGITS), Fraction(1))

@@ -1,7 +1,8 @@
 """Reads tables (CSV) of levels, as logic analysers export them, and of voltages, as oscilloscopes do.
 
 A row may be a change, or one of a million samples: a file is read in blocks, and only changes are kept.  Voltages
-become levels by a threshold, with some hysteresis: noise on a slow edge is no edge.
+become levels by a threshold, with some hysteresis: noise on a slow edge is no edge.  The threshold is in the middle of
+the two voltages between which a signal goes, wherever its spikes go.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 from ...core.time.timebase import PS_PER_S
 from ...errors import WaveformError
 from ...gate import BOM, MAX_LINE
-from .csv_head import PREAMBLE, CsvHead, read_head
+from .csv_head import DECIMAL_COMMA, PREAMBLE, CsvHead, read_head
 from .vcd_header import DeclaredVariable, Header
 from .waveforms import Waveforms
 
@@ -26,6 +27,11 @@ if TYPE_CHECKING:
 BLOCK = 1 << 20  # bytes
 HYSTERESIS = 0.1  # of the swing of a signal, to both sides of the threshold
 ROWS = 16  # of which it shows that they are samples
+BINS = 256  # from the lowest voltage of a signal to its highest
+NEAR = 4  # bins to both sides count as the same voltage
+APART = 32  # bins between the two levels of a signal at least: spikes of three times its swing leave so much
+MOST = 0.9  # of the samples that are not at rest: what goes beyond these is a spike
+HUGE = 1e30  # no voltage, and no reading of a converter
 QUIET_V = 0.5  # a signal that swings less does not move
 SHOWN = 60  # characters of a line in a message
 ENDS = b"\x1a\0\r\n\t "  # of files: of DOS, of what was padded
@@ -41,7 +47,7 @@ def read_csv(
         file: the same, open.
         timescale: the unit of its times, or the time between two rows, ps; None: as the file says.
         torn: ignore what follows the last end of line.
-        threshold_v: the voltage from which a level is 1; None: in the middle of what each signal has.
+        threshold_v: the voltage from which a level is 1; None: in the middle of the two levels that each signal has.
 
     Raises:
         WaveformError: the content cannot be read; the message has the line.
@@ -52,7 +58,8 @@ def read_csv(
     table = TableRows(str(path), file, head, torn)
     changes = TableChanges(head, table, None)
     if changes.analog:
-        changes = TableChanges(head, table, Thresholds(changes.lowest, changes.highest, threshold_v))
+        low, high = levels_in(table, changes.lowest, changes.highest)
+        changes = TableChanges(head, table, Thresholds(low, high, threshold_v))
     names = {name: name.encode() for name in head.columns}
     variables = {identifier: DeclaredVariable("bits", 1) for identifier in names.values()}
     return Waveforms(path, Header(head.unit, variables, names, rate=head.rate or changes.rate, whole=True), changes)
@@ -96,12 +103,27 @@ class TableRows:
         import numpy as np
 
         mark = self.head.delimiter
+        self._check_cells(block, number)
         if mark != "," and b"," in block:
             block = block.replace(b",", b".")
         try:
             return np.loadtxt(io.BytesIO(block), np.float64, comments=None, delimiter=mark, usecols=self.used, ndmin=2)
         except ValueError:
             raise self._wrong(block, number) from None
+
+    def _check_cells(self, block: bytes, number: int) -> None:
+        """Check that no row has more cells than the first one: a decimal comma would shift them."""
+        import numpy as np
+
+        mark = self.head.delimiter.encode()
+        codes = np.frombuffer(block, np.uint8)
+        ends = np.append(np.flatnonzero(codes == ord("\n")), len(codes))
+        marks = np.diff(np.searchsorted(np.flatnonzero(codes == ord(mark)), ends), prepend=0)
+        for row in np.flatnonzero(marks > self.head.marks):
+            line = block[ends[row - 1] + 1 if row else 0 : ends[row]].rstrip(mark + b" ")
+            if line.count(mark) > self.head.marks:
+                what = f"{line.count(mark) + 1} cells, and the first row has {self.head.marks + 1}; {DECIMAL_COMMA}"
+                raise self.error(number + int(row) + 1, line, what)
 
     def _wrong(self, block: bytes, number: int) -> WaveformError:
         """Which line it is that has no numbers."""
@@ -119,16 +141,54 @@ class TableRows:
         return WaveformError(f"{self.path}, line {number}: {line[:SHOWN].decode('latin-1')!r}: {what}")
 
 
+def levels_in(
+    table: TableRows, lowest: NDArray[np.float64], highest: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the low and the high voltage between which each signal goes, spikes left out: two (signals,) float64.
+
+    Args:
+        lowest, highest: of each signal, (signals,) V.
+    """
+    import numpy as np
+
+    count = len(lowest)
+    size = np.where(highest > lowest, highest - lowest, 1.0) / BINS
+    seen = np.zeros((count, BINS), np.int64)
+    for _, block in table:
+        places = np.clip((block[:, -count:] - lowest) / size, 0, BINS - 1).astype(np.int64)
+        for n in range(count):
+            seen[n] += np.bincount(places[:, n], minlength=BINS)
+    levels = np.array([_levels(row) for row in seen]).reshape(-1, 2)
+    low, high = lowest + (levels.T + 0.5) * size
+    return low, high
+
+
+def _levels(seen: NDArray[np.int64]) -> tuple[int, int]:
+    """Where a signal rests most of the time, and how far it goes from there, but for its spikes: bins, the lower first.
+
+    Args:
+        seen: how many samples are in each bin, (BINS,).
+    """
+    import numpy as np
+
+    rest = int(np.convolve(seen, np.ones(2 * NEAR + 1, np.int64), "same").argmax())
+    below, above = np.cumsum(seen[: max(rest - APART, 0)][::-1]), np.cumsum(seen[rest + APART :])
+    if below.sum() and (not len(above) or below[-1] > above[-1]):
+        return rest - APART - 1 - int(np.searchsorted(below, MOST * below[-1])), rest
+    far = int(np.searchsorted(above, MOST * above[-1])) if len(above) else 0
+    return rest, min(rest + APART + far, BINS - 1)
+
+
 class Thresholds:
     """From which voltage on each signal is 1, and up to which it is 0."""
 
-    def __init__(self, lowest: NDArray[np.float64], highest: NDArray[np.float64], given: float | None) -> None:
+    def __init__(self, low: NDArray[np.float64], high: NDArray[np.float64], given: float | None) -> None:
         import numpy as np
 
-        swing = highest - lowest
-        middle = (highest + lowest) / 2 if given is None else np.full(len(swing), given)
+        swing = high - low
+        middle = (high + low) / 2 if given is None else np.full(len(swing), given)
         still = swing < QUIET_V
-        middle = np.where(still, highest.max(initial=0.0) / 2 if given is None else middle, middle)
+        middle = np.where(still, high.max(initial=0.0) / 2 if given is None else middle, middle)
         half = np.where(still, 0.0, HYSTERESIS * swing)
         self.middle, self.above, self.below = middle, middle + half, middle - half
 
@@ -156,7 +216,9 @@ class TableChanges:
         for number, block in table:
             times = block[:, 0] if head.time is not None else np.arange(rows, rows + len(block), dtype=np.float64)
             values = block[:, 1:] if head.time is not None else block
-            wrong = ~np.isfinite(block).all(axis=1) | (np.diff(times, prepend=before) < 0)
+            wrong = ~(np.isfinite(times) & (np.abs(values) < HUGE).all(axis=1))
+            with np.errstate(invalid="ignore"):  # infinite ones
+                wrong |= np.diff(times, prepend=before) < 0
             if wrong.any():
                 row = int(np.argmax(wrong))
                 shown = ", ".join(f"{value:g}" for value in block[row]).encode()

@@ -20,6 +20,7 @@ from .waveforms import Waveforms
 
 BLOCK = 1 << 20  # bytes: this and the words of a block fit into a processor's cache
 LONGEST, WORD = 1 << 28, 1 << 24  # bytes of declarations, of millions of variables; of a word, of a wide vector
+PEEK = 4096  # bytes in which a binary file has a zero
 CUT_OFF = "it was cut off; read_vcd(..., torn=True) reads what is before the cut"
 FORMATS = {  # how files begin that are often taken for a VCD file
     b"\x1f\x8b": "compressed (gzip); unpack it with gunzip",
@@ -29,6 +30,7 @@ FORMATS = {  # how files begin that are often taken for a VCD file
     "sigrok-cli -i FILE.sr -O vcd -o FILE.vcd; from one of DSView (.dsl) or Logic 2 (.sal) export VCD or CSV there",
     b"\x00\x00\x00\x00\x00\x00\x00\x01\x49": "an FST file of GTKWave; convert it with: fst2vcd FILE.fst > FILE.vcd",
     b"\x13\x80": "an LXT2 file of GTKWave; convert it with: lxt2vcd FILE.lxt2 > FILE.vcd",
+    b"<SALEAE>": "a binary export of Logic 2; export CSV there",
     b"VZ": "a VZT file of GTKWave; convert it with: vzt2vcd FILE.vzt > FILE.vcd",
     b"GHDLwave": "a GHW file of GHDL; write VCD there, with --vcd=FILE.vcd",
     b"\xff\xfe": "text in UTF-16; save it as plain ASCII",
@@ -112,6 +114,8 @@ def _head(path: str, file: BinaryIO) -> bytes:
     for begin, what in FORMATS.items():
         if head.startswith(begin):
             raise WaveformError(f"{path}: not a VCD file: {what}")
+    if b"\0" in head[:PEEK] and not head.lstrip().startswith(b"$"):
+        raise WaveformError(f"{path}: a binary file, which is no recording that can be read; export VCD or CSV instead")
     first = bytes(head[: head.find(b"\n")])
     if b"," in first and b"$" not in first:
         raise WaveformError(

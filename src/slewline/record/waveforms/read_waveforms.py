@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import tempfile
 from pathlib import Path
@@ -12,7 +13,7 @@ from ... import lifeline
 from ...core.datasheet.units import measured, other_kind
 from ...core.time.timebase import Time, picoseconds
 from ...errors import BenchFileError, UsageError, WaveformError
-from ...gate import BOM, opened
+from ...gate import BOM, MAX_LINE, opened
 from .read_csv import read_csv
 from .read_vcd import FORMATS, read_opened, read_vcd
 from .waveforms import Waveforms
@@ -20,6 +21,8 @@ from .waveforms import Waveforms
 PEEK = 4096  # bytes that show what a file is
 TOOL = "sigrok-cli"
 LONGEST_S = 600  # so long a conversion may take
+SHOWN = 20  # characters of a name, and names, in a message
+_CHANNEL = re.compile(r"(probe|analog)\d+=(.*)")
 
 
 def read_waveforms(
@@ -37,7 +40,7 @@ def read_waveforms(
             two rows.
         torn: accept a file that was cut off: what follows its last end of line is ignored.
         threshold: of voltages, that from which a level is 1, such as "1.4 V"; by default, for each signal, the middle
-            between its lowest and its highest.
+            between its two levels, spikes left out.
 
     Raises:
         UsageError: the file cannot be opened, is a session and sigrok-cli is not installed, or does not say how far
@@ -89,6 +92,47 @@ def _is_table(beginning: bytes) -> bool:
     return b"\0" not in text and any(mark in line for line in lines for mark in (b",", b";", b"\t"))
 
 
+class WireChanges:
+    """What sigrok-cli writes as VCD, without the lines of text that it writes for voltages: "A0: 3.30 V DC"."""
+
+    def __init__(self, file: BinaryIO, voltages: list[str]) -> None:
+        self.file, self.others = file, tuple(f"{name}: ".encode() for name in voltages)
+
+    def read(self, size: int) -> bytes:
+        """Return the next bytes, some more than `size` of them; none at the end."""
+        if not self.others:
+            return self.file.read(size)
+        lines, length = [], 0
+        while length < size and (line := self.file.readline(MAX_LINE)):
+            if not line.startswith(self.others):
+                lines.append(line)
+                length += len(line)
+        return b"".join(lines)
+
+
+def _channels(path: str | Path) -> tuple[list[str], list[str]]:
+    """Return the names of the wires in a session, and of its voltages; none if it does not say.
+
+    Raises:
+        WaveformError: it is no session.
+    """
+    import zipfile
+
+    try:
+        with zipfile.ZipFile(path) as archive:
+            there, said = "metadata" in archive.namelist(), b""
+            if there:
+                with archive.open("metadata") as file:
+                    said = file.read(PEEK * 16)
+    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError):
+        return [], []  # sigrok-cli says what is wrong with it
+    if not there:
+        raise WaveformError(f"{path}: a ZIP archive, and no session of sigrok; save a spreadsheet as CSV")
+    lines = said.decode("utf-8", "replace").splitlines()
+    named = [match.groups() for line in lines if (match := _CHANNEL.fullmatch(line.strip()))]
+    return [name for kind, name in named if kind == "probe"], [name for kind, name in named if kind == "analog"]
+
+
 def _session(path: str | Path, torn: bool) -> Waveforms:
     """A session, as sigrok-cli writes it."""
     own = {".dsl": "export VCD or CSV in DSView", ".sal": "export CSV in Logic 2"}
@@ -102,13 +146,18 @@ def _session(path: str | Path, torn: bool) -> Waveforms:
         )
     import threading
 
+    wires, voltages = _channels(path)
+    if voltages and not wires:
+        shown = ", ".join(name[:SHOWN] for name in voltages[:SHOWN])
+        raise WaveformError(f"{path}: a session with voltages alone ({shown}); export CSV in PulseView")
     with tempfile.TemporaryFile() as errors:
         process = lifeline.start([tool, "-i", os.path.abspath(path), "-O", "vcd"], os.environ, errors)
         limit = threading.Timer(LONGEST_S, process.kill)
         limit.daemon = True
         limit.start()
         try:
-            found, failed = read_opened(path, cast(BinaryIO, process.stdout), None, torn), None
+            changes = WireChanges(cast(BinaryIO, process.stdout), voltages)
+            found, failed = read_opened(path, cast(BinaryIO, changes), None, torn), None
         except WaveformError as error:
             found, failed = None, error
         finally:

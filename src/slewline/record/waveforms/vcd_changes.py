@@ -143,8 +143,10 @@ class Changes:
         scalar = kinds[where] == LEVEL
         variables = self._named(words, np.where(scalar, where, where + 1), scalar)
         first = words.letters[words.begins[where]] | 32  # in lower case
-        real, string = first == ord("r"), first == ord("s")
-        wrong = np.flatnonzero(self._kinds[variables] != np.where(real, 1, np.where(string, 2, 0)))
+        declared, string = self._kinds[variables], first == ord("s")
+        real = (first == ord("r")) | (string & (declared == 1))  # MyHDL writes what it declares real as s0.5
+        string &= ~real
+        wrong = np.flatnonzero(declared != np.where(real, 1, np.where(string, 2, 0)))
         if len(wrong):
             variable = self._variables[variables[wrong[0]]]
             raise words.error(where[wrong[0]], f"a value of another kind; this variable is of {_said(variable)}")

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-EDGES = {"falling": 0, "rising": 1}
+EDGES = {"falling": (0,), "rising": (1,), "both": (0, 1)}  # the levels after them
 LISTED = 12  # names in a message
 
 
@@ -236,7 +236,8 @@ class Waveforms:
         Args:
             pulse: the step signal.
             direction: the direction signal, which is sampled at each step; without it, all steps go forward.
-            edge: the edge of `pulse` at which a step begins: "falling" or "rising".
+            edge: the edge of `pulse` at which a step begins: "falling", "rising", or "both" where a driver steps at
+                either one.
             forward: the level of `direction` at which positions count up, 0 or 1.
             position: the position before the first step.
             idle: the level that is taken for `pulse` where it floats or is unknown, 0 or 1; by default such a place is
@@ -259,7 +260,7 @@ class Waveforms:
             self._check_known(pulse, found, EDGES[edge])
         else:
             levels = np.where(levels < 0, idle, levels)
-        times = found.times_ps[(levels[1:] == EDGES[edge]) & (levels[:-1] == 1 - EDGES[edge])]
+        times = found.times_ps[np.isin(levels[1:], EDGES[edge]) & (levels[:-1] == 1 - levels[1:])]
         signs = np.ones(len(times), np.int8)
         if direction is not None:
             way = self._wire(direction)
@@ -270,12 +271,12 @@ class Waveforms:
             signs[levels != forward] = -1
         return Steps(times, signs, position + np.cumsum(signs, dtype=np.int64))
 
-    def _check_known(self, pulse: str, signal: Signal, begins: int) -> None:
+    def _check_known(self, pulse: str, signal: Signal, begins: tuple[int, ...]) -> None:
         """Refuse a step signal that is unknown where a step may be: at the first edge, or anywhere later."""
         import numpy as np
 
         lost = np.flatnonzero(signal.levels < 0)
-        if signal.level < 0 and len(signal.levels) and signal.levels[0] == begins:
+        if signal.level < 0 and len(signal.levels) and signal.levels[0] in begins:
             lost = np.append(0, lost)
         if len(lost):
             at = readable(int(signal.times_ps[lost[0]]))
