@@ -51,12 +51,12 @@ def asm(
     outputs = Outputs([file])
     outputs.claim(output)
     assembly = assemble(text, sheet, file, resolve)
+    for problem in assembly.findings:
+        click.echo(f"slewline: {file}, line {problem.line}: {problem.severity}: {problem.says}", err=True)
     if sheet.enter is not None and not read(text, sheet).blocks:
         enter, leave = (row.form for row in assembly.framing)
         remedy = f"write {enter} above the first of them, and {leave} below the last"
         raise UsageError(f"{file}: no program in it: without {enter} these are commands that a host sends; {remedy}")
-    for problem in assembly.findings:
-        click.echo(f"slewline: {file}, line {problem.line}: {problem.severity}: {problem.says}", err=True)
     if as_json:
         data = json.dumps(assembly_object(assembly), indent=2).encode() + b"\n"
     else:

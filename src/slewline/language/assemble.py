@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from ..core.datasheet.table import Row, Sheet
 from ..errors import ProgramError, UsageError
+from .comments import commented
 from .dialect import dialect_of
 from .problems import Problem, picture
 from .source import read
@@ -96,7 +97,7 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
     outside = [s.text for s in source.statements if s.block < 0 and s not in (block.entry, block.quit)]
     framing = entry_and_end(sheet) if block.quit is None else (entry_and_end(sheet)[0], block.quit.row)
     lines = tuple(ListingLine(s.address, s.line, s.text) for s in block.statements)
-    findings = tuple(sorted(source.problems))
+    findings = tuple(sorted([*source.problems, *commented(text, sheet)]))
     return Assembly(sheet, stored, lines, block.labels, tuple(outside), findings, tuple(block.statements), framing)
 
 

@@ -12,6 +12,7 @@ from typing import TypeVar
 from ..core.datasheet.table import Row, Sheet
 from . import dialogue
 from .assemble import link, units
+from .comments import commented
 from .dialect import Check, dialect_of
 from .problems import Problem, render
 from .source import read
@@ -38,7 +39,7 @@ def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]
     link(source)
     for check in (*RULES, *dialect_of(sheet).rules, *checks):
         check(source)
-    return sorted(set(source.problems))
+    return sorted({*source.problems, *commented(text, sheet)})
 
 
 # ------------------------------------------------------------------------------------------------------- where it goes

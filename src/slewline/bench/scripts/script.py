@@ -60,6 +60,7 @@ from typing import TYPE_CHECKING
 from ...core.datasheet.channel import row_for
 from ...core.messages.near import hint
 from ...errors import SlewlineError, UsageError
+from ...language.comments import commented
 from ...language.dialect import dialect_of
 from ...language.problems import Problem
 from ...language.source import host_lines
@@ -99,6 +100,8 @@ def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], w
         script = read_script(script if isinstance(script, str) else "\n".join(script), where)
     check_script(bench, host, script)
     bench.kernel.outside.tell("script", host=host.name, args=[host.chip.name, script.text, script.where])
+    for problem in commented(script.text, host.chip.sheet):
+        host.finding(problem.code, f"{script.where}, line {problem.line}: {problem.found}; {problem.remedy}")
     runner = _runner(bench, host, script)
     following = [*script.steps[1:], None]
     for runner.step, then in zip(script.steps, following, strict=False):
