@@ -257,6 +257,12 @@ MISTAKES = [  # the line, the error, the end of its message
     ('b.part("ram", to=slewline.Bench().add("cy545b")).content', "UnknownName", "is not a chip or part of this bench"),
     ('mb.part("encoder", to=m, counts="400")', "UsageError", "; allowed 1..1048576; write 400, without quotes"),
     ('mb.part("encoder", to=m).position', "NoSuchAttribute", "encoder has no 'position'; write encoder.counts"),
+    (
+        'slewline.load("move.cy525")',
+        "BenchFileError",
+        "move.cy525: is a program by its name, not a bench file; slewlin",
+    ),
+    ('slewline.load("move.cy525")', "BenchFileError", 'on a bench a host does: [[host]] with file = "move.cy525"'),
     ('b.part("ram").content = b""', "NoSuchAttribute", "ram: content cannot be set; write ram.load(image)"),
 ]
 
