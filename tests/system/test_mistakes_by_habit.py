@@ -260,7 +260,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.load("move.cy525")',
         "BenchFileError",
-        "move.cy525: is a program by its name, not a bench file; slewlin",
+        "move.cy525: is a program by its name, not a bench file",
     ),
     ('slewline.load("move.cy525")', "BenchFileError", 'on a bench a host does: [[host]] with file = "move.cy525"'),
     ('b.part("ram").content = b""', "NoSuchAttribute", "ram: content cannot be set; write ram.load(image)"),

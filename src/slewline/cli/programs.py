@@ -268,8 +268,11 @@ def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:
     if alone:
         sheet = host.chip.sheet
         found = check(script.text, sheet, checks_of(type(bench.chips[host.chip.name]), sheet))
+    unsent = refused(bench, host, script)
+    odd = {problem.line for problem in unsent if problem.code == "line"}  # what no host sends, whatever it might mean
+    found = [problem for problem in found if problem.line not in odd]
     wrong = {problem.line for problem in found if problem.severity == "error"}
-    return sorted([*found, *(problem for problem in refused(bench, host, script) if problem.line not in wrong)])
+    return sorted([*found, *(problem for problem in unsent if problem.line not in wrong)])
 
 
 def tally(problems: list[Problem]) -> str:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from ..core.datasheet.table import Row, Sheet
 from ..errors import ProgramError, UsageError
-from .comments import commented
+from .comments import commented, mended
 from .dialect import dialect_of
 from .problems import Problem, picture
 from .source import read
@@ -88,7 +88,7 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
     for extra in filter(None, (block.entry for block in source.blocks[1:])):
         found, remedy = f"a second {extra.text}", "assemble one program at a time"
         source.report(extra, "second-program", "error", found, remedy=remedy)
-    errors = sorted(problem for problem in source.problems if problem.severity == "error")
+    errors = sorted(problem for problem in mended(source.problems, text) if problem.severity == "error")
     if errors:
         raise RefusedProgram(errors, text, where)
     block = source.blocks[0]

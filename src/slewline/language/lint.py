@@ -12,7 +12,7 @@ from typing import TypeVar
 from ..core.datasheet.table import Row, Sheet
 from . import dialogue
 from .assemble import link, units
-from .comments import commented
+from .comments import BEGINS, commented, mended
 from .dialect import Check, dialect_of
 from .problems import Problem, render
 from .source import read
@@ -39,7 +39,9 @@ def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]
     link(source)
     for check in (*RULES, *dialect_of(sheet).rules, *checks):
         check(source)
-    return sorted({*source.problems, *commented(text, sheet)})
+    found = mended(source.problems, text)
+    marked = {problem.line for problem in found if problem.remedy == BEGINS}
+    return sorted({*found, *(problem for problem in commented(text, sheet) if problem.line not in marked)})
 
 
 # ------------------------------------------------------------------------------------------------------- where it goes

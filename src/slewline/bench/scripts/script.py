@@ -60,7 +60,7 @@ from typing import TYPE_CHECKING
 from ...core.datasheet.channel import row_for
 from ...core.messages.near import hint
 from ...errors import SlewlineError, UsageError
-from ...language.comments import commented
+from ...language.comments import commented, mended
 from ...language.dialect import dialect_of
 from ...language.problems import Problem
 from ...language.source import host_lines
@@ -76,6 +76,11 @@ if TYPE_CHECKING:
 
 COPIED = {  # what manuals print, and what to write instead
     **dict.fromkeys("\u00d8\u00f8\u2205", "write 0 for a slashed zero"),
+    **dict.fromkeys("\t\u00a0\u2002\u2003\u2007\u2009\u202f\u3000", "write a blank"),
+    **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2212", "write -"),
+    **dict.fromkeys("\u201c\u201d\u201e\u00ab\u00bb", 'write "'),
+    **dict.fromkeys("\u2018\u2019", "write '"),
+    **dict.fromkeys("\u200b\u200c\u200d\u2060\ufeff\u00ad", "delete this character, which is not seen"),
     **dict.fromkeys("\u2193\u21b5", "leave out the symbol of the return key"),
 }
 LONGEST = 1000  # characters of a line; no chip takes as many
@@ -138,7 +143,7 @@ def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
                 step.fits(runner, chip)
         except SlewlineError as error:
             found.append(step.problem("unknown-pin" if step.pin else "directive", str(error)))
-    return found
+    return mended(found, script.text)
 
 
 def _no_command(step: ScriptLine, sheet: Sheet, crystal_hz: int) -> list[Problem]:

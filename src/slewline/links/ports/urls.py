@@ -53,7 +53,7 @@ def unopened(where: str, error: Exception) -> str:
         where: what was to be opened.
         error: what pySerial raised.
     """
-    scheme, found, address = where.partition("://")
+    scheme, found, _ = where.partition("://")
     if not found or f"{scheme}://" in ("tcp://", "telnet://"):
         if (meant := _address(where)) and not os.path.exists(where):
             return f"is an address; a port of another program is written socket://{meant}, a device {DEVICE}"
