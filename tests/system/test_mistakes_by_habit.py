@@ -391,6 +391,26 @@ def test_a_program_that_nobody_ends_is_told_at_rest_unless_it_has_been_kept(part
     assert len(told(bench, "unfinished")) == 2
 
 
+@pytest.mark.parametrize("part", ["cy500", "cy512", "cy525", "cy545", "cy545b"])
+def test_a_program_without_its_q_is_told_at_rest_once(part):
+    bench = slewline.Bench()
+    host = bench.host(bench.add(part))
+    for line in ("R 80\r", "E\rP 300\r0\r", "P 0\r"):
+        host.send(line)
+        bench.run_until_idle()
+    text = "program entry is open since E: commands are stored and not executed; Q ends it"
+    assert told(bench, "unfinished") == [text]
+    host.send("Q")
+    bench.run_until_idle()
+    host.send("E\rP 5\r")
+    bench.run_until_idle()
+    assert told(bench, "unfinished") == [text] * 2
+    bench.chips[host.chip.name].reset()
+    bench.run("100 ms")
+    bench.run_until_idle()
+    assert told(bench, "unfinished") == [text] * 2 and not bench.chips[host.chip.name].left_over()
+
+
 def test_a_p_of_a_cy500_that_waits_for_its_g_is_told_at_rest():
     bench = slewline.Bench()
     host = bench.host(bench.add("cy500"))
