@@ -263,6 +263,9 @@ MISTAKES = [  # the line, the error, the end of its message
         "move.cy525: is a program by its name, not a bench file",
     ),
     ('slewline.load("move.cy525")', "BenchFileError", 'on a bench a host does: [[host]] with file = "move.cy525"'),
+    ('b.record("x.run"); b.edges("x.run")', "NotRecorded", "ms on, which is now, so there is nothing of it yet; call"),
+    ('b.record("x.run"); b.edges("x.run")', "NotRecorded", "call bench.record('x.run') before time passes"),
+    ('b.record("x.run"); b.save_vcd("a.vcd", ["x.run"])', "NotRecorded", "which is now, so there is nothing of it yet"),
     ('b.part("ram").content = b""', "NoSuchAttribute", "ram: content cannot be set; write ram.load(image)"),
 ]
 
