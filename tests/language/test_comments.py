@@ -72,6 +72,11 @@ def test_a_comment_of_another_language_is_a_finding_of_the_host_that_sends_it(li
     assert found.text == f"script, line 2: {line[5:]} is sent to the part; a comment begins with ;"
 
 
+@pytest.mark.parametrize("line", ["R #", "L #,A", "R # ; switches", '"# x"'])
+def test_the_switches_and_the_strings_of_a_cy545_are_no_comments(line):
+    assert commented(line, sheet_of("cy545")) == []
+
+
 def texts():
     """Every program of the repository, and every line with a semicolon of the pages, with the parts it is tried on."""
     for folder in ("examples", "src", "templates", "docs"):

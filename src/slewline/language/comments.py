@@ -12,7 +12,8 @@ from .problems import Problem
 from .statements import Source, Statement
 
 COMMENT = "comment"  # the code of these problems, and of the finding of a host that plays such a text
-MARK = re.compile(r"(?:^|(?<=\s))(?:#|//|/\*|%)")  # with which comments of other languages begin
+# with which comments of other languages begin; a # alone is an argument of the CY545
+MARK = re.compile(r"(?:^\s*(?=[#%])|(?<=\s)(?=[#%]\s+\S)|(?:^|(?<=\s))(?=//|/\*))[#%/]")
 BEGINS = "a comment begins with ;"
 STILL_COMMANDS = ("range", "spacing")  # problems of what is a command all the same
 
@@ -29,8 +30,9 @@ def commented(text: str, sheet: Sheet) -> list[Problem]:
         code, semicolon, comment = line.partition(";")
         parts = [part.strip() for part in comment.split(";") if part.strip()]
         if found_mark := _mark(code):
-            place = number, found_mark.start() + 1, len(code.rstrip()) - found_mark.start()
-            says = f"{code[found_mark.start() :].rstrip()} is sent to the part"
+            at = found_mark.end() - 1
+            place = number, at + 1, len(code.rstrip()) - at
+            says = f"{code[at:].rstrip()} is sent to the part"
             found.append(Problem(*place, COMMENT, "warning", says, remedy=BEGINS))
         if not (semicolon and code.strip() and parts and not code.lstrip().startswith("@")):
             continue
