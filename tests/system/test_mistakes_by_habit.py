@@ -266,6 +266,10 @@ MISTAKES = [  # the line, the error, the end of its message
     ('b.record("x.run"); b.edges("x.run")', "NotRecorded", "ms on, which is now, so there is nothing of it yet; call"),
     ('b.record("x.run"); b.edges("x.run")', "NotRecorded", "call bench.record('x.run') before time passes"),
     ('b.record("x.run"); b.save_vcd("a.vcd", ["x.run"])', "NotRecorded", "which is now, so there is nothing of it yet"),
+    ("x.verify(0)", "NoSuchAttribute", "x has no 'verify'; a host has it: bench.host(x).verify"),
+    ("x.run_program()", "NoSuchAttribute", "a host has it: bench.host(x).run_program"),
+    ("m.packet", "NoSuchAttribute", "a host has it: bench.host(mc1451a).packet"),
+    ("b.verify(0)", "NoSuchAttribute", "a host has it: bench.host(x).verify, with x = bench.add(...)"),
     ('b.part("ram").content = b""', "NoSuchAttribute", "ram: content cannot be set; write ram.load(image)"),
 ]
 

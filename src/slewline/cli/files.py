@@ -112,6 +112,11 @@ def is_bench(path: str) -> bool:
     return path.lower().endswith(".toml")
 
 
+def is_program(path: str) -> bool:
+    """Return whether a file is a program for one of our chips, or a bench file, by its name."""
+    return is_bench(path) or Path(path).suffix[1:].lower() in CATALOGUE.ours
+
+
 def read_options(path: str | None, part: str | type[Chip]) -> dict[str, Any]:
     """Return the options of a part in a TOML file; none without a file.
 

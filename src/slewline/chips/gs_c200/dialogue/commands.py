@@ -77,12 +77,12 @@ class HostDialogue:
 
     def report_busy(self, command: Command | Refusal, text: str) -> None:
         """Report once in a run that a host sends what has no effect meanwhile; a question is none of this."""
-        is_command = isinstance(command, Command)
-        if self.busy_run is self.interpreter.task or (is_command and command.row.form in QUESTIONS):
+        form = command.row.form if isinstance(command, Command) else ""
+        if self.busy_run is self.interpreter.task or form in QUESTIONS:
             return
         self.busy_run = self.interpreter.task
         remedy = "wait until F is answered with R, or end it with K or Z"
-        said = command.text if is_command else f"{text!r}, which is no command,"
+        said = command.text if form else f"{text!r}, which is no command,"
         self.chip.finding("busy", f"{said} while a program runs: B is the answer, nothing is done; {remedy}")
 
     def mistake(self, code: str, text: str) -> str:
