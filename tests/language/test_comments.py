@@ -11,8 +11,8 @@ from slewline.bench.scripts.script import run_script
 from slewline.chips import CATALOGUE, sheet_of
 from slewline.errors import ProgramError, UsageError
 from slewline.language.assemble import assemble
-from slewline.language.comments import BEGINS, commented
 from slewline.language.lint import lint
+from slewline.language.source import BEGINS, commented
 from slewline.modules.programs.restore import ProgramText
 
 ROOT = Path(__file__).parents[2]

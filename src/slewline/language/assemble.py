@@ -11,10 +11,9 @@ from typing import NamedTuple
 
 from ..core.datasheet.table import Row, Sheet
 from ..errors import ProgramError, UsageError
-from .comments import commented, mended
 from .dialect import dialect_of
 from .problems import Problem, picture
-from .source import read
+from .source import commented, mended, read
 from .statements import Block, Source, Statement
 
 SCRIPT = 1000  # bytes of a script that keep their columns in a listing

@@ -12,10 +12,9 @@ from typing import TypeVar
 from ..core.datasheet.table import Row, Sheet
 from . import dialogue
 from .assemble import link, units
-from .comments import BEGINS, commented, mended
 from .dialect import Check, dialect_of
 from .problems import Problem, render
-from .source import read
+from .source import BEGINS, commented, mended, read
 from .statements import Block, Operand, Source, Statement
 
 __all__ = ["Check", "Problem", "Source", "branches", "explored", "lint", "reached", "render", "steps_on"]

@@ -60,10 +60,9 @@ from typing import TYPE_CHECKING
 from ...core.datasheet.channel import row_for
 from ...core.messages.near import hint
 from ...errors import SlewlineError, UsageError
-from ...language.comments import commented, mended
 from ...language.dialect import dialect_of
 from ...language.problems import Problem
-from ...language.source import host_lines
+from ...language.source import commented, host_lines, mended
 from .directives import DIRECTIVES, DirectiveKind
 from .protocols import SPEECH
 from .script_runner import Script, ScriptLine, ScriptRunner, command

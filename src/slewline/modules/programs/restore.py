@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from ...core.datasheet.table import Sheet
 from ...errors import UsageError
 from ...language.assemble import assemble
-from ...language.comments import COMMENT
-from ...language.source import read
+from ...language.source import COMMENT, read
 from ...language.statements import Statement
 from ..failures import DamagedAnswer, ListingDiffers, MotionRefused, NoAnswer, RefusedCommand
 from ..module import Module
