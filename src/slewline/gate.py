@@ -33,6 +33,9 @@ T = TypeVar("T")
 MAX_BYTES = 10_000_000  # of a file that is read whole
 MAX_LINE = 1 << 20  # bytes of a line of a log
 MAX_VALUES = 1 << 20  # of JSON in one line; the longest list of ours is a memory, 64K
+UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
+UTF16 = "is text in UTF-16; save it as UTF-8 (Notepad: Save as, Encoding UTF-8; PowerShell: Set-Content -Encoding utf8)"
+NUL = "contains NUL bytes, so it is not text; name the right file"
 BOM = b"\xef\xbb\xbf"  # which editors and tools put before text in UTF-8
 LATEST_PS = 1 << 63  # instants are less: what is plotted and recorded has 64 bits
 
@@ -184,12 +187,19 @@ def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if _is_utf16(data):
+            raise BenchFileError(f"{path}: {UTF16}") from None
         line = data.count(b"\n", 0, error.start) + 1
         found = f"byte {data[error.start]:02X} in line {line} is not UTF-8 text"
-        raise BenchFileError(f"{path}: {found}; is it the right file?") from None
+        raise BenchFileError(f"{path}: {found}; save it as UTF-8, or name the right file") from None
     if "\0" in text:
-        raise BenchFileError(f"{path}: contains NUL bytes, so it is not text; is it the right file?")
+        raise BenchFileError(f"{path}: {UTF16 if _is_utf16(data) else NUL}")
     return text
+
+
+def _is_utf16(data: bytes) -> bool:
+    """Return whether bytes are text in UTF-16: by its mark at the beginning, or as every second one is 0."""
+    return data.startswith(UTF16_BOMS) or (len(data) > 1 and not (any(data[1::2]) and any(data[::2])))
 
 
 def _bounded(path: str | PathLike[str], data: bytes) -> bytes:

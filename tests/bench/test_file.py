@@ -296,8 +296,15 @@ def test_no_script_is_queued_when_another_one_is_refused(bench_of):
     [
         ("missing.toml", None, "cannot be read: No such file or directory"),
         (".", None, "is a directory; give a regular file"),
-        ("garbage.toml", b"\xff\xfe\x00", "byte FF in line 1 is not UTF-8 text; is it the right file?"),
-        ("zero.toml", b"a = 1\n\0", "contains NUL bytes, so it is not text"),
+        (
+            "garbage.toml",
+            b"\xff\x01\x00",
+            "byte FF in line 1 is not UTF-8 text; save it as UTF-8, or name the right file",
+        ),
+        ("zero.toml", b"a = 1\n\0", "contains NUL bytes, so it is not text; name the right file"),
+        ("wide.toml", "a = 1\n".encode("utf-16"), "wide.toml: is text in UTF-16; save it as UTF-8 (Notepad: Save as"),
+        ("le.toml", "a = 1\n".encode("utf-16-le"), "le.toml: is text in UTF-16; save it as UTF-8"),
+        ("be.toml", "a = 1\n".encode("utf-16-be"), "be.toml: is text in UTF-16; save it as UTF-8"),
         ("late.toml", b"a = 1\n\n b = \xe4", "byte E4 in line 3 is not UTF-8 text"),
         ("big.toml", b"#" * 10_000_001, "more than 10000000 bytes; is it the right file?"),
     ],

@@ -285,7 +285,10 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
     "run .": (2, ".: is a directory; give a regular file"),
     "run empty.cy525": (2, "empty.cy525: has no commands; write a command a line, such as R 100"),
     "run comment.cy525": (2, "comment.cy525: has no commands"),
-    "run garbage.cy525": (2, "garbage.cy525: byte 80 in line 1 is not UTF-8 text; is it the right file?"),
+    "run garbage.cy525": (
+        2,
+        "garbage.cy525: byte 80 in line 1 is not UTF-8 text; save it as UTF-8, or name the right file",
+    ),
     "run zeros.cy525": (2, "zeros.cy525: contains NUL bytes"),
     "run long.cy525": (2, "long.cy525, line 2: 1000000 characters; allowed 1000"),
     "run umlaut.cy525": (

@@ -32,6 +32,13 @@ def refused(capsys, *arguments):
 
 
 @pytest.mark.parametrize(
+    ("name", "says"), [("lab:m1.VAL", "write lab:m1"), ("lab m1", "write lab_m1"), ("", "give one, such as lab:m1")]
+)
+def test_a_name_that_is_no_record_is_not_served(capsys, module, name, says):
+    assert says in refused(capsys, module.url, "--part", "gs-c200s", "--record", name, *RAMP)
+
+
+@pytest.mark.parametrize(
     ("parameters", "says"),
     [
         (("S=10", "R=50"), "no value for T (slew speed, 1..1000 (10 steps/s))"),

@@ -293,6 +293,36 @@ def test_a_resolution_of_nothing_and_a_unit_without_end_are_refused():
             MotorRecord("m1", lambda: None, units=units)
 
 
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("", "record name '': is empty; allowed 1 to 55 letters, digits and _ - + : ; < > [ ] { }, the name alone"),
+        ("lab:m1.VAL", "record name 'lab:m1.VAL': names the field 'VAL'; allowed 1 to 55 letters"),
+        ("lab:m1.VAL", "without field; write lab:m1"),
+        ("lab:m1.", "ends in a dot; allowed 1 to 55 letters"),
+        (".VAL", "'.' at character 1; "),
+        ("lab m1", "' ' at character 4; allowed 1 to 55 letters"),
+        ("lab m1", "without field; write lab_m1"),
+        ("lab\tm1", "'\\t' at character 4"),
+        ("lab:'m1'", "write lab:_m1_"),
+        ("$(P)m1", "write _P_m1"),
+        ("m\u00f6tor", "write m_tor"),
+        ("m" * 56, "56 characters; allowed 1 to 55 letters"),
+    ],
+)
+def test_a_name_that_no_record_can_have_is_refused_before_the_module_is_looked_for(name, says):
+    with pytest.raises(UsageError) as raised:
+        MotorRecord(name, lambda: pytest.fail("looked for"))
+    assert says in str(raised.value)
+
+
+@pytest.mark.parametrize("name", ["m" * 55, "XF:11{Det:1-Ax:X}Mtr", "a;b<c>[1]", "2m_1+"])
+def test_a_name_that_records_have_is_taken(name):
+    record = MotorRecord(name, lambda: motor_at("slewline://gs-c200s?chs=0"))
+    record.close()
+    assert name in record.channels and record.posted["NAME"] == name[:39]
+
+
 # ------------------------------------------------------------------------------------------------------------- failures
 def test_a_command_that_is_refused_fails_the_put_and_is_no_alarm(run):
     async def play(record):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from slewline.chips import sheet_of
 from slewline.chips.cy525.sheet import SHEET
 from slewline.errors import UnknownName
 from slewline.language.describe import describe, describe_command, table
@@ -18,6 +19,15 @@ def test_every_command_is_there(row):
     assert f"| {row.says} |" in line
     assert f"| {row.time_us} |" in line
     assert all(f"{arg.name} {arg.low}..{arg.high}" in line for arg in row.args)
+
+
+@pytest.mark.parametrize(
+    ("part", "line", "command"), [("cy525", "R 100", "R"), ("cy545", "P 5", "P"), ("mc1451a", "SET_POS 5", "SET_POS")]
+)
+def test_a_command_with_its_argument_is_that_command(part, line, command):
+    assert describe(sheet_of(part), line) == describe(sheet_of(part), command)
+    with pytest.raises(UnknownName, match="has no command '~ 100'; it has"):
+        describe(SHEET, "~ 100")
 
 
 @rows("pin", SHEET.pins)

@@ -134,7 +134,7 @@ def test_a_setting_is_told_and_changed(name, usual, value):
         assert rig.host.query(f"++{name}") == usual
         rig.host.tell(f"++{name} {value}")
         assert rig.host.query(f"++{name}") == value
-        assert rig.codes() == []
+        assert rig.codes() == ["gpib-address"] * (name == "addr")  # no device has 7
 
 
 def test_a_secondary_address_is_told_again():
@@ -171,6 +171,15 @@ def test_the_commands_are_listed():
         while not (line := rig.host.line()).startswith("Prologix"):
             listed.append(line.split()[0].removeprefix("++"))
         assert listed == sorted({*prologix.COMMANDS, *prologix.SETTINGS})
+
+
+@pytest.mark.parametrize("address", [5, 7])
+def test_an_address_without_a_device_is_a_finding_that_names_those_that_have_one(address):
+    with Rig() as rig:
+        rig.host.tell(f"++addr {address}")
+        rig.host.settled()
+        found = [each.text for each in rig.bench.findings if each.code == "gpib-address"]
+    assert found == ([] if address == 5 else ["++addr 7: no device has this address; there are devices at 5"])
 
 
 @pytest.mark.parametrize(

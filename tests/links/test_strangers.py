@@ -338,6 +338,22 @@ def test_a_host_that_types_slowly_is_heard_and_a_stranger_that_does_is_hung_up_o
     assert "speaks HTTP" in (tmp_path / "log").read_text()
 
 
+@pytest.mark.parametrize("kind", ["tcp", "rfc2217"])
+def test_who_serves_is_told_once_that_a_browser_has_come(ports, client, kind):
+    _, _, port, _ = ports(kind)
+    said = []
+    port.tell = said.append
+    for _ in range(2):
+        browser = client(port.where)
+        browser.send(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
+        browser.read(end=b"")  # until it is hung up on
+    (text,) = said
+    assert text.startswith("127.0.0.1:")
+    assert text.endswith(
+        " speaks HTTP, which no host does; connection closed; a browser opens the page of slewline panel"
+    )
+
+
 def test_a_line_that_is_typed_is_heard_when_it_ends(ports):
     """Here the hold lasts for ever, and it is not waited for."""
     running, line, port, _ = ports()

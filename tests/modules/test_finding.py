@@ -118,3 +118,17 @@ def test_at_no_other_rate_is_what_is_sent_to_a_part_with_queries_a_command_that_
             port.pause(1)
             assert not len(chip.steps()), (rate, sent)
             assert [text for text in taken if text and speech.moves(text)] == [], (rate, sent)
+
+
+@pytest.mark.parametrize("part", ["gs-c200", "gs-c200s"])
+@pytest.mark.parametrize("baud", [None, 9600])
+def test_checksums_that_a_module_does_not_have_are_the_mistake_and_no_other_rate_is_tried(part, baud):
+    raised = []
+    for _ in range(2):
+        with pytest.raises(DamagedAnswer) as caught:
+            find(f"slewline://{part}?chs=0", sheet_of(part), baud=baud, checked=True)
+        raised.append(str(caught.value))
+    assert raised[0] == raised[1]
+    assert "V2 with a checksum was answered with b'E2\\r' at 9600 baud" in raised[0]
+    assert raised[0].endswith("without one: this module has no checksums; leave out --checksum")
+    find(f"slewline://{part}?chs=1", sheet_of(part), baud=baud, checked=True).port.close()

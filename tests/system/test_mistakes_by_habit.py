@@ -257,6 +257,19 @@ MISTAKES = [  # the line, the error, the end of its message
     ('b.part("ram", to=slewline.Bench().add("cy545b")).content', "UnknownName", "is not a chip or part of this bench"),
     ('mb.part("encoder", to=m, counts="400")', "UsageError", "; allowed 1..1048576; write 400, without quotes"),
     ('mb.part("encoder", to=m).position', "NoSuchAttribute", "encoder has no 'position'; write encoder.counts"),
+    (
+        'slewline.load("move.cy525")',
+        "BenchFileError",
+        "move.cy525: is a program by its name, not a bench file",
+    ),
+    ('slewline.load("move.cy525")', "BenchFileError", 'on a bench a host does: [[host]] with file = "move.cy525"'),
+    ('b.record("x.run"); b.edges("x.run")', "NotRecorded", "ms on, which is now, so there is nothing of it yet; call"),
+    ('b.record("x.run"); b.edges("x.run")', "NotRecorded", "call bench.record('x.run') before time passes"),
+    ('b.record("x.run"); b.save_vcd("a.vcd", ["x.run"])', "NotRecorded", "which is now, so there is nothing of it yet"),
+    ("x.verify(0)", "NoSuchAttribute", "x has no 'verify'; a host has it: bench.host(x).verify"),
+    ("x.run_program()", "NoSuchAttribute", "a host has it: bench.host(x).run_program"),
+    ("m.packet", "NoSuchAttribute", "a host has it: bench.host(mc1451a).packet"),
+    ("b.verify(0)", "NoSuchAttribute", "a host has it: bench.host(x).verify, with x = bench.add(...)"),
     ('b.part("ram").content = b""', "NoSuchAttribute", "ram: content cannot be set; write ram.load(image)"),
 ]
 
@@ -383,6 +396,26 @@ def test_a_program_that_nobody_ends_is_told_at_rest_unless_it_has_been_kept(part
     host.ask("R20")
     bench.run_until_idle()
     assert len(told(bench, "unfinished")) == 2
+
+
+@pytest.mark.parametrize("part", ["cy500", "cy512", "cy525", "cy545", "cy545b"])
+def test_a_program_without_its_q_is_told_at_rest_once(part):
+    bench = slewline.Bench()
+    host = bench.host(bench.add(part))
+    for line in ("R 80\r", "E\rP 300\r0\r", "P 0\r"):
+        host.send(line)
+        bench.run_until_idle()
+    text = "program entry is open since E: commands are stored and not executed; Q ends it"
+    assert told(bench, "unfinished") == [text]
+    host.send("Q")
+    bench.run_until_idle()
+    host.send("E\rP 5\r")
+    bench.run_until_idle()
+    assert told(bench, "unfinished") == [text] * 2
+    bench.chips[host.chip.name].reset()
+    bench.run("100 ms")
+    bench.run_until_idle()
+    assert told(bench, "unfinished") == [text] * 2 and not bench.chips[host.chip.name].left_over()
 
 
 def test_a_p_of_a_cy500_that_waits_for_its_g_is_told_at_rest():

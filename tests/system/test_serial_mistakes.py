@@ -241,6 +241,15 @@ MISTAKES = (
     row("carriage return and line feed", pty, b"V1\r\nV1\r\n", words=rf"ends its lines with CR LF|send \r alone|{TEXT}"
     ),
     row("carriage return and line feed, CY525", bench, "A 0\r\n", "R 10\r\n", part="cy525", words=r"line-feed: a line feed where a command letter belongs|send \r alone"),
+    # numbers
+    row("hexadecimal as in C, CY545", bench, "R 0x40\r", part="cy545", words="RATE 0x40: not a number; ignored; a hexadecimal number|ends with H: 40H"),
+    row("hexadecimal as in C, CY525", bench, "R 0x40\r", part="cy525", words="RATE 0x40: not a decimal number; ignored; write 64, in decimal"),
+    row("the letter O, CY525", bench, "R 8O\r", part="cy525", words="RATE 8O: not a decimal number; ignored; write 80, in digits: the letters O and l are not digits"),
+    row("the letter O, CY545", bench, "R 8O\r", part="cy545", words="write 80, in digits: the letters O and l are not digits"),
+    row("the letter O", bench, "Po\r", "S1O\r", words="E2: 'S1O' does not fit S<speed>|write S10, in digits: the letters O and l are not digits"),
+    row("a query in small letters", bench, "? r\r", part="cy545", words="unknown-query: ? r: no answer|write ? R: letters are upper case"),
+    row("no pause between commands", url, b"\r\rD 300\rR 10\rF 1\rS 20\r? R\r", part="cy545b", bytesize=8, parity="N", stopbits=1, words="serial-overrun: 0x|it is lost; pause between commands, or wait for CTS"),
+    row("Ctrl-C in a motion", bench, "Po\r", "S10\r", "T20\r", "R5\r", "+900\r", "E\r", "\x03\r", "!\r", words=r"busy: '\x03', which is no command, while a program runs: B is the answer|or end it with K or Z"),
     # checksums
     row("no checksum", bench, "V1\r", chs=1, words=f"E1: b'V1': checksum '1' (0x31), expected 'V' (0x56) after b'V'; V1 arrived without one|{CHECKED}"),
     row("no checksum", url, b"V1\r", part="gs-c200s", words=f"V1 arrived without one|{CHECKED}"),

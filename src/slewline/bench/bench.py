@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, ParamSpec, TypeVar
 
 from ..chips import CATALOGUE as CHIPS
 from ..core.messages.calls import answering
-from ..core.messages.instead import face, missing
+from ..core.messages.instead import CALLS_OF_HOSTS, face, missing
 from ..core.messages.near import hint
 from ..core.messages.whole import whole
 from ..core.time.kernel import Kernel
@@ -369,6 +369,7 @@ missing(
     },
     **{name.replace("-", "_"): f'a chip is put on it: x = bench.add("{name}")' for name in CHIPS.ours},
     **dict.fromkeys(("send", "command", "write"), "bench.host(x).send(...), with x = bench.add(...)"),
+    **{name: f"a host has it: bench.host(x).{name}, with x = bench.add(...)" for name in CALLS_OF_HOSTS},
     **dict.fromkeys(("ask", "query"), "bench.host(x).ask(...), with x = bench.add(...)"),
     **dict.fromkeys(("add_chip", "chip"), 'bench.add("PART")'),
     **dict.fromkeys(("add_part", "add_host"), "bench.part(KIND), or bench.host(x)"),

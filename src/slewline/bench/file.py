@@ -116,6 +116,11 @@ class BenchFile:
         self.path, self.gate = Path(path), FileGate(path, anywhere, allow_code)
         if "\n" in str(path):
             raise BenchFileError("load: this is the text of a bench file; give the name of a file")
+        if self.path.suffix[1:].lower() in CHIPS.ours:
+            raise BenchFileError(
+                f"{path}: is a program by its name, not a bench file; slewline run plays it, and on a bench a "
+                f'host does: [[host]] with file = "{self.path.name}"'
+            )
         self.text = read_text(path)
         self.data = read_toml(path, self.text)
         try:

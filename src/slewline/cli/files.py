@@ -47,12 +47,21 @@ NO_PROGRAMS = {  # by the endings of names
     "dialogue": "a dialogue; slewline compare DIALOGUE holds it against the model",
     **dict.fromkeys(("journal", "jsonl"), "a journal; slewline run --replay JOURNAL repeats it"),
     **dict.fromkeys(("svg", "png", "pdf"), "a picture"),
-    **dict.fromkeys(("npz", "json"), "a result of a run"),
+    "npz": "a result of a run",
+    "json": "JSON, as results of a run are; a bench file is TOML",
     **dict.fromkeys(("eeprom", "raw"), "what a module holds, or has sent"),
 }
 
 
 VCD = re.compile(r"\s*\$(comment|date|scope|timescale|var|version)\s")
+BEGINNINGS = {  # of texts, whatever their names are
+    "; slewline raw ": "raw",
+    '{"slewline":': "dialogue",
+    '{"do":': "journal",
+    **dict.fromkeys(("<!DOCTYPE", "<html", "{\\rtf"), "a document; save it as plain text, a command a line"),
+    **dict.fromkeys(("<svg", "<?xml", "%PDF"), "svg"),
+    **dict.fromkeys(("{", "[{"), "json"),
+}
 
 
 def read_program(path: str) -> str:
@@ -68,11 +77,19 @@ def read_program(path: str) -> str:
         if (ending := Path(path).suffix[1:].lower()) in NO_PROGRAMS:
             raise BenchFileError(f"{path}: is no program, but {NO_PROGRAMS[ending]}")
         raise BenchFileError(f"{path}: has no commands; write a command a line, such as R 100")
+    kind = next((kind for beginning, kind in BEGINNINGS.items() if text.lstrip().startswith(beginning)), None)
+    if kind is not None:
+        raise BenchFileError(f"{path}: is no program, but {NO_PROGRAMS.get(kind, kind)}")
     return text
 
 
-def chip_of(path: str, chip: str | None) -> str:
+def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None = None) -> str:
     """Return the part that a file is for: named by --chip, or by the ending of its name.
+
+    Args:
+        path: of the file.
+        chip: what --chip names.
+        fits: raises UsageError for a part that the command does not take, which the message then does not name.
 
     Raises:
         UsageError: neither of the two.
@@ -89,6 +106,8 @@ def chip_of(path: str, chip: str | None) -> str:
         raise UsageError(f"{path}: is a directory; name the files in it")
     if part in NO_PROGRAMS:
         raise UsageError(f"{path}: is no program, but {NO_PROGRAMS[part]}")
+    if fits is not None:
+        names = [name for name in names if _fits(name, fits)]
     endings = ", ".join(f".{name}" for name in names)
     near = hint(part, names) if part else ""
     raise UsageError(f"{path}: the chip is not given; give --chip {names[0]}, or a file name ending in {endings}{near}")
@@ -97,6 +116,11 @@ def chip_of(path: str, chip: str | None) -> str:
 def is_bench(path: str) -> bool:
     """Return whether a file is a bench file, by its name."""
     return path.lower().endswith(".toml")
+
+
+def is_program(path: str) -> bool:
+    """Return whether a file is a program for one of our chips, or a bench file, by its name."""
+    return is_bench(path) or Path(path).suffix[1:].lower() in CATALOGUE.ours
 
 
 def read_options(path: str | None, part: str | type[Chip]) -> dict[str, Any]:
@@ -116,9 +140,17 @@ def read_options(path: str | None, part: str | type[Chip]) -> dict[str, Any]:
     return found
 
 
-def sheet_for(path: str, chip: str | None) -> Sheet:
+def _fits(name: str, fits: Callable[[Sheet], object]) -> bool:
+    try:
+        fits(sheet_of(name))
+    except UsageError:
+        return False
+    return True
+
+
+def sheet_for(path: str, chip: str | None, fits: Callable[[Sheet], object] | None = None) -> Sheet:
     """Return the data sheet of that part."""
-    return sheet_of(chip_of(path, chip))
+    return sheet_of(chip_of(path, chip, fits))
 
 
 def say_replaced(journal: str | None) -> None:

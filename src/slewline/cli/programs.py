@@ -51,12 +51,12 @@ def asm(
     outputs = Outputs([file])
     outputs.claim(output)
     assembly = assemble(text, sheet, file, resolve)
+    for problem in assembly.findings:
+        click.echo(f"slewline: {file}, line {problem.line}: {problem.severity}: {problem.says}", err=True)
     if sheet.enter is not None and not read(text, sheet).blocks:
         enter, leave = (row.form for row in assembly.framing)
         remedy = f"write {enter} above the first of them, and {leave} below the last"
         raise UsageError(f"{file}: no program in it: without {enter} these are commands that a host sends; {remedy}")
-    for problem in assembly.findings:
-        click.echo(f"slewline: {file}, line {problem.line}: {problem.severity}: {problem.says}", err=True)
     if as_json:
         data = json.dumps(assembly_object(assembly), indent=2).encode() + b"\n"
     else:
@@ -281,8 +281,11 @@ def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:
     if alone:
         sheet = host.chip.sheet
         found = check(script.text, sheet, checks_of(type(bench.chips[host.chip.name]), sheet))
+    unsent = refused(bench, host, script)
+    odd = {problem.line for problem in unsent if problem.code == "line"}  # what no host sends, whatever it might mean
+    found = [problem for problem in found if problem.line not in odd]
     wrong = {problem.line for problem in found if problem.severity == "error"}
-    return sorted([*found, *(problem for problem in refused(bench, host, script) if problem.line not in wrong)])
+    return sorted([*found, *(problem for problem in unsent if problem.line not in wrong)])
 
 
 def tally(problems: list[Problem]) -> str:

@@ -19,7 +19,7 @@ from ..errors import ProgramError, Timeout, TornJournal, UsageError
 from ..record.pictures.pictures import SUFFIXES
 from ..record.waveforms.layouts import layout_paths
 from ..record.waveforms.vcd import unit_of
-from .files import STDIN, Outputs, Refused, chip_of, is_bench, read_options, read_program, say_replaced
+from .files import STDIN, Outputs, Refused, chip_of, is_bench, is_program, read_options, read_program, say_replaced
 from .single import single
 from .transcript import Transcript, seconds
 
@@ -104,6 +104,15 @@ class RunCommand:
     def check_options(self) -> None:
         """Refuse options that exclude each other."""
         self.quiet = self.quiet or self.json == STDIN
+        if self.file is None and self.replay is None:
+            outputs = {name: getattr(self, name) for name in ("plot", "vcd", "steps", "json", "journal", "save_memory")}
+            for name, path in outputs.items():
+                if path is not None and is_program(path):
+                    option = f"--{name.replace('_', '-')}"
+                    raise click.UsageError(
+                        f"{option} has taken {path} as the file that it writes, so there is no program: write "
+                        f"slewline run {path} {option} FILE"
+                    )
         if (self.file is None) == (self.replay is None):
             raise click.UsageError("give one of a program, a bench file and --replay JOURNAL")
         if self.vcd is None:

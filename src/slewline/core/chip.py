@@ -378,6 +378,12 @@ class Chip(Component, OneAxis):
         ends = f"{self._unended!r} has arrived without its {self._lacking}, and the {self.sheet.part} is waiting for it"
         return [("unfinished", f"{ends}: {self._how_to_end}")]
 
+    def _open_entry(self) -> tuple[str, str]:
+        """Return the finding that a host has begun to enter a program, and has not ended it."""
+        enter = self.sheet.enter.form if self.sheet.enter is not None else ""
+        text = f"program entry is open since {enter}: commands are stored and not executed"
+        return "unfinished", f"{text}; {' or '.join(row.form for row in self.sheet.leave)} ends it"
+
     def conclude(self) -> bool:
         """Report what is left over, unless it was already so the last time; return whether that has changed."""
         before, self._left = self._left, self.left_over()

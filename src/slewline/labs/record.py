@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import re
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -35,6 +36,32 @@ LOST_BY = (PortLost, NoAnswer, EndlessInput, DamagedAnswer)
 NEWS_S = 0.03  # in which caproto sends what was posted, which a client is to have before its put completes
 RETRY_S = 2.0  # between two attempts to find a module that is lost
 SPEAKING = ("drive", "home", "jog", "update")  # puts that need the module
+NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_:;<>\[\]{}+-]+")
+LONGEST_NAME = 55  # characters: NAME_able is the name of a record as well, which has up to 60
+
+
+def check_name(name: str) -> None:
+    """Refuse the name of a record that no client could find.
+
+    Raises:
+        UsageError: it is empty, too long, names a field, or has a character that names of records do not have.
+    """
+    record, dot, field = name.partition(".")
+    odd = NOT_IN_NAMES.search(name)
+    if not name:
+        found, remedy = "is empty", "give one, such as lab:m1"
+    elif odd and dot and odd.start() == len(record) > 0:
+        found, remedy = f"names the field {field!r}" if field else "ends in a dot", f"write {record}"
+    elif odd:
+        found, remedy = f"{odd[0]!r} at character {odd.start() + 1}", f"write {NOT_IN_NAMES.sub('_', name)}"
+    elif len(name) > LONGEST_NAME:
+        found, remedy = f"{len(name)} characters", "shorten it"
+    else:
+        return
+    raise UsageError(
+        f"record name {name[:70]!r}: {found}; allowed 1 to {LONGEST_NAME} letters, digits and _ - + : ; < > [ ] {{ }}, "
+        f"the name alone, without field; {remedy}"
+    )
 
 
 class MotorRecord:
@@ -46,6 +73,9 @@ class MotorRecord:
         resolution: of a step, in units.
         units: such as "mm".
         say: is called with what the user should know.
+
+    Raises:
+        UsageError: a name, resolution or unit that a record cannot have.
     """
 
     def __init__(
@@ -56,6 +86,7 @@ class MotorRecord:
         units: str = "steps",
         say: Callable[[str], object] = lambda _text: None,
     ) -> None:
+        check_name(name)
         if not math.isfinite(resolution) or resolution == 0:
             raise UsageError(f"resolution {resolution!r}; allowed units per step, such as 0.005, or below 0")
         if len(units) > LONGEST["EGU"] or max(map(ord, units), default=0) > 0xFF:
@@ -64,7 +95,7 @@ class MotorRecord:
         self.motor = motor = find()
         self.state = RecordState(resolution, motor.limits, motor.position, motor.ramp, motor.fastest)
         self.state.kept |= {"DESC": motor.module.name[:TEXT_ENDS], "EGU": units, "PREC": digits(resolution)}
-        self.state.texts = {"NAME": name, "OUT": f"@{motor.module.port.where}"[:TEXT_ENDS]}
+        self.state.texts = {"NAME": name[:TEXT_ENDS], "OUT": f"@{motor.module.port.where}"[:TEXT_ENDS]}
         self.motions = RecordMotions(self, name)
         self.effects = Effects(self, self.motions)
         self.alarm = ChannelAlarm()

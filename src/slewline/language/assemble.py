@@ -13,7 +13,7 @@ from ..core.datasheet.table import Row, Sheet
 from ..errors import ProgramError, UsageError
 from .dialect import dialect_of
 from .problems import Problem, picture
-from .source import read
+from .source import commented, mended, read
 from .statements import Block, Source, Statement
 
 SCRIPT = 1000  # bytes of a script that keep their columns in a listing
@@ -87,7 +87,7 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
     for extra in filter(None, (block.entry for block in source.blocks[1:])):
         found, remedy = f"a second {extra.text}", "assemble one program at a time"
         source.report(extra, "second-program", "error", found, remedy=remedy)
-    errors = sorted(problem for problem in source.problems if problem.severity == "error")
+    errors = sorted(problem for problem in mended(source.problems, text) if problem.severity == "error")
     if errors:
         raise RefusedProgram(errors, text, where)
     block = source.blocks[0]
@@ -96,7 +96,7 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
     outside = [s.text for s in source.statements if s.block < 0 and s not in (block.entry, block.quit)]
     framing = entry_and_end(sheet) if block.quit is None else (entry_and_end(sheet)[0], block.quit.row)
     lines = tuple(ListingLine(s.address, s.line, s.text) for s in block.statements)
-    findings = tuple(sorted(source.problems))
+    findings = tuple(sorted([*source.problems, *commented(text, sheet)]))
     return Assembly(sheet, stored, lines, block.labels, tuple(outside), findings, tuple(block.statements), framing)
 
 

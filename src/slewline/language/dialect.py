@@ -10,6 +10,7 @@ Assembler, disassembler, linter and reference ask the dialect for what differs, 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -200,6 +201,9 @@ class Dialect:
 
 
 D = TypeVar("D", bound=Dialect)
+LIKE_DIGITS = str.maketrans("OolI", "0011")
+IN_DIGITS = "in digits: the letters O and l are not digits"
+HEXADECIMAL = re.compile(r"(?:0[xX]|\$|#)([0-9A-Fa-f]{1,8})|([0-9][0-9A-Fa-f]{0,7})[hH]")
 
 
 def dialect_of(sheet: Sheet) -> Dialect:
@@ -230,6 +234,19 @@ def slip_remedy(sheet: Sheet, written: str, row: Row | None = None) -> str:
     """
     odd = next((letter for letter in written if letter in sheet.slips and letter not in sheet.commands.by_form), "")
     return sheet.slips.get(odd or (row.form if row else ""), "")
+
+
+def digits_meant(word: str) -> str:
+    """Return the remedy for a number with letters O or l among its digits; empty: it is something else."""
+    digits = word.translate(LIKE_DIGITS)
+    meant = digits != word and digits.isascii() and digits.isdigit()
+    return f"write {digits}, {IN_DIGITS}" if meant else ""
+
+
+def number_meant(word: str) -> str:
+    """Return the remedy for a word where decimal digits belong: letters among them, hexadecimal; empty: none."""
+    found = HEXADECIMAL.fullmatch(word)
+    return digits_meant(word) or (f"write {int(found[1] or found[2], 16)}, in decimal" if found else "")
 
 
 def state_remedy(sheet: Sheet, entering: bool) -> str:

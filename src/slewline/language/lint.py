@@ -14,7 +14,7 @@ from . import dialogue
 from .assemble import link, units
 from .dialect import Check, dialect_of
 from .problems import Problem, render
-from .source import read
+from .source import BEGINS, commented, mended, read
 from .statements import Block, Operand, Source, Statement
 
 __all__ = ["Check", "Problem", "Source", "branches", "explored", "lint", "reached", "render", "steps_on"]
@@ -38,7 +38,9 @@ def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]
     link(source)
     for check in (*RULES, *dialect_of(sheet).rules, *checks):
         check(source)
-    return sorted(set(source.problems))
+    found = mended(source.problems, text)
+    marked = {problem.line for problem in found if problem.remedy == BEGINS}
+    return sorted({*found, *(problem for problem in commented(text, sheet) if problem.line not in marked)})
 
 
 # ------------------------------------------------------------------------------------------------------- where it goes

@@ -23,6 +23,9 @@ def find(sheet: Sheet, command: str) -> list[Row]:
     rows = dialect_of(sheet).meant(sheet, command)
     if rows:
         return rows
+    word = command.split(maxsplit=1)[0] if command.strip() else command
+    if word != command and any(word in (row.form, row.name, row.head) for row in sheet.commands):
+        return find(sheet, word)  # R 100: the command, without its argument
     if command in sheet.slips:
         raise UnknownName(f"{sheet.part} has no command {command!r}; {sheet.slips[command]}")
     letters = ", ".join(f"{row.form} ({row.name})" for row in sheet.commands)

@@ -56,7 +56,7 @@ def find(
 
     Raises:
         UsageError: there is no such port, or the part has not what was given.
-        NoAnswer, DamagedAnswer: nothing answers, or what does is no such part.
+        NoAnswer, DamagedAnswer: nothing answers, or what does is no such part, or has no checksums as `checked` says.
         PortLost: the port is gone.
     """
     speech = speech_of(sheet, baud, checked, address)
@@ -89,6 +89,11 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
             if checked is None and _has_checksums(speech, heard):
                 module.speech = _at(first, rate, True)
                 heard = _heard(module)
+            if checked and _lacks_checksums(speech, heard) and heard == _heard(module):
+                raise DamagedAnswer(
+                    f"{module.name}: {speech.probe} with a checksum was answered with {heard!r} at "
+                    f"{speech.setting.in_full}, without one: this module has no checksums; leave out --checksum"
+                )
             if _is_answer(module.speech, heard) or _of_old_firmware(module):
                 module.transcript.note(f"answers at {module.speech.setting}")
                 return module
@@ -152,6 +157,15 @@ def _has_checksums(speech: Speech, heard: bytes) -> bool:
     checked = _at(speech, speech.baud, True)
     with suppress(DamagedAnswer):
         return heard.endswith(CR) and checked.is_garbled(checked.stripped(heard[:-1]))
+    return False
+
+
+def _lacks_checksums(speech: Speech, heard: bytes) -> bool:
+    """Return whether a line with a checksum was refused as no command, in an answer without one."""
+    plain = _at(speech, speech.baud, False)
+    with suppress(DamagedAnswer):
+        line = plain.stripped(heard.removesuffix(CR))
+        return heard.endswith(CR) and bool(plain.refusal(line)) and not plain.is_garbled(line)
     return False
 
 

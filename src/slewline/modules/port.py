@@ -15,6 +15,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ..errors import UsageError
+from ..links.ports.urls import SERVED, TAIL, dismissed, unopened
 from .failures import PortLost
 
 if TYPE_CHECKING:
@@ -46,6 +47,8 @@ class ModulePort:
         UsageError: there is no such port, it is in use, or it does not take the setting.
     """
 
+    _latest = b""  # that has come, in which a server may say why it hangs up
+
     def __init__(self, where: str, setting: LineSetting, raw: RawRecord | None = None) -> None:
         from ..links.ports.device import refused  # which says what is missing, if pySerial is
 
@@ -65,7 +68,7 @@ class ModulePort:
                 exclusive=True,
             )
         except (OSError, ValueError, TypeError) as error:
-            raise UsageError(f"{where}: {refused(where, error)}") from None
+            raise UsageError(f"{where}: {unopened(where, error) or refused(where, error)}") from None
         self._see_faults()
         self._note_setting()
 
@@ -135,6 +138,7 @@ class ModulePort:
 
     def _take(self, size: Callable[[], int]) -> bytes:
         data: bytes = self._do(lambda: self.line.read(size()))
+        self._latest = (self._latest + data)[-TAIL:]
         if self.raw is not None:
             self.raw.came(data, time.monotonic_ns())
         return data
@@ -160,7 +164,10 @@ class ModulePort:
         except (OSError, TypeError, AttributeError) as error:  # what pySerial raises of a port that is gone
             found = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
             why = found.partition("(")[0].strip()  # the rest is pySerial's guess
-            raise PortLost(f"{self.where}: the port is gone ({why}); plug it in, and call again") from None
+            if said := dismissed(self.where, self.line, self._latest):
+                raise PortLost(f"{self.where}: {said}") from None
+            remedy = "start its server again" if self.where.startswith(SERVED) else "plug it in"
+            raise PortLost(f"{self.where}: the port is gone ({why}); {remedy}, and call again") from None
 
     # ----------------------------------------------------------------------------------------------------------- close
     def close(self) -> None:

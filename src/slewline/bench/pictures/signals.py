@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ...core.messages.near import hint
-from ...core.time.timebase import Time, picoseconds, window
+from ...core.time.timebase import Time, picoseconds, readable, window
 from ...core.wires.net import Bus, Net
 from ...core.wires.pin import Terminal
 from ...errors import NotRecorded, UnknownName, UsageError
@@ -94,11 +94,24 @@ class Signals:
                 yield f"{chip.name}.{chip.sheet.bus}"
 
     def window_of(self, nets: Mapping[str, Net | Terminal], start: Time | None, stop: Time | None) -> tuple[int, int]:
-        """Return a window that recorded nets can be asked about: without `start`, as far back as all of them go."""
-        first, last = window(start, stop, self.circuit.kernel.now)
-        return (
-            max((self.recorder.since(net) for net in nets.values()), default=first) if start is None else first
-        ), last
+        """Return a window that recorded nets can be asked about: without `start`, as far back as all of them go.
+
+        Raises:
+            NotRecorded: there is no such time, since recording begins now.
+        """
+        now = self.circuit.kernel.now
+        first, last = window(start, stop, now)
+        if start is not None:
+            return first, last
+        since = {name: self.recorder.since(net) for name, net in nets.items()}
+        begun = max(since.values(), default=first)
+        if nets and begun == now > self.circuit.since:
+            name = max(since, key=lambda each: since[each])
+            raise NotRecorded(
+                f"{name} is recorded from {readable(now)} on, which is now, so there is nothing of it yet; call "
+                f"bench.record({name!r}) before time passes"
+            )
+        return begun, last
 
     def chosen(self, pins: Iterable[str] | None) -> dict[str, Net | Terminal]:
         """Return recorded pins by their full names; None: all of them.

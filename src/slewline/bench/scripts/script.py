@@ -62,7 +62,7 @@ from ...core.messages.near import hint
 from ...errors import SlewlineError, UsageError
 from ...language.dialect import dialect_of
 from ...language.problems import Problem
-from ...language.source import host_lines
+from ...language.source import commented, host_lines, mended
 from .directives import DIRECTIVES, DirectiveKind
 from .protocols import SPEECH
 from .script_runner import Script, ScriptLine, ScriptRunner, command
@@ -75,6 +75,11 @@ if TYPE_CHECKING:
 
 COPIED = {  # what manuals print, and what to write instead
     **dict.fromkeys("\u00d8\u00f8\u2205", "write 0 for a slashed zero"),
+    **dict.fromkeys("\t\u00a0\u2002\u2003\u2007\u2009\u202f\u3000", "write a blank"),
+    **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2212", "write -"),
+    **dict.fromkeys("\u201c\u201d\u201e\u00ab\u00bb", 'write "'),
+    **dict.fromkeys("\u2018\u2019", "write '"),
+    **dict.fromkeys("\u200b\u200c\u200d\u2060\ufeff\u00ad", "delete this character, which is not seen"),
     **dict.fromkeys("\u2193\u21b5", "leave out the symbol of the return key"),
 }
 LONGEST = 1000  # characters of a line; no chip takes as many
@@ -99,6 +104,8 @@ def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], w
         script = read_script(script if isinstance(script, str) else "\n".join(script), where)
     check_script(bench, host, script)
     bench.kernel.outside.tell("script", host=host.name, args=[host.chip.name, script.text, script.where])
+    for problem in commented(script.text, host.chip.sheet):
+        host.finding(problem.code, f"{script.where}, line {problem.line}: {problem.found}; {problem.remedy}")
     runner = _runner(bench, host, script)
     following = [*script.steps[1:], None]
     for runner.step, then in zip(script.steps, following, strict=False):
@@ -135,7 +142,7 @@ def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
                 step.fits(runner, chip)
         except SlewlineError as error:
             found.append(step.problem("unknown-pin" if step.pin else "directive", str(error)))
-    return found
+    return mended(found, script.text)
 
 
 def _no_command(step: ScriptLine, sheet: Sheet, crystal_hz: int) -> list[Problem]:

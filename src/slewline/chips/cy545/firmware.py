@@ -155,6 +155,10 @@ class Cy545(Chip):
         self._sides.reset()
 
     # ------------------------------------------------------------------------------------------------- as others see it
+    def left_over(self) -> list[tuple[str, str]]:
+        """Return what a host has begun: a line, and a program that it has not ended."""
+        return [*super().left_over(), *([self._open_entry()] if self._stored.entering else [])]
+
     @property
     def powered(self) -> bool:
         """Is the supply on?"""

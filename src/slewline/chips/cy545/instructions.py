@@ -6,6 +6,7 @@ from collections.abc import Awaitable, Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from ...core.wires.waits import first_of
+from ...language.verbatim.grammar import query_meant
 from ..cy5xx import instructions
 from . import sheet
 
@@ -189,8 +190,9 @@ class Instructions(instructions.ParameterHandlers):
         elif letter in sheet.QUERIES:
             await self.display.reply(letter, self.parameter(letter))
         else:
-            asked = ", ".join(sheet.QUERIES)
-            self.chip.finding("unknown-query", f"? {letter}: no answer; it may ask for {asked} and {sheet.LISTING},n")
+            asked, meant = ", ".join(sheet.QUERIES), query_meant(letter, (*sheet.QUERIES, sheet.LISTING))
+            text = f"? {letter}: no answer; it may ask for {asked} and {sheet.LISTING},n"
+            self.chip.finding("unknown-query", f"{text}; {meant}" if meant else text)
 
     def parameter(self, letter: str) -> int:
         """Return what a query is answered with."""

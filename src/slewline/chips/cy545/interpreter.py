@@ -166,11 +166,13 @@ class Interpreter:
         """E: what comes over this side goes to the memory, byte for byte, until Q."""
         chip, registers, arbiter = self.chip, self.registers, self.arbiter
         entry = Entry(chip.sheet.leave[-1], registers.ascii)
+        self.program.entering = True
         chip.on_command("")
         while True:
             arbiter.executing(False)
             byte = await arbiter.byte()
             if entry.ends(byte):
+                self.program.entering = False
                 return
             arbiter.executing(True)
             chip.waits(f"storing a byte at {registers.pointer}")

@@ -24,7 +24,7 @@ class Program:
 
     def clear(self) -> None:
         """RESET and I: no program, no loop."""
-        self.running = self.immediate = False
+        self.running = self.immediate = self.entering = False  # entering: the host stores one
         self.at = 0
         self.loops: dict[str, tuple[int, int]] = {}  # by letter: the loop command that counts, and what is left
         self.told: set[str] = set()  # findings of this run

@@ -133,6 +133,10 @@ class Cy5xx(Chip):
         self.drivers["clk15"].play(PulseView(clock, 10))  # 5 of 15 clocks low: 0.45 µs at 11 MHz
 
     # ------------------------------------------------------------------------------------------------- as others see it
+    def left_over(self) -> list[tuple[str, str]]:
+        """Return what a host has begun: a line, and a program that it has not ended."""
+        return [*super().left_over(), *([self._open_entry()] if self._stored.entering else [])]
+
     @property
     def powered(self) -> bool:
         """Is the supply on?"""

@@ -281,10 +281,8 @@ class GsC(InLines, Chip):
         """Return what a host has begun: a line, and a program that it has neither ended nor kept."""
         found = super().left_over()
         if self._entering and not self._stored.kept:
-            enter = next(row.form for row in self.sheet.commands if row.role == "enter")
-            ends = " or ".join(row.form for row in self.sheet.commands if row.role == "leave")
-            text = f"program entry is open since {enter}: commands are stored and not executed"
-            found.append(("unfinished", f"{text}; {ends} ends it, and E runs the program"))
+            code, text = self._open_entry()
+            found.append((code, f"{text}, and E runs the program"))
         return found
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
@@ -126,7 +127,7 @@ def terminal_command(**options: Any) -> int:
 )
 @click.option("--threshold", metavar="VOLTS", help="Waveforms: the level of an oscilloscope's CSV, such as '1.4 V'.")
 @click.option("--timescale", type=TimeWithUnit(), help="Waveforms: the unit of the measured times, if none is stated.")
-@click.option("--torn", is_flag=True, help="Waveforms: MEASURED.vcd may have been cut off; read what is there.")
+@click.option("--torn", is_flag=True, help="Waveforms: a file may have been cut off; read what is there.")
 @click.option("--port", metavar="PORT", help="Dialogue: play it to the module on this port now, and compare that.")
 @click.option("--move", is_flag=True, help="With --port: also if it has commands that may make the motor step.")
 @click.option("--replace", is_flag=True, help="With --port: also if the module loses the program that it holds.")
@@ -181,6 +182,9 @@ def compare(model: str, measured: str | None, **options: Any) -> int:
     """Compare two waveforms, or a dialogue with the model."""
     from .differences import CompareDialogue, is_dialogue
 
+    for name in filter(None, (model, measured)):
+        if measured is not None and Path(name).is_file() and is_dialogue(name):
+            raise click.UsageError(f"{name}: is a dialogue, which is compared with the model alone; name {ALLOWED}")
     wrong = DIALOGUES if measured is not None else WAVEFORMS
     given = [name for name in wrong if options[name] not in (None, False, (), "first")]
     if given:

@@ -130,7 +130,7 @@ class PullCommand(PortOptions):
 
     def perform(self) -> int:
         """Do it; return the exit status."""
-        sheet = sheet_for(self.output, self.part)
+        sheet = sheet_for(self.output, self.part, speech_of)
         check_new(Path(self.output), self.replace)
         check_recall(sheet, self.eeprom)
         if not Path(self.output).parent.is_dir():
@@ -154,7 +154,7 @@ class PushCommand(PortOptions):
 
     def perform(self) -> int:
         """Do it; return the exit status."""
-        sheet = sheet_for(self.file, self.part)
+        sheet = sheet_for(self.file, self.part, check_push)
         check_push(sheet)
         check_store(sheet, self.store)
         wanted = ProgramText.read(read_program(self.file), sheet, self.file)

@@ -53,7 +53,7 @@ EXAMPLES = {  # of commands that need more than one option
     "pull": "/dev/ttyUSB0 -o saved.gs-c200s",
     "terminal": "/dev/ttyUSB0 --chip gs-c200s",
     "proxy": "--serial /dev/ttyUSB0 --chip gs-c200s --tcp 4001 --dialogue recorded.dialogue",
-    "epics": "/dev/ttyUSB0 --chip gs-c200s --record lab:m1",
+    "epics": "/dev/ttyUSB0 --chip gs-c200s --record lab:m1 S=10 T=100 R=50",
     "check-capture": "recorded.csv --axis x=STEP,DIR",
     "decode": "recorded.csv --chip gs-c200s --host D0 --module D1",
 }

@@ -29,7 +29,8 @@ def compare(
     threshold: str | None = None,
 ) -> int:
     """Print the comparison of each pair of signals; 0 if all agree."""
-    ours, theirs = read_vcd(model), read_waveforms(measured, timescale=timescale, torn=torn, threshold=threshold)
+    ours = read_vcd(model, torn=torn)
+    theirs = read_waveforms(measured, timescale=timescale, torn=torn, threshold=threshold)
     within = ""
     if tolerance is None:
         tolerance = ours.sampling_ps + theirs.sampling_ps

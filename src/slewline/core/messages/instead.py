@@ -130,7 +130,12 @@ def _not_set(name: str, one: object, _value: object) -> NoReturn:
     raise NoSuchAttribute(f"{it}: {name} cannot be set; {remedy.format(it=it)}")
 
 
+CALLS_OF_HOSTS = (
+    *("verify", "live", "run_program", "change_rate", "read_position", "change_line", "received", "got", "drop"),
+    *("packet", "results", "write_command", "write_word", "write_byte", "read_word", "read_byte"),
+)
 OF_CHIPS = {
+    **{name: f"a host has it: bench.host({{it}}).{name}" for name in CALLS_OF_HOSTS},
     **dict.fromkeys(("send", "write"), "bench.host({it}).send(...)"),
     **dict.fromkeys(("move", "go", "load"), "a host sends the command: bench.host({it}).send(...)"),
     **dict.fromkeys(("ask", "query"), "bench.host({it}).ask(...)"),

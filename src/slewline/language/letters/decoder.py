@@ -22,7 +22,7 @@ from types import MappingProxyType
 from typing import Any, cast
 
 from ...core.datasheet.table import Arg, Row, Sheet
-from ..dialect import Command, Note, dialect_of, slip_remedy, unknown_remedy
+from ..dialect import Command, Note, dialect_of, number_meant, slip_remedy, unknown_remedy
 
 CR, LF = 0x0D, 0x0A
 NO_NAMES: Mapping[int, str] = MappingProxyType({})
@@ -246,7 +246,7 @@ class Decoder(Incremental):
             elif self._is_label(arg, field):
                 values.append(field[0])
             else:
-                remedy = slip_remedy(self.sheet, text_of(field))
+                remedy = number_meant(text_of(field)) or slip_remedy(self.sheet, text_of(field))
                 self._note("bad-number", f"{row.name} {text_of(field)}: not a decimal number; ignored", remedy)
                 return None
         shown = [str(value) if field.isdigit() else text_of(field) for value, field in zip(values, fields, strict=True)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from ...core.datasheet.table import Arg, Row
-from ..dialect import dialect_of, slip_remedy, unknown_remedy
+from ..dialect import dialect_of, number_meant, slip_remedy, unknown_remedy
 from ..reader import Reader
 from ..statements import Operand, Source
 from .decoder import LINE_LIMIT
@@ -140,7 +140,7 @@ class LetterReader(Reader):
             return Operand(*place, arg.fit(number))
         if arg.label and len(word) == 1 and word in self.sheet.labels:
             return Operand(*place, ord(word), word)
-        remedy = slip_remedy(self.sheet, word) or "numbers are decimal digits alone"
+        remedy = number_meant(word) or slip_remedy(self.sheet, word) or "numbers are decimal digits alone"
         self.error(at, at + len(word), "bad-number", named, self.allowed(arg), section, remedy)
         return None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...core.datasheet.channel import SerialLine
 from ...core.datasheet.table import Row, Sheet
-from ..dialect import Command, Refusal, slip_remedy
+from ..dialect import IN_DIGITS, LIKE_DIGITS, Command, Refusal, slip_remedy
 from .grammar import KEPT, SIGN, checksum, parse, range_of, usage
 
 LF = "\n"
@@ -25,6 +25,8 @@ def remedy(sheet: Sheet, text: str, found: Refusal) -> str:
         return word
     if meant := respelled(sheet, text):
         return f"write {meant}: no spaces, and case matters"
+    if is_command(sheet, digits := text[:1] + text[1:].translate(LIKE_DIGITS)):
+        return f"write {digits}, {IN_DIGITS}"
     if is_command(sheet, text[:-1]) and any(ord(text[-1]) == checksum(text[:-1].encode(), kept) for kept in (0, KEPT)):
         pin = _pin(sheet)
         return f"{text[-1]!r} is the checksum of {text[:-1]}: leave it out" + (f", or strap {pin}=1" if pin else "")

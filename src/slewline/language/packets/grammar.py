@@ -25,7 +25,7 @@ from ...core.messages.near import hint, near
 from ...core.messages.whole import whole
 from ...errors import UnknownName, UsageError
 from .. import rates
-from ..dialect import Command, Dialect, Refusal, spoken_as
+from ..dialect import Command, Dialect, Refusal, digits_meant, spoken_as
 
 DIRECTS = ("wait", "expect")  # lines that begin so direct the host of a script, like those that begin with @
 WORD = 1 << 16
@@ -256,6 +256,8 @@ def _refusal(code: str, at: int, end: int, found: str, allowed: str = "", remedy
 
 def _number_meant(arg: Arg, written: str) -> str:
     """What may have been meant by a text that is not a number."""
+    if meant := digits_meant(written):
+        return meant
     if re.fullmatch(r"[0-9a-fA-F]{1,8}[hH]?", written):
         return f"hexadecimal is written 0x{written.rstrip('hH').upper()}"
     if arg.fraction and re.fullmatch(r"[+-]?[0-9]{0,9}\.[0-9]{1,9}", written):

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+
+from ..dialect import IN_DIGITS, LIKE_DIGITS
 
 CR, LF, OPEN_BUS = 0x0D, 0x0A, 0xFF
 LINE_LIMIT = 1024  # characters of a command without its carriage return; no readable page sets a limit
@@ -17,9 +20,17 @@ def number(word: str) -> int | None:
     return int(word[:-1], 16) if _HEX.fullmatch(word) else None
 
 
+def query_meant(letter: str, letters: Iterable[str]) -> str:
+    """Return the remedy for a query of a letter in lower case; empty: it is none of these in capitals either."""
+    return f"write ? {letter.upper()}: letters are upper case" if letter.upper() in {*letters} - {letter} else ""
+
+
 def hint(word: str) -> str:
     """Return the remedy for a word that is no number but might be a hexadecimal one; empty: none is known."""
-    bare = word.upper().removesuffix("H")
+    digits = word.translate(LIKE_DIGITS)
+    if digits != word and number(digits) is not None:
+        return f"write {digits}, {IN_DIGITS}"
+    bare = re.sub(r"^(?:0X|\$|#)", "", word.upper()).removesuffix("H")
     if not bare or not re.fullmatch(r"[0-9A-F]+", bare):
         return ""
     return f"a hexadecimal number begins with a digit and ends with H: {'' if bare[0].isdigit() else '0'}{bare}H"

@@ -7,7 +7,7 @@ from ..dialect import slip_remedy, spoken_as
 from ..letters.reader import LetterReader
 from ..statements import Operand, Source
 from .forms import Forms
-from .grammar import BETWEEN, LINE_LIMIT, hint, number
+from .grammar import BETWEEN, LINE_LIMIT, hint, number, query_meant
 
 
 class VerbatimReader(LetterReader):
@@ -81,9 +81,9 @@ class VerbatimReader(LetterReader):
         allowed = f"{', '.join(spoken.queries)} and {spoken.listing},n"
         known = len(words) == 2 and number(words[1]) is not None if words[:1] == [spoken.listing] else len(words) == 1
         if not known or words[0] not in (*spoken.queries, spoken.listing):
-            self.error(
-                at, max(end, at + 1), "unknown-query", f"{row.name} {' '.join(words)}".rstrip(), allowed, row.where
-            )
+            found = f"{row.name} {' '.join(words)}".rstrip()
+            meant = query_meant(words[0], (*spoken.queries, spoken.listing)) if words else ""
+            self.error(at, max(end, at + 1), "unknown-query", found, allowed, row.where, meant)
             return None
         return ()
 

@@ -27,6 +27,7 @@ from ..lines.port_line import CableLine
 from ..sockets.loop import Loop
 from ..sockets.stream import CHUNK, SocketStream
 from ..sockets.system import WINDOWS_PORT, Descriptor, pair
+from .urls import TAIL, dismissal, unopened
 
 try:
     import serial
@@ -115,11 +116,12 @@ class DevicePort(Closing):
     ) -> None:
         self.loop, self.line, self.device, self.tell, self.make = loop, line, device, tell, make
         self.port: Any = None
+        self._latest = b""  # that has come, in which a server may say why it hangs up
         self.threads: Threads | None = None
         try:
             self._open()
         except (OSError, ValueError) as error:
-            raise UsageError(f"{device}: {refused(device, error)}") from None
+            raise UsageError(f"{device}: {unopened(device, error) or refused(device, error)}") from None
 
     @property
     def where(self) -> str:
@@ -137,7 +139,7 @@ class DevicePort(Closing):
             timeout=LOOK_S,
             exclusive=True,
         )
-        self.stream = SocketStream(self.loop, self._end(), self.line.take, self._lost, self.line.room)
+        self.stream = SocketStream(self.loop, self._end(), self._take, self._lost, self.line.room)
         self.line.attach(self.device, self.stream.write, self.stream.resume)
 
     def _end(self) -> socket.socket | Descriptor:
@@ -158,8 +160,13 @@ class DevicePort(Closing):
         self.port.close()
         return why
 
+    def _take(self, data: bytes) -> None:
+        self._latest = (self._latest + data)[-TAIL:]
+        self.line.take(data)
+
     def _lost(self, why: str) -> None:
         why = self._let_go(why)
+        why = dismissal(self._latest) or why
         self.tell(f"{self.device}: gone ({why}); tried again until it is back")
         self.loop.after(RETRY_S, self._retry)
 

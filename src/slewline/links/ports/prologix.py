@@ -258,6 +258,11 @@ class PrologixLine(RequestLine):
         address = addressed(arguments)
         if address is None:
             return False
+        if address not in self.selected:
+            there = ", ".join(map(str, self.selected))
+            self.controller.finding(
+                "gpib-address", f"++addr {address}: no device has this address; there are devices at {there}"
+            )
         self._set("addr", address)
         self.secondary = f" {int(arguments[1])}" if len(arguments) > 1 else ""
         return True

@@ -163,7 +163,9 @@ class Session:
         passed = self.beginning.take(data)
         if self.beginning.stranger:
             self.characters.clear()
-            self.gone(f"speaks {self.beginning.stranger}, which no host does; connection closed")
+            why = f"speaks {self.beginning.stranger}, which no host does; connection closed"
+            self.port.report_stranger(self.beginning.stranger, f"{self.name} {why}")
+            self.gone(why)
             return
         if self.beginning.held:
             self.port.loop.after(HOLD_S, partial(self._pass_on, len(self.beginning.seen)))
@@ -279,6 +281,7 @@ class TcpPort(Closing):
         self.turns: deque[Session] = deque()  # it, after those that have left something to be played
         self.full = self.sending = self.crowded = False
         self.dropped = 0  # bytes of hosts that have gone, not reported yet
+        self.strangers: set[str] = set()  # the protocols that have been reported
         self.listener = Listener(loop, address, self._accept, allow_remote)
         self.address = address if isinstance(address, Path) else self.listener.where
 
@@ -303,6 +306,12 @@ class TcpPort(Closing):
         if self.crowded:
             self.listener.pause()
         self.pump()
+
+    def report_stranger(self, protocol: str, says: str) -> None:
+        """Report once that a program has come that speaks another protocol: a browser comes again by itself."""
+        if protocol not in self.strangers:
+            self.strangers.add(protocol)
+            self.tell(f"{says}; a browser opens the page of slewline panel" if protocol == "HTTP" else says)
 
     def _shorten(self) -> None:
         """Keep of what hosts have left as much as the next one may have to wait for."""

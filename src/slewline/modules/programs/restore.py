@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ...core.datasheet.table import Sheet
 from ...errors import UsageError
 from ...language.assemble import assemble
-from ...language.source import read
+from ...language.source import COMMENT, read
 from ...language.statements import Statement
 from ..failures import DamagedAnswer, ListingDiffers, MotionRefused, NoAnswer, RefusedCommand
 from ..module import Module
@@ -36,11 +36,15 @@ class ProgramText:
 
         Raises:
             ProgramError: the assembler does not take it.
-            UsageError: it has no program, or is a script for `slewline run`; or the part keeps no program.
+            UsageError: it has no program, or is a script for `slewline run`; a comment that looks like commands; or the
+                part keeps no program.
         """
         if sheet.enter is None:
             raise UsageError(f"{where}: the {sheet.part.upper()} keeps no program")
         assembly = assemble(text, sheet, where)
+        for problem in assembly.findings:
+            if problem.code == COMMENT:
+                raise UsageError(f"{where}, line {problem.line}: {problem.found}; {problem.remedy}")
         source = read(text, sheet)
         for item in source.items:
             if not isinstance(item, Statement):

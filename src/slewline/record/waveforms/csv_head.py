@@ -121,7 +121,7 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
     elif timescale is None and head.rate is None:
         raise UsageError(
             f"{path}: has no column of times, and states no sample rate; export times too, or give the time between "
-            "two rows: read_waveforms(..., timescale='1 us')"
+            "two rows: timescale='1 us', or --timescale '1 us'"
         )
     else:
         head.factor = head.unit = (

@@ -21,7 +21,7 @@ from .waveforms import Waveforms
 BLOCK = 1 << 20  # bytes: this and the words of a block fit into a processor's cache
 LONGEST, WORD = 1 << 28, 1 << 24  # bytes of declarations, of millions of variables; of a word, of a wide vector
 PEEK = 4096  # bytes in which a binary file has a zero
-CUT_OFF = "it was cut off; read_vcd(..., torn=True) reads what is before the cut"
+CUT_OFF = "it was cut off; torn=True, or --torn, reads what is before the cut"
 FORMATS = {  # how files begin that are often taken for a VCD file
     b"\x1f\x8b": "compressed (gzip); unpack it with gunzip",
     b"BZh": "compressed (bzip2); unpack it with bunzip2",
@@ -119,7 +119,8 @@ def _head(path: str, file: BinaryIO) -> bytes:
     first = bytes(head[: head.find(b"\n")])
     if b"," in first and b"$" not in first:
         raise WaveformError(
-            f"{path}: not a VCD file: its first line is that of a table (CSV); read it with read_waveforms"
+            f"{path}: not a VCD file: its first line is that of a table (CSV); read_waveforms reads it, and compare "
+            "does as MEASURED"
         )
     seen = 0
     while _DEFINED.search(head, seen) is None and (more := file.read(BLOCK)):
@@ -132,7 +133,9 @@ def _head(path: str, file: BinaryIO) -> bytes:
 
 def _unit(path: str, stated: Fraction | None, given: int | None) -> Fraction:
     if stated is None and given is None:
-        raise UsageError(f"{path}: has no $timescale; give the unit of its times: read_vcd(..., timescale='1 ns')")
+        raise UsageError(
+            f"{path}: has no $timescale; give the unit of its times: timescale='1 ns', or --timescale '1 ns'"
+        )
     if stated is not None and given not in (None, stated):
         raise UsageError(f"{path}: its $timescale is {stated} ps, not {given} ps; leave out `timescale`")
     return stated if stated is not None else Fraction(given or 1)

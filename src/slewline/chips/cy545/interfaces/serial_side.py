@@ -162,7 +162,9 @@ class SerialSide:
                 self.chip.finding("serial-framing", f"no stop bit after {character.byte:#04x}: it is lost")
             elif len(self.buffer) >= ROOM:
                 self.chip.finding(
-                    "serial-overrun", f"{character.byte:#04x} came while {ROOM} characters wait: it is lost"
+                    "serial-overrun",
+                    f"{character.byte:#04x} came while {ROOM} characters wait: it is lost; pause between commands, or "
+                    "wait for CTS",
                 )
             else:
                 self.buffer.append(character.byte)

@@ -59,7 +59,7 @@ class HostDialogue:
         if self.interpreter.running:
             if isinstance(command, Command) and "r" in command.row.when:
                 return await self.perform(command)
-            self.report_busy(command)
+            self.report_busy(command, text)
             return "B"
         if not isinstance(command, Command):
             says = refusal(self.chip.sheet, text, command)
@@ -75,15 +75,15 @@ class HostDialogue:
         state = "during program entry" if entering else "outside a program"
         return self.mistake("E4", f"{text} {state}; {state_remedy(self.chip.sheet, entering)}")
 
-    def report_busy(self, command: Command | Refusal) -> None:
+    def report_busy(self, command: Command | Refusal, text: str) -> None:
         """Report once in a run that a host sends what has no effect meanwhile; a question is none of this."""
-        if self.busy_run is self.interpreter.task or not isinstance(command, Command):
-            return
-        if command.row.form in QUESTIONS:
+        form = command.row.form if isinstance(command, Command) else ""
+        if self.busy_run is self.interpreter.task or form in QUESTIONS:
             return
         self.busy_run = self.interpreter.task
         remedy = "wait until F is answered with R, or end it with K or Z"
-        self.chip.finding("busy", f"{command.text} while a program runs: B is the answer, nothing is done; {remedy}")
+        said = command.text if form else f"{text!r}, which is no command,"
+        self.chip.finding("busy", f"{said} while a program runs: B is the answer, nothing is done; {remedy}")
 
     def mistake(self, code: str, text: str) -> str:
         """Report a mistake of the host, or a fault of the EEPROM; return the code, which is the answer."""

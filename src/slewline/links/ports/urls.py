@@ -1,0 +1,104 @@
+"""Ports of other programs, by URL as pySerial has it: why one cannot be opened, and why a server has closed it."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+from contextlib import suppress
+from typing import Any
+
+DEVICE = "/dev/ttyUSB0 or COM3"
+SCHEMES = ("socket", "rfc2217")
+SERVED = tuple(f"{scheme}://" for scheme in SCHEMES)
+TAIL = 200  # bytes that came last, which may be the words of a server
+HANGS_UP_S = 0.5  # in which a server that has a host already sends why it takes no second one
+DISMISSED = re.compile(rb"slewline: ([ -~]{1,150})\r\n\Z")  # as `dismiss` in tcp.py writes it
+ADDRESS = re.compile(r"(?:tcp://|telnet://)?((?:[\w.-]+|\[[0-9A-Fa-f:]+\]):[0-9]{1,5})", re.ASCII)
+NUMBER = re.compile(r"[0-9]{2,5}", re.ASCII)
+
+
+def dismissal(received: bytes) -> str:
+    """Return why a server has hung up, if that is the last that came from it; empty: it is not known."""
+    found = DISMISSED.search(received[-TAIL:])
+    return f"the server there says: {found[1].decode('ascii')}; end the other program, and call again" if found else ""
+
+
+def dismissed(where: str, line: Any = None, received: bytes = b"") -> str:
+    """Return why a server has hung up: in what came last, in what still comes, or when it is asked again.
+
+    pySerial clears what has come when it opens a port, and with it what a server has sent immediately.
+
+    Args:
+        where: the URL of the port.
+        line: the port of pySerial, which is gone.
+        received: what came last.
+    """
+    found = bytearray(received)
+    with suppress(Exception):  # a port that is gone fails in many ways
+        while line is not None and len(found) < TAIL and (data := line.read(1)):
+            found += data
+    if found or not (place := _place(where)):
+        return dismissal(bytes(found))
+    with suppress(OSError), socket.create_connection(place, HANGS_UP_S) as end:
+        while len(found) < TAIL and (data := end.recv(TAIL)):
+            found += data
+    return dismissal(bytes(found))
+
+
+def unopened(where: str, error: Exception) -> str:
+    """Return why the port of another program could not be opened, and what to do; empty: it is a device.
+
+    Args:
+        where: what was to be opened.
+        error: what pySerial raised.
+    """
+    scheme, found, _ = where.partition("://")
+    if not found or f"{scheme}://" in ("tcp://", "telnet://"):
+        if (meant := _address(where)) and not os.path.exists(where):
+            return f"is an address; a port of another program is written socket://{meant}, a device {DEVICE}"
+        return ""
+    if scheme not in SCHEMES:
+        if "not known" not in str(error):
+            return ""
+        return (
+            f"{scheme}:// is not known here; allowed a device, such as {DEVICE}, socket://HOST:PORT and "
+            "rfc2217://HOST:PORT; slewline serve prints the one of its port"
+        )
+    place = _place(where)
+    if place is None:
+        return f"expected {scheme}://HOST:PORT, such as {scheme}://127.0.0.1:4001, with a port of 1 to 65535"
+    host, port = place
+    cause = error.__context__ if isinstance(error.__context__, OSError) else error
+    if isinstance(cause, ConnectionRefusedError):
+        return (
+            f"connection refused: nothing listens at {host}:{port}; start its server first, or correct the address "
+            "(slewline serve prints the one of its port)"
+        )
+    if isinstance(cause, socket.gaierror):
+        return f"the name {host!r} cannot be resolved; correct it, or give the address in numbers"
+    if isinstance(cause, TimeoutError):
+        return f"no answer from {host}; check that it is on, the network, and its firewall"
+    if scheme == "rfc2217" and "RFC2217" in str(error):
+        return dismissed(where) or (
+            f"the server does not speak RFC 2217; end another program that has the port, or write socket://{host}:"
+            f"{port} if it is a TCP port as it is"
+        )
+    number = getattr(cause, "errno", None)
+    return f"{os.strerror(number) if number else cause}; check the address, the network and the server"
+
+
+def _place(where: str) -> tuple[str, int] | None:
+    """Return host and port of a URL; None: it has none."""
+    scheme, _, address = where.partition("://")
+    host, _, port = address.partition("?")[0].partition("/")[0].rpartition(":")
+    ok = scheme in SCHEMES and host and port.isdecimal() and 0 < int(port) < 1 << 16
+    return (host.strip("[]"), int(port)) if ok else None
+
+
+def _address(where: str) -> str:
+    """Return HOST:PORT, where a port is meant by its address or its number; empty: it is none."""
+    if NUMBER.fullmatch(where):
+        return f"127.0.0.1:{where}"
+    found = ADDRESS.fullmatch(where)
+    return found[1] if found else ""
