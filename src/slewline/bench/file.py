@@ -70,7 +70,8 @@ from .files.images import read_image
 from .files.tables import Place, Tables, ValidationError, convert, keys_of
 from .files.toml import read_toml
 from .hosting import channel_over
-from .scripts.script import check_script, read_script, run_script
+from .scripts.program_file import program_script, program_text
+from .scripts.script import check_script, run_script
 from .scripts.script_runner import Script
 
 if TYPE_CHECKING:
@@ -227,12 +228,12 @@ class BenchFile:
     def staged(self, **options: Any) -> tuple[Bench, list[tuple[Host, Script]]]:
         """Return a bench as the file describes it, and its hosts with the scripts that they are to play."""
         self.check_times()
-        scripts = self.scripts()
+        programs = self.programs()
         bench = Bench(seed=self.tables.bench.seed, **options)
         self.put_parts(bench)
         hosts = self.hosts(bench)
         self.wire(bench)
-        return bench, list(zip(hosts, scripts, strict=True))
+        return bench, [(host, program_script(*one, host.chip.sheet)) for host, one in zip(hosts, programs, strict=True)]
 
     def check_times(self) -> None:
         """Times that are used later must be good now."""
@@ -241,8 +242,8 @@ class BenchFile:
             with self.at("bench", key):
                 picoseconds(0 if time is None else time)
 
-    def scripts(self) -> list[Script]:
-        """Return the scripts of all hosts."""
+    def programs(self) -> list[tuple[str, str]]:
+        """Return what each host plays: the text, and the name of its place."""
         found = []
         for number, host in enumerate(self.tables.host):
             if host.file is not None and host.script is not None:
@@ -250,10 +251,11 @@ class BenchFile:
             if host.file is not None:
                 with self.at("host", number, "file"):
                     path = self.gate.file(host.file)
-                    found.append(read_script(read_text(path), str(path)))
+                    found.append((program_text(path), str(path)))
             else:
                 lines = [host.script] if isinstance(host.script, str) else host.script or []
-                found.append(read_script("\n".join(lines), f"{self.path}, {_named(('host', number, 'script'))}"))
+                where = f"{self.path}, {_named(('host', number, 'script'))}"
+                found.append(("\n".join(lines), where))
         return found
 
     def put_parts(self, bench: Bench) -> None:

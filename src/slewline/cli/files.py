@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..bench.files.hex_text import is_named_hex
 from ..bench.files.toml import read_toml
+from ..bench.scripts.program_file import program_text
 from ..chips import CATALOGUE, sheet_of
 from ..core.datasheet.option import checked
 from ..core.datasheet.table import Sheet
@@ -50,9 +52,15 @@ NO_PROGRAMS = {  # by the endings of names
 }
 
 
-def read_program(path: str) -> str:
-    """Return the text of a program file, or of the standard input for "-"."""
-    text = read_text(path, sys.stdin.buffer.read() if path == STDIN else None)
+def read_program(path: str, source: bool = False) -> str:
+    """Return the text of a program file, or of the standard input for "-".
+
+    Args:
+        source: commands are needed; the bytes of a .hex file are refused.
+    """
+    if source and is_named_hex(path):
+        raise BenchFileError(f"{path}: holds bytes, by its name; slewline dis {path} makes commands of them")
+    text = program_text(path, sys.stdin.buffer.read() if path == STDIN else None)
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > LONGEST:
             found = f"{path}, line {number}: {len(line)} characters"

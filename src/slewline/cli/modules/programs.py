@@ -157,7 +157,7 @@ class PushCommand(PortOptions):
         sheet = sheet_for(self.file, self.part)
         check_push(sheet)
         check_store(sheet, self.store)
-        wanted = ProgramText.read(read_program(self.file), sheet, self.file)
+        wanted = ProgramText.read(read_program(self.file, source=True), sheet, self.file)
         return performed(lambda: self._push(sheet, wanted))
 
     def _push(self, sheet: Sheet, wanted: ProgramText) -> None:
