@@ -107,6 +107,7 @@ class PortRequest(NamedTuple):
     framing: bool
     over: str | None
     prologix: bool
+    card: str | None
 
 
 # -------------------------------------------------------------------------------------------------------------- reading
@@ -337,7 +338,7 @@ class BenchFile:
                     place = self.gate.link(where)
                 elif kind == "serial":
                     place = self.gate.device(where)
-            found.append(PortRequest(number, chips, kind, place, table.framing, table.over, table.prologix))
+            found.append(PortRequest(number, chips, kind, place, table.framing, table.over, table.prologix, table.card))
         return found
 
     def wire(self, bench: Bench) -> None:
