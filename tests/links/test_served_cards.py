@@ -87,7 +87,7 @@ def test_a_client_learns_where_the_registers_are(card):
             bytes_read = program(port, 0x340)
             seen.append((bytes_read, stand.running.do(lambda stand=stand: stand.bench.now_ps), stand.findings()))
     assert seen[0] == seen[1]
-    assert seen[0][2] == [] and [0x5C, 0x11] == [seen[0][0][at] for at in (2, 4)]
+    assert seen[0][2] == [] and [seen[0][0][at] for at in (2, 4)] == [0x5C, 0x11]
 
 
 @pytest.mark.system
