@@ -67,6 +67,7 @@ from ..gate import FileGate, LinkPlace, read_text
 from ..parts import part_class
 from .bench import Bench
 from .files.images import read_image
+from .files.order import free_name, ordered, stem_of
 from .files.tables import Place, Tables, ValidationError, convert, keys_of
 from .files.toml import read_toml
 from .hosting import channel_over
@@ -267,6 +268,7 @@ class BenchFile:
             with self.at("chip", number):
                 cls = self.gate.code(chip_class, chip.part)
                 bench.add(cls, chip.name, chip.crystal, chip.straps, chip.bare, **chip.options)
+        made, names = [], [*bench.chips]
         for number, part in enumerate(self.tables.part):
             with self.at("part", number):
                 if "kind" not in part:
@@ -274,8 +276,16 @@ class BenchFile:
                 for key in ("kind", "name", "to", "on"):
                     if not isinstance(part.get(key, ""), str):
                         raise SlewlineError(f"{key}: found {part[key]!r}; allowed text")
-                made = self.gate.code(part_class, part["kind"])
-                bench.part(part["kind"], **self.part_options(made, part))
+                made.append(self.gate.code(part_class, part["kind"]))
+                names.append(part.get("name") or free_name(stem_of(part["kind"], made[-1]), names))
+        names = names[len(bench.chips) :]
+        for number in ordered(self.tables.part, names, bench.chips, self._part_error):
+            part = self.tables.part[number]
+            with self.at("part", number):
+                bench.part(part["kind"], **self.part_options(made[number], part) | {"name": names[number]})
+
+    def _part_error(self, number: int, key: str, says: str) -> BenchFileError:
+        return self.error(("part", number, key), says)
 
     def part_options(self, cls: type[Part], part: dict[str, Any]) -> dict[str, Any]:
         """Return the options of a [[part]]; `file` names a file with the image of one that has an image."""
