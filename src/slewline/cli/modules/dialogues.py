@@ -9,7 +9,7 @@ import click
 from ..options.kinds import HintingCommand
 from ..options.shared import ALLOW_CODE, EXIT, JSON, MEMORY, OPTIONS, path
 from ..options.values import FILE, Strap, TimeWithUnit
-from .options import CLOCK, MARKINGS, PORT, chip_option, setting_options
+from .options import CLOCK, ECHO, MARKINGS, PORT, chip_option, setting_options
 
 STRAPS = click.option(
     "--strap", type=Strap(), multiple=True, help="How it is strapped, such as rec=0. May be repeated."
@@ -30,6 +30,7 @@ CHECKSUM = click.option(
 @click.option("--baud", type=int, metavar="RATE", help="Its rate; the highest one that it has by default.")
 @CHECKSUM
 @ADDRESS
+@ECHO
 @STRAPS
 @MARKINGS
 @CLOCK
@@ -114,6 +115,7 @@ def terminal_command(**options: Any) -> int:
 @click.option("--baud", type=int, metavar="RATE", help="Dialogue: the rate, if it is another than recorded.")
 @CHECKSUM
 @ADDRESS
+@ECHO
 @STRAPS
 @MARKINGS
 @CLOCK
@@ -146,6 +148,7 @@ DIALOGUES = (
         "baud",
         "checksum",
         "address",
+        "echo",
         "strap",
         "markings",
         "crystal",

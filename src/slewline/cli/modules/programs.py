@@ -37,6 +37,7 @@ class PortOptions:
     baud: int | None
     checksum: bool | None
     address: int | None
+    echo: bool
     dialogue: str | None
     markings: str | None
     crystal: str | None
@@ -68,6 +69,7 @@ class PortOptions:
             checked=self.checksum,
             address=self.address,
             may_move=may_move,
+            echo=self.echo,
             raw=raw,
             say=tell,
         )
