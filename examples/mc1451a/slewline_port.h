@@ -65,7 +65,6 @@ static slewline_socket slewline_connection;
 static int slewline_is_open = 0;
 
 /* The requests of the protocol, in docs/reference/registers.md */
-#define SLEWLINE_STATUS 0x04
 #define SLEWLINE_READY 0x24
 #define SLEWLINE_POLL 0x54
 #define SLEWLINE_HELLO 0x90
@@ -79,6 +78,8 @@ static unsigned char slewline_sent[2 * SLEWLINE_MOST]; /* requests whose answers
 static int slewline_under_way = 0;                     /* so many */
 static int slewline_foresees = 0;                      /* the server takes series, and time stands still between them */
 static int slewline_stays_low = 0;                     /* they are kept, for HostRdy has stayed low */
+/* Where the registers are; a server with another card says so in its first line.  -1: there is no such register */
+static int slewline_data = 0, slewline_command = 2, slewline_status = 4, slewline_reset = 8;
 static int slewline_half[2];  /* a byte of a word has been read, or written */
 static int slewline_high = 0;  /* HostRdy is, as a poll has found */
 static int slewline_known = 0; /* a command has been written while it was, so the bytes of words are counted */
@@ -230,6 +231,14 @@ SLEWLINE_CALL void slewline_greet(void)
         at_exit = atexit(slewline_close) == 0;
 }
 
+/* Return the offset of a register in the first line of a server, which has something like " status=1"; else `usual`. */
+SLEWLINE_CALL int slewline_place(const char *line, const char *name, int usual)
+{
+    const char *found = strstr(line, name);
+
+    return found == NULL ? usual : atoi(found + strlen(name));
+}
+
 SLEWLINE_CALL int slewline_open(const char *host, int port)
 {
     static const char greeting[] = "slewline registers 1 ";
@@ -250,6 +259,10 @@ SLEWLINE_CALL int slewline_open(const char *host, int port)
         slewline_close();
         return -1;
     }
+    slewline_data = slewline_place(line, " data=", 0);
+    slewline_command = slewline_place(line, " command=", 2);
+    slewline_status = slewline_place(line, " status=", 4);
+    slewline_reset = slewline_place(line, " reset=", strchr(line, '=') == NULL ? 8 : -1);
 #ifndef SLEWLINE_PLAIN
     slewline_greet();
 #endif
@@ -294,7 +307,7 @@ SLEWLINE_CALL int slewline_foreseeing(void)
 /* A register of data or commands has been used: what do the next polls find? */
 SLEWLINE_CALL void slewline_used(unsigned address, int written)
 {
-    int command = (address & 15) == 2;
+    int command = written && (int)(address & 15) == slewline_command;
 
     if (command)
         slewline_half[0] = slewline_half[1] = 0;
@@ -315,8 +328,10 @@ SLEWLINE_CALL unsigned char slewline_poll(void)
     unsigned char status;
 
     if (slewline_stays_low) {
-        static const unsigned char look[2] = {SLEWLINE_STATUS, 0};
+        unsigned char look[2];
 
+        look[0] = (unsigned char)slewline_status;
+        look[1] = 0;
         slewline_send_series(look, 1, 0);
         if (slewline_read(&status, 1) != 1)
             slewline_lost("the server has hung up");
@@ -331,7 +346,7 @@ SLEWLINE_CALL unsigned char slewline_poll(void)
             return 0x7F;
     }
     if (slewline_next == SLEWLINE_LOW) {
-        slewline_go(SLEWLINE_STATUS, 0);
+        slewline_go((unsigned)slewline_status, 0);
         slewline_high = 0;
         slewline_next = SLEWLINE_HIGH;
         return 0x7F;
@@ -342,7 +357,7 @@ SLEWLINE_CALL unsigned char slewline_poll(void)
         slewline_next = SLEWLINE_ASK;
         return 0xFF;
     }
-    slewline_go(SLEWLINE_STATUS, 0);
+    slewline_go((unsigned)slewline_status, 0);
     status = slewline_collect();
     if (slewline_stays_low)
         slewline_under_way--; /* the program polls again */
@@ -355,9 +370,9 @@ SLEWLINE_CALL unsigned char slewline_out(unsigned address, unsigned byte)
     if (!slewline_foreseeing())
         return slewline_ask(0x10 + (address & 15), byte & 0xFF);
     slewline_go(0x10 + (address & 15), byte & 0xFF);
-    if ((address & 15) == 0 || (address & 15) == 2)
+    if ((int)(address & 15) == slewline_data || (int)(address & 15) == slewline_command)
         slewline_used(address, 1);
-    else if ((address & 15) == 8)
+    else if ((int)(address & 15) == slewline_reset)
         slewline_forget();
     return (unsigned char)byte;
 }
@@ -369,13 +384,13 @@ SLEWLINE_CALL unsigned char slewline_in(unsigned address)
 
     if (!slewline_foreseeing())
         return slewline_ask(address & 15, 0);
-    if ((address & 15) == SLEWLINE_STATUS)
+    if ((int)(address & 15) == slewline_status)
         return slewline_poll();
     slewline_go(address & 15, 0);
     byte = slewline_stays_low ? 0x7F : slewline_collect();
     for (tries = 1; slewline_stays_low; tries++)
         byte = slewline_again(0, tries < SLEWLINE_TRIES);
-    if ((address & 15) == 0)
+    if ((int)(address & 15) == slewline_data)
         slewline_used(address, 0);
     return byte;
 }

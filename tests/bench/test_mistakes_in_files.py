@@ -126,7 +126,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = "inverter"\nto = "y"\n',
-        ", line 4: [[part]] 1: the bench has no 'y'; there are: x",
+        ", line 6: [[part]] 1, to: the bench has no 'y'; there are: x, inverter",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = "uart"\nbaud = "fast"\n',

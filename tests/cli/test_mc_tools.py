@@ -119,7 +119,7 @@ def test_the_bytes_that_asm_makes_run_as_the_lines_do(call, write):
     reached = [call("run", file, "--chip", "mc1451a", "--json").json["axes"] for file in (script, "x.hex")]
     assert [[axis["position"] for axis in axes] for axes in reached] == [[20, 0, -30, 0]] * 2
     ran = call("run", write("bad.hex", "10 00", "00 00 0x"), "--chip", "mc1451a")
-    assert ran.status == 2 and "bad.hex, line 2: '00 00 0x': bytes are pairs" in ran.err
+    assert ran.status == 2 and "bad.hex, line 2, column 7: '00 00 0x': bytes are pairs" in ran.err
 
 
 def test_until_and_timeout(call, write):

@@ -437,29 +437,3 @@ def test_describe_on_a_terminal_is_typeset(monkeypatch, capsys):
 def test_chips(call):
     assert call("chips").out.startswith("cy525       CY525 intelligent ramping")
     assert call("chips", "--json").json[0]["chip"] == "cy525"
-
-
-def test_a_hex_file_is_read_as_run_reads_it(call, tmp_path, monkeypatch, subtests):
-    """What its name says is hexadecimal is not taken for the bytes of a program because a digit of it is wrong."""
-    monkeypatch.chdir(tmp_path)
-    good = b"52 20 45 0D ; a comment\n"
-    expected = None
-    for name, data in {
-        "plain": good,
-        "mark": b"\xef\xbb\xbf" + good,
-        "returns": good.replace(b"\n", b"\r\n"),
-        "no end": good.rstrip(),
-    }.items():
-        with subtests.test(name):
-            (tmp_path / "a.hex").write_bytes(data)
-            called = call("dis", "--chip", "cy525", "a.hex")
-            expected = expected or called.out
-            assert (called.status, called.out) == (0, expected) and "R 32" in called.out
-    (tmp_path / "typo.hex").write_text("52 20\n52 3G 00\n")
-    for command in ("dis", "run"):
-        called = call(command, "--chip", "cy525", "typo.hex")
-        assert (
-            called.status == 2 and "typo.hex, line 2: '52 3G 00': bytes are pairs of hexadecimal digits" in called.err
-        )
-    (tmp_path / "typo.bin").write_text("52 3G 00\n")
-    assert call("dis", "--chip", "cy525", "--format", "bin", "typo.bin").status == 0

@@ -60,7 +60,11 @@ CANNOT_BE = [
         "V1 was answered with 'V0'; allowed V, a sign, 1 to 7 digits",
     ),
     (("pull", "slewline://gs-c200s?br0=1", "-o", "a.gs-c200s", "--baud", "9600"), 1, "nothing answers V2"),
-    (("pull", "loop://", "-o", "a.gs-c200s"), 1, "a line that echoes is a modem's or a console's"),
+    (
+        ("pull", "loop://", "-o", "a.gs-c200s"),
+        1,
+        "this line echoes, as an adapter",
+    ),
     (("backup",), 2, "slewline pull PORT -o FILE"),
     (("push", "slewline://cy545", "p.cy545", "--store"), 2, "--store: the CY545 has no such command"),
     (("push", "slewline://gs-c200s", "here.gs-c200s"), 2, "no program in it"),

@@ -107,7 +107,7 @@ def test_calls_to_other_hosts_only_queue_too(part):
 
 def test_without_a_bench_calls_only_queue():
     kernel = Kernel()
-    board = Isa(kernel, "board", base=0x240)
+    board = Isa(kernel, "board", base=0x240, card="pmd")
     assert board.inp(0x240) is None
     assert kernel.now == 0 and not board.idle
     kernel.settle()

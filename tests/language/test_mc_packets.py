@@ -396,9 +396,9 @@ def test_bytes_of_packets_as_a_script_again():
     assert [line.split("  ")[-1].strip() for line in listing(odd, SHEET).splitlines()] == [
         "??? 80",
         "UPDATE",
-        "??? 06",
-        "??? 11 00",
+        "??? 06 11 00",
     ]
+    assert listing(odd[:-1], SHEET).splitlines()[2].split("  ")[-1].strip() == "??? 06 11"
 
 
 @rows("sheet", SHEETS)

@@ -18,8 +18,9 @@ from .mc_hands import MS, US
 
 OF_MOTION = {  # findings about a motion or a part, which may come at any time
     "clamped", "no-start", "start-velocity", "mode-in-motion", "gear-backlog", "encoder-fast", "encoder-illegal",
-    "no-encoder",
+    "no-encoder", "command-error",
 }  # fmt: skip
+ANY_TIME = {*OF_MOTION, "motion-error", "servo-command"}  # with an encoder; once, at the first of some codes
 KEPT = ("POS", "VEL", "ACC", "MAX_ACC", "JERK", "RATIO", "START_VEL", "BRK_PNT", "INTRPT_MASK", "STEP_RATIO", "POS_ERR")
 GET_VRSN, SET_POS = 0x6C, 0x10
 MISUSES = (
@@ -48,7 +49,7 @@ class Misuse:
         """What is done within finds this, and nothing else but about the motion."""
         since = len(self.chip.findings)
         yield
-        found = [finding for finding in self.chip.findings[since:] if finding.code not in OF_MOTION]
+        found = [finding for finding in self.chip.findings[since:] if finding.code not in ANY_TIME]
         assert [finding.code for finding in found] == list(codes), found
 
     def exchange(self, code: int, *words: int, reads: int = 0) -> list[int]:
@@ -127,11 +128,12 @@ class Misuse:
             assert not any(self.hand.fetch(self.rnd.randrange(1, 4)))
 
     def undocumented_command(self) -> None:
-        """A code that is no command here: only those of sister parts and the reserved one pass in silence."""
+        """A code that is no command here: those of sister parts and the reserved one say little."""
         known = {*self.sheet.commands.by_code, *self.codes.illegal}
         code = self.rnd.choice([code for code in range(256) if code not in known])
-        writes, reads = self.codes.siblings.get(code, (0, 0))
-        silent = code in self.codes.siblings or code in self.codes.reserved
+        sibling = self.codes.siblings.get(code)
+        writes, reads = (sibling.writes, sibling.reads) if sibling else (0, 0)
+        silent = sibling is not None or code in self.codes.reserved
         with self.finds(*["undocumented-command"] * (not silent)):
             assert not any(self.exchange(code, *self.any_words(writes), reads=reads))
 

@@ -1,7 +1,7 @@
 """A host program of 1990 in an emulated PC, and programs that join ports, on a module that the command serves.
 
-The program is assembled here, and speaks to the registers of a UART at 3F8h; in DOSBox as a DOS program, in QEMU as the
-boot sector of a bare PC.
+The programs are assembled here, and speak to the registers of a UART at 3F8h, or of a card at 340h; in DOSBox as a DOS
+program, in QEMU as the boot sector of a bare PC.
 """
 
 from __future__ import annotations
@@ -15,11 +15,14 @@ from pathlib import Path
 import pytest
 import serial
 
-from .conftest import PATIENCE
+from slewline.links.clients.chipset_port import ChipsetPort
+
+from .conftest import PATIENCE, until
+from .gdb_ports import GdbStub, run
 
 pytestmark = pytest.mark.system
 PACKAGES = {"qemu-system-i386": "qemu-system-x86"}
-SOURCE = Path(__file__).with_name("host.asm")
+SOURCE, PORTS = (Path(__file__).with_name(name) for name in ("host.asm", "ports.asm"))
 SERVED = ("gs-c200s", "--strap", "chs=0", "--log")
 LINES = ("Po", "S10", "T100", "R50", "+1200", "E", "V1")  # as in host.asm
 ANSWERS = b"Y\r\n" * 6 + b"B\r\n"  # the motor is under way when it is asked where it is
@@ -59,13 +62,13 @@ def place(where):
     return where.rpartition("//")[2].rsplit(":", 1)
 
 
-def assembled(kind, path):
-    subprocess.run([find("nasm"), "-f", "bin", f"-D{kind}", SOURCE, "-o", path], check=True)
+def assembled(kind, path, source=SOURCE):
+    subprocess.run([find("nasm"), "-f", "bin", f"-D{kind}", source, "-o", path], check=True)
 
 
-def dosbox(folder, port):
+def dosbox(folder, port, source=SOURCE):
     """Run the program from a batch file, with COM1 on a port as DOSBox names it; returns what it wrote."""
-    assembled("DOS", folder / "host.com")
+    assembled("DOS", folder / "host.com", source)
     (folder / "talk.bat").write_bytes(BATCH)
     (folder / "dosbox.conf").write_text(DOSBOX.format(port=port))
     quiet = {"SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy", "HOME": str(folder)}
@@ -124,6 +127,43 @@ def test_a_boot_sector_in_qemu_finds_it_on_a_device_file(serve, tmp_path):
     where = serve(*SERVED, tmp_path / "log", "--pty", tmp_path / "controller").where
     assert qemu(tmp_path, "-chardev", f"serial,path={where},id=com1", "-serial", "chardev:com1") == ANSWERS
     assert said(tmp_path / "log") == EXPECTED
+
+
+# --------------------------------------------------------------------------------------------------- port I/O of a card
+def test_a_program_for_a_card_finds_nobody_in_dosbox_and_takes_it_for_ready(tmp_path):
+    """What floats is FF, and bit 7 of it says that the chipset is ready: no emulator has the card."""
+    assert dosbox(tmp_path, "disabled", PORTS) == b"ffff"
+
+
+def booted(folder, *more):
+    """Start QEMU with the program for a card as its boot sector."""
+    assembled("BOOT", folder / "boot.img", PORTS)
+    disk = "-drive file=boot.img,format=raw,if=floppy"
+    command = [find("qemu-system-i386"), *f"{MACHINE} {ENDS} {disk}".split(), *more]
+    return subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def test_nor_does_it_in_qemu(tmp_path):
+    assert booted(tmp_path).wait(PATIENCE) == 1
+    assert (tmp_path / "answers.txt").read_bytes() == b"ffff"
+
+
+@pytest.mark.posix
+def test_breakpoints_of_qemu_bring_its_accesses_to_a_served_chipset(serve, tmp_path):
+    where = serve("mc1451a", "--tcp", "127.0.0.1:0").where
+    link = tmp_path / "gdb"
+    machine = booted(tmp_path, "-S", "-chardev", f"socket,path={link},server=on,wait=off,id=gdb", "-gdb", "chardev:gdb")
+    try:
+        until(link.exists)
+        host, port = place(where)
+        with ChipsetPort(host, int(port)) as card, GdbStub(str(link), PATIENCE) as stub:
+            done = run(stub, (tmp_path / "boot.img").read_bytes(), 0x7C00, range(0x340, 0x350), card)
+        assert machine.wait(PATIENCE) == 1
+    finally:
+        machine.kill()
+        machine.wait()
+    assert (tmp_path / "answers.txt").read_bytes() == b"5c11"  # GET_VRSN
+    assert done >= 6  # three looks at the status at least, a command, two bytes
 
 
 # --------------------------------------------------------------------------------------------- programs that join ports

@@ -181,9 +181,10 @@ def test_what_is_no_request_is_answered_and_does_nothing(still):
     still.bench.run("10 ms")
     assert still.ask("2000 2564 4747 ffff 1fff") == (b"\xff\xff\xff\xff\xff", CYCLE)  # the last one writes to nobody
     assert still.ask("0400")[0] == b"\xff"
-    (found,) = still.bench.findings  # once for each host
+    found, nobody = still.bench.findings  # once for each host
     assert (found.source, found.code) == ("x_isa", "no-request")
     assert "b' \\x00' is not a request, and reads FF: this is a port of registers" in found.text
+    assert nobody.code == "no-register" and nobody.text.startswith("OUT 0x34f has no effect: x_isa at 0x340 takes")
 
 
 def test_requests_may_come_in_any_pieces(still):

@@ -16,6 +16,7 @@ from slewline.modules import module as exchanges
 from slewline.modules import spoken
 from slewline.modules.conversation import Conversation
 from slewline.modules.dialogue import DialogueFile, DialogueHeader
+from slewline.modules.echo import EchoFilter
 from slewline.modules.failures import EndlessInput, PortLost
 from slewline.modules.finding import find
 from slewline.modules.module import Module
@@ -168,7 +169,7 @@ class Clocked:
 
 def clocked(every, part="gs-c200s", **speech):
     port = object.__new__(ModulePort)
-    port.where, port.line, port.raw = "port", Clocked(every), None
+    port.where, port.line, port.raw, port.echo = "port", Clocked(every), None, EchoFilter(False)
     spoken_as = speech_of(sheet_of(part), **speech)
     port.setting = spoken_as.setting
     return Module(port, spoken_as, Taken())

@@ -10,10 +10,10 @@ from slewline.panel.app import application
 from slewline.panel.guard import Guard
 from slewline.panel.relay import Access
 
-from .test_safety import HOSTILE, ORIGINS
+from .test_safety import HOSTILE, ORIGINS, OURS
 
 PORT = 8765
-OURS = f"127.0.0.1:{PORT}"
+USUAL = f"127.0.0.1:{PORT}"
 
 
 def answers(app, kind="http", path="/", **headers):
@@ -28,7 +28,7 @@ def answers(app, kind="http", path="/", **headers):
     async def send(message):
         sent.append(message)
 
-    pairs = [(name.encode(), value.encode()) for name, value in ({"host": OURS} | headers).items()]
+    pairs = [(name.encode(), value.encode()) for name, value in ({"host": USUAL} | headers).items()]
     scope = {"type": kind, "method": "GET", "path": path, "headers": pairs, "query_string": b"", "root_path": ""}
     asyncio.run(app(scope, receive, send))
     return sent
@@ -51,10 +51,13 @@ def test_another_host_is_refused(subtests):
 
 
 def test_our_own_names_are_answered(subtests):
-    for name in ("127.0.0.1", "localhost", "[::1]", "LOCALHOST", "lab.example"):
-        with subtests.test(name):
-            assert get(host=f"{name}:{PORT}")[0] == 200
-    assert get(host=f"10.0.0.1:{PORT}", remote=True)[0] == 200  # an address is bound to nothing else
+    for host in (*OURS, "lab.example:{port}"):
+        with subtests.test(host):
+            assert get(host=host.format(port=PORT))[0] == 200
+    for port in (PORT, 9999):
+        assert get(host=f"10.0.0.1:{port}", remote=True)[0] == 200  # an address is bound to nothing else
+        assert get(host=f"10.0.0.1:{port}")[0] == 403
+    assert get(host="lab.example:9999")[0] == 403  # a name is, on another port
     assert get(host=f"evil.example:{PORT}", remote=True)[0] == 403
 
 
@@ -79,4 +82,4 @@ def test_only_our_own_page_opens_a_websocket(subtests):
         with subtests.test(origin=origin):
             headers = {} if origin is None else {"origin": origin.format(port=PORT)}
             assert answers(guard, "websocket", "/link", **headers) == [{"type": "websocket.close"}]
-    assert answers(guard, "websocket", "/link", origin=f"http://{OURS}") == [{"type": "websocket.accept"}]
+    assert answers(guard, "websocket", "/link", origin=f"http://{USUAL}") == [{"type": "websocket.accept"}]

@@ -42,11 +42,20 @@ def pin(served, name="abort"):
 HOSTILE = [
     "evil.example:{port}",
     "evil.example",
-    "127.0.0.1",
-    "127.0.0.1:1",
     "10.0.0.1:{port}",
+    "127.0.0.2:{port}",
     "localhost.evil:{port}",
+    "127.0.0.1.evil.example:{port}",
+    "[::1]evil:{port}",
+    "localhost:9999:{port}",
+    "localhost:port",
+    "localhost:",
     "",
+]
+OURS = [
+    f"{name}{port}"
+    for name in ("127.0.0.1", "localhost", "[::1]", "LOCALHOST")
+    for port in (":{port}", ":9999", ":1", "")
 ]
 
 
@@ -58,9 +67,31 @@ def test_another_host_is_refused(panel, host):
         assert b"script" not in body
 
 
-@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "[::1]", "LOCALHOST"])
-def test_our_own_names_are_answered(panel, host):
-    assert get(panel, Host=f"{host}:{panel.port}")[0] == 200
+def test_our_own_names_are_answered_on_any_port(panel, subtests):
+    """A tunnel or a container has a port of its own: the browser names that one."""
+    for host in OURS:
+        with subtests.test(host=host):
+            assert get(panel, Host=host.format(port=panel.port))[0] == 200
+
+
+@pytest.mark.parametrize("host", ["localhost:9999", "[::1]:1", "127.0.0.1"])
+def test_a_page_through_a_tunnel_moves_and_a_page_of_another_port_does_not(panel, served, host):
+    """The Origin must be that of the Host, whatever the port: other servers of this machine are strangers."""
+
+    def through_tunnel(origin):
+        """What the browser asks is `host`; the tunnel leads to the panel."""
+        tunnel = socket.create_connection(("127.0.0.1", panel.port), PATIENCE)
+        return connect(f"ws://{host}/link", sock=tunnel, origin=origin, proxy=None, compression=None)
+
+    for origin in ("http://localhost:8000", f"http://127.0.0.1:{panel.port}", f"https://{host}"):
+        with pytest.raises(InvalidStatus) as refused, through_tunnel(origin):
+            pass
+        assert refused.value.response.status_code == 403
+    with through_tunnel(f"http://{host}") as page:
+        page.send(json.dumps({"token": panel.token}))
+        assert json.loads(page.recv(PATIENCE)) == {"event": "panel", "writes": True}
+        assert "error" not in ask(page, do="drive", pin="x.abort", level=0)
+    assert pin(served) == 0
 
 
 ORIGINS = ["http://evil.example", "null", "http://127.0.0.1", "http://127.0.0.1:1", "https://127.0.0.1:{port}",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from itertools import chain, count
 from typing import TYPE_CHECKING, Any
 
 from ..chips import CATALOGUE as CHIPS
@@ -25,6 +24,7 @@ from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import KINDS, make_part, part_class
 from ..parts.base.part import Part, forget_all, limit_kept
+from .files.order import free_name, stem_of
 from .wiring import as_needed, joints
 
 if TYPE_CHECKING:
@@ -150,7 +150,7 @@ class Circuit:
             raise UsageError(f"part({kind!r}): expected a kind such as 'uart', or the class of a part")
         kind = kind if isinstance(kind, str) and kind in KINDS else PARTS.name_of(cls)
         fixed = KINDS[kind].fixed if kind in KINDS else {}
-        name = self.new_name(name, cls.__name__.lower() if ":" in kind else kind.replace("-", "_"))
+        name = self.new_name(name, stem_of(kind, cls))
         neighbour = None if to is None else self._there(to)
         if self.stores is not None and cls.keeps:
             options.setdefault("store", self.stores(name))
@@ -260,7 +260,7 @@ class Circuit:
         """Return a name that is free, by default the stem, numbered if need be."""
         taken = {**self.chips, **self.parts}
         if name is None:
-            name = next(n for n in chain((stem,), (f"{stem}_{i}" for i in count(2))) if n not in taken)
+            name = free_name(stem, taken)
         if not isinstance(name, str) or not name.replace("_", "a").isalnum():
             raise UsageError(f"name {name!r}: allowed letters, digits and underscores")
         if name in taken:

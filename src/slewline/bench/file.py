@@ -67,10 +67,12 @@ from ..gate import FileGate, LinkPlace, read_text
 from ..parts import part_class
 from .bench import Bench
 from .files.images import read_image
+from .files.order import free_name, ordered, stem_of
 from .files.tables import Place, Tables, ValidationError, convert, keys_of
 from .files.toml import read_toml
 from .hosting import channel_over
-from .scripts.script import check_script, read_script, run_script
+from .scripts.program_file import program_script, program_text
+from .scripts.script import check_script, run_script
 from .scripts.script_runner import Script
 
 if TYPE_CHECKING:
@@ -106,6 +108,7 @@ class PortRequest(NamedTuple):
     framing: bool
     over: str | None
     prologix: bool
+    card: str | None
 
 
 # -------------------------------------------------------------------------------------------------------------- reading
@@ -232,12 +235,12 @@ class BenchFile:
     def staged(self, **options: Any) -> tuple[Bench, list[tuple[Host, Script]]]:
         """Return a bench as the file describes it, and its hosts with the scripts that they are to play."""
         self.check_times()
-        scripts = self.scripts()
+        programs = self.programs()
         bench = Bench(seed=self.tables.bench.seed, **options)
         self.put_parts(bench)
         hosts = self.hosts(bench)
         self.wire(bench)
-        return bench, list(zip(hosts, scripts, strict=True))
+        return bench, [(host, program_script(*one, host.chip.sheet)) for host, one in zip(hosts, programs, strict=True)]
 
     def check_times(self) -> None:
         """Times that are used later must be good now."""
@@ -246,8 +249,8 @@ class BenchFile:
             with self.at("bench", key):
                 picoseconds(0 if time is None else time)
 
-    def scripts(self) -> list[Script]:
-        """Return the scripts of all hosts."""
+    def programs(self) -> list[tuple[str, str]]:
+        """Return what each host plays: the text, and the name of its place."""
         found = []
         for number, host in enumerate(self.tables.host):
             if host.file is not None and host.script is not None:
@@ -255,10 +258,11 @@ class BenchFile:
             if host.file is not None:
                 with self.at("host", number, "file"):
                     path = self.gate.file(host.file)
-                    found.append(read_script(read_text(path), str(path)))
+                    found.append((program_text(path), str(path)))
             else:
                 lines = [host.script] if isinstance(host.script, str) else host.script or []
-                found.append(read_script("\n".join(lines), f"{self.path}, {_named(('host', number, 'script'))}"))
+                where = f"{self.path}, {_named(('host', number, 'script'))}"
+                found.append(("\n".join(lines), where))
         return found
 
     def put_parts(self, bench: Bench) -> None:
@@ -269,6 +273,7 @@ class BenchFile:
             with self.at("chip", number):
                 cls = self.gate.code(chip_class, chip.part)
                 bench.add(cls, chip.name, chip.crystal, chip.straps, chip.bare, **chip.options)
+        made, names = [], [*bench.chips]
         for number, part in enumerate(self.tables.part):
             with self.at("part", number):
                 if "kind" not in part:
@@ -276,8 +281,16 @@ class BenchFile:
                 for key in ("kind", "name", "to", "on"):
                     if not isinstance(part.get(key, ""), str):
                         raise SlewlineError(f"{key}: found {part[key]!r}; allowed text")
-                made = self.gate.code(part_class, part["kind"])
-                bench.part(part["kind"], **self.part_options(made, part))
+                made.append(self.gate.code(part_class, part["kind"]))
+                names.append(part.get("name") or free_name(stem_of(part["kind"], made[-1]), names))
+        names = names[len(bench.chips) :]
+        for number in ordered(self.tables.part, names, bench.chips, self._part_error):
+            part = self.tables.part[number]
+            with self.at("part", number):
+                bench.part(part["kind"], **self.part_options(made[number], part) | {"name": names[number]})
+
+    def _part_error(self, number: int, key: str, says: str) -> BenchFileError:
+        return self.error(("part", number, key), says)
 
     def part_options(self, cls: type[Part], part: dict[str, Any]) -> dict[str, Any]:
         """Return the options of a [[part]]; `file` names a file with the image of one that has an image."""
@@ -340,7 +353,7 @@ class BenchFile:
                     place = self.gate.link(where)
                 elif kind == "serial":
                     place = self.gate.device(where)
-            found.append(PortRequest(number, chips, kind, place, table.framing, table.over, table.prologix))
+            found.append(PortRequest(number, chips, kind, place, table.framing, table.over, table.prologix, table.card))
         return found
 
     def wire(self, bench: Bench) -> None:

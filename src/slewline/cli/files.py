@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..bench.files.hex_text import is_named_hex
 from ..bench.files.toml import read_toml
+from ..bench.scripts.program_file import program_text
 from ..chips import CATALOGUE, sheet_of
 from ..core.datasheet.option import checked
 from ..core.datasheet.table import Sheet
@@ -64,9 +66,15 @@ BEGINNINGS = {  # of texts, whatever their names are
 }
 
 
-def read_program(path: str) -> str:
-    """Return the text of a program file, or of the standard input for "-"."""
-    text = read_text(path, sys.stdin.buffer.read() if path == STDIN else None)
+def read_program(path: str, source: bool = False) -> str:
+    """Return the text of a program file, or of the standard input for "-".
+
+    Args:
+        source: commands are needed; the bytes of a .hex file are refused.
+    """
+    if source and is_named_hex(path):
+        raise BenchFileError(f"{path}: holds bytes, by its name; slewline dis {path} makes commands of them")
+    text = program_text(path, sys.stdin.buffer.read() if path == STDIN else None)
     if VCD.match(text):
         raise BenchFileError(f"{path}: is no program, but {NO_PROGRAMS['vcd']}")
     for number, line in enumerate(text.splitlines(), 1):

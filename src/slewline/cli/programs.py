@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from ..bench.files.hex_text import hex_bytes, is_named_hex
 from ..chips import CATALOGUE, PARTS, checks_of, sheet_of
-from ..core.memory.image import ERASED, HEX, from_file, hex_lines, is_hex, to_hex
+from ..core.memory.image import ERASED, is_hex, to_hex
 from ..core.messages.whole import counted
 from ..errors import BenchFileError, UsageError
-from ..gate import BOM, read_file, read_text
+from ..gate import BOM, read_file
 from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, sheet_for
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def asm(
     from ..language.assemble import assemble
     from ..language.source import read
 
-    sheet, text = sheet_for(file, chip), read_program(file)
+    sheet, text = sheet_for(file, chip), read_program(file, source=True)
     if checksum and not sheet.plain:
         raise UsageError(f"--checksum: lines for the {sheet.part.upper()} have no checksum; leave it out")
     outputs = Outputs([file])
@@ -156,25 +157,26 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
     Raises:
         BenchFileError: the file cannot be read, is empty, is not whole hex, or is a program text.
     """
-    raw, given = sys.stdin.buffer.read() if file == STDIN else read_file(file), form
-    text = raw.removeprefix(BOM)  # with which a binary file may begin by chance
-    if form is None and file.lower().endswith(HEX):
-        form = "hex"
-    if form != "bin" and is_hex(text):
-        raw, form = from_file(text, file), "bin"
+    raw = sys.stdin.buffer.read() if file == STDIN else read_file(file)
     if not raw:
         raise BenchFileError(f"{file}: is empty, so it has no bytes")
-    digits = b"".join(re.sub(rb";[^\n]*", b"", text).split())
-    if form == "bin" or (form is None and re.fullmatch(rb"[0-9A-Fa-f]+", digits) is None):
-        if form is None and looks_like_source(raw, sheet):
-            raise BenchFileError(f"{file}: {SOURCE}")
+    if form == "bin":
         return raw
+    if form is None and not is_named_hex(file):
+        text = raw.removeprefix(BOM)  # with which a binary file may begin by chance
+        digits = b"".join(re.sub(rb";[^\r\n]*", b"", text).split())
+        if not is_hex(text) and re.fullmatch(rb"[0-9A-Fa-f]+", digits) is None:
+            if looks_like_source(raw, sheet):
+                raise BenchFileError(f"{file}: {SOURCE}")
+            return raw
     try:
-        return bytes.fromhex(" ".join(hex_lines(read_text(file, raw), file)))
+        if found := hex_bytes(raw, file):
+            return found
     except BenchFileError:
-        if given is None and looks_like_source(raw, sheet):
+        if form is None and looks_like_source(raw, sheet):
             raise BenchFileError(f"{file}: {SOURCE}") from None
         raise
+    raise BenchFileError(f"{file}: is empty, so it has no bytes")
 
 
 def looks_like_source(raw: bytes, sheet: Sheet) -> bool:

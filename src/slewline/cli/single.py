@@ -63,14 +63,9 @@ def read(text: str, file: str, sheet: Sheet) -> tuple[Script, dict[str, int]]:
     The bytes of a .hex file go to a chip in binary mode, to a chipset packet by packet; a module on a serial line runs
     at its highest rate and without checksums.
     """
-    from ..bench.scripts.script import read_script
-    from ..core.memory.image import hex_lines
-    from ..language.dialect import dialect_of
+    from ..bench.files.hex_text import is_named_hex
+    from ..bench.scripts.program_file import program_script
 
-    straps = sheet.fastest | sheet.plain
-    if not file.lower().endswith(".hex"):
-        return read_script(text, file), straps
-    lines = dialect_of(sheet).parted(hex_lines(text, file), sheet)
-    script = read_script("\n".join(line and f"@bytes {line}" for line in lines), file)
-    mode = sheet.role("text")
+    script, straps = program_script(text, file, sheet), sheet.fastest | sheet.plain
+    mode = sheet.role("text") if is_named_hex(file) else None
     return script, straps | ({mode.name: 0} if mode is not None else {})

@@ -19,12 +19,9 @@ from os import PathLike
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
-from ..bench.hosting import channel_over
 from ..closing import Closing
 from ..core.chip import Chip
 from ..core.component import Finding
-from ..core.datasheet.channel import AdaptiveLine
-from ..core.datasheet.channel import SerialLine as SerialChannel
 from ..errors import UsageError
 from .lines.line import ConnectorLine, HostLine
 from .lines.log import TranscriptFile
@@ -141,13 +138,21 @@ class Server(Closing):
         self.exchanges.exchange(bench, since_ps)
 
     # ---------------------------------------------------------------------------------------------------- furnishing
-    def line(self, *chips: Chip, framing: bool = False, over: str | None = None, prologix: bool = False) -> HostLine:
+    def line(
+        self,
+        *chips: Chip,
+        framing: bool = False,
+        over: str | None = None,
+        prologix: bool = False,
+        card: str | None = None,
+    ) -> HostLine:
         """Make a line to a chip, or to modules that share it; to a chipset, one on which its registers are found.
 
         Args:
             framing: lines of text with read-back, for a chip on a bus (see `links.lines.framing`).
             over: the channel of a chip that has several, as for `bench.host`.
             prologix: a GPIB controller, on an IEEE-488 bus with chips (see `links.ports.prologix`).
+            card: the interface board of a chipset, by which its registers are found (see `parts.boards.layouts`).
 
         Raises:
             UsageError: the chips have nothing that could share a line.
@@ -155,12 +160,7 @@ class Server(Closing):
         name = "+".join(chip.name for chip in chips) + (f"_{over}" if over is not None else "")
         if prologix:
             return self._joined(prologix_line(self, name, chips), chips)
-        channels = [channel_over(chip, over) for chip in chips]
-        for chip, channel in zip(chips, channels, strict=True):
-            if len(chips) > 1 and not isinstance(channel, SerialChannel):
-                has = "a line of its own" if isinstance(channel, AdaptiveLine) else "a bus"
-                raise UsageError(f"{name}: {chip.name} has {has}; give it a port of its own")
-        return self._joined(line_to(self, channels[0], name, chips, framing, over), chips)
+        return self._joined(line_to(self, name, chips, framing, over, card), chips)
 
     def _joined(self, line: HostLine, chips: Sequence[Chip]) -> HostLine:
         """Note a line, beside those to the same chips."""

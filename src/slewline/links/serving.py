@@ -28,10 +28,23 @@ DEAF = (
 
 
 def line_to(
-    server: ServerFace, channel: Channel, name: str, chips: Sequence[Chip], framing: bool, over: str | None
+    server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None, card: str | None = None
 ) -> HostLine:
-    """Return a line to chips on a channel."""
-    return row_for(channel, LINES, "serves")(server, name, chips, framing, over)
+    """Return a line to chips on one of their channels.
+
+    Raises:
+        UsageError: the chips have nothing that could share a line, or a card is named for a chip that is on none.
+    """
+    channels = [channel_over(chip, over) for chip in chips]
+    for chip, channel in zip(chips, channels, strict=True):
+        if len(chips) > 1 and not isinstance(channel, SerialChannel):
+            has = "a line of its own" if isinstance(channel, AdaptiveLine) else "a bus"
+            raise UsageError(f"{name}: {chip.name} has {has}; give it a port of its own")
+    if card is not None:
+        if not isinstance(channels[0], HostPort):
+            raise UsageError(f"{name}: a card is for a chipset, whose host port has registers on it; leave out card")
+        return register_line(server, name, chips, framing, over, card)
+    return row_for(channels[0], LINES, "serves")(server, name, chips, framing, over)
 
 
 def prologix_line(server: ServerFace, name: str, chips: Sequence[Chip]) -> HostLine:
@@ -56,11 +69,13 @@ def serial_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: b
     return ConnectorLine(name, chips, server.pace, server.log, port)
 
 
-def register_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
+def register_line(
+    server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None, card: str | None = None
+) -> HostLine:
     """Return the registers of a board on a host port, or on a bus that works both ways."""
     if framing:
         raise UsageError(f"{name}: has registers of its own; leave out the framing")
-    return RegisterLine(name, chips[0], server.pace, server.log, board(server.bench, chips[0], over))
+    return RegisterLine(name, chips[0], server.pace, server.log, board(server.bench, chips[0], over, card))
 
 
 def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:

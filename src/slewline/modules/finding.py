@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from ..core.datasheet.table import Sheet
+from ..errors import UsageError
 from .adapter import FramedSpeech
 from .deviations import deviations
 from .failures import DamagedAnswer, NoAnswer, RefusedCommand
@@ -40,6 +41,7 @@ def find(
     address: int | None = None,
     transcript: DialogueRecord | None = None,
     may_move: bool = False,
+    echo: bool = False,
     raw: RawRecord | None = None,
     say: Callable[[str], object] = lambda _text: None,
 ) -> Module:
@@ -52,20 +54,27 @@ def find(
         checked: its lines have checksums; None: it is looked for.
         address: of the module on a line of several; None: none.
         transcript, may_move, say: as for `Module`.
+        echo: the line echoes what is sent.
         raw: keeps what goes over the line.
 
     Raises:
-        UsageError: there is no such port, or the part has not what was given.
+        UsageError: there is no such port, or the part has not what was given; or the line does not echo.
         NoAnswer, DamagedAnswer: nothing answers, or what does is no such part, or has no checksums as `checked` says.
         PortLost: the port is gone.
     """
     speech = speech_of(sheet, baud, checked, address)
-    port = ModulePort(where, speech.setting, raw)
+    port = ModulePort(where, speech.setting, raw, echo)
     try:
         look = next(look for kind, look in LOOKS_FOR.items() if isinstance(speech, kind))
         module = look(Module(port, speech, transcript, may_move=may_move, say=say), baud, checked)
         _check_deviations(module)
+        if echo and not port.echo.seen:
+            raise UsageError(f"{where}: what was sent has not come back: this line does not echo; leave out --echo")
         return module
+    except (NoAnswer, DamagedAnswer):
+        port.close()
+        port.check_echo()
+        raise
     except BaseException:
         port.close()
         raise
@@ -100,6 +109,7 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
             if heard:
                 strange.append(f"{heard[:40]!r} at {rate} baud")
                 _check_deviations(module)
+            module.port.check_echo()
             if module.port.clock() > begun_s + NOTICE_S:
                 goes_on = "other rates are tried" if baud is None else "it is asked again"
                 module.notice(f"{strange[-1] if strange else 'nothing'} came so far; {goes_on}")
@@ -197,9 +207,8 @@ def _unfound(module: Module, baud: int | None, strange: list[str]) -> str:
     part = speech.sheet.part.upper()
     if strange:
         found = f"no {part} answers {speech.probe} at {rates}; what came was {', '.join(dict.fromkeys(strange))}"
-        echo = any(speech.probe in each for each in strange)
-        remedy = "a line that echoes is a modem's or a console's" if echo else "is it this part, and this line?"
-        return f"{module.port.where}: {found}; {remedy}; give --chip, and --baud and --checksum if you know them"
+        known = "give --chip, and --baud and --checksum if you know them"
+        return f"{module.port.where}: {found}; check that it is this part, and this line; {known}"
     others = "" if speech.address else "; a module that shares a line has an address: give --address"
     return (
         f"{module.port.where}: nothing answers {speech.probe} at {rates}, {speech.word}; is the module on, are its "

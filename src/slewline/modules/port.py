@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ..errors import UsageError
 from ..links.ports.urls import SERVED, TAIL, dismissed, unopened
-from .failures import PortLost
+from .echo import EchoFilter
+from .failures import NoAnswer, PortLost
 
 if TYPE_CHECKING:
     from ..core.wires.serial import LineSetting
@@ -42,6 +43,7 @@ class ModulePort:
         where: as pySerial takes it.
         setting: rate and format.
         raw: keeps what goes over the line.
+        echo: the line echoes: what was sent is dropped where it comes back.
 
     Raises:
         UsageError: there is no such port, it is in use, or it does not take the setting.
@@ -49,10 +51,10 @@ class ModulePort:
 
     _latest = b""  # that has come, in which a server may say why it hangs up
 
-    def __init__(self, where: str, setting: LineSetting, raw: RawRecord | None = None) -> None:
+    def __init__(self, where: str, setting: LineSetting, raw: RawRecord | None = None, echo: bool = False) -> None:
         from ..links.ports.device import refused  # which says what is missing, if pySerial is
 
-        self.where, self.setting, self.raw = where, setting, raw
+        self.where, self.setting, self.raw, self.echo = where, setting, raw, EchoFilter(echo)
         word = setting.word
         import serial
 
@@ -101,6 +103,18 @@ class ModulePort:
         self._see_faults()
         self._note_setting()
 
+    def check_echo(self) -> None:
+        """Check that what was sent does not come back.
+
+        Raises:
+            NoAnswer: it does, and the port was opened without `echo`.
+        """
+        if self.echo.shows:
+            raise NoAnswer(
+                f"{self.where}: what is sent comes back: this line echoes, as an adapter for two wires (RS-485) or a "
+                "modem does; give --echo"
+            )
+
     # --------------------------------------------------------------------------------------------------- out and back
     def write(self, data: bytes) -> int:
         """Send characters; return the instant just before (ns of `time.monotonic_ns`).
@@ -109,6 +123,7 @@ class ModulePort:
             PortLost: the port is gone, or takes nothing for `WRITE_S`.
         """
         now = time.monotonic_ns()
+        self.echo.sent(data, self.clock(), len(data) * self.setting.character_s)
         self._do(lambda: self.line.write(data))
         if self.raw is not None:
             self.raw.sent(data, now)
@@ -141,7 +156,7 @@ class ModulePort:
         self._latest = (self._latest + data)[-TAIL:]
         if self.raw is not None:
             self.raw.came(data, time.monotonic_ns())
-        return data
+        return self.echo.rest(data, self.clock())
 
     def clock(self) -> float:
         """Return seconds that only grow: of the wall clock, or of a module in virtual time."""

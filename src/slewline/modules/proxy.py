@@ -29,6 +29,7 @@ from ..links.sockets.loop import Loop
 from ..links.sockets.preamble import TEXT
 from ..links.sockets.stream import CHUNK
 from ..links.sockets.system import fine_timer
+from .echo import EchoFilter
 
 if TYPE_CHECKING:
     from ..links.face import OpenPort
@@ -38,6 +39,7 @@ BACKLOG = 4096  # characters that may wait for the serial port; a host that send
 FULL_S = 0.01  # how soon it is tried again then
 SILENCE_S = 1.0  # after which an unfinished line is written into the file
 BIN_US, BINS = 10, 1000
+NS_PER_S = 1_000_000_000
 
 
 def prompt_port(url: str, *more: Any, **options: Any) -> Any:
@@ -219,6 +221,7 @@ class Proxy:
         recorder: takes down what passes.
         open_host: opens the port for the host, of the loop and the line that it is given.
         tell: called with what the user should know.
+        echo: the line of the module echoes: the echo goes neither to the host nor into the record.
 
     Raises:
         UsageError: a port cannot be opened.
@@ -231,8 +234,10 @@ class Proxy:
         recorder: DialogueRecorder,
         open_host: Callable[[Loop, ProxyEnd], OpenPort],
         tell: Callable[[str], object] = lambda _text: None,
+        echo: bool = False,
     ) -> None:
-        self.setting, self.recorder = setting, recorder
+        self.setting, self.recorder, self.tell = setting, recorder, tell
+        self.echo, self._said = EchoFilter(echo), False
         self.loop = Loop()
         self.over = False
         self.host, self.module = HostEnd(self, "host"), ProxyEnd(self, "module")
@@ -267,8 +272,29 @@ class Proxy:
     def passed_on(self, end: ProxyEnd, data: bytes) -> None:
         """Send what has come to one end out at the other, then record it."""
         now_ns = monotonic_ns()
+        if end is self.host:
+            self.echo.sent(data, now_ns / NS_PER_S, len(data) * self.setting.character_s)
+        else:
+            data = self._answers(data, now_ns)
+            if not data:
+                return
         (self.module if end is self.host else self.host).put(data)
         self.loop.dirty.append(partial(self._out, end, data, now_ns))  # behind what sends it
+
+    def _answers(self, data: bytes, now_ns: int) -> bytes:
+        """Return what the module has sent, without the echo of the line if that is to be dropped."""
+        data = self.echo.rest(data, now_ns / NS_PER_S)
+        if self.echo.shows and not self._said:
+            self._said = True
+            self.tell("what the host sends comes back from the module: this line echoes; give --echo to leave it out")
+        if self.echo.drops and self.echo.keeps:
+            self.loop.after(max(self.echo.until - now_ns / NS_PER_S, 0) + FULL_S, self._let_go)
+        return data
+
+    def _let_go(self) -> None:
+        """Pass on what was kept back as the beginning of an echo, if none has come."""
+        if self.echo.keeps:
+            self.passed_on(self.module, b"")
 
     def _out(self, end: ProxyEnd, data: bytes, came_ns: int) -> None:
         end.lateness.note(monotonic_ns() - came_ns, len(data))

@@ -2,10 +2,14 @@
 
 A browser tells in each request which name it has asked for (Host) and, when it opens a websocket, which page did so
 (Origin).  A page of a stranger cannot forge either; a name that a stranger has bound to 127.0.0.1 shows in Host.
+
+The names of the loopback, and addresses, can be bound by nobody, so they are ours with any port: through a tunnel
+(ssh -L) or a container (docker -p) the browser asks another port than the one on which we listen.
 """
 
 from __future__ import annotations
 
+import re
 from ipaddress import ip_address
 from typing import TYPE_CHECKING
 
@@ -16,6 +20,8 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
+HOST = re.compile(r"(\[[0-9a-f:.]+\]|[^:\[\]]+)(?::([0-9]{1,5}))?")  # a name or an address, and a port
+HTTP_PORT = "80"  # which browsers leave out
 POLICY = "; ".join(
     (
         "default-src 'none'",
@@ -51,8 +57,7 @@ class Guard:
 
     def __init__(self, app: ASGIApp, port: int, name: str, allow_remote: bool = False) -> None:
         self.app, self.port, self.allow_remote = app, port, allow_remote
-        bare = f"[{name}]" if ":" in name else name.lower()
-        self.names = {*LOOPBACK_NAMES, bare}
+        self.name = f"[{name}]" if ":" in name else name.lower()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request, or open a websocket."""
@@ -87,13 +92,14 @@ class Guard:
         return None
 
     def is_ours(self, host: str) -> bool:
-        """Return whether this is our name or address, with our port."""
-        name, _, port = host.lower().rpartition(":")
-        if self.port == 80 and host.lower() in self.names:  # which browsers leave out
-            return True
-        if port != str(self.port):
+        """Return whether this is a name of the loopback, an address that is allowed, or our name with our port."""
+        found = HOST.fullmatch(host.lower())
+        if found is None:
             return False
-        return name in self.names or (self.allow_remote and is_address(name))
+        name, port = found.groups()
+        if name in LOOPBACK_NAMES or (self.allow_remote and is_address(name)):
+            return True
+        return name == self.name and (port or HTTP_PORT) == str(self.port)
 
 
 def is_address(name: str) -> bool:

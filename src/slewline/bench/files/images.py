@@ -6,9 +6,10 @@ from os import PathLike
 from os.path import isfile
 from typing import Any
 
-from ...core.memory.image import HEX, LARGEST, check_text, from_file, from_hex, named_file, to_hex
+from ...core.memory.image import LARGEST, check_text, from_file, from_hex, named_file, to_hex
 from ...errors import UsageError
 from ...gate import BOM, read_file
+from .hex_text import hex_text, is_named_hex
 
 
 def read_image(path: str | PathLike[str]) -> bytes:
@@ -20,12 +21,11 @@ def read_image(path: str | PathLike[str]) -> bytes:
     Raises:
         BenchFileError: the file cannot be read, is longer than 64K bytes, or has a line that is not Intel HEX.
     """
-    data = read_file(path)
-    if data[len(BOM) :].lstrip()[:1] == b":":
-        data = data.removeprefix(BOM)  # of a text; a dump may begin with the same bytes
-    if str(path).lower().endswith(HEX):
-        return from_hex(data.decode("latin-1"), str(path))
-    return from_file(data, str(path))
+    data, where = read_file(path), str(path)
+    if not is_named_hex(path):
+        marked = data[len(BOM) :].lstrip()[:1] == b":"  # a text; a dump may begin with the same bytes as a mark
+        return from_file(data.removeprefix(BOM) if marked else data, where)
+    return from_hex(hex_text(data, where), where)
 
 
 def image_given(owner: str, image: Any) -> Any:
@@ -45,7 +45,7 @@ def image_given(owner: str, image: Any) -> Any:
 
 def as_image_file(path: str | PathLike[str], image: bytes) -> bytes:
     """Return the content of a file for an image: Intel HEX, if its name ends so, else the bytes."""
-    return to_hex(image).encode("ascii") if str(path).lower().endswith(HEX) else image
+    return to_hex(image).encode("ascii") if is_named_hex(path) else image
 
 
 def write_image(path: str | PathLike[str], image: bytes) -> None:

@@ -75,6 +75,7 @@ class ServeTable(FileTable, frozen=True):
     framing: bool = False
     prologix: bool = False
     over: str | None = None
+    card: str | None = None
 
 
 class DriveTable(FileTable, frozen=True):

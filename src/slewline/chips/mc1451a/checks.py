@@ -20,7 +20,7 @@ from ...language.lint import Check
 from ...language.problems import Severity
 from ...language.rates import cycles_per_s
 from ...language.statements import Directive, Source, Statement
-from .omissions import IN_MOTION, NEXT_START, REST, STARTING, forgotten, missing
+from .omissions import IN_MOTION, NEXT_START, REMEDY, REST, STARTING, codes, forgotten, missing, servo
 from .registers import PROFILE_COMMANDS, S_CURVE, TRAPEZOIDAL, VELOCITY
 from .sheet import HIGH_RANGE, ROWS, STANDARD_RANGE
 
@@ -133,6 +133,8 @@ class KnownChipset:
         self.source = source
         self.axes = [KnownAxis() for _ in range(source.sheet.axes)]
         self.current = self.axes[0]
+        self.begun = b""  # of a packet whose bytes come on several lines
+        self.is_for_servo = False  # that was reported
 
     def warn(self, statement: Statement, code: str, found: str, remedy: str = "", note: bool = False) -> None:
         """Report something about a statement."""
@@ -142,6 +144,7 @@ class KnownChipset:
     def take(self, statement: Statement) -> None:
         """One packet."""
         row, name, axis = statement.row, statement.row.name, self.current
+        self.begun = b""
         if row.encoder and not self.source.sheet.encoder:
             self.warn(statement, "no-encoder", f"{name} needs an encoder: this part only accepts it", note=True)
         if row.acts == "set":
@@ -237,8 +240,24 @@ class KnownChipset:
             axis.move = KnownMove(list(pending.values())[-1], seconds, used) if seconds else None
         axis.at = end if axis.profile in REST else None
 
+    def sent(self, directive: Directive) -> None:
+        """Look at bytes that a host sends: are they for a servo chip?"""
+        try:
+            self.begun += bytes.fromhex(directive.text.partition("bytes")[2])
+        except ValueError:
+            return  # another rule says so
+        packets = list(codes(self.source.sheet, self.begun))
+        shown = next((text for code, _ in packets if (text := servo(self.source.sheet, code))), "")
+        if shown and not self.is_for_servo:
+            self.is_for_servo = True
+            self.source.report(directive, "servo-command", "warning", shown, section="command reference", remedy=REMEDY)
+        ends = [0, *(end for _, end in packets if end <= len(self.begun))]
+        self.begun = self.begun[ends[-1] :]
+
     def direct(self, directive: Directive) -> None:
-        """Follow what the host does besides: time passes, or it waits for something."""
+        """Follow what the host does besides: it sends bytes, time passes, or it waits for something."""
+        if directive.verb == "bytes":
+            self.sent(directive)
         seconds = waited_s(directive)
         for axis in self.axes:
             if axis.move is not None and directive.verb not in PASSING:

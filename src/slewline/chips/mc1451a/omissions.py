@@ -1,15 +1,17 @@
-"""What a host forgets, or is refused: what a motion needs, the update itself, what may not change in motion.
+"""What a host forgets, or is refused: what a motion needs, the update, what may not change in motion, what a servo has.
 
 The chipset and its linter ask here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable
+from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import fields
+from types import MappingProxyType
 
+from ...core.datasheet.table import Sheet
 from .registers import GEAR, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState, Profile
-from .sheet import ROWS
+from .sheet import ROWS, SERVO, SIBLINGS
 
 _LOADING = {row.loads: row.name for row in ROWS if row.buffered}
 # double-buffered, by the command that writes it, and by the command that asks for it
@@ -75,3 +77,28 @@ def pending_of(buffer: Profile) -> list[str]:
         f"{name} {getattr(buffer, register)}" for name, register in REGISTERS.items() if register in buffer.loaded
     ]
     return written + [name for name, action in ACTIONS.items() if getattr(buffer, action)]
+
+
+# -------------------------------------------------------------------------------------------- programs for a servo chip
+ELSEWHERE = MappingProxyType({0x3B: "SET_OUTPUT_DAC16", 0x3C: "SET_OUTPUT_PWM"})  # codes that mean something else there
+REMEDY = "motion commands are the same in both; leave out those for gains and outputs"
+
+
+def servo(sheet: Sheet, code: int) -> str:
+    """Return what to say about a code that shows a program for a servo chip; "": it does not."""
+    sibling = SIBLINGS.get(code)
+    if sibling is None or sibling.of != SERVO:
+        return ""
+    here = {found: row.name for found in ELSEWHERE if (row := sheet.commands.by_code.get(found)) is not None}
+    others = ", ".join(f"{found:02x} is {name} here and {ELSEWHERE[found]} there" for found, name in here.items())
+    return f"{code:02x} is {sibling.name} of {SERVO}: no effect here; {others}"
+
+
+def codes(sheet: Sheet, data: bytes) -> Iterator[tuple[int, int]]:
+    """Yield the code of each packet in bytes that a host sends, and where the packet ends, which may be beyond them."""
+    at = 0
+    while at < len(data):
+        row, sibling = sheet.commands.by_code.get(data[at]), SIBLINGS.get(data[at])
+        size = row.size if row is not None else 1 + 2 * (sibling.writes if sibling is not None else 0)
+        yield data[at], at + size
+        at += size

@@ -22,6 +22,8 @@ from ...language.dialect import spoken_as
 from ...language.packets import Packets, checksum
 from .activity import Activity
 from .instructions import Instructions, Moves
+from .omissions import servo
+from .sheet import SERVO
 from .supply import Supply
 
 NS = 1000  # picoseconds: what strobes and bus take does not go with the crystal
@@ -49,7 +51,7 @@ class Port:
         self.ready_driver, self.bus, self.bus_driver = chip.drivers["hostrdy"], chip.bus, chip.bus_driver
         names = ("hostslct", "hostcmd", "hostwrite", "hostread")
         self.slct, self.cmd, self.writes, self.reads = (chip.pins[name].net for name in names)
-        self.told: set[str] = set()  # commands that need an encoder, where there is none
+        self.told: set[str] = set()  # commands that need an encoder, where there is none; that a servo is meant
         self.watches = ((self.writes, self._write), (self.reads, self._read), (self.slct, self._select))
         for net, told in self.watches:
             net.watch(told)
@@ -316,9 +318,13 @@ class Port:
             return
         if code not in self.codes.reserved and code not in self.codes.siblings:
             self.chip.finding("undocumented-command", f"{code:02x} is not in the manual: no effect")
-        self.wanted, reads = self.codes.siblings.get(code, (0, 0))
+        sibling = self.codes.siblings.get(code)
+        self.wanted = sibling.writes if sibling is not None else 0
+        if SERVO not in self.told and (text := servo(self.chip.sheet, code)):
+            self.told.add(SERVO)  # the others say no more
+            self.chip.finding("servo-command", text)
         if not self.wanted:
-            self._answer([0] * reads)
+            self._answer([0] * (sibling.reads if sibling is not None else 0))
 
     def _take(self, word: int) -> None:
         """Take a word that has been written."""

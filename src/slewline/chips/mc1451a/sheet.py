@@ -17,7 +17,7 @@ from typing import Any
 from ...core.datasheet.channel import HostPort
 from ...core.datasheet.option import Option
 from ...core.datasheet.table import Arg, Bits, Limit, Pin, Register, Row, Sheet, Table, Timing, Way
-from ...language.packets import Packets
+from ...language.packets import Packets, Sibling
 
 CRYSTAL_HZ = 25_000_000
 CYCLE_TICKS = 8192
@@ -282,11 +282,30 @@ ROWS = (
 # ----------------------------------------------------------------------------------------------- codes without a row
 ILLEGAL = frozenset({0x00, 0x03, 0x04, 0x22, *range(0x80, 0x100)})  # 03 and 04 only where axes 3 and 4 are missing
 RESERVED = frozenset({0x49})
+
+# Codes of sister parts: their words are taken, and 0 is returned for them, so that a host keeps in step.  A servo does
+# nothing without gains, so every program for one sends some; a stepper part has none, so they show such a program.
+SERVO = "the MC1401A, a servo chip"
+
+
+def _sent(name: str, of: str = "a sister part") -> Sibling:
+    return Sibling(name, 1, 0, of)
+
+
+def _asked(name: str, of: str = "a sister part") -> Sibling:
+    return Sibling(name, 0, 1, of)
+
+
 SIBLINGS = MappingProxyType({
-    **dict.fromkeys((0x40, 0x41), (0, 0)),
-    **dict.fromkeys((0x06, 0x0F, 0x25, 0x26, 0x27, 0x28, 0x2B, 0x38, 0x62), (1, 0)),
-    **dict.fromkeys((0x07, 0x2D, 0x2E, 0x3A, 0x50, 0x51, 0x52, 0x53, 0x54, 0x61, 0x69, 0x6E), (0, 1)),
-})
+    0x40: Sibling("AXIS_OFF", 0, 0, "a sister part"), 0x41: Sibling("AXIS_ON", 0, 0, "a sister part"),
+    0x06: _sent("SET_MTR_LMT"), 0x0F: _sent("SET_MTR_BIAS"), 0x38: _sent("SET_SMPL_TIME"), 0x62: _sent("SET_MTR_CMD"),
+    0x07: _asked("GET_MTR_LMT"), 0x2D: _asked("GET_MTR_BIAS"), 0x61: _asked("GET_SMPL_TIME"),
+    0x3A: _asked("GET_MTR_CMD"), 0x69: _asked("GET_BUF_MTR_CMD"), 0x6E: _asked("GET_OUTPUT_MODE"),
+    0x25: _sent("SET_KP", SERVO), 0x26: _sent("SET_KI", SERVO), 0x27: _sent("SET_KD", SERVO),
+    0x28: _sent("SET_I_LM", SERVO), 0x2B: _sent("SET_KVFF", SERVO),
+    0x50: _asked("GET_KP", SERVO), 0x51: _asked("GET_KI", SERVO), 0x52: _asked("GET_KD", SERVO),
+    0x53: _asked("GET_I_LM", SERVO), 0x54: _asked("GET_KVFF", SERVO), 0x2E: _asked("GET_INTGR", SERVO),
+})  # fmt: skip
 
 SLIPS = MappingProxyType({
     "SET_ACCEL": "SET_ACC", "SET_POS_ACTL_BRK": "SET_ACTL_POS_BRK", "SET_NEG_ACTL_BRK": "SET_ACTL_NEG_BRK",

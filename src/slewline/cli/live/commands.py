@@ -37,6 +37,9 @@ PORTS = together(
     click.option(
         "--registers", metavar="HOST:PORT", help="The bus of a chip that also has a serial line: on a TCP socket."
     ),
+    click.option(
+        "--card", help="The interface board of a chipset: pi-c842, or offsets such as data=0,command=1,status=1."
+    ),
     click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, which can also read back."),
     click.option(
         "--prologix", is_flag=True, help="For a chip on a bus: a GPIB controller with the commands of a Prologix one."

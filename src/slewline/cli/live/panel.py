@@ -120,7 +120,7 @@ class PanelCommand:
         if self.run:
             return False
         if self.file is not None:
-            return not self.file.tables.serve and any(script.steps for script in self.file.scripts())
+            return not self.file.tables.serve and any(text.strip() for text, _ in self.file.programs())
         return self.has_program
 
     def server(self, bench: Bench) -> Server:

@@ -51,6 +51,7 @@ class ServeCommand:
     rfc2217: str | None
     serial: str | None
     registers: str | None
+    card: str | None
     framing: bool
     prologix: bool
     rate: str | None
@@ -117,10 +118,10 @@ class ServeCommand:
                 f"slewline: --rate {self.rate}: time passes {self.rate} times as fast; if a baud rate was meant: {says}"
             )
         own = (*ports, self.registers, self.strap, self.option, self.options, self.framing, self.prologix, self.memory)
-        if self.bench is not None and any(own):
+        if self.bench is not None and any((*own, self.card)):
             raise click.UsageError(
                 "a bench file sets all of this itself; leave out ports, --strap, --option, --options, --memory, "
-                "--framing, --prologix"
+                "--framing, --prologix, --card"
             )
         if self.registers is not None and (self.chip is None or bus_of(self.chip) is None):
             raise click.UsageError(
@@ -182,7 +183,7 @@ class ServeCommand:
         (chip,), found = server.bench.chips.values(), []
         for kind, where in ports:
             over = over_which(chip.sheet, kind)
-            line = server.line(chip, framing=self.framing, over=over, prologix=self.prologix)
+            line = server.line(chip, framing=self.framing, over=over, prologix=self.prologix, card=self.card)
             found.append((titled(line), getattr(server, "tcp" if kind == REGISTERS else kind)(line, where).where))
         return found
 
@@ -194,7 +195,9 @@ def open_bench_file(server: Server, file: BenchFile) -> list[tuple[str, str]]:
     lines = []
     for port in served:
         with file.at("serve", port.number):
-            lines.append(server.line(*port.chips, framing=port.framing, over=port.over, prologix=port.prologix))
+            lines.append(
+                server.line(*port.chips, framing=port.framing, over=port.over, prologix=port.prologix, card=port.card)
+            )
     for port, line in zip(served, lines, strict=True):
         with file.at("serve", port.number, port.kind):
             if port.kind == "serial":

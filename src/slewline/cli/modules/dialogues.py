@@ -10,7 +10,7 @@ import click
 from ..options.kinds import HintingCommand
 from ..options.shared import ALLOW_CODE, EXIT, JSON, MEMORY, OPTIONS, STRAPS, path
 from ..options.values import FILE, TimeWithUnit
-from .options import CLOCK, MARKINGS, PORT, chip_option, setting_options
+from .options import CLOCK, ECHO, MARKINGS, PORT, chip_option, setting_options
 
 ADDRESS = click.option("--address", type=int, metavar="N", help="Of the module, on a line of several.")
 CHECKSUM = click.option(
@@ -28,6 +28,7 @@ CHECKSUM = click.option(
 @click.option("--baud", type=int, metavar="RATE", help="Its rate; the highest one that it has by default.")
 @CHECKSUM
 @ADDRESS
+@ECHO
 @STRAPS
 @MARKINGS
 @CLOCK
@@ -136,6 +137,7 @@ def terminal_command(**options: Any) -> int:
 @click.option("--baud", type=int, metavar="RATE", help="Dialogue: the rate, if it is another than recorded.")
 @CHECKSUM
 @ADDRESS
+@ECHO
 @STRAPS
 @MARKINGS
 @CLOCK
@@ -168,6 +170,7 @@ DIALOGUES = (
         "baud",
         "checksum",
         "address",
+        "echo",
         "strap",
         "markings",
         "crystal",

@@ -73,6 +73,7 @@ class CompareDialogue:
     baud: int | None
     checksum: bool | None
     address: int | None
+    echo: bool
     strap: tuple[tuple[str, int], ...]
     markings: str | None
     crystal: str | None
@@ -163,7 +164,10 @@ class CompareDialogue:
         from ...modules.port import ModulePort
         from .programs import raw_record, say_raw
 
-        with raw_record(self.report or self.dialogue) as raw, ModulePort(str(self.port), speech.setting, raw) as port:
+        with (
+            raw_record(self.report or self.dialogue) as raw,
+            ModulePort(str(self.port), speech.setting, raw, self.echo) as port,
+        ):
             file = SendableFile(path, replace(header, baud=speech.baud), lambda text: say(f"slewline: {text}"))
             try:
                 module = Module(port, speech, file, may_move=self.move, say=lambda text: say(f"slewline: {text}"))

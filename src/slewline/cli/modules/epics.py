@@ -36,6 +36,7 @@ class EpicsCommand:
     baud: int | None
     checksum: bool | None
     address: int | None
+    echo: bool
     dialogue: str | None
     parameters: tuple[str, ...]
     record: str
@@ -83,7 +84,14 @@ class EpicsCommand:
             raise UsageError(f"{self.part}: no serial line over which a record moves it; allowed a part that has one")
         values = self.values()
         found = find(
-            self.port, sheet, baud=self.baud, checked=self.checksum, address=self.address, may_move=True, say=tell
+            self.port,
+            sheet,
+            baud=self.baud,
+            checked=self.checksum,
+            address=self.address,
+            may_move=True,
+            echo=self.echo,
+            say=tell,
         )
         try:
             speech = found.speech

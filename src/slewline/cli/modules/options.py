@@ -23,12 +23,14 @@ MARKINGS = click.option("--markings", metavar="TEXT", help="What is printed on t
 CLOCK = click.option("--crystal", type=Frequency(), help="Its clock, such as '11 MHz', where that is known.")
 PORT = click.argument("port")
 PART = chip_option("What it is; by default as FILE ends, such as .gs-c200s.", required=False)
+ECHO = click.option("--echo", is_flag=True, help="The line echoes what is sent, as an RS-485 adapter does: drop that.")
 SETTING = (
     click.option("--baud", type=int, metavar="RATE", help="Its rate; by default it is looked for, or 9600."),
     click.option(
         "--checksum/--no-checksum", default=None, help="Its lines have checksums, or not; by default it is asked."
     ),
     click.option("--address", type=int, metavar="N", help="Of the module, on a line that several share."),
+    ECHO,
 )
 DIALOGUE = path("--dialogue", help="Write what is said into this new file; by default one beside FILE.")
 

@@ -37,6 +37,7 @@ class PortOptions:
     baud: int | None
     checksum: bool | None
     address: int | None
+    echo: bool
     dialogue: str | None
     markings: str | None
     crystal: str | None
@@ -68,6 +69,7 @@ class PortOptions:
             checked=self.checksum,
             address=self.address,
             may_move=may_move,
+            echo=self.echo,
             raw=raw,
             say=tell,
         )
@@ -157,7 +159,7 @@ class PushCommand(PortOptions):
         sheet = sheet_for(self.file, self.part, check_push)
         check_push(sheet)
         check_store(sheet, self.store)
-        wanted = ProgramText.read(read_program(self.file), sheet, self.file)
+        wanted = ProgramText.read(read_program(self.file, source=True), sheet, self.file)
         return performed(lambda: self._push(sheet, wanted))
 
     def _push(self, sheet: Sheet, wanted: ProgramText) -> None:

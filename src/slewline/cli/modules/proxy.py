@@ -32,6 +32,7 @@ class ProxyCommand:
     baud: int | None
     checksum: bool | None
     address: int | None
+    echo: bool
     strap: tuple[tuple[str, int], ...]
     markings: str | None
     crystal: str | None
@@ -49,7 +50,9 @@ class ProxyCommand:
         setting, file = self.opened()
         recorder = DialogueRecorder(file)
         try:
-            proxy = Proxy(self.serial, setting, recorder, self.host_port, lambda text: say(f"slewline: {text}"))
+            proxy = Proxy(
+                self.serial, setting, recorder, self.host_port, lambda text: say(f"slewline: {text}"), self.echo
+            )
         except SlewlineError:
             recorder.close()
             file.path.unlink(missing_ok=True)  # nothing was said

@@ -47,7 +47,7 @@ def size_of(image: bytes) -> int:
 
 def is_hex(data: bytes) -> bool:
     """Return whether the content of a file is text in Intel HEX: its first line begins with a colon, and ends so."""
-    first = data.lstrip()[:44].split(b"\n", 1)[0].strip()
+    first = data.lstrip()[:44].replace(b"\r", b"\n").split(b"\n", 1)[0].strip()
     return first[:1] == b":" and all(byte in b"0123456789ABCDEFabcdef" for byte in first[1:])
 
 
@@ -65,22 +65,6 @@ def from_file(data: bytes, where: str) -> bytes:
     if len(data) > LARGEST:
         raise BenchFileError(f"{where}: an image of {len(data)} bytes; allowed {LARGEST}, sixteen address lines")
     return data
-
-
-def hex_lines(text: str, where: str) -> list[str]:
-    """Return the lines of a text of bytes in hexadecimal, without their comments.
-
-    Raises:
-        BenchFileError: a line has anything else.
-    """
-    lines = [line.split(";", 1)[0].strip() for line in text.splitlines()]
-    for number, line in enumerate(lines, 1):
-        try:
-            bytes.fromhex(line)
-        except ValueError:
-            found = f"{where}, line {number}: {line[:60]!r}"
-            raise BenchFileError(f"{found}: bytes are pairs of hexadecimal digits, such as 43 00") from None
-    return lines
 
 
 def from_hex(text: str, where: str) -> bytes:

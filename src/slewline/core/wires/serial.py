@@ -95,6 +95,11 @@ class LineSetting(NamedTuple):
         return f"{self.baud} {self.word}"
 
     @property
+    def character_s(self) -> float:
+        """Seconds that a character takes."""
+        return self.word.ticks / OVERSAMPLING / float(self.baud)
+
+    @property
     def in_full(self) -> str:
         """As the settings of a serial port name it."""
         word = self.word

@@ -10,10 +10,11 @@ from ...core.datasheet.table import Row, Sheet
 from ...errors import UsageError
 from ..dialect import Refusal, spoken_as
 from ..reader import Reader
-from ..statements import Operand, Source
+from ..statements import Instruction, Operand, Source
 from .grammar import (
     DIRECTS,
     LONGEST,
+    Sibling,
     Words,
     checksum,
     command,
@@ -35,8 +36,8 @@ from .reference import packet_in_full, packet_table, words_of
 
 # fmt: off
 __all__ = [
-    "DIRECTS", "LONGEST", "Packets", "Words", "checksum", "command", "counted", "fields", "number", "numbers",
-    "parse", "range_of", "row", "shown", "spell", "status_bit", "usage", "values", "words",
+    "DIRECTS", "LONGEST", "Packets", "Sibling", "Words", "checksum", "command", "counted", "fields", "number",
+    "numbers", "parse", "range_of", "row", "shown", "spell", "status_bit", "usage", "values", "words",
 ]
 # fmt: on
 
@@ -65,7 +66,7 @@ class Packets(Words):
     Attributes:
         illegal: codes that are answered with checksum 0.
         reserved: codes without data or effect.
-        siblings: codes of commands of sister parts, without effect here, each with (words written, words read).
+        siblings: commands of sister parts by their codes, without effect here.
         version: the version word of the part.
         status: the fields of the status word of an axis.
         mode: the fields of the mode word of an axis.
@@ -103,6 +104,13 @@ class Packets(Words):
             found.append(self.cut(data, at, sheet).data)
             at += len(found[-1])
         return [packet.hex(" ") for packet in found]
+
+    def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
+        """Return the packet that begins at an address; one of a sister part has no row, but its words."""
+        found, sibling = super().cut(stored, at, sheet), self.siblings.get(stored[at])
+        if found.row is None and sibling is not None:
+            return Instruction(at, bytes(stored[at : at + 1 + 2 * sibling.writes]), None, ())
+        return found
 
     def check_stream(self, sheet: Sheet) -> None:
         """Refuse a binary stream: packets have no second form."""

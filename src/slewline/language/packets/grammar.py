@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import zip_longest
 from math import isfinite
+from typing import NamedTuple
 
 from ...core.datasheet.table import Arg, Bits, Row, Sheet
 from ...core.messages.near import hint, near
@@ -34,13 +35,22 @@ MOST_MEANT = 3  # commands that a message suggests
 LONGEST = 40  # characters of a number or a mnemonic that are looked at; no longer one is right
 
 
+class Sibling(NamedTuple):
+    """A command of a sister part, by its code: its name, the words written and read, and whose it is."""
+
+    name: str
+    writes: int
+    reads: int
+    of: str
+
+
 @dataclass(frozen=True, eq=False)
 class Words(Dialect):
     """A command byte, words to and from the part, a checksum; `Packets` says what the attributes are."""
 
     illegal: frozenset[int]
     reserved: frozenset[int]
-    siblings: Mapping[int, tuple[int, int]]
+    siblings: Mapping[int, Sibling]
     version: int
     status: tuple[Bits, ...]
     mode: tuple[Bits, ...]
@@ -281,8 +291,11 @@ def _stranger(sheet: Sheet, name: str) -> Refusal:
     close = near(wanted, sheet.commands.by_form)[:MOST_MEANT]
     alike = [form for form in sheet.commands.by_form if tail and form.partition("_")[2] == tail]
     spelled_out = [form for form in sheet.commands.by_form if wanted.startswith(form)]
+    sibling = next((each for each in spoken_as(sheet, Words).siblings.values() if each.name == wanted), None)
     if wanted in sheet.foreign:
         remedy = "a part with more axes has this command"
+    elif sibling is not None:
+        remedy = f"it is a command of {sibling.of}, without effect here; leave it out"
     elif meant := [slips[wanted]] if wanted in slips else close or alike or spelled_out:
         remedy = f"write {' or '.join(meant)}"
     else:

@@ -89,7 +89,7 @@ def _other_codes(dialect: grammar.Words) -> list[tuple[str, str]]:
     alike = {(1, 0): "a word is taken", (0, 1): "a word is returned, 0", (0, 0): "no data"}
     rows = [
         (
-            _codes(code for code, found in dialect.siblings.items() if found == words),
+            _codes(code for code, found in dialect.siblings.items() if (found.writes, found.reads) == words),
             f"a sister part's; no effect, {says}",
         )
         for words, says in alike.items()

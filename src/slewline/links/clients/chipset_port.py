@@ -9,6 +9,7 @@
         print(f"{port.inp(DATA):02x}{port.inp(DATA):02x}")
 
 Of an address the lowest four bits count, so 0x342 is the command register too.  The messages are those of registers.py.
+A server with another card (--card) says in its first line where the registers are: `at`.
 
 A packet is one message.  In lockstep OUT and a poll whose answer can be foreseen do not wait for one: HostRdy is low
 after a command and after the second byte of a word, until a poll has found it so, and high after the first byte.  What
@@ -23,7 +24,7 @@ from __future__ import annotations
 import socket
 from collections.abc import Iterable
 
-DATA, COMMAND, STATUS, RESET = 0, 2, 4, 8  # offsets of the registers
+DATA, COMMAND, STATUS, RESET = 0, 2, 4, 8  # offsets of the registers, on the board of the application note
 HOSTRDY = 0x80  # in the status
 IN, OUT, READY, POLL, HELLO, SERIES, ON = 0x00, 0x10, 0x24, 0x54, 0x90, 0xC0, 0xC1
 VERSION, LOCKSTEP, OLDER = 2, 0x80, 0xFF  # in the answer to HELLO
@@ -41,6 +42,11 @@ class ChipsetPort:
         host, port: the address on which `slewline serve` listens.
         timeout: the longest wait for an answer, in seconds of the wall clock.
         plain: use only requests that older servers know as well.
+
+    Attributes:
+        part: the name of the chipset.
+        axes: the number of its axes.
+        at: offsets of the registers "data", "command", "status" and "reset"; a card without a reset has no such key.
 
     Raises:
         ConnectionError: there is no server, it serves no chipset, or another host is connected.
@@ -60,21 +66,24 @@ class ChipsetPort:
         self.socket = socket.create_connection((host, port), timeout)
         try:
             self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self.part, self.axes = self._greeted()
+            self.part, self.axes, self.at = self._greeted()
         except BaseException:
             self.close()
             raise
 
-    def _greeted(self) -> tuple[str, int]:
-        """The part, and how many axes it has."""
+    def _greeted(self) -> tuple[str, int, dict[str, int]]:
+        """The part, how many axes it has, and where the registers are."""
         line = bytearray()
         while not line.endswith(b"\n") and len(line) < 200:
             line += self._read(1)
         text = line.decode("latin-1").strip()
         if not text.startswith(GREETING):
             raise ConnectionError(f"{self.where}: {text!r}; expected '{GREETING}...', the greeting of registers")
-        part, axes = text.removeprefix(GREETING).split()
-        return part, int(axes)
+        part, axes, *places = text.removeprefix(GREETING).split()
+        at = {"data": DATA, "command": COMMAND, "status": STATUS, "reset": RESET}
+        if places:
+            at = {name: int(offset) for name, _, offset in (place.partition("=") for place in places)}
+        return part, int(axes), at
 
     def _read(self, number: int) -> bytes:
         found = bytearray()
@@ -134,7 +143,7 @@ class ChipsetPort:
         program requests of the server later is done after it.
 
         Args:
-            address: the address of the register, of which the lowest four bits count: DATA, COMMAND, RESET.
+            address: the address of the register, of which the lowest four bits count: `at["data"]`, `at["command"]` ...
             byte: 0 to 255.
 
         Raises:
@@ -146,21 +155,21 @@ class ChipsetPort:
             self.exchange(request)
             return
         self._go(*request)
-        if register in (DATA, COMMAND):
+        if register in (self.at["data"], self.at["command"]):
             self._used(*request)
-        elif register == RESET:
+        elif register == self.at.get("reset"):
             self._forget()
 
     def inp(self, address: int) -> int:
         """Read a byte from a register, as IN does on a PC.
 
         Args:
-            address: the address of the register, of which the lowest four bits count: DATA, STATUS.
+            address: the address of the register, of which the lowest four bits count: `at["data"]`, `at["status"]`.
         """
         register = address & 0x0F
         if not self._foreseeing():
             return self.exchange((IN + register, 0))[0]
-        if register == STATUS:
+        if register == self.at["status"]:
             return self._poll()
         self._go(IN + register, 0)
         byte = 0 if self.stays_low else self._collect()
@@ -168,8 +177,8 @@ class ChipsetPort:
         while self.stays_low:
             tries += 1
             byte = self._again(self.sent if tries < TRIES else [each for each in self.sent if each[0] != POLL])
-        if register == DATA:
-            self._used(IN + DATA)
+        if register == self.at["data"]:
+            self._used(IN + register)
         return byte
 
     def ready(self, ms: int = PATIENCE_MS) -> bool:
@@ -195,7 +204,7 @@ class ChipsetPort:
 
     def _used(self, request: int, _value: int = 0) -> None:
         """A register of data or commands has been used: what do the next polls find?"""
-        if request == OUT + COMMAND and self.high:
+        if request == OUT + self.at["command"] and self.high:
             self.halves = set()
         elif self.halves is not None:
             self.halves ^= {request}
@@ -242,7 +251,7 @@ class ChipsetPort:
     def _poll(self) -> int:
         """Read the status."""
         if self.stays_low:
-            status = self._exchange(framed(SERIES, [(IN + STATUS, 0)]), 1)[0]
+            status = self._exchange(framed(SERIES, [(IN + self.at["status"], 0)]), 1)[0]
             self.high = bool(status & HOSTRDY)
             if not status & HOSTRDY:
                 return status
@@ -255,9 +264,9 @@ class ChipsetPort:
         if self.foreseen:
             status = self.foreseen.pop(0)
             self.high = bool(status & HOSTRDY)
-            self._go(*((POLL, PATIENCE_MS) if status & HOSTRDY else (IN + STATUS, 0)))
+            self._go(*((POLL, PATIENCE_MS) if status & HOSTRDY else (IN + self.at["status"], 0)))
             return status
-        self._go(IN + STATUS, 0)
+        self._go(IN + self.at["status"], 0)
         status = self._collect()
         if self.stays_low:
             self.sent.pop()  # the program polls again
@@ -280,12 +289,12 @@ class ChipsetPort:
             ValueError: a number that is out of range.
             TimeoutError: HostRdy stays low.
         """
-        wait = READY, PATIENCE_MS
-        requests = [wait, (OUT + COMMAND, allowed("code", code, 0xFF))]
+        wait, data = (READY, PATIENCE_MS), self.at["data"]
+        requests = [wait, (OUT + self.at["command"], allowed("code", code, 0xFF))]
         for word in words:
             high, low = divmod(allowed("word", word, 0xFFFF), 0x100)
-            requests += [wait, (OUT + DATA, high), (OUT + DATA, low)]
-        requests += [wait, (IN + DATA, 0), (IN + DATA, 0)] * reads
+            requests += [wait, (OUT + data, high), (OUT + data, low)]
+        requests += [wait, (IN + data, 0), (IN + data, 0)] * reads
         answers = self.series(*requests)
         if not all(answer & HOSTRDY for request, answer in zip(requests, answers, strict=True) if request == wait):
             raise TimeoutError(f"{self.where}: HostRdy stays low in packet {code:02x}")

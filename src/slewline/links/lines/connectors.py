@@ -55,10 +55,11 @@ def uart(bench: Bench, chip: Chip) -> SerialPort:
     return port
 
 
-def board(bench: Bench, chip: Chip, over: str | None) -> Board:
-    """Return an interface board on a chip."""
+def board(bench: Bench, chip: Chip, over: str | None, card: str | None = None) -> Board:
+    """Return an interface board on a chip; `card` is which one, where there are several."""
     kind, tail = BOARDS[type(channel_over(chip, over))]
-    return cast("Board", bench.part(kind, name=f"{chip.name}_{tail}", to=chip))
+    which = {} if card is None else {"card": card}
+    return cast("Board", bench.part(kind, name=f"{chip.name}_{tail}", to=chip, **which))
 
 
 def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int, Chip]]:

@@ -1,6 +1,7 @@
 """The registers of an interface board on TCP: what IN and OUT are to a program on a PC, as short messages.
 
-A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, how many axes.
+A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, how many axes; and
+where the registers are, as in "data=0 status=1 command=1", unless they are where the application note has them.
 After that every request is two bytes and every answer is one, in the order of the requests:
 
     0r --    IN      read register r of the board (parts/boards/board.py)       the byte
@@ -33,7 +34,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, cast
 
 from ...parts.boards.board import FLOATING, Board
-from ...parts.boards.series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, Done, is_step, spelled
+from ...parts.boards.layouts import COMMAND, PMD, STATUS, Layout
+from ...parts.boards.series import IN, MS, OUT, POLL, POLL_PS, WAITS, Done, is_step, spelled
 from ...parts.lines.far_end import TELNET
 from ..lines.log import TO_CHIP, TO_HOST, TranscriptFile
 from ..lines.pace import Pace
@@ -74,10 +76,20 @@ class RegisterLine(RequestLine):
         return cast("Board", self.part)
 
     @property
+    def status(self) -> int | None:
+        """Where the board has its status."""
+        return self.board.layout.offset(STATUS)
+
+    def _read_from(self, request: int) -> int:
+        """Return the register that a request reads; one that waits reads the status."""
+        status = self.status
+        return request & 0x0F if request - IN < OUT or status is None else status
+
+    @property
     def greeting(self) -> bytes:
         """What a host gets first."""
         sheet = self.chips[0].sheet
-        return f"slewline registers {VERSION} {sheet.part} {sheet.axes}\r\n".encode("ascii")
+        return f"slewline registers {VERSION} {sheet.part} {sheet.axes}{placed(self.board.layout)}\r\n".encode("ascii")
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
         """Connect a host."""
@@ -143,15 +155,16 @@ class RegisterLine(RequestLine):
                 if request & 0xF0 == OUT:
                     self._show(TO_CHIP, request & 0x0F, byte, ps)
                 else:
-                    self._note(request & 0x0F, byte, ps)
+                    self._note(self._read_from(request), byte, ps)
         return answers
 
     def _request(self, request: int, value: int) -> None:
         """Queue what is asked for, and the answer to it."""
-        board, offset = self.board, request & 0x0F
+        board, offset = self.board, self._read_from(request)
         if request & 0xF0 == OUT:
-            board.cycle(board.base + offset, value)
-            self.answer(lambda _board, _: self._written(offset, value))
+            register = request & 0x0F
+            board.cycle(board.base + register, value)
+            self.answer(lambda _board, _: self._written(register, value))
         elif request == HELLO:
             self.answer(lambda _board, _: bytes([NEWEST | LOCKSTEP * self.pace.lockstep]))
         elif request == POLL:
@@ -161,7 +174,7 @@ class RegisterLine(RequestLine):
                 board.ready(value * MS, WAITS[request])
             access = board.cycle(board.base + offset)
             self.answer(lambda _board, access: self._read(offset, access), access)
-            if self.pace.lockstep and request == IN + STATUS:
+            if self.pace.lockstep and request not in WAITS and offset == self.status:
                 board.ready(POLL_PS)
         else:
             self.answer(lambda _board, _: bytes([self._nobody(request, value)]))
@@ -175,9 +188,9 @@ class RegisterLine(RequestLine):
         """Write what was read into the transcript, if it is news."""
         if self.silent:
             return
-        if offset != STATUS or byte != self.shown:
+        if offset != self.status or byte != self.shown:
             self._show(TO_HOST, offset, byte, ps)
-        if offset == STATUS:
+        if offset == self.status:
             self.shown = byte
 
     def _written(self, offset: int, byte: int) -> bytes:
@@ -212,6 +225,14 @@ class RegisterLine(RequestLine):
         """An access in the transcript: "< 2 31", "> 0 5c"."""
         if not self.silent:
             self.log.write(ps, self.name, way, f"{offset:x} {byte:02x}")
+
+
+def placed(layout: Layout) -> str:
+    """Return where a board has its registers, for the greeting; "" for the places that clients take for granted."""
+    if layout.offset(COMMAND) is None or (layout.reads, layout.writes) == (PMD.reads, PMD.writes):
+        return ""
+    found = {name: offset for each in (layout.reads, layout.writes) for offset, name in each.items()}
+    return "".join(f" {name}={offset}" for name, offset in found.items())
 
 
 class RegisterSession(TurnSession):

@@ -49,6 +49,7 @@ def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: boo
     Raises:
         MotionRefused: one of them may make a step, and the module may not; nothing has been sent.
         ReplacementRefused: one of them replaces the program, and may not; nothing has been sent.
+        NoAnswer: the line echoes.
         PortLost: the port is gone.
     """
     found = hazards(exchanges, module.speech)
@@ -71,4 +72,5 @@ def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: boo
                 module.once(command)
             except (NoAnswer, DamagedAnswer) as failure:
                 module.transcript.note(str(failure))
+            module.port.check_echo()
         before_us = exchange.over_us if exchange.last_us is None else exchange.last_us

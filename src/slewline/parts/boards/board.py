@@ -4,11 +4,13 @@ r"""Interface boards in a PC: registers at I/O addresses, each access a cycle of
     address    ---<================================>
     IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            a byte that is read is taken at the end of clock 4
 
-A board decodes ten address lines and takes sixteen addresses; those without a function read FF and take nothing.
+A board decodes ten address lines and takes sixteen addresses.  Those without a register read FF and take nothing, as do
+addresses of no board; each of them is a finding, once for IN and once for OUT.
 """
 
 from __future__ import annotations
 
+from collections.abc import Awaitable
 from typing import Any, ClassVar
 
 from ...core.datasheet.option import Option
@@ -19,27 +21,27 @@ from ...core.wires.waits import until
 from ...errors import UsageError
 from ..base.part import Part
 from ..base.request_queue import Request, RequestQueue
-from .series import IN, MS, OUT, POLL, POLL_PS, STATUS, WAITS, Done, is_step, met, spelled
+from .layouts import BASES, OFFSETS, STATUS, STEPS, Layout
+from .series import IN, MS, OUT, POLL, POLL_PS, WAITS, Done, is_step, met, spelled
 
 CLOCK_PS = 125_000
 CYCLE = 6  # clocks; the strobes of the bus last from clock 1 to the end of clock 4
-BASES = range(0x300, 0x400, 0x10)
-STEPS = f"{BASES[0]:#x} to {BASES[-1]:#x} in steps of 0x10"
 DECODED = 0x3FF
 FLOATING = 0xFF
 CYCLE_PS = CYCLE * CLOCK_PS
 READY = "ready"  # what a program may wait for, instead of polls
 
 
-def base_option(says: str) -> Option:
+def base_option(default: int | None, says: str) -> Option:
     """Return the option `base` of a board."""
     return Option(
         "base",
         "int",
-        0x340,
+        default,
         f"the first of its addresses, {STEPS}{says}",
-        like=f"{BASES[4]:#x}",
-        check=lambda base: "" if base in BASES else f"allowed {STEPS}",
+        none=default is None,
+        like="0x340",
+        check=lambda base: "" if base is None or base in BASES else f"allowed {STEPS}",
     )
 
 
@@ -48,11 +50,14 @@ class Board(Part):
 
     _for_users: ClassVar[tuple[str, ...]] = ("base", "out", "inp", "ready")
     waits: tuple[str, ...] = (READY,)
+    remedy = ""  # of an access without a register
 
-    def __init__(self, kernel: Kernel, name: str, *, base: int) -> None:
+    def __init__(self, kernel: Kernel, name: str, *, base: int, layout: Layout) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name, give_up=self.give_up)
-        self.base = base
+        self.base, self.layout = base, layout
+        self._status = layout.offset(STATUS)
+        self._reported: set[tuple[int, bool]] = set()  # addresses without a register, and whether they were read
         self._began = 0  # the instant at which the present cycle begins, or the next one (ps)
         self._broken = False  # the last series has ended with a wait in vain
 
@@ -118,22 +123,50 @@ class Board(Part):
     async def write(self, port: int, byte: int) -> None:
         """Write a byte to a port, now: a write cycle."""
         self._began = self.kernel.now
-        await self.access(self._offset(port), byte)
+        await self._access(self._offset(port), byte, port)
         await until(self.kernel, self._clock(CYCLE))
 
     async def read(self, port: int) -> int:
         """Return the byte of a port, now: a read cycle."""
         self._began = self.kernel.now
-        byte = await self.access(self._offset(port))
+        byte = await self._access(self._offset(port), None, port)
         await until(self.kernel, self._clock(CYCLE))
         return byte
 
-    async def access(self, offset: int, byte: int | None = None) -> int:
+    async def access(self, register: str, byte: int | None = None) -> int:
         """Do the cycle that begins next, in a clock from now at most, as far as it is to be watched.
 
         Without a byte to be written it is a read cycle; its byte is returned in clock 5.
+
+        Args:
+            register: one that the layout has for this.
+            byte: what is written.
         """
         raise NotImplementedError
+
+    def _access(self, offset: int, byte: int | None, port: int | None = None) -> Awaitable[int]:
+        """Do the cycle at an offset, which may have no register; `port`: the whole address, if there is one."""
+        register = (self.layout.reads if byte is None else self.layout.writes).get(offset)
+        return self._nowhere(offset, byte, port) if register is None else self.access(register, byte)
+
+    async def _nowhere(self, offset: int, byte: int | None, port: int | None) -> int:
+        """Do a cycle that reaches no register."""
+        address, reading = self.base + offset if port is None else port, byte is None
+        if (address, reading) not in self._reported:
+            self._reported.add((address, reading))
+            self.finding("no-register", self._without(address, offset, reading))
+        if byte is not None:
+            return byte
+        await until(self.kernel, self._clock(5))
+        return FLOATING
+
+    def _without(self, address: int, offset: int, reading: bool) -> str:
+        """Return what to say about an address without a register."""
+        done = f"IN {address:#x} reads FF" if reading else f"OUT {address:#x} has no effect"
+        if offset not in OFFSETS:
+            return f"{done}: no board is there; {self.name} has the addresses from {self.base:#x} on"
+        can = "reads" if reading else "takes"
+        return f"{done}: {self.name} at {self.base:#x} {can} {self.layout.listed(reading)}{self.remedy}"
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
         """Wait, without cycles, for something, or until so much time (ps) is over."""
@@ -161,17 +194,17 @@ class Board(Part):
         for request, value in zip(steps[::2], steps[1::2], strict=True):
             if request == POLL:
                 byte = await self._poll(value * MS)
-            elif request & 0x0F == STATUS and request & 0xF0 != OUT:
-                if request != IN + STATUS:
+            elif request in WAITS or request - IN == self._status:
+                if request in WAITS:
                     await until(kernel, self._began)
                     await self.until_ready(value * MS, WAITS[request])
                     self._began = kernel.now
                 byte = await self._look()
-                if request == IN + STATUS and poll_ps:
+                if request not in WAITS and poll_ps:
                     await self._ready_within(poll_ps)
             else:
                 await until(kernel, free)
-                byte = await self.access(request & 0x0F, value if request & 0xF0 == OUT else None)
+                byte = await self._access(request & 0x0F, value if request & 0xF0 == OUT else None)
                 self._began = free = self._clock(CYCLE)
             answers.append(byte)
             ends.append(self._began)

@@ -1,4 +1,6 @@
-r"""The ISA board of the chipset's application note: its host port as I/O addresses of a PC.
+r"""An ISA board: the host port of a chipset as I/O addresses of a PC.
+
+That of the chipset's application note has these; other cards have them elsewhere (layouts.py).
 
     base + 0   data, read and write     + 2   command, write     + 4   bit 7: HostRdy, read     + 8   reset, write
 
@@ -8,24 +10,23 @@ r"""The ISA board of the chipset's application note: its host port as I/O addres
     HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL cuts it short, so that data are held after it
     HostRead   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            the PC takes the byte at its end
 
-The board decodes ten address lines.  It takes sixteen addresses; those without a function read FF and take nothing, and
-the other bits of the status float and read 1.  RESET of the bus resets the chipset, too.
+The other bits of the status float and read 1.  RESET of the bus resets the chipset, too.
 """
 
 from __future__ import annotations
 
 from types import MappingProxyType
 
+from ...core.datasheet.option import Option
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Net
 from ...core.wires.waits import first_of, until
 from ..base.operation import HostLines, Operation
 from .board import FLOATING, READY, Board, base_option
 from .isa_cycle import IsaCycle
-from .series import DATA, STATUS
+from .layouts import ALLOWED, COMMAND, DATA, RESET, STATUS, layout_of, wrong
 
 RESET_PS = 2_000_000  # the chipset wants 1 µs; the strobe of the bus alone would be too short
-COMMAND, RESET = 2, 8  # offsets from the base
 HOSTRDY = 0x80
 
 
@@ -44,10 +45,19 @@ class Isa(Board):
         }
     )
 
-    options = (base_option("; its two select lines give 0x340, 0x350, 0x370 and 0x390"),)
+    options = (
+        base_option(
+            None,
+            "; by default 0x340, or that of the card; the select lines of the application note give 0x340, 0x350, "
+            "0x370 and 0x390",
+        ),
+        Option("card", "text", "pmd", f"where its registers are: {ALLOWED}", like="pi-c842", check=wrong),
+    )
+    remedy = '; for a host program of another card name it, card="pi-c842" or the like'
 
-    def __init__(self, kernel: Kernel, name: str, *, base: int) -> None:
-        super().__init__(kernel, name, base=base)
+    def __init__(self, kernel: Kernel, name: str, *, base: int | None, card: str) -> None:
+        layout = layout_of(card)
+        super().__init__(kernel, name, base=layout.base if base is None else base, layout=layout)
         self.add_bus("hostdata", "data bus of the chipset")
         for pin in ("hostslct", "hostread", "hostwrite", "reset"):
             self.add_pin(pin, "out", f"{pin} of the chipset", initial=1)
@@ -68,18 +78,18 @@ class Isa(Board):
         self.drivers["reset"].drive(0 if held else 1)
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
-    async def access(self, offset: int, byte: int | None = None) -> int:
+    async def access(self, register: str, byte: int | None = None) -> int:
         """Do a cycle; one that writes is promised as a whole."""
-        if offset == DATA or (offset == COMMAND and byte is not None):
-            return await self._operate(byte, offset == COMMAND)
+        if register in (DATA, COMMAND):
+            return await self._operate(byte, register == COMMAND)
         if byte is not None:
-            if offset == RESET:
+            if register == RESET:
                 self._reset_until = self._clock(1) + RESET_PS
                 self.kernel.call_at(self._clock(1), self._put_reset)
                 self.kernel.call_at(self._reset_until, self._put_reset)
             return byte
         await until(self.kernel, self._clock(5))
-        return FLOATING & ~HOSTRDY if offset == STATUS and not self.high("hostrdy") else FLOATING
+        return FLOATING & ~HOSTRDY if register == STATUS and not self.high("hostrdy") else FLOATING
 
     async def _operate(self, byte: int | None, command: bool) -> int:
         """Write to the port of the chipset, or without a byte read from it."""

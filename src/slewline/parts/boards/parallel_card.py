@@ -16,9 +16,10 @@ from types import MappingProxyType
 from ...core.time.kernel import Kernel
 from ...core.wires.waits import first_of, until
 from .board import FLOATING, READY, Board, base_option
-from .series import DATA, STATUS
+from .layouts import DATA, RESET, STATUS, Layout
 
-CONTROL, RESET = 2, 8  # offsets from the base
+CONTROL = "control"
+LAYOUT = Layout(0x340, {0: DATA, 2: CONTROL, 4: STATUS}, {0: DATA, 2: CONTROL, 8: RESET})
 REQUEST, DRIVE = 0x01, 0x02  # in the control register
 IS_READY, IS_FREE = 0x80, 0x40  # in the status: BUSY high, FPL high
 RESET_PS = 100_000_000  # longer than any crystal needs
@@ -30,11 +31,11 @@ class ParallelCard(Board):
 
     _for_users = ("status", "control")
     wiring = MappingProxyType({"db": "data", "io_request": "request", "busy": "ready", "fpl": "flow", "reset": "reset"})
-    options = (base_option(""),)
+    options = (base_option(LAYOUT.base, ""),)
     waits = (READY, ANSWER, MESSAGE)
 
     def __init__(self, kernel: Kernel, name: str, *, base: int) -> None:
-        super().__init__(kernel, name, base=base)
+        super().__init__(kernel, name, base=base, layout=LAYOUT)
         self.add_bus("db", "data bus of the chip")
         self.add_pin("io_request", "out", "IO_REQUEST of the chip", initial=1)
         self.add_pin("busy", "in", "BUSY of the chip", pull=1)
@@ -48,30 +49,25 @@ class ParallelCard(Board):
         low = IS_READY * (not self.high("busy")) | IS_FREE * (not self.high("fpl"))
         return FLOATING & ~low
 
-    async def access(self, offset: int, byte: int | None = None) -> int:
+    async def access(self, register: str, byte: int | None = None) -> int:
         """Do a cycle; the register has what is written at the end of clock 4, when a byte is read, too."""
         await until(self.kernel, self._clock(5))
         if byte is None:
-            return self._read(offset)
-        if offset == DATA:
+            return self._read(register)
+        if register == DATA:
             self._latch = byte
-        elif offset == CONTROL:
+        elif register == CONTROL:
             self.control = byte & (REQUEST | DRIVE)
-        elif offset == RESET:
+        elif register == RESET:
             self.drivers["reset"].wave(None, (self._clock(0) + 1, self._clock(0) + RESET_PS), (1, None))
         self.drivers["db"].drive((0xFF, self._latch) if self.control & DRIVE else None)
         self.drivers["io_request"].drive(0 if self.control & REQUEST else 1)
         return byte
 
-    def _read(self, offset: int) -> int:
-        byte = FLOATING
-        if offset == DATA:
-            byte = self.byte("db")
-        elif offset == CONTROL:
-            byte = self.control
-        elif offset == STATUS:
-            byte = self.status
-        return byte
+    def _read(self, register: str) -> int:
+        if register == DATA:
+            return self.byte("db")
+        return self.control if register == CONTROL else self.status
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
         """Wait, without cycles, until BUSY is high, or low (an answer), or FPL is low (a message); for so long (ps)."""

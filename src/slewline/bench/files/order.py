@@ -1,0 +1,68 @@
+"""The order in which the parts of a bench file are made: a part after those that it names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Container, Mapping, Sequence
+from itertools import chain, count
+from typing import Any
+
+from ...core.messages.near import hint
+from ...errors import SlewlineError
+from ...parts.base.part import Part
+
+NAMING = ("to", "on")  # keys that name another part, or a chip
+
+
+def stem_of(kind: str, cls: type[Part]) -> str:
+    """Return how a part of a kind is called by default, but for its number."""
+    return cls.__name__.lower() if ":" in kind else kind.replace("-", "_")
+
+
+def free_name(stem: str, taken: Container[str]) -> str:
+    """Return a name that is not taken: the stem, numbered if need be."""
+    return next(name for name in chain((stem,), (f"{stem}_{number}" for number in count(2))) if name not in taken)
+
+
+def ordered(
+    parts: Sequence[Mapping[str, Any]],
+    names: Sequence[str],
+    chips: Collection[str],
+    error: Callable[[int, str, str], SlewlineError],
+) -> list[int]:
+    """Return the numbers of parts in an order in which each comes after those that it names; else as in the file.
+
+    Args:
+        parts: the tables.
+        names: what the parts are called.
+        chips: names that are on the bench already.
+        error: makes an error of the number of a table, a key, and what is wrong.
+
+    Raises:
+        SlewlineError: a part names what is not on the bench, or parts name each other.
+    """
+    numbers: dict[str, int] = {}
+    for number, name in enumerate(names):
+        numbers.setdefault(name, number)  # the second one of a name is refused when it is made
+    found: list[int] = []
+
+    def visit(number: int, path: list[int]) -> None:
+        if number in found:
+            return
+        for key in NAMING:
+            wanted = parts[number].get(key)
+            if wanted is None or wanted in chips:
+                continue
+            if wanted not in numbers:
+                known = [*chips, *names]
+                raise error(
+                    number, key, f"the bench has no {wanted!r}; there are: {', '.join(known)}{hint(wanted, known)}"
+                )
+            if (other := numbers[wanted]) in (*path, number):
+                circle = " -> ".join(names[each] for each in [*path, number, other][[*path, number].index(other) :])
+                raise error(number, key, f"parts that name each other in a circle: {circle}; wire one with [[wire]]")
+            visit(other, [*path, number])
+        found.append(number)
+
+    for number in range(len(parts)):
+        visit(number, [])
+    return found

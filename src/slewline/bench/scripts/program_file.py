@@ -1,0 +1,47 @@
+"""Files that a host plays: a script, or the bytes of a .hex file."""
+
+from __future__ import annotations
+
+from os import PathLike
+
+from ...core.datasheet.table import Sheet
+from ...errors import BenchFileError
+from ...gate import read_file, read_text
+from ...language.dialect import dialect_of
+from ..files.hex_text import has_records, hex_lines, hex_text, is_named_hex
+from .script import read_script
+from .script_runner import Script
+
+
+def program_text(path: str | PathLike[str], data: bytes | None = None) -> str:
+    """Return the text of a program file: of one named .hex the text of its bytes.
+
+    Args:
+        data: what it holds, if that has been read.
+
+    Raises:
+        BenchFileError: it cannot be read or is no text; it is named .hex and is the image of a memory.
+    """
+    if not is_named_hex(path):
+        return read_text(path, data)
+    text = hex_text(read_file(path) if data is None else data, str(path))
+    if has_records(text):
+        remedy = "slewline dis shows it, and --memory or file in a [[part]] loads it into a memory"
+        raise BenchFileError(f"{path}: is the image of a memory in Intel HEX, not what a host sends; {remedy}")
+    return text
+
+
+def program_script(text: str, where: str, sheet: Sheet) -> Script:
+    """Return the script of a program file: the bytes of a .hex file line by line, to a chipset packet by packet.
+
+    Args:
+        where: the name of the file.
+        sheet: of the chip that the host speaks to, the first of several.
+
+    Raises:
+        BenchFileError: it is named .hex, and is not pairs of hexadecimal digits.
+    """
+    if not is_named_hex(where):
+        return read_script(text, where)
+    lines = dialect_of(sheet).parted(hex_lines(text, where), sheet)
+    return read_script("\n".join(line and f"@bytes {line}" for line in lines), where)

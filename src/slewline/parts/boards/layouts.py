@@ -1,0 +1,99 @@
+"""Where interface boards have their registers: a row for each card that is known, and text for any other one.
+
+pmd          the ISA board of the chipset's application note
+pi-c842      a card of Physik Instrumente; as a host program for it uses it: it polls +1 and writes commands there,
+             data go over +0, and +2 is set once, to 0F.  What bits 0 to 6 of its status are is not known: they read 1.
+data=0,command=1,status=1,reset=8,base=0x300
+             a card of the user's; reset and base may be left out
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from ...core.messages.near import hint
+from ...errors import UsageError
+
+DATA, COMMAND, STATUS, RESET = "data", "command", "status", "reset"
+OFFSETS = range(16)
+BASES = range(0x100, 0x400, 0x10)
+STEPS = f"{BASES[0]:#x} to {BASES[-1]:#x} in steps of 0x10"
+
+
+class Layout(NamedTuple):
+    """The registers of a board: names by offsets from its base, in `reads` those of IN, in `writes` those of OUT."""
+
+    base: int
+    reads: Mapping[int, str]
+    writes: Mapping[int, str]
+
+    def offset(self, register: str) -> int | None:
+        """Return where a register is; None: the board has none of this name."""
+        return next((at for each in (self.writes, self.reads) for at, name in each.items() if name == register), None)
+
+    def listed(self, reading: bool) -> str:
+        """Return the registers that can be read, or written, with their offsets."""
+        found = self.reads if reading else self.writes
+        return ", ".join(f"{name} at +{offset}" for offset, name in sorted(found.items()))
+
+
+def placed(data: int, command: int, status: int, reset: int | None = None, base: int = 0x340, **more: int) -> Layout:
+    """Return a layout, from the offsets of its registers; `more` are registers that take a byte and have no effect."""
+    writes = {data: DATA, command: COMMAND} | ({} if reset is None else {reset: RESET})
+    writes |= {offset: name for name, offset in more.items()}
+    return Layout(base, MappingProxyType({data: DATA, status: STATUS}), MappingProxyType(writes))
+
+
+PMD = placed(data=0, command=2, status=4, reset=8)
+CARDS: Mapping[str, Layout] = MappingProxyType(
+    {"pmd": PMD, "pi-c842": placed(data=0, command=1, status=1, base=0x210, function=2)}
+)
+EXAMPLE = "data=0,command=1,status=1,base=0x300"
+ALLOWED = f"{', '.join(CARDS)}, or offsets such as {EXAMPLE}"
+
+
+def layout_of(card: str) -> Layout:
+    """Return the layout of a card: its row, or what a text says.
+
+    Raises:
+        UsageError: no card of this name, or a text that is no layout.
+    """
+    if card in CARDS:
+        return CARDS[card]
+    if "=" not in card:
+        raise UsageError(f"card {card!r}: not known; allowed {ALLOWED}{hint(card, CARDS)}")
+    found: dict[str, int] = {}
+    for word in card.split(","):
+        key, _, value = (each.strip() for each in word.partition("="))
+        try:
+            number = int(value, 0)
+        except ValueError:
+            number = -1
+        if key not in (DATA, COMMAND, STATUS, RESET, "base") or key in found:
+            again = "given twice" if key in found else "not known"
+            keys = (DATA, COMMAND, STATUS, RESET, "base")
+            raise UsageError(f"card {card!r}: {key!r} is {again}; allowed {', '.join(keys)}, such as {EXAMPLE}")
+        if number not in (BASES if key == "base" else OFFSETS):
+            allowed = STEPS if key == "base" else f"{OFFSETS[0]} to {OFFSETS[-1]}"
+            raise UsageError(f"card {card!r}: {key}: found {value!r}; allowed {allowed}")
+        found[key] = number
+    if missing := [key for key in (DATA, COMMAND, STATUS) if key not in found]:
+        raise UsageError(f"card {card!r}: needs {', '.join(missing)}, such as {EXAMPLE}")
+    written = [found[key] for key in (DATA, COMMAND, RESET) if key in found]
+    if len({*written}) < len(written) or found[STATUS] == found[DATA]:
+        raise UsageError(
+            f"card {card!r}: two registers have one address; allowed command and status at one, because the one is "
+            "written and the other one read"
+        )
+    return placed(**found)
+
+
+def wrong(card: str) -> str:
+    """Return what is wrong with the text of an option `card`; "": nothing is."""
+    try:
+        layout_of(card)
+    except UsageError as error:
+        return str(error)
+    return ""
