@@ -26,7 +26,7 @@ from .problems import Problem
 from .statements import Block, Directive, Source, Statement
 
 COMMENT = "comment"  # the code of these problems, and of the finding of a host that plays such a text
-# what a comment of another language begins with; nothing after a # makes it an argument of the CY545
+# what a comment of another language begins with; a # with nothing after it may be an argument
 MARK = re.compile(r"(?:^\s*(?=[#%])|(?<=\s)(?=[#%]\s+\S)|(?:^|(?<=\s))(?=//|/\*))[#%/]")
 BEGINS = "a comment begins with ;"
 STILL_COMMANDS = ("range", "spacing")  # problems of what is a command all the same
@@ -130,7 +130,7 @@ def commented(text: str, sheet: Sheet) -> list[Problem]:
 
     Another one for each line with what is a comment in other languages.
 
-    A line that is a comment as a whole is a command that somebody has switched off: it is meant.
+    A line that is a comment as a whole is meant: a command that was switched off.
     """
     found = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -167,7 +167,7 @@ def _mark(code: str) -> re.Match[str] | None:
 
 
 def _is_command(text: str, sheet: Sheet) -> bool:
-    """Return whether a text is a command of a part, as it is written; a word in small letters is a word."""
+    """Return whether a text is a command of a part; a word in small letters is none."""
     source = Source(sheet)
     labels = dialect_of(sheet).reader(source, 1, 1, text).take(())
     if labels or not all(isinstance(item, Statement) for item in source.items):

@@ -105,7 +105,7 @@ def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], w
     check_script(bench, host, script)
     bench.kernel.outside.tell("script", host=host.name, args=[host.chip.name, script.text, script.where])
     for problem in commented(script.text, host.chip.sheet):
-        host.finding(problem.code, f"{script.where}, line {problem.line}: {problem.found}; {problem.remedy}")
+        host.finding("comment", f"{script.where}, line {problem.line}: {problem.found}; {problem.remedy}")
     runner = _runner(bench, host, script)
     following = [*script.steps[1:], None]
     for runner.step, then in zip(script.steps, following, strict=False):

@@ -82,7 +82,7 @@ def unopened(where: str, error: Exception) -> str:
     if scheme == "rfc2217" and "RFC2217" in str(error):
         return dismissed(where) or (
             f"the server does not speak RFC 2217; end another program that has the port, or write socket://{host}:"
-            f"{port} if it is a TCP port as it is"
+            f"{port} if it is a plain TCP port"
         )
     number = getattr(cause, "errno", None)
     return f"{os.strerror(number) if number else cause}; check the address, the network and the server"
