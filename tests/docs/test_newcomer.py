@@ -207,7 +207,8 @@ OURS = [
     for line in dict.fromkeys(lines(PAGES))
     if any("/" in wanted or wanted.startswith(".") for wanted in requirements(line))
 ]
-BRINGS = {  # what can be imported then
+BRINGS = {
+    "panel": "starlette",  # what can be imported then
     "all": "click, distributed, matplotlib, msgspec, numba, prompt_toolkit, pyvisa, serial, starlette",
     "plot": "matplotlib",
     "pytest": "pytest, serial, slewline.testing",
