@@ -207,9 +207,9 @@ OURS = [
     for line in dict.fromkeys(lines(PAGES))
     if any("/" in wanted or wanted.startswith(".") for wanted in requirements(line))
 ]
-BRINGS = {
-    "panel": "starlette",  # what can be imported then
+BRINGS = {  # what can be imported then
     "all": "click, distributed, matplotlib, msgspec, numba, prompt_toolkit, pyvisa, serial, starlette",
+    "panel": "starlette, uvicorn, websockets",
     "plot": "matplotlib",
     "pytest": "pytest, serial, slewline.testing",
 }
