@@ -209,6 +209,7 @@ OURS = [
 ]
 BRINGS = {  # what can be imported then
     "all": "click, distributed, matplotlib, msgspec, numba, prompt_toolkit, pyvisa, serial, starlette",
+    "panel": "starlette, uvicorn, websockets",
     "plot": "matplotlib",
     "pytest": "pytest, serial, slewline.testing",
 }
