@@ -198,7 +198,7 @@ def test_a_bench_at_time_0_and_a_window_of_no_length_are_refused():
     with pytest.raises(slewline.UsageError, match=r"nothing to draw from 0 ps to 0 ps; call bench.run\(\) first"):
         bench.figure()
     bench.run("1 ms")
-    with pytest.raises(slewline.UsageError, match="nothing to draw from 900 µs to 100 µs"):
+    with pytest.raises(slewline.UsageError, match="start 900 µs, stop 100 µs: give a stop after the start"):
         bench.figure(start="900 us", stop="100 us")
     assert headings(bench.figure()) == ["Velocity, steps/s"]  # a position that never moves is no news
 

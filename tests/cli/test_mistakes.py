@@ -195,7 +195,7 @@ MISTAKES = [  # the line, the end of the answer
     ("compare w.dialogue whole.vcd", "w.dialogue: is a dialogue, which is compared with the model alone; name MODEL"),
     ("compare whole.vcd w.dialogue", "w.dialogue: is a dialogue, which is compared with the model alone; name MODEL"),
     ("compare whole.vcd cut.vcd", "it was cut off; torn=True, or --torn, reads what is before the cut"),
-    ("compare none.vcd.csv whole.vcd", "read_waveforms reads it, and compare does as MEASURED"),
+    ("compare none.vcd.csv whole.vcd", "write:  slewline compare whole.vcd none.vcd.csv"),
     ("compare whole.vcd bare.vcd", "give the unit of its times: timescale='1 ns', or --timescale '1 ns'"),
     ("serve cy525 --tcp 99999", "such as 127.0.0.1:4001, or a port of this machine, 4001 (port 0: any free one)"),
     (

@@ -324,7 +324,7 @@ def test_inputs_that_are_wired_wrongly_are_refused():
     for wiring, says in (
         ({"A6": "abort"}, "allowed A0, A1, "),
         ({"A0": "abrot"}, "did you mean abort"),
-        ({"A0": "pulse"}, "no input of x"),
+        ({"A0": "pulse"}, "pulse is an output of x"),
         ({"A0": "abort", "A1": "!abort"}, "another input already"),
     ):
         with pytest.raises(UsageError, match=says):

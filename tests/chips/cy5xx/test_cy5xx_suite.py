@@ -164,7 +164,7 @@ def test_program_entry_stores_and_does_not_perform(part: str) -> None:
 def test_a_return_behind_q_is_told_of(part: str) -> None:
     rig = alone(part).say("E", "B")
     rig.send("Q\r")
-    assert rig.codes == ["q-terminated"]
+    assert rig.codes == ["unfinished", "q-terminated"]  # it was idle in program entry
 
 
 @pytest.mark.fact("CY500-PROG-1", "CY500-UND-OVERFLOW", "CY512-PROG-1", "CY512-CON-BUFFER")

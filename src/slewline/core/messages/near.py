@@ -21,7 +21,7 @@ def hint(name: object, names: Iterable[str]) -> str:
 
 
 def near(name: object, names: Iterable[str]) -> list[str]:
-    """Return those of some names that are near, whatever their case; the nearest first.
+    """Return the nearest of some names, whatever their case: those with the fewest slips; none if none is near.
 
     A name that was only begun leads to the one that goes on so, if no other one does.
     """
@@ -30,7 +30,8 @@ def near(name: object, names: Iterable[str]) -> list[str]:
         return []
     found = [(slips, each) for each, letters in known.items() if (slips := slips_between(wanted, letters)) is not None]
     if found:
-        return [each for _, each in sorted(found, key=lambda pair: pair[0])]
+        fewest = min(slips for slips, _ in found)
+        return [each for slips, each in found if slips == fewest]
     begun = [each for each, letters in known.items() if letters.startswith(wanted)]
     return begun if len(begun) == 1 else []
 

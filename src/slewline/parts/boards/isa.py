@@ -53,7 +53,7 @@ class Isa(Board):
         ),
         Option("card", "text", "pmd", f"where its registers are: {ALLOWED}", like="pi-c842", check=wrong),
     )
-    remedy = '; for a host program of another card name it, card="pi-c842" or the like'
+    _remedy = '; for a host program of another card name it, card="pi-c842" or the like'
 
     def __init__(self, kernel: Kernel, name: str, *, base: int | None, card: str) -> None:
         layout = layout_of(card)
