@@ -174,7 +174,7 @@ class World:
     # -------------------------------------------------------------------------------------------------------- comparing
     def recorded(self, name: str, start: int) -> list[tuple[int, int]]:
         """The edges of a recorded wire behind an instant."""
-        times, levels = self.bench.edges(name)
+        times, levels = self.bench.edges(name, max(start, self.since.get(name, 0)))
         return [(time, level) for time, level in zip(times.tolist(), levels.tolist(), strict=True) if time > start]
 
     def left(self) -> dict[str, Any]:

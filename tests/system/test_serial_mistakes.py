@@ -297,6 +297,8 @@ MISTAKES = (
     row("a port of Windows as a link", command, "gs-c200s", "--pty", "COM3", words="COM3 is the name of a port on Windows (--serial COM3)|name a link, such as /tmp/COM3"),
     row("a port of Windows", command, "gs-c200s", "--serial", "COM3", words="COM3: is the name of a port on Windows; on this system a serial port is /dev/ttyUSB0"),
     row("a serial port that is not there", command, "gs-c200s", "--serial", "/dev/ttyUSB77", words="/dev/ttyUSB77: No such file or directory; name a serial port that exists"),
+    row("a TCP port as a serial port", command, "gs-c200s", "--serial", "socket://127.0.0.1:4001", words="is an address, and no serial port; name a device, such as /dev/ttyUSB0 or COM3; --tcp opens a TCP port"),
+    row("an address as a serial port", command, "gs-c200s", "--serial", "127.0.0.1:4001", words="127.0.0.1:4001: is an address, and no serial port"),
     row("text to a port of registers", registers, b"GET_VRSN\r\n", words="mc1151a_isa  no-request: |b'GE' (text, it seems) is not a request|port of registers, with two bytes a request|docs/howto/serve_registers.md"),
 )
 # fmt: on

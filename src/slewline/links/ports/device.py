@@ -27,7 +27,7 @@ from ..lines.port_line import CableLine
 from ..sockets.loop import Loop
 from ..sockets.stream import CHUNK, SocketStream
 from ..sockets.system import WINDOWS_PORT, Descriptor, pair
-from .urls import TAIL, dismissal, unopened
+from .urls import TAIL, dismissal, no_device, unopened
 
 try:
     import serial
@@ -121,7 +121,8 @@ class DevicePort(Closing):
         try:
             self._open()
         except (OSError, ValueError) as error:
-            raise UsageError(f"{device}: {unopened(device, error) or refused(device, error)}") from None
+            why = no_device(device) if make is serial.Serial else unopened(device, error)
+            raise UsageError(f"{device}: {why or refused(device, error)}") from None
 
     @property
     def where(self) -> str:

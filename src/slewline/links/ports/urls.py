@@ -88,6 +88,13 @@ def unopened(where: str, error: Exception) -> str:
     return f"{os.strerror(number) if number else cause}; check the address, the network and the server"
 
 
+def no_device(where: str) -> str:
+    """Return that an address or URL is no serial port, where only a device can be one; empty: it is neither."""
+    if os.path.exists(where) or not (where.startswith(SERVED) or _address(where)):
+        return ""
+    return f"is an address, and no serial port; name a device, such as {DEVICE}; --tcp opens a TCP port"
+
+
 def _place(where: str) -> tuple[str, int] | None:
     """Return host and port of a URL; None: it has none."""
     scheme, _, address = where.partition("://")
