@@ -134,3 +134,11 @@ def test_parts_without_names_are_numbered_as_in_the_file(tmp_path):
     )
     assert [name for name in bench.parts if name in ("late", "gear", "gear_2")] == ["late", "gear_2", "gear"]
     assert [str(bench[name].shaft.ratio) for name in ("gear", "gear_2")] == ["1/2", "1/3"]
+
+
+def test_a_long_chain_of_parts_from_the_last_to_the_first(tmp_path):
+    """A file may come from anybody: its length is no depth of calls."""
+    number = 1500
+    chain = [f'[[part]]\nkind = "gear"\nname = "g{n}"\non = "g{n + 1}"\n' for n in range(number)]
+    with pytest.raises(BenchFileError, match=rf"\[\[part\]\] {number}, on: the bench has no 'g{number}'"):
+        bench_of(tmp_path, *chain)

@@ -43,26 +43,34 @@ def ordered(
     numbers: dict[str, int] = {}
     for number, name in enumerate(names):
         numbers.setdefault(name, number)  # the second one of a name is refused when it is made
-    found: list[int] = []
+    placed: dict[int, None] = {}
 
-    def visit(number: int, path: list[int]) -> None:
-        if number in found:
-            return
+    def missing(number: int) -> tuple[str, int] | None:
+        """Return the key by which a part names one that is not placed, and that one."""
         for key in NAMING:
             wanted = parts[number].get(key)
             if wanted is None or wanted in chips:
                 continue
             if wanted not in numbers:
                 known = [*chips, *names]
-                raise error(
-                    number, key, f"the bench has no {wanted!r}; there are: {', '.join(known)}{hint(wanted, known)}"
-                )
-            if (other := numbers[wanted]) in (*path, number):
-                circle = " -> ".join(names[each] for each in [*path, number, other][[*path, number].index(other) :])
-                raise error(number, key, f"parts that name each other in a circle: {circle}; wire one with [[wire]]")
-            visit(other, [*path, number])
-        found.append(number)
+                says = f"the bench has no {wanted!r}; there are: {', '.join(known)}{hint(wanted, known)}"
+                raise error(number, key, says)
+            if numbers[wanted] not in placed:
+                return key, numbers[wanted]
+        return None
 
-    for number in range(len(parts)):
-        visit(number, [])
-    return found
+    for first in range(len(parts)):
+        path = {} if first in placed else {first: None}  # each names the next one
+        while path:
+            number = next(reversed(path))
+            found = missing(number)
+            if found is None:
+                placed[number] = path.pop(number)
+                continue
+            key, other = found
+            if other in path:
+                circle = [*path][[*path].index(other) :]
+                shown = " -> ".join(names[each] for each in [*circle, other])
+                raise error(number, key, f"parts that name each other in a circle: {shown}; wire one with [[wire]]")
+            path[other] = None
+    return [*placed]
