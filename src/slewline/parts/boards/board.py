@@ -55,7 +55,7 @@ class Board(Part):
     def __init__(self, kernel: Kernel, name: str, *, base: int, layout: Layout) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name, give_up=self.give_up)
-        self.base, self._layout = base, layout
+        self.base, self.layout = base, layout
         self._status = layout.offset(STATUS)
         self._reported: set[tuple[int, bool]] = set()  # addresses without a register, and whether they were read
         self._began = 0  # the instant at which the present cycle begins, or the next one (ps)
@@ -146,7 +146,7 @@ class Board(Part):
 
     def _access(self, offset: int, byte: int | None, port: int | None = None) -> Awaitable[int]:
         """Do the cycle at an offset, which may have no register; `port`: the whole address, if there is one."""
-        register = (self._layout.reads if byte is None else self._layout.writes).get(offset)
+        register = (self.layout.reads if byte is None else self.layout.writes).get(offset)
         return self._nowhere(offset, byte, port) if register is None else self.access(register, byte)
 
     async def _nowhere(self, offset: int, byte: int | None, port: int | None) -> int:
@@ -166,7 +166,7 @@ class Board(Part):
         if offset not in OFFSETS:
             return f"{done}: no board is there; {self.name} has the addresses from {self.base:#x} on"
         can = "reads" if reading else "takes"
-        return f"{done}: {self.name} at {self.base:#x} {can} {self._layout.listed(reading)}{self._remedy}"
+        return f"{done}: {self.name} at {self.base:#x} {can} {self.layout.listed(reading)}{self._remedy}"
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
         """Wait, without cycles, for something, or until so much time (ps) is over."""
