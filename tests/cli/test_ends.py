@@ -21,7 +21,7 @@ pytestmark = [pytest.mark.posix, pytest.mark.system]
 GONE_S = 15.0  # a tenth of a second is usual; what is orphaned stays for good
 BEGUN = "begun\n"
 MAIN = f"from slewline.cli.main import main; import os; os.write(2, {BEGUN.encode()!r}); main()"
-MOTOR = ("--motor", "QSH4218-51-10-049", "--load", "inertia 6.8e-6, friction 5 mNm", "--driver", "24 V, 1 A averaged")
+MOTOR = ("--motor", "QSH4218-51-10-049", "--load", "inertia 68 g cm2, friction 5 mNm", "--driver", "24 V, 1 A averaged")
 TUNE = ("tune", "cy525", *MOTOR, "--steps", "500", "--map")
 MODULE = "slewline://gs-c200s?chs=0&rate=1"
 SCRIPT = "".join(f"{line}\n" for line in ("A 0", "F 10", "R 100", "S 240", "N 60000", *["G"] * 200))

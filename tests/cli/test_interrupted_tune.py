@@ -15,7 +15,7 @@ import pytest
 pytestmark = [pytest.mark.system, pytest.mark.posix]
 MAIN = "from slewline.cli.main import main; main()"
 TUNE = (
-    "tune", "cy525", "--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V", "--load", "inertia 6.8e-6",
+    "tune", "cy525", "--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V", "--load", "inertia 68 g cm2",
     "--steps", "48", "--grid", "F=3..10 R=4..40/12 S=1..250/12", "--perturb", "inertia 20%, current -20%", "--map",
 )  # fmt: skip
 PATIENCE = 120

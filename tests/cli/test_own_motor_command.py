@@ -96,7 +96,7 @@ def test_a_motor_that_cannot_be_is_refused(call, folder, given, says):
     (folder / "bench.toml").write_text('[[part]]\nkind = "stepper"\n')
     (folder / "word.toml").write_text(f"{FIGURES}volts = 3\n")
     (folder / "unit.toml").write_text(FIGURES.replace("0.44 Nm", "0.44 kg"))
-    for command in (("tune", "cy525", *QUICK), ("calibrate", *LOAD, "--pull-out", "900")):
+    for command in (("tune", "cy525", *QUICK), ("calibrate", *LOAD, "--pull-out", "900 steps/s")):
         ran = call(*command, "--motor", given)
         assert ran.status == 2 and says in ran.err and "did you mean 17" not in ran.err
 
@@ -110,7 +110,10 @@ def test_a_motor_that_cannot_be_is_refused(call, folder, given, says):
         ),
         (("ramp", "gs-c200s", "T=600 rpm"), "rate '600 rpm': a chip counts steps"),
         (("calibrate", "--motor", EXAMPLE, *LOAD, "--pull-out", "5 Nm"), "--pull-out '5 Nm'; Nm is a unit of torque"),
-        (("calibrate", "--motor", EXAMPLE, *LOAD, "--pull-out", "900", "--torque", "3 rpm"), "rpm is a unit of rate"),
+        (
+            ("calibrate", "--motor", EXAMPLE, *LOAD, "--pull-out", "900 steps/s", "--torque", "3 rpm"),
+            "rpm is a unit of rate",
+        ),
     ],
 )
 def test_a_unit_that_does_not_fit_is_named(call, command, says):
@@ -124,8 +127,7 @@ def test_a_great_ripple_is_said_by_both_commands(call):
     ran = call("tune", "cy525", *QUICK, *small)
     assert ran.status == 0 and f"note          {says}" in ran.out
     assert [each[: len(says)] for each in call("tune", "cy525", *QUICK, *small, "--json").json["notes"]] == [says]
-    assert (
-        "note" not in call("tune", "cy525", *QUICK, *small, "--driver", "24 V, 2.8 A averaged", "--motor", "AS1010").out
-    )
-    ran = call("calibrate", *small, "--start-stop", "900")
+    held = call("tune", "cy525", *QUICK, *small, "--driver", "24 V, 2.8 A averaged", "--motor", "AS1010").out
+    assert "ripples" not in held and "note          2.8 A a phase, and AS1010 is rated 1 A: it gets hot" in held
+    ran = call("calibrate", *small, "--start-stop", "900 steps/s")
     assert ran.status == 0 and f"note       {says}" in ran.out

@@ -141,6 +141,7 @@ def asked(monkeypatch, question: Question, *answers: str) -> str:
         (("1124090",), "1124090"),  # a name of digits
         (("99", "1"), "QSH4218-35-10-027"),
         (("as10", "4"), "AS1060"),
+        (("17", "1"), "17HS4401"),  # number 17 was not shown
         (("as10", ""), "AS1010"),
         (("nothing like it", "as10", "2"), "AS1030"),
     ],
@@ -156,8 +157,16 @@ def test_a_text_of_ones_own_goes_through_the_option(monkeypatch):
     assert asked(monkeypatch, question, "current 2 A, resistance 1 ohm") == "current 2 A, resistance 1 ohm"
 
 
+DRIVEN = MOTOR | {"driver": "24 V, 1 A averaged"}
+
+
+def test_a_load_that_the_motor_cannot_turn_is_asked_again(monkeypatch, capsys):
+    assert asked(monkeypatch, load_question(DRIVEN), "friction 5 Nm", "friction 5 mNm") == "friction 5 mNm"
+    assert "5 of friction" in capsys.readouterr().err
+
+
 def test_every_answer_that_is_offered_is_a_good_one():
-    for question in (chip_question({}), motor_question({}), driver_question(MOTOR), load_question(MOTOR)):
+    for question in (chip_question({}), motor_question({}), driver_question(MOTOR), load_question(DRIVEN)):
         for name, _ in [*question.choices, (question.default, "")]:
             question.check(name)
 

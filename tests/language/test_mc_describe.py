@@ -65,7 +65,7 @@ def test_a_command_in_full():
 
 
 def test_a_command_that_is_none_is_refused_with_what_is_meant():
-    with pytest.raises(UnknownName, match="SET_VELO is not a command of the MC1151A; write SET_VEL or GET_VEL"):
+    with pytest.raises(UnknownName, match="SET_VELO is not a command of the MC1151A; write SET_VEL"):
         describe(SHEETS["mc1151a"], "SET_VELO")
     with pytest.raises(UnknownName, match="SET_3 is not a command of the MC1251A; a part with more axes"):
         describe(SHEETS["mc1251a"], "SET_3")

@@ -139,7 +139,7 @@ def test_the_mistake_says_what_is_allowed():
             "write decimal digits, or hexadecimal ones after 0x or $",
         ),
         ("get_satus", "unknown-command", 0, 9, "", "write GET_STATUS"),
-        ("SET_VELO 1", "unknown-command", 0, 8, "", "write SET_VEL or GET_VEL"),
+        ("SET_VELO 1", "unknown-command", 0, 8, "", "write SET_VEL"),
         ("POS 5", "unknown-command", 0, 3, "", "write SET_POS or GET_POS"),
         ("R 100", "unknown-command", 0, 1, "", "slewline describe mc1451a-e lists the commands"),
         ("", "unknown-command", 0, 0, "", "slewline describe mc1451a-e lists the commands"),

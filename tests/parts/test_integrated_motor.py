@@ -166,7 +166,7 @@ def test_steps_are_lost_as_soon_as_it_is_at_rest():
     bench = Bench()
     x = bench.add("cy525", name="x")
     motor = bench.part(
-        "stepper", "motor", to=x, driver="L/4R 20 V", load="inertia 6.8e-6, friction 5 mNm, torque 30 mNm"
+        "stepper", "motor", to=x, driver="L/4R 20 V", load="inertia 68 g cm2, friction 5 mNm, torque 30 mNm"
     )
     bench.host(x).send("A 0\rF 6\rR 20\rS 200\rZ 1\rN 400\rG\r")
     bench.run_until_idle()

@@ -9,7 +9,7 @@ import slewline
 
 from .table import Reading, at_most, check, same
 
-MOTOR = {"motor": "QSH4218-47-28-040", "driver": "24 V, 2.8 A", "load": "inertia 6.8e-6, friction 2 mNm"}
+MOTOR = {"motor": "QSH4218-47-28-040", "driver": "24 V, 2.8 A", "load": "inertia 68 g cm2, friction 2 mNm"}
 MOTION_ERROR = 1 << 4  # of the status word
 
 

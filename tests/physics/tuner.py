@@ -46,14 +46,14 @@ class Grid(NamedTuple):
         return task_of(self.part, self.motor, self.driver, self.load, self.steps, grid, perturb)[0]
 
 
-LOAD = "inertia 6.8e-6, friction 5 mNm, torque 30 mNm"
+LOAD = "inertia 68 g cm2, friction 5 mNm, torque 30 mNm"
 GRIDS = {
     "CY525": Grid(
         "cy525", "QSH4218-51-10-049", "L/4R 20 V", LOAD, 200,
         "F=4,8 R=8..40/5 S=1..250/4", "F=4,6,8 R=4..44/11 S=1..250/9",
     ),
     "GS-C200S": Grid(
-        "gs-c200s", "QSH4218-51-10-049", "24 V, 1 A averaged", "inertia 6.8e-6, friction 5 mNm", 200,
+        "gs-c200s", "QSH4218-51-10-049", "24 V, 1 A averaged", "inertia 68 g cm2, friction 5 mNm", 200,
         "S=40,60 T=100..300/5 R=10..80/4", "S=10,30,60 T=60..400/10 R=5..300/9",
     ),
     "MC1451A, trapezoid": Grid(

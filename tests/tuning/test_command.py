@@ -13,7 +13,7 @@ import slewline
 from slewline.cli.main import invoke
 from slewline.cli.motors.tune import workers_of
 
-MOTOR = ("--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V", "--load", "inertia 6.8e-6, friction 5 mNm")
+MOTOR = ("--motor", "QSH4218-51-10-049", "--driver", "L/4R 20 V", "--load", "inertia 68 g cm2, friction 5 mNm")
 QUICK = (*MOTOR, "--steps", "24", "--grid", "F=4,30 R=8,14,40 S=200", "--perturb", "inertia 20%, current -20%")
 
 
@@ -48,7 +48,8 @@ def test_what_it_prints_and_writes(call: Any, tmp_path: Path) -> None:
     assert lines["runs"] == f"{found.runs} of {found.exhaustive}"
     tables = tomllib.loads((tmp_path / "found.toml").read_text("utf-8"))
     assert tables["part"][0]["driver"] == "L/4R 20 V" and tables["host"][0]["script"][-1] == "G"
-    assert lines["commands"] == "; ".join(tables["host"][0]["script"])
+    first, *others = tables["host"][0]["script"]
+    assert lines["commands"] == first and "\n".join(f"              {each}" for each in others) in out
     picture = (tmp_path / "found.svg").read_text("utf-8")
     assert "The curve is not the judge" in picture and "Map of R and F: " in picture
     assert len((tmp_path / "log.jsonl").read_text("utf-8").splitlines()) == 1 + found.runs
@@ -100,16 +101,41 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
     (("--driver", "24 hamsters"), "driver"),
     (("--load", "torque 3 Nm"), "load: "),
     (("--load", "inertia -1"), "load: inertia"),
+    (("--load", "inertia 68"), "inertia '68'; 68 has no unit; allowed 0 and more kg m2, or text with a unit: kg m2, "),
+    (("--load", "mass 2 kg, lead 5"), "lead '5'; 5 has no unit; allowed 0 and more m, or text with a unit: m, cm, mm"),
+    (("--grid", "F=3-10 R=8 S=199"), "cy525: F '3-10': write 3..10 for a range"),
+    (("--grid", "F=4,6, R=8"), "F '4,6,': a comma without a value; blanks separate parameters, such as F=4,6 R=8"),
 ])  # fmt: skip
 def test_mistakes(call: Any, arguments: tuple[str, ...], says: str) -> None:
     status, out, err = call("cy525", *QUICK, *arguments)
     assert status == 2 and not out and err.startswith("slewline: ") and says in err
 
 
+def test_parameters_beside_the_options_are_the_grid(call: Any) -> None:
+    status, _, err = call("cy525", *QUICK, "F=6", "R=8")
+    assert status == 2 and "F=6 R=8: write --grid 'F=6 R=8'" in err
+
+
+def test_a_bench_file_of_the_user_is_not_replaced(call: Any) -> None:
+    Path("own.toml").write_text('[[chip]]\npart = "cy525"\n')
+    status, _, err = call("cy525", *QUICK, "--bench", "own.toml")
+    assert status == 2 and "--bench own.toml: this file exists, and tune has not written it; name a new file" in err
+    assert Path("own.toml").read_text() == '[[chip]]\npart = "cy525"\n'
+    for _ in range(2):  # its own is
+        assert call("cy525", *QUICK, "--bench", "new.toml")[0] == 0
+
+
+def test_more_than_the_rated_current_is_said(call: Any) -> None:
+    _, out, _ = call("cy525", *QUICK, "--driver", "24 V, 10 A averaged")
+    assert "note          10 A a phase, and QSH4218-51-10-049 is rated 1 A: it gets hot" in out
+    _, out, _ = call("cy525", *QUICK, "--driver", "24 V, 1 A averaged")
+    assert "is rated" not in out
+
+
 def test_where_nothing_holds(call: Any) -> None:
     fast = ("cy525", *MOTOR, "--steps", "200", "--grid", "F=30 R=60,80 S=250")
     status, out, err = call(*fast)
-    assert status == 2 and not out
+    assert status == 1 and not out
     assert (
         "cy525: none of 2 moves holds; the slowest, F=30 R=60 S=250 Z=1, loses steps under '" in err and "; try " in err
     )

@@ -123,7 +123,7 @@ def test_the_first_step_is_at_the_start_of_the_move() -> None:
 
 def test_a_found_ramp_holds_under_the_judge(monkeypatch: pytest.MonkeyPatch) -> None:
     found = slewline.tune(
-        "cy525", motor="QSH4218-51-10-049", driver="L/4R 20 V", load="inertia 6.8e-6, friction 5 mNm, torque 30 mNm",
+        "cy525", motor="QSH4218-51-10-049", driver="L/4R 20 V", load="inertia 68 g cm2, friction 5 mNm, torque 30 mNm",
         steps=30, grid="F=4,8 R=8..14 by 3 S=200", perturb="load 20%, current -20%",
     )  # fmt: skip
     assert found.best is not None and found.runs < found.exhaustive

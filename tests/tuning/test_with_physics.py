@@ -21,7 +21,7 @@ pytestmark = [pytest.mark.system, pytest.mark.skipif(not numba_is_there(), reaso
 def found(workers: Workers) -> Tuned:
     """Tune on a small grid; what was judged in this session is left out."""
     task, calculator = task_of(
-        "gs-c200s", "QSH4218-51-10-049", "24 V, 1 A averaged", "inertia 6.8e-6, friction 5 mNm", 100,
+        "gs-c200s", "QSH4218-51-10-049", "24 V, 1 A averaged", "inertia 68 g cm2, friction 5 mNm", 100,
         "S=60 T=100..300/4 R=10..80/4", "inertia +20%, current -20%",
     )  # fmt: skip
     return replace(perform(task, calculator, workers, full_map=True, switching=False), runs_here=0)

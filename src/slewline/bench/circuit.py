@@ -24,8 +24,7 @@ from ..errors import UnknownName, UsageError, WiringError
 from ..parts import CATALOGUE as PARTS
 from ..parts import KINDS, make_part, part_class
 from ..parts.base.part import Part, forget_all, limit_kept
-from .files.order import free_name, stem_of
-from .wiring import as_needed, joints
+from .wiring import as_needed, free_name, joints, stem_of
 
 if TYPE_CHECKING:
     from ..core.datasheet.table import Sheet

@@ -67,13 +67,14 @@ from ..gate import FileGate, LinkPlace, read_text
 from ..parts import part_class
 from .bench import Bench
 from .files.images import read_image
-from .files.order import free_name, ordered, stem_of
+from .files.order import ordered
 from .files.tables import Place, Tables, ValidationError, convert, keys_of
 from .files.toml import read_toml
 from .hosting import channel_over
 from .scripts.program_file import program_script, program_text
 from .scripts.script import check_script, run_script
 from .scripts.script_runner import Script
+from .wiring import free_name, stem_of
 
 if TYPE_CHECKING:
     from ..core.chip import Chip

@@ -11,7 +11,9 @@ another one that does.
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import replace
+from itertools import chain, count
 
 from ..chips import CATALOGUE, sheet_of
 from ..core.chip import Chip
@@ -92,3 +94,13 @@ def _wanted(role: str, axis: int) -> str:
 
 def _called(neighbour: Chip | Part) -> str:
     return f"{neighbour.name} ({neighbour.sheet.part})" if isinstance(neighbour, Chip) else neighbour.name
+
+
+def stem_of(kind: str, cls: type[Part]) -> str:
+    """Return how a part of a kind is called by default, but for its number."""
+    return cls.__name__.lower() if ":" in kind else kind.replace("-", "_")
+
+
+def free_name(stem: str, taken: Container[str]) -> str:
+    """Return a name that is not taken: the stem, numbered if need be."""
+    return next(name for name in chain((stem,), (f"{stem}_{number}" for number in count(2))) if name not in taken)

@@ -25,6 +25,7 @@ MOST = 1_000_000  # places
 Given = str | int | Iterable[Value]  # the values of a parameter, from Python
 
 _NAME = re.compile(r"(?:^|(?<=[\s;]))\s*([A-Za-z_]\w*)\s*=")
+_DASH = re.compile(r"([0-9]+)\s*-\s*([0-9]+)")
 _RANGE = re.compile(r"(.*?)\.\.(.*?)(?:\s*/\s*(\d{1,9})|\s+by\s+(\d{1,9}))?")
 _UNIT = re.compile(r"[+-]?[\d.eE+-]+\s*([a-zA-Z].*)")
 FORMS = "a range such as 3..10, 1..254/8 (eight of them) or 4..40 by 4, or a list such as 4,8,15"
@@ -174,6 +175,10 @@ def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int,
         raise UsageError(f"{where}: no values; allowed {FORMS}")
     found: list[Value] = []
     for piece in text.split(","):
+        if not piece.strip():
+            raise UsageError(f"{where}: a comma without a value; blanks separate parameters, such as F=4,6 R=8")
+        if dash := _DASH.fullmatch(piece.strip()):
+            raise UsageError(f"{where}: write {dash[1]}..{dash[2]} for a range")
         if ".." not in piece:
             found.append(_value(calculator, quantity, piece.strip(), hz, per_turn))
             continue

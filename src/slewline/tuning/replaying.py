@@ -11,6 +11,13 @@ from ..core.time.timebase import readable
 from ..language.ramps import Calculator
 from .task import Tuned
 
+HEADS = {True: "the recommended ramp", False: "the fastest ramp that holds; no better one is recommended"}
+
+
+def is_tuned(text: str) -> bool:
+    """Return whether a bench file is one of `bench_file`."""
+    return text.startswith(tuple(f"# {head}: " for head in HEADS.values()))
+
 
 def bench_file(tuned: Tuned, calculator: Calculator) -> str:
     """Return the text of a bench file that repeats the chosen move.
@@ -34,8 +41,8 @@ def bench_file(tuned: Tuned, calculator: Calculator) -> str:
     if not any(pin.role == "direction" for pin in sheet.pins):  # phases show the direction of such a part
         motor["inputs"] = "phases"
     script = calculator.script(chosen.values, task.steps)
-    how = "the recommended ramp" if tuned.recommended else "the fastest ramp that holds; no better one is recommended"
-    head = f"# {how}: {task.steps} steps in {readable(chosen.time_ps)}, worst lag {chosen.worst:.2f} full steps"
+    which = HEADS[tuned.recommended is not None]
+    head = f"# {which}: {task.steps} steps in {readable(chosen.time_ps)}, worst lag {chosen.worst:.2f} full steps"
     tables = [("chip", chip), ("part", motor), ("host", {"chips": ["x"], "script": script})]
     return "\n".join([head, *(line for name, table in tables for line in _table(name, table)), ""])
 

@@ -95,4 +95,4 @@ def test_a_law_is_that_of_the_part():
     )
     assert law == part._law
     with pytest.raises(UsageError, match=r"load: 2 N m at rest"):
-        slewline.motor_law(load="torque 2")
+        slewline.motor_law(load="torque 2 N m")

@@ -25,13 +25,13 @@ KG_M2 = "0 and more kg m2, or text with a unit: " + ", ".join(UNITS["kg m2"])
     [
         ({}, LoadData()),
         ("", LoadData()),
-        ("inertia 6.8e-6", LoadData(inertia=6.8e-6)),
+        ("inertia 68 g cm2", LoadData(inertia=6.8e-6)),
         (
-            "inertia 6.8e-6, friction 5 mNm, torque 30 mNm",
+            "inertia 68 g cm2, friction 5 mNm, torque 30 mNm",
             LoadData(inertia=6.8e-6, friction=5e-3, torque=30e-3),
         ),
         ("inertia = 68 g cm2,friction=5 mN m", LoadData(inertia=6.8e-6, friction=5e-3)),
-        ("friction 5 mNm, stiction 8 mNm, torque -0.1", LoadData(friction=5e-3, stiction=8e-3, torque=-0.1)),
+        ("friction 5 mNm, stiction 8 mNm, torque -0.1 N m", LoadData(friction=5e-3, stiction=8e-3, torque=-0.1)),
         ({"friction": 5e-3, "stiction": None}, LoadData(friction=5e-3)),
         ({"friction": 5e-3, "stiction": 5e-3}, LoadData(friction=5e-3, stiction=5e-3)),
         (
@@ -62,8 +62,8 @@ def test_hard_stops_are_in_full_steps_of_the_motor():
     "value",
     [
         {"mass": "2 kg", "lead": "5 mm", "force": "10 N", "efficiency": 0.8, "vertical": True, "inertia": 1e-6},
-        "mass 2 kg, lead 5 mm, force 10 N, efficiency 0.8, vertical, inertia 1e-6",
-        "mass 2, lead 0.005, force 10, efficiency 0.8, vertical true, inertia 0.01 g m2, friction 0",
+        "mass 2 kg, lead 5 mm, force 10 N, efficiency 0.8, vertical, inertia 10 g cm2",
+        "mass 2000 g, lead 0.005 m, force 0.01 kN, efficiency 0.8, vertical true, inertia 0.01 g m2, friction 0",
     ],
 )
 def test_a_linear_axis_turns_as_inertia_friction_and_torque(value):
@@ -122,7 +122,7 @@ def test_the_rows_of_a_table_begin_with_the_figures_of_a_load():
         ("lead 5 mm", "l: lead has no effect without mass or force; give it as well, or leave lead out"),
         ("vertical", "l: vertical has no effect without mass; give it as well, or leave vertical out"),
         (
-            "inertia 1, coupling_drag 1",
+            "inertia 1 kg m2, coupling_drag 1 N m s",
             "l: coupling_drag has no effect without stiffness; give it as well, or leave coupling_drag out",
         ),
         (
@@ -130,11 +130,11 @@ def test_the_rows_of_a_table_begin_with_the_figures_of_a_load():
             "l: stiffness has no effect without inertia or mass; give it as well, or leave stiffness out",
         ),
         (
-            "damper_inertia 1e-6",
+            "damper_inertia 10 g cm2",
             "l: damper_inertia has no effect without damper_drag; give it as well, or leave damper_inertia out",
         ),
         (
-            "damper_drag 1e-3",
+            "damper_drag 1 mNms",
             "l: damper_drag has no effect without damper_inertia; give it as well, or leave damper_drag out",
         ),
     ],
@@ -184,32 +184,32 @@ END = "use a greater current, a stronger motor or a smaller load"
         ("24 V, 1 A, rest 0 A", "torque 50 mNm, friction 40 mNm, stiction 60 mNm", ""),
         (
             "24 V, 1 A",
-            "torque 0.5",
+            "torque 0.5 N m",
             f"0.5 N m at rest (0.5 less 0 of stiction); the {A.name} holds 0.49 N m at 1 A: {END}",
         ),
         (
             "24 V, 1 A",
-            "torque -0.5",
+            "torque -0.5 N m",
             f"0.5 N m at rest (0.5 less 0 of stiction); the {A.name} holds 0.49 N m at 1 A: {END}",
         ),
         (
             "24 V, 1 A, rest 0.5 A",
-            "torque 0.3, friction 0.04",
+            "torque 0.3 N m, friction 0.04 N m",
             f"0.26 N m at rest (0.3 less 0.04 of stiction); the {A.name} holds 0.245 N m at 0.5 A: {END}",
         ),
         (
             "24 V, 1 A",
-            "torque 0.45, friction 0.05",
+            "torque 0.45 N m, friction 0.05 N m",
             f"0.5 N m in motion (0.45 and 0.05 of friction); the {A.name} holds 0.49 N m at 1 A: {END}",
         ),
         (
             "24 V, 1 A, slew 0.5 A, ramp 0.6 A",
-            "friction 0.3",
+            "friction 0.3 N m",
             f"0.3 N m in motion (0 and 0.3 of friction); the {A.name} holds 0.294 N m at 0.6 A: {END}",
         ),
         (
             "L/4R 10 V",
-            "torque 0.3",
+            "torque 0.3 N m",
             f"0.3 N m at rest (0.3 less 0 of stiction); the {A.name} holds 0.245 N m at 0.5 A: {END}",
         ),
     ],

@@ -18,7 +18,8 @@ from slewline.parts.motors.motors import (
 )
 from tests.rows import rows
 
-TABLE = {"current": 2, "resistance": 1.4, "inductance": "3 mH", "torque": "0.44 Nm", "inertia": "57 g cm2"}
+UNIT_OF = {row.name: row.unit for row in FIGURES}
+TABLE = {"current": "2 A", "resistance": "1.4 ohm", "inductance": "3 mH", "torque": "0.44 Nm", "inertia": "57 g cm2"}
 LONG = (
     "Rated current: 2 A, phase resistance=1.4 ohm, phase inductance 3 mH, holding torque 44 Ncm, rotor inertia 57 gcm2"
 )
@@ -73,7 +74,7 @@ def test_figures_have_the_names_of_data_sheets(word):
         for angle, steps in (("1.8", 200), ("0.9 deg", 400), ("1.8°", 200), ("15 deg", 24), ("0.0314159265 rad", 200)):
             assert read_motor(f"{EXAMPLE}, {word} {angle}").full_steps == steps
     else:
-        assert getattr(read_motor(f"{EXAMPLE}, {word} 0.01"), figure) == 0.01
+        assert getattr(read_motor(f"{EXAMPLE}, {word} 0.01 {UNIT_OF[figure]}"), figure) == 0.01
 
 
 def test_all_that_is_missing_is_named_with_its_unit_and_an_example():

@@ -2,25 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Container, Mapping, Sequence
-from itertools import chain, count
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 from ...core.messages.near import hint
 from ...errors import SlewlineError
-from ...parts.base.part import Part
 
 NAMING = ("to", "on")  # keys that name another part, or a chip
-
-
-def stem_of(kind: str, cls: type[Part]) -> str:
-    """Return how a part of a kind is called by default, but for its number."""
-    return cls.__name__.lower() if ":" in kind else kind.replace("-", "_")
-
-
-def free_name(stem: str, taken: Container[str]) -> str:
-    """Return a name that is not taken: the stem, numbered if need be."""
-    return next(name for name in chain((stem,), (f"{stem}_{number}" for number in count(2))) if name not in taken)
 
 
 def ordered(

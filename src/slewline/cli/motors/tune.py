@@ -14,14 +14,17 @@ import click
 from ...core.messages.whole import counted
 from ...core.time.timebase import readable
 from ...errors import UsageError
+from ...gate import read_text
 from ...language.ramps import Calculator, Value
 from ...record.pictures.pictures import SUFFIXES
 from ...record.style import aligned
 from ...tuning.executors import MOST_JOBS, Workers, dask, processes
 from ...tuning.grid import Grid
+from ...tuning.replaying import is_tuned
 from ...tuning.search import OnProgress, Progress
-from ...tuning.task import Chosen, MapPlace, Tuned
+from ...tuning.task import Chosen, MapPlace, NothingHolds, Tuned
 from ...tuning.tune import perform, task_of
+from .. import FOUND
 from ..files import Outputs, read_options
 from ..programs import print_json
 from .own import motor_value
@@ -53,12 +56,18 @@ def tune(
     outputs = Outputs([])
     outputs.claim(plot, SUFFIXES)
     outputs.claim(bench, (".toml",))
+    if bench is not None and os.path.isfile(bench) and not is_tuned(read_text(bench)):
+        raise UsageError(f"--bench {bench}: this file exists, and tune has not written it; name a new file")
     fitting = read_options(options, chip) or None
     task, calculator = task_of(chip, motor_value(motor), driver, load, steps, grid, perturb, stepping, crystal, fitting)
     if bench is not None:
         calculator.script(task.grid.at(0), steps)
     with workers_of(jobs, cluster, full_map) as workers, progress() as shown:
-        found = perform(task, calculator, workers, store, full_map or plot is not None, switching, shown)
+        try:
+            found = perform(task, calculator, workers, store, full_map or plot is not None, switching, shown)
+        except NothingHolds as failure:
+            click.echo(f"slewline: {failure}", err=True)
+            return FOUND
     try:
         write(outputs, found, calculator, plot, bench)
     except KeyboardInterrupt as interrupt:
@@ -72,7 +81,7 @@ def tune(
             click.echo(line)
         for path in outputs.written:
             click.echo(f"wrote {path}")
-    return 0 if found.best is not None else 1
+    return 0 if found.best is not None else FOUND
 
 
 def write(outputs: Outputs, found: Tuned, calculator: Calculator, plot: str | None, bench: str | None) -> None:
@@ -132,7 +141,9 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
     if full_map:
         yield from map_lines(found, calculator)
     if found.best is not None:
-        yield f"commands      {'; '.join(calculator.script(found.chosen.values, task.steps))}"
+        first, *others = calculator.script(found.chosen.values, task.steps)
+        yield f"commands      {first}"
+        yield from (f"              {each}" for each in others)
 
 
 def grid_text(grid: Grid, calculator: Calculator) -> str:

@@ -8,12 +8,14 @@ typed here.  At the end the whole line is printed, to be typed the next time.
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stdout
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -27,12 +29,13 @@ if TYPE_CHECKING:
 MOST_SHOWN = 9  # rows of a list
 STEPS = 500
 SUPPLY = "24 V"
+VALUE = re.compile(r"[A-Z_]+=.+")
 NO_LOAD = "none"
 LOADS = (
     (NO_LOAD, "the rotor alone"),
     ("inertia 68 g cm2", "a wheel or a disc"),
     ("inertia 68 g cm2, friction 5 mNm", "a slide on a belt"),
-    ("inertia 6.8e-6, friction 5 mNm, torque 30 mNm", "a slide that lifts; inertia in kg m2"),
+    ("inertia 68 g cm2, friction 5 mNm, torque 30 mNm", "a slide that lifts"),
 )
 
 
@@ -70,6 +73,8 @@ class Question:
                     shown, default = self.choices, self.default
                     click.echo(f"  {error.message if isinstance(error, click.UsageError) else error}", err=True)
             else:
+                if taken != answer:
+                    click.echo(f"  {taken}", err=True)
                 return taken
 
     def taken(self, answer: str, shown: list[tuple[str, str]]) -> str:
@@ -78,7 +83,7 @@ class Question:
         if answer.lower() in names:
             return names[answer.lower()]
         number = int(answer) if answer.isascii() and answer.isdigit() and len(answer) < len("1000") else 0
-        return shown[number - 1][0] if 1 <= number <= len(shown) else answer
+        return shown[number - 1][0] if 1 <= number <= min(len(shown), MOST_SHOWN) else answer
 
     def show(self, rows: list[tuple[str, str]]) -> None:
         """Print a list with numbers; of a long one the beginning."""
@@ -92,6 +97,15 @@ class Question:
 
 class AskingCommand(HintingCommand):
     """`tune`: asks in a terminal for what is missing."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the arguments; the parameters of a ramp are one option here."""
+        values = [
+            word for before, word in pairwise(["", *args]) if VALUE.fullmatch(word) and not before.startswith("--")
+        ]
+        if values:
+            raise click.UsageError(f"{' '.join(values)}: write --grid {' '.join(values)!r}", ctx)
+        return super().parse_args(ctx, args)
 
     def completed(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Return the arguments with the answers, and print the whole line."""
@@ -169,10 +183,16 @@ def driver_question(given: dict[str, str]) -> Question:
 
 def load_question(given: dict[str, str]) -> Question:
     """Which load?"""
-    from ...parts.motors.loads import read_load
+    from ...parts.motors.drivers import read_driver
+    from ...parts.motors.loads import check_holds, read_load
 
     motor = motor_of(given)
-    return Question("Load", [*LOADS], NO_LOAD, lambda text: text == NO_LOAD or read_load(text, "--load", motor))
+    driver = read_driver(given["driver"], "--driver", motor)
+
+    def check(text: str) -> None:
+        check_holds(motor, driver, read_load("" if text == NO_LOAD else text, "--load", motor), "--load")
+
+    return Question("Load", [*LOADS], NO_LOAD, check)
 
 
 def steps_question(_given: dict[str, str]) -> Question:

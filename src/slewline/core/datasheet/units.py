@@ -1,12 +1,13 @@
-"""Quantities with units: "68 g cm2", "62 oz-in", "36 kHz"; a number alone is in the first unit of its row.
+"""Quantities with units: "68 g cm2", "62 oz-in", "36 kHz"; a number that is no text is in the first unit of its row.
 
     quantity("68 gcm2", "kg m2", "inertia")                       6.8e-06
     quantity(6.8e-6, "kg m2", "inertia")                          6.8e-06
     quantity("600 rpm", "steps/s", "rate", per_turn=200)          2000.0
     quantity("5 mH", "kg m2", "inertia")                          UsageError: ... mH is a unit of inductance ...
 
-A text is rounded once: "68 g cm2" is the same number as 6.8e-6.  Spaces, dots, stars and dashes within a unit do not
-count.  Turns become steps only where the steps a turn of a motor are known.
+A text is rounded once: "68 g cm2" is the same number as 6.8e-6.  A text has its unit, unless it is 0 or an angle:
+who writes 68 for an inertia means no kg m2.  Spaces, dots, stars and dashes within a unit do not count.  Turns become
+steps only where the steps a turn of a motor are known.
 """
 
 from __future__ import annotations
@@ -55,6 +56,7 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "N m/rad": "stiffness", "deg": "angle", "steps/s": "rate",
     }
 )  # fmt: skip
+ALONE = ("deg",)  # may be left out in a text, too: nobody gives the angle of a step in radians
 GREATEST = sys.float_info.max
 _NUMBER = r"([+-]?(?:[0-9]{1,30}(?:\.[0-9]{0,30})?|\.[0-9]{1,30})(?:[eE][+-]?[0-9]{1,2})?)"
 _NUMBER_AND_UNIT = re.compile(rf"{_NUMBER}(.*)", re.DOTALL)
@@ -86,7 +88,9 @@ def _of_text(text: str, unit: str, per_turn: int | None) -> float:
     if found is None:
         raise ValueError(text)
     spelled = _plain(found[2])
-    sizes = {"": Fraction(1)} | {_plain(each): Fraction(size) for each, size in UNITS[unit].items()}
+    sizes = {_plain(each): Fraction(size) for each, size in UNITS[unit].items()}
+    if not spelled and (unit in ALONE or not Fraction(found[1])):
+        return float(Fraction(found[1]))
     if unit == "steps/s" and per_turn is not None:
         sizes |= {each: size * per_turn for each, size in TURNS.items()}
     if spelled not in sizes:
@@ -107,6 +111,8 @@ def other_kind(value: object, unit: str) -> str:
     if found is None:
         return ""
     spelled, name = _plain(found[2]), found[2].strip()
+    if not spelled:
+        return f"{found[1]} has no unit; "
     if spelled in TURNS and unit == "steps/s":
         return f"{name} needs the steps a turn of a motor, which are not known here: write the rate in steps/s; "
     for each, sizes in (*UNITS.items(), ("steps/s", TURNS)):

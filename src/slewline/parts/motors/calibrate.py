@@ -76,6 +76,13 @@ def calibrate(
     for name, rate in (("start-stop", start_stop), ("pull-out", pull_out)):
         if rate is not None and not 20 <= rate <= 1e5:
             raise UsageError(f"{name} rate {rate:g} steps/s; allowed 20 to 100000 full steps/s")
+    if torque and pull_out is None:
+        raise UsageError(f"torque {torque:g} N m: belongs to the pull-out rate; give that as well, or leave it out")
+    if start_stop is not None and pull_out is not None and pull_out <= start_stop:
+        raise UsageError(
+            f"start-stop rate {start_stop:g}, pull-out rate {pull_out:g} steps/s: a motor that is sped up slowly comes "
+            "further than one that starts at its rate; are the two exchanged?"
+        )
     before = load.friction, motor.drag - motor.viscous
     if start_stop is not None and pull_out is not None:
         motor, load = _both(motor, driver, load, start_stop, pull_out, torque, steps)

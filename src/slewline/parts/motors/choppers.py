@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 from .data import DriverData, MotorData
 from .drivers import has_own_clock
 
+OVER = 1.1  # times the rated current: what a supply or a resistor may be off
 MUCH = 0.1  # of the current: a ripple that takes a twentieth of the torque
 
 
@@ -28,15 +30,29 @@ def least_current(motor: MotorData, driver: DriverData) -> float:
     return driver.supply * driver.least_on / period / motor.resistance
 
 
+def _too_much(motor: MotorData, driver: DriverData) -> Iterator[str]:
+    """Say that a motor at rest gets more than its rated current."""
+    current = driver.current
+    if driver.kind in ("voltage", "bilevel"):
+        current = driver.supply / (motor.resistance + driver.series)
+    if current > OVER * motor.current:
+        yield (
+            f"{current:.3g} A a phase, and {motor.name} is rated {motor.current:.3g} A: it gets hot, and its iron may "
+            "saturate, so that the torque is less than calculated"
+        )
+
+
 def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str, ...]:
-    """Return what to say of the chopper of a driver, whether it switches or is averaged; empty if all is well.
+    """Return what to say of a driver's current, and of its chopper, whether it switches or is averaged.
+
+    Empty if all is well.
 
     Args:
         given: the driver as a user gave it; where it has neither a clock nor a name, 20 kHz are assumed.
     """
+    notes = [*_too_much(motor, driver)]
     if driver.kind not in ("chopper", "averaged"):
-        return ()
-    notes = []
+        return tuple(notes)
     swing = ripple(motor, driver)
     if swing > MUCH * driver.current:
         at = f"a pause of {driver.off_time * 1e6:g} us" if driver.off_time else f"{driver.frequency / 1e3:g} kHz"
