@@ -152,6 +152,7 @@ class Board(Part):
     async def _nowhere(self, offset: int, byte: int | None, port: int | None) -> int:
         """Do a cycle that reaches no register."""
         address, reading = self.base + offset if port is None else port, byte is None
+        await until(self.kernel, self._clock(1))  # at an instant of the cycle, whatever the request came with
         if (address, reading) not in self._reported:
             self._reported.add((address, reading))
             self.finding("no-register", self._without(address, offset, reading))
