@@ -36,6 +36,7 @@ WRONG = [  # what was typed, and the line that is meant
     ("asm cy525 p.cy525", "asm p.cy525 --chip cy525"),
     ("dis cy525 p.hex", "dis p.hex --chip cy525"),
     ("lint cy525 p.cy525 q.cy525", "lint p.cy525 q.cy525 --chip cy525"),
+    ("drive p.cy525 --board twin --tcp 4001", "drive cy525 --board twin --tcp 4001"),
     ("tune p.cy525", "tune cy525 --motor MOTOR --driver TEXT --steps N"),
     ("tune QSH4218-51-10-049 cy525 --driver x --steps 5", "tune cy525 --motor QSH4218-51-10-049 --driver x --steps 5"),
     ("ramp S=10 gs-c200s", "ramp gs-c200s S=10"),

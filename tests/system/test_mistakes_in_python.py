@@ -26,6 +26,9 @@ class World(dict):
 
 
 MISTAKES = [  # the line, the error, the end of its message
+    ('x.pin("step")', "UnknownName", "motion_complete, wait, io_select; did you mean pulse?"),
+    ('m.pin("step")', "UnknownName", "did you mean pulse1?"),
+    ('g.pin("direction")', "UnknownName", "did you mean dir?"),
     (
         'slewline.Drive(mb, m.axis(1), "twin")',
         "UsageError",

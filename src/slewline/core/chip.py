@@ -188,7 +188,8 @@ class Chip(Component, OneAxis):
     def _pins_told(self, _pins: object) -> NameHelp:
         names = [row.name for row in self.sheet.pins if row.way not in ("power", "none")]
         to_drive = f'a pin is driven: {self.name}.pin("{self._strap}").drive(0)'
-        return NameHelp(self._of_part, "pin", to_drive, names)
+        roles = {row.role: row.name for row in reversed(self.sheet.pins) if row.role and row.role not in self.pins}
+        return NameHelp(self._of_part, "pin", to_drive, names, roles)
 
     def _known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
         """Return registers, of an axis where there are several, as users read them."""

@@ -254,7 +254,7 @@ def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float],
             if isinstance(found, Ident):
                 return board_of(found)
         wait(POLL_S)
-    raise UsageError(f"no board answers within {SET_UP_S:g} s; {_heard(port)}")
+    raise UsageError(f"no board answers within {SET_UP_S:g} s; {_heard(port)}{UNANSWERED}")
 
 
 def _heard(port: BoardPort) -> str:

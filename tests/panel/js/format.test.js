@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { picoseconds, writtenTime } from "../../../src/slewline/panel/page/format.js";
+import { picoseconds, wholeNumber, writtenTime } from "../../../src/slewline/panel/page/format.js";
 
 test("a time that somebody has written is one for a request, and a number of picoseconds", () => {
   for (const [text, written, ps] of [
@@ -14,4 +14,13 @@ test("a time that somebody has written is one for a request, and a number of pic
 
 test("what is no time is no number, so nothing goes back for it", () => {
   for (const text of ["", "soon", "3 miles"]) assert.ok(Number.isNaN(picoseconds(text)));
+});
+
+test("a whole number may have blanks and a proper minus; anything else is said", () => {
+  for (const [text, number] of [["400", 400], [" 1 000 ", 1000], ["\u2212 7", -7], ["-7", -7]]) {
+    assert.equal(wholeNumber(text, "position"), number);
+  }
+  for (const text of ["", " ", "abc", "1.5", "1e400", "0x"]) {
+    assert.throws(() => wholeNumber(text, "position"), /^Error: position .*: expected a whole number, such as 400$/);
+  }
 });

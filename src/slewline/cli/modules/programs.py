@@ -47,7 +47,7 @@ class PortOptions:
         """Find the module, and take down what is said to it; what has gone wrong is shown by `shown`."""
         speech_of(sheet, self.baud, self.checksum, self.address)  # a mistake here opens no port
         path = free(beside, DIALOGUE) if self.dialogue is None else Path(self.dialogue)
-        check_new(path, replace=False)
+        check_new(path, replace=None)
         crystal = None if self.crystal is None else int(hertz(self.crystal))
         with raw_record(beside) as raw:
             found = self.found(sheet, raw, may_move)

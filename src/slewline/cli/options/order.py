@@ -75,6 +75,8 @@ def misplaced(command: click.Command, ctx: click.Context, args: Sequence[str]) -
     options = [option_of(command, kind) for _, kind in left]
     if any(not name or is_given(command, name, args) for name in options):
         return None
+    if "--chip" in options and sum(kind == "chip" for kind in kinds.values()) > options.count("--chip"):
+        return None  # the argument is a chip already
     at = next(place for place, word in enumerate(words) if line[place : place + 1] != [shlex.quote(word)])
     for option, (word, _) in zip(options, left, strict=True):
         line += [option, shlex.quote(word)]
@@ -186,7 +188,8 @@ def is_given(command: click.Command, option: str, args: Sequence[str]) -> bool:
 def option_of(command: click.Command, kind: str) -> str:
     """Return the option that takes a word; empty: none does."""
     names = OPTIONS.get(kind, ()) if not (kind == "bench file" and command.name in WRITES) else ()
-    return next((name for name in names if has(command, name)), "")
+    several = {name for each in command.params if getattr(each, "multiple", False) for name in each.opts}
+    return next((name for name in names if has(command, name) and (kind == "parameter" or name not in several)), "")
 
 
 def ending_of(path: str) -> str:

@@ -8,7 +8,8 @@ A name that there is costs what it costs in any dict, and what a message needs i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple, NoReturn, TypeVar
 
 from ...errors import NoSuchAttribute, UnknownName
@@ -18,12 +19,16 @@ T = TypeVar("T")
 
 
 class NameHelp(NamedTuple):
-    """What a message says of names: what has them, what each is called, what to do instead of setting one, which."""
+    """What a message says of names: what has them, what each is called, what to do instead of setting one, which.
+
+    `others` are names that are not theirs, and which is meant by each.
+    """
 
     owner: str
     kind: str
     to_set: str
     names: Sequence[str]
+    others: Mapping[str, str] = MappingProxyType({})
 
 
 class Known(dict[str, T]):
@@ -33,10 +38,9 @@ class Known(dict[str, T]):
     name_help: Callable[[Known[T]], NameHelp]
 
     def __missing__(self, name: object) -> NoReturn:
-        owner, kind, _, names = self.name_help(self)
-        raise UnknownName(
-            f"{owner} has no {kind} {name!r}; its {kind}s: {', '.join(names) or 'none'}{hint(name, names)}"
-        )
+        owner, kind, _, names, others = self.name_help(self)
+        meant = f"; did you mean {others[str(name)]}?" if str(name) in others else hint(name, names)
+        raise UnknownName(f"{owner} has no {kind} {name!r}; its {kind}s: {', '.join(names) or 'none'}{meant}")
 
     def __getattr__(self, name: str) -> NoReturn:
         if name in Known.__slots__:  # of a copy that is being made
@@ -46,7 +50,7 @@ class Known(dict[str, T]):
         raise NoSuchAttribute(f"{owner}: {kind}s have no attribute {name!r}; {remedy}")
 
     def _refuse(self, *_given: object, **_named: object) -> NoReturn:
-        owner, kind, to_set, _ = self.name_help(self)
+        owner, kind, to_set, *_ = self.name_help(self)
         raise NoSuchAttribute(f"{owner}: {kind}s cannot be set here; {to_set}")
 
     __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse

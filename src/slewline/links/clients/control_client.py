@@ -20,6 +20,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import socket
 from collections.abc import AsyncIterator
 from contextlib import suppress
 from typing import Any, Self
@@ -73,7 +74,8 @@ class ControlClient:
         try:
             reader, writer = await asyncio.open_connection(host, port, limit=LONGEST)
         except OSError as error:
-            why = os.strerror(error.errno) if error.errno else error  # asyncio has words of its own
+            own = not isinstance(error, socket.gaierror) and error.errno  # asyncio has words of its own
+            why = os.strerror(own) if own else error.strerror or error
             raise UsageError(
                 f"{address}: {why}; give the control port of a running server, or start one: slewline serve ... "
                 f"--control {address}"

@@ -17,7 +17,7 @@ def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
     host, colon, port = text.rpartition(":") if ":" in text else ("127.0.0.1", ":", text.strip())
     host = host.strip("[]")
     high = f": port {port} is above 65535" if port.isdecimal() and int(port) > 65535 else ""
-    if not colon or not host or not port.isdecimal() or high:
+    if not colon or not host or not port.isdecimal() or high or "/" in host:
         raise UsageError(
             f"address {text!r}{high}; expected HOST:PORT, such as 127.0.0.1:4001, or a port of this machine, 4001 "
             "(port 0: any free one)"

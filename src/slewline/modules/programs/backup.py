@@ -249,14 +249,18 @@ def has(path: Path, text: str) -> bool:
     return path.is_file() and path.stat().st_size == len(text) and read_file(path) == text.encode("latin-1")
 
 
-def check_new(path: Path, replace: bool) -> None:
+def check_new(path: Path, replace: bool | None) -> None:
     """Check that a file is not there, unless it may be replaced.
+
+    Args:
+        replace: it may; None: nothing is asked for that would let it be.
 
     Raises:
         UsageError: it is there.
     """
     if path.is_file() and not replace:
-        raise UsageError(f"{path}: this file exists; name a new file, or give --replace")
+        remedy = "name a new file" + ", or give --replace" * (replace is not None)
+        raise UsageError(f"{path}: this file exists; {remedy}")
 
 
 def save(path: Path, contents: ModuleContents, say: Say) -> None:
@@ -288,7 +292,7 @@ def save_beside(
     if has(found, text):
         say(f"{found} has what is there")
         return found
-    check_new(found, replace=False)
+    check_new(found, replace=None)
     earlier = sorted(found.parent.glob(f"{beside(path, 'before*').name}")) if keep is None else []
     save(found, contents, say)
     if earlier:

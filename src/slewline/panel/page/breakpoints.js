@@ -3,7 +3,7 @@
  */
 
 import { button, choices, field, h, select } from "./dom.js";
-import { grouped } from "./format.js";
+import { grouped, wholeNumber } from "./format.js";
 
 /** @typedef {import("./link.js").Link} Link */
 /** @typedef {Record<string, any>} Breakpoint as a request has it */
@@ -73,7 +73,7 @@ export class Breakpoints {
 }
 
 /**
- * Return a breakpoint as the form has it.
+ * Return a breakpoint as the form has it; a number that is none is an error.
  * @param {string} kind
  * @param {string} chip
  * @param {string} text
@@ -84,8 +84,8 @@ function written(kind, chip, text, edge) {
   const [name, value] = text.split("=").map((part) => part.trim());
   if (kind === "pin") return { pin: name.includes(".") ? name : `${chip}.${name}`, edge };
   if (kind === "finding") return { finding: chip };
-  if (kind === "register") return { chip, register: name, ...(value ? { value: Number(value) } : {}) };
-  return { chip, [kind]: Number(text.replace("−", "-").replace(/\s/g, "")) };
+  if (kind === "register") return { chip, register: name, ...(value ? { value: wholeNumber(value, `${name} of the register`) } : {}) };
+  return { chip, [kind]: wholeNumber(text, kind) };
 }
 
 /**
@@ -137,7 +137,12 @@ export function breakpointsView(breakpoints, root) {
   async function add(event) {
     event.preventDefault();
     if (kind.value !== "finding" && !text.value.trim()) return text.focus();
-    const one = written(kind.value, chip.value, text.value, edge.value);
+    let one;
+    try {
+      one = written(kind.value, chip.value, text.value, edge.value);
+    } catch (error) {
+      return breakpoints.fail(/** @type {Error} */ (error));
+    }
     if (await breakpoints.replace([...breakpoints.all, one])) text.value = "";
   }
 

@@ -127,6 +127,7 @@ export function editor(link, sheets, root, fail) {
   }
 
   async function load() {
+    if (!text.value.trim()) return fail(new Error("There is no program: write one, open a file, or choose an example."));
     if (!(await assemble(true))) return fail(new Error("The program has errors; they are marked in the editor."));
     try {
       await link.request({ do: "send", chip: chip.value, text: text.value });

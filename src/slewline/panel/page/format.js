@@ -98,3 +98,15 @@ export function velocity(value) {
 export function times(rate) {
   return `${grouped(rate)}×`;
 }
+
+/**
+ * Return a whole number that was typed; anything else is an error.
+ * @param {string} text
+ * @param {string} what it is
+ * @returns {number}
+ */
+export function wholeNumber(text, what) {
+  const number = Number(text.replace("\u2212", "-").replace(/\s/g, "") || NaN);
+  if (!Number.isSafeInteger(number)) throw new Error(`${what} ${text.trim()}: expected a whole number, such as 400`);
+  return number;
+}

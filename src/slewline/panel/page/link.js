@@ -114,14 +114,15 @@ export class Link {
     if (!socket || socket.readyState !== WebSocket.OPEN) return Promise.reject(new Lost(LOST));
     const id = ++this.number;
     return new Promise((resolve, reject) => {
-      this.waiting.set(id, { resolve, reject });
+      const done = (/** @type {any} */ reply) => { this.emit("done", object); resolve(reply); };
+      this.waiting.set(id, { resolve: done, reject });
       socket.send(JSON.stringify({ ...object, id }));
     });
   }
 
   /**
    * Call a function at every event of a name: view, said, stopped, branch of the server; and of the link itself
-   * connected, lost (with the reason).
+   * connected, lost (with the reason), done (a request, with what was asked for).
    * @param {string} name
    * @param {Callback} callback
    * @returns {() => void} ends it

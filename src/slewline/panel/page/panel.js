@@ -45,6 +45,7 @@ let machineSeen = true;
 
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let noticeTimer;
+const ACTS = new Set(["send", "go", "pause", "step", "until", "breakpoints", "drive", "release", "act", "power"]);
 
 /**
  * Tell what went wrong, for a while.
@@ -57,6 +58,8 @@ function fail(error) {
   clearTimeout(noticeTimer);
   noticeTimer = setTimeout(() => { notice.hidden = true; }, NOTICE_MS);
 }
+
+link.on("done", ({ do: what }) => { if (ACTS.has(what)) part("notice").hidden = true; }); // an older mistake is over
 
 const breakpoints = new Breakpoints(link, fail);
 

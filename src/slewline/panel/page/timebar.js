@@ -3,7 +3,7 @@
  */
 
 import { button, choices, field, h, icon, say, select } from "./dom.js";
-import { asTime, clock, grouped, picoseconds, readable, times, writtenTime } from "./format.js";
+import { asTime, clock, grouped, picoseconds, readable, times, wholeNumber, writtenTime } from "./format.js";
 
 /** @typedef {import("./link.js").Link} Link */
 
@@ -140,6 +140,12 @@ export function timebar(link, root, fail) {
     event.preventDefault();
     const text = value.value.trim();
     if (!text) return value.focus();
+    let number = NaN;
+    try {
+      if (place.value !== "time") number = wholeNumber(text, PLACES[place.value]);
+    } catch (error) {
+      return fail(/** @type {Error} */ (error));
+    }
     const instantPs = place.value === "time" ? picoseconds(text) : NaN;
     if (instantPs < link.timePs) { // a place in the past is where the slider leads
       wantedPs = instantPs;
@@ -148,7 +154,6 @@ export function timebar(link, root, fail) {
       return goBack();
     }
     if (!paused) await ask({ do: "pause" });
-    const number = Number(text.replace("−", "-").replace(/\s/g, ""));
     wait(place.value === "time" ? { do: "until", time: writtenTime(text) } :
       { do: "until", chip: chip.value, [place.value]: number, timeout: STEP_TIMEOUT });
   }
