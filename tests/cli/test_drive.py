@@ -65,7 +65,7 @@ MISTAKES = [
     ),
     (
         (*DRIVE, "--board", "twin", "--start-stop", "500"),
-        ["'--start-stop': rate '500': expected", "with their unit"],
+        ["'--start-stop': rate '500': 500 has no unit; expected", "with their unit"],
     ),
     ((*DRIVE, "--board", "twin", "--horizon", "100"), ["'--horizon': time '100': expected a number and a unit"]),
     ((*DRIVE, "--board", "twin", "--enable-hold", "60"), ["'--enable-hold': time '60': expected a number and a unit"]),

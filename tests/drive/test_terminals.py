@@ -29,7 +29,7 @@ def test_a_rate_is_in_steps_and_another_unit_is_named():
     for rate, says in {
         "150 rpm": "rpm needs the steps a turn of a motor, which are not known here: write the rate in steps/s; ",
         "5 Nm": "Nm is a unit of torque; ",
-        "500": "",
+        "500": "500 has no unit; ",
         "0 steps/s": "",
     }.items():
         with pytest.raises(UsageError) as error:
