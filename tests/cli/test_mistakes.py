@@ -101,6 +101,12 @@ MISTAKES = [  # the line, the end of the answer
     ("run p.cy525 --vcd o.vcd --pins step,direction", "motion_complete, wait, io_select; did you mean pulse?"),
     ("panel --no-browser --attach http://127.0.0.1:4002", "or a port of this machine, 4001 (port 0: any free one)"),
     ("panel cy525 gs-c200s --no-browser", "Got unexpected extra argument (gs-c200s)"),
+    ("run p.cy525 --dark", "--dark: needs --plot FILE"),
+    ("serve cy525 --tcp 0 --log p.cy525", "--log p.cy525: is a program, by its name; give the transcript another one"),
+    (
+        "run p.cy525 --chip cy545 --memory p.cy525",
+        "p.cy525: is a program, by its name; slewline asm makes an image of it: --output F.ihx",
+    ),
     ("run p.cy525 --strap wait", "give a pin and its level, 0 or 1, such as 'wait=0'"),
     ("run p.cy525 --strap wait=2", "'2' is no level; levels are 0 (low) and 1 (high), such as 'wait=0'"),
     (

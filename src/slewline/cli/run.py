@@ -119,7 +119,9 @@ class RunCommand:
             given = [f"--{name.replace('_', '-')}" for name in OF_VCD if getattr(self, name) not in (None, False)]
             if given:
                 raise click.UsageError(f"{', '.join(given)}: needs --vcd FILE")
-        elif self.timescale is not None:
+        if self.dark and self.plot is None:
+            raise click.UsageError("--dark: needs --plot FILE")
+        if self.timescale is not None and self.vcd is not None:
             unit_of(self.timescale)
         names = ("chip", "crystal", "over", "strap", "options", "memory", "timeout", "drive", "journal")
         given = [name for name in names if getattr(self, name) not in (None, ())]

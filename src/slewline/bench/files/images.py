@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from os import PathLike
 from os.path import isfile
+from pathlib import Path
 from typing import Any
 
+from ...chips import CATALOGUE
 from ...core.memory.image import LARGEST, check_text, from_file, from_hex, named_file, to_hex
-from ...errors import UsageError
+from ...errors import BenchFileError, UsageError
 from ...gate import BOM, read_file
 from .hex_text import hex_text, is_named_hex
 
@@ -22,6 +24,8 @@ def read_image(path: str | PathLike[str]) -> bytes:
         BenchFileError: the file cannot be read, is longer than 64K bytes, or has a line that is not Intel HEX.
     """
     data, where = read_file(path), str(path)
+    if Path(path).suffix[1:].lower() in CATALOGUE.names():
+        raise BenchFileError(f"{path}: is a program, by its name; slewline asm makes an image of it: --output F.ihx")
     if not is_named_hex(path):
         marked = data[len(BOM) :].lstrip()[:1] == b":"  # a text; a dump may begin with the same bytes as a mark
         return from_file(data.removeprefix(BOM) if marked else data, where)

@@ -15,7 +15,7 @@ import click
 
 from ...bench import Bench
 from ...bench.memories import is_outside, put_memory
-from ...chips import sheet_of
+from ...chips import CATALOGUE, sheet_of
 from ...core.datasheet.channel import AdaptiveLine, FlowBus
 from ...core.datasheet.option import checked, read
 from ...errors import StoreError, UsageError
@@ -144,6 +144,8 @@ class ServeCommand:
             raise click.UsageError("--anywhere needs --bench")
         if self.allow_code and self.bench is None:
             raise click.UsageError("--allow-code needs --bench; CHIP may name a module without it")
+        if self.log and Path(self.log).suffix[1:].lower() in CATALOGUE.names():
+            raise click.UsageError(f"--log {self.log}: is a program, by its name; give the transcript another one")
         if self.log and self.journal and os.path.realpath(self.log) == os.path.realpath(self.journal):
             raise click.UsageError("--log and --journal: the same file; give each a file of its own")
         if self.state is not None and self.chip is not None and not keeps(self.chip):

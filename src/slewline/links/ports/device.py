@@ -91,6 +91,8 @@ def refused(device: str, error: Exception, windows: bool = os.name == "nt") -> s
     if WINDOWS_PORT.fullmatch(device) and not windows:
         return "is the name of a port on Windows; on this system a serial port is /dev/ttyUSB0 or the like"
     number = error_number(error)
+    if number in (errno.EACCES, errno.EPERM) and not windows:
+        return "you may not open this port; let your user join the group that may (dialout, uucp), and log in again"
     why = "is no serial port" if number == errno.ENOTTY else os.strerror(number) if number else str(error)
     return f"{why}; name a serial port that exists and that you may open (python -m serial.tools.list_ports)"
 
