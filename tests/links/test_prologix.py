@@ -207,6 +207,17 @@ def test_data_go_out_as_they_are_escaped(line, eos, data):
         assert ("gpib-plus" in rig.codes()) is (line == b" ++ver\n")
 
 
+def test_telnet_is_named():
+    with Rig() as rig:
+        rig.host.send(b"\xff\xfb\x1f\xff\xfb\x20\xff\xfd\x03A 0\n")
+        assert rig.host.settled()
+        found = rig.thread.do(lambda: [each.text for each in rig.bench.findings if each.code == "telnet"])
+    assert found == [
+        "the host negotiates options (bytes ff fb to fe), which a module takes for commands; this looks like telnet: "
+        "use a raw connection"
+    ]
+
+
 def test_a_line_that_is_too_long_is_not_sent():
     with Rig() as rig:
         rig.host.send(b"A" * 5000 + b"\n++addr\n")

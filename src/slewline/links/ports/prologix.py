@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from ...language.dialect import Command, dialect_of
 from ...parts.boards.gpib_device import GO_TO_LOCAL, LOCAL_LOCKOUT, SELECTED_CLEAR
+from ...parts.lines.far_end import CERTAIN, RAW, TELNET
 from ...version import __version__
 from ..lines.log import TranscriptFile
 from ..lines.pace import Pace
@@ -186,6 +187,8 @@ class PrologixLine(RequestLine):
         """Send data to the device, and read what it says, if that is wanted."""
         if PLAIN_PLUS.match(line):
             self.controller.finding("gpib-plus", f"{line!r}: a + that has no ESC before it is not sent; send ESC +")
+        if (found := TELNET.match(line)) and len(found[0]) >= CERTAIN:
+            self.controller.finding("telnet", f"{RAW}; this looks like telnet: use a raw connection")
         data = ESCAPED.sub(lambda found: found[1] or b"", line) + ENDS[self.settings["eos"]]
         address = self.settings["addr"]
         if not data:
