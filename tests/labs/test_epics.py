@@ -14,11 +14,8 @@ from contextlib import contextmanager, suppress
 import pytest
 
 import slewline.testing  # noqa: F401  # pySerial knows slewline://
-from slewline.chips import ramps_of, sheet_of
 from slewline.errors import UsageError
-from slewline.labs.motor import ModuleMotor
 from slewline.modules.failures import PortLost, RefusedCommand
-from slewline.modules.finding import find
 from slewline.testing.endpoints import running
 
 pytest.importorskip("caproto")
@@ -28,66 +25,9 @@ from slewline.labs import record as labs
 from slewline.labs.epics import interfaces, serve
 from slewline.labs.record import MotorRecord
 from tests.labs.clients import Client
+from tests.labs.watched import GSC, motor_at
 from tests.links.conftest import PATIENCE, until
 from tests.ports import free_port
-
-GSC = {"S": 10, "T": "1000 steps/s", "R": 50}
-
-
-def motor_at(url, part="gs-c200s", values=GSC):
-    return ModuleMotor(find(url, sheet_of(part), may_move=True), ramps_of(part), values)
-
-
-class Watched(MotorRecord):
-    """A record that keeps what it posts, in the order in which clients are told, and what it says."""
-
-    def __init__(self, url="slewline://gs-c200s?chs=0", part="gs-c200s", values=GSC, **more):
-        self.told, self.said = [], []
-        super().__init__("m1", lambda: motor_at(url, part, values), say=self.said.append, **more)
-        for key, field in self.fields.items():
-            field.post = self._noted(key, field.post)
-
-    def _noted(self, key, post):
-        async def noted(value):
-            self.told.append((key, value))
-            await post(value)
-
-        return noted
-
-    def get(self, key):
-        value = self.fields[key].value
-        return value.item() if hasattr(value, "item") else value
-
-    async def moving(self):
-        """Wait until the motor moves."""
-        while not self.get("MOVN"):
-            await asyncio.sleep(0)
-
-    async def put(self, key, value):
-        await self.fields[key].write(value)
-
-    @property
-    def chip(self):
-        return self.motor.module.port.line.chip
-
-    def of(self, *keys):
-        return [each for each in self.told if each[0] in keys]
-
-
-@pytest.fixture
-def run(monkeypatch):
-    """Run what a client does with a record."""
-    monkeypatch.setattr(labs, "NEWS_S", 0)
-
-    def run(play, **more):
-        record = Watched(**more)
-        try:
-            asyncio.run(asyncio.wait_for(play(record), PATIENCE))
-        finally:
-            record.close()
-        return record
-
-    return run
 
 
 # --------------------------------------------------------------------------------------------------------------- fields

@@ -13,30 +13,11 @@ pytest.importorskip("serial")
 from caproto import ChannelType
 
 from slewline.errors import UsageError
-from slewline.labs import record as labs
 from slewline.labs.effects import Effects
 from slewline.labs.table import FIELDS, ROWS
-from tests.labs.test_epics import Watched
-from tests.links.conftest import PATIENCE
 from tests.rows import rows
 
 CY545 = {"url": "slewline://cy545", "part": "cy545", "values": {"F": 20, "R": 100, "S": 200}}
-
-
-@pytest.fixture
-def run(monkeypatch):
-    """Run what a client does with a record."""
-    monkeypatch.setattr(labs, "NEWS_S", 0)
-
-    def run(play, **more):
-        record = Watched(**more)
-        try:
-            asyncio.run(asyncio.wait_for(play(record), PATIENCE))
-        finally:
-            record.close()
-        return record
-
-    return run
 
 
 def steps(record):
