@@ -180,19 +180,7 @@ FACES = ("url", "host", "tcp", "pty", "rfc2217")
 
 
 def running(part: str | type[Chip], on: str | None = None, seed: int = 0, **settings: Any) -> Controller:
-    """Return a running module.
-
-    Args:
-        part: as `Rig` takes it.
-        on: where a program finds it: "url", "tcp", "pty", "rfc2217"; or "host": a host computer on its bus. By default
-            the URL, of a part without a serial line the host.
-        seed: of everything that is random, such as a garbled character.
-        settings: straps, rate, store, and options of the part.
-
-    Raises:
-        UsageError: none of these faces, or a setting that is not allowed.
-        UnknownName: no such part.
-    """
+    """Return a running module: what `slewline.testing.running` is, whose arguments these are."""
     if on is None:
         on = "url" if serial_line(sheet_of(part)) is not None else "host"
     if on not in FACES:
