@@ -45,7 +45,7 @@ NAMES = {
     "bit 7": "bit 7 of its characters is 1, where they have 7 bits",
     "prompt": "characters of a prompt are around it",
     "banner": "lines come before it",
-    "echo": "it echoes what is sent, as a modem or a console does",
+    "echo": "this line echoes, as an adapter",
     "checksums": "its lines end in checksums (--checksum)",
     "address": "the address is in front of it",
     "no V": "a V is missing in front of it",

@@ -19,6 +19,7 @@ from ...gate import BOM, FileGate, opened
 from ...modules.comparing.exchanges import are_checked, exchanges_of
 from ...modules.comparing.replay import PS_PER_US
 from ...modules.dialogue import KIND, DialogueFile, DialogueHeader, RecordedDialogue
+from ...modules.failures import NoAnswer
 from ...modules.speech import speech_of
 from ...modules.spoken import Speech
 from .. import FOUND
@@ -98,7 +99,11 @@ class CompareDialogue:
         dialogue = replace(dialogue, header=self.header(dialogue))
         speech = self.speech(cls, dialogue.header)
         if self.port is not None:
-            dialogue = self.played(dialogue, speech)
+            try:
+                dialogue = self.played(dialogue, speech)
+            except NoAnswer as failure:
+                say(f"slewline: {failure}")
+                return FOUND
         elif self.report is not None:
             dialogue.write(self.report)
         if not exchanges_of(dialogue.said, speech):
