@@ -7,6 +7,7 @@ goes on after it.  Nothing of the program or of QEMU is changed: its breakpoints
 from __future__ import annotations
 
 import socket
+import time
 
 IN, OUT = 0xEC, 0xEE  # IN AL, DX and OUT DX, AL
 EAX, EDX, EIP, CS = 0, 2, 8, 10  # places of 32 bits in the answer to g
@@ -16,10 +17,18 @@ class GdbStub:
     """The stub of QEMU on a Unix socket."""
 
     def __init__(self, path: str, timeout: float) -> None:
-        self.socket = socket.socket(socket.AF_UNIX)
-        self.socket.settimeout(timeout)
-        self.socket.connect(path)
-        self.came = b""
+        self.came, end = b"", time.monotonic() + timeout
+        while True:  # its name is there before QEMU listens
+            self.socket = socket.socket(socket.AF_UNIX)
+            self.socket.settimeout(timeout)
+            try:
+                self.socket.connect(path)
+                return
+            except ConnectionRefusedError:
+                self.socket.close()
+                if time.monotonic() > end:
+                    raise
+                time.sleep(0.01)
 
     def __enter__(self) -> GdbStub:
         return self

@@ -50,6 +50,7 @@ NO_PROGRAMS = {  # by the endings of names
     **dict.fromkeys(("journal", "jsonl"), "a journal; slewline run --replay JOURNAL repeats it"),
     **dict.fromkeys(("svg", "png", "pdf"), "a picture"),
     "npz": "a result of a run",
+    "ipynb": "a notebook; jupyter opens it",
     "json": "JSON, as results of a run are; a bench file is TOML",
     **dict.fromkeys(("eeprom", "raw"), "what a module holds, or has sent"),
 }

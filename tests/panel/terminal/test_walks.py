@@ -144,8 +144,10 @@ def test_a_chip_alone_takes_commands_and_findings_are_shown():
         (":drive wait low", "drive: level 'low'; allowed 0 and 1"),
         ("break 6", "break 6: is no command of cy525; a verb of the debugger begins with a colon"),
         ("quit", "quit: is no command of cy525; q leaves the debugger"),
+        ("run", "run: is no command of cy525; :go lets time pass"),
+        (":clear 6", "clear: takes all breakpoints away; :break 6 takes one away"),
         ("HELP", "HELP: is no command of cy525; ? shows its help"),
-        ("R 100", "R 100: is sent as time passes; time is stopped: press the space bar"),
+        ("R 100", "R 100: is sent as time passes; time is stopped: press Esc, then"),
     ],
 )
 def test_a_mistake_is_answered_at_the_foot(typed, says):

@@ -128,7 +128,8 @@ class DebugCommand:
             from ...bench.file import BenchFile
 
             return BenchFile(target, self.anywhere, self.allow_code).load(journal=journal)
-        alone = not Path(target).exists() and (target in CATALOGUE.names() or ":" in target)
+        bare = self.chip is None and not Path(target).suffix
+        alone = not Path(target).exists() and (target in CATALOGUE.names() or ":" in target or bare)
         part = target if alone else chip_of(target, self.chip)
         return single(
             part,

@@ -256,6 +256,7 @@ def check_up(drive: Drive) -> int:
     """Look at link, machine and board; return the exit status."""
     from ...links.sockets.system import be_prompt
 
+    say(f"slewline: {drive.introduction()}")
     with drive:
         found = drive.check(CHECK_S, be_prompt(), say)
     for line in found.lines:

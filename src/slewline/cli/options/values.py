@@ -70,6 +70,21 @@ class TimeText(click.ParamType[str]):
         return str(value)
 
 
+class StepCount(click.ParamType[int]):
+    """A number of steps."""
+
+    name = "steps"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Return it; "400 steps" is one, too."""
+        found = re.fullmatch(r"\s*([0-9]{1,12})\s*(?:steps?)?\s*", str(value))
+        if found is None:
+            self.fail(
+                f"{value!r}: expected a whole number of steps, such as 400; a turn is 200 of most motors", param, ctx
+            )
+        return int(found[1])
+
+
 class StepRate(click.ParamType[str]):
     """Steps per second, with their unit."""
 

@@ -197,7 +197,7 @@ class DebugSession:
         try:
             reply = await self.client.request(do, **keys)
             if not reply.get("met", True) and not self.why:
-                self.trouble = f"{doing}: not reached"
+                self.trouble = f"{doing}: not reached within {keys.get('timeout', LIMIT)} of virtual time"
             self.why = self.why or ("" if self.trouble else doing)
         finally:
             self.doing = ""

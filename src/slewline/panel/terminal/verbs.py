@@ -77,8 +77,8 @@ async def edge(session: DebugSession, words: list[str]) -> None:
     which = words[1] if len(words) > 1 else "any"
     if not words or which not in EDGES:
         raise UsageError("edge: expected a pin, and rises, falls or any")
-    session.last_edge = words[0]
     await session.to_edge(words[0], which)
+    session.last_edge = words[0]
 
 
 async def until(session: DebugSession, words: list[str]) -> None:
@@ -112,6 +112,8 @@ async def put_break(session: DebugSession, words: list[str]) -> None:
     point = point_of(session, words)
     await session.toggle(point)
     listed = [row["address"] for row in session.listings.get(session.selected, ())]
+    if point in session.breakpoints and not listed and "address" in point:
+        session.trouble = f"no program is stored in {session.selected} now; the breakpoint waits for one"
     if point in session.breakpoints and listed and point.get("address", listed[0]) not in listed:
         session.trouble = f"no instruction begins at {point['address']} now; they are at {listed[0]} to {listed[-1]}"
 
@@ -139,8 +141,10 @@ def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
     )
 
 
-async def clear(session: DebugSession, _words: list[str]) -> None:
+async def clear(session: DebugSession, words: list[str]) -> None:
     """Take all breakpoints away."""
+    if words:
+        raise UsageError(f"clear: takes all breakpoints away; :break {' '.join(words)} takes one away")
     await session.put_breakpoints([])
 
 
@@ -219,7 +223,12 @@ VERBS = (
 BY_NAME = {verb.name: verb for verb in VERBS}
 
 
-KEYS = {"quit": "q leaves the debugger", "exit": "q leaves the debugger", "help": "? shows its help"}
+KEYS = {
+    "quit": "q leaves the debugger",
+    "exit": "q leaves the debugger",
+    "help": "? shows its help",
+    "run": ":go lets time pass",
+}
 
 
 async def obey(session: DebugSession, text: str) -> None:
@@ -232,7 +241,7 @@ async def obey(session: DebugSession, text: str) -> None:
         check_verb(session, text)
         await session.client.request("send", chip=session.selected, text=text)
         if session.paused:
-            session.trouble = f"{text}: is sent as time passes; time is stopped: press the space bar"
+            session.trouble = f"{text}: is sent as time passes; time is stopped: press Esc, then the space bar"
         return
     name, *words = text[1:].split() or [""]
     verb = BY_NAME.get(name) or only(name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 from .data import DriverData, MotorData
 from .drivers import has_own_clock
 
+_AMPERES = re.compile(r"\d\s*m?A\b")
 OVER = 1.1  # times the rated current: what a supply or a resistor may be off
 MUCH = 0.1  # of the current: a ripple that takes a twentieth of the torque
 
@@ -53,6 +55,8 @@ def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str
     notes = [*_too_much(motor, driver)]
     if driver.kind not in ("chopper", "averaged"):
         return tuple(notes)
+    if driver.current == motor.current and isinstance(given, str) and not _AMPERES.search(given):
+        notes.append(f"{given!r} says no current: {motor.current:g} A are taken, the rated current of {motor.name}")
     swing = ripple(motor, driver)
     if swing > MUCH * driver.current:
         at = f"a pause of {driver.off_time * 1e6:g} us" if driver.off_time else f"{driver.frequency / 1e3:g} kHz"

@@ -53,6 +53,8 @@ def of_text(
         UsageError: a part without the name of a figure, or a figure that is given twice.  An unknown figure is in the
             table, and `checked` refuses it.
     """
+    if ";" in text:
+        raise UsageError(f"{name} {text!r}: commas separate figures, not semicolons")
     words = {row.name.replace("_", " "): row.name for row in rows} | {row.name: row.name for row in rows}
     words |= {each: each for each in beside} | dict(spelled)
     pairs: dict[str, str] = {}
