@@ -207,6 +207,14 @@ def test_data_go_out_as_they_are_escaped(line, eos, data):
         assert ("gpib-plus" in rig.codes()) is (line == b" ++ver\n")
 
 
+def test_a_poll_of_an_address_without_a_device_is_a_finding():
+    with Rig() as rig:
+        rig.host.tell("++spoll 9")
+        assert rig.host.settled()
+        (found,) = rig.thread.do(lambda: [each.text for each in rig.bench.findings if each.code == "gpib-address"])
+    assert found.startswith("++spoll 9: no device has this address; there are devices at ")
+
+
 def test_telnet_is_named():
     with Rig() as rig:
         rig.host.send(b"\xff\xfb\x1f\xff\xfb\x20\xff\xfd\x03A 0\n")

@@ -103,6 +103,7 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
     (("--load", "inertia -1"), "load: inertia"),
     (("--load", "inertia 68"), "inertia '68'; 68 has no unit; allowed 0 and more kg m2, or text with a unit: kg m2, "),
     (("--load", "mass 2 kg, lead 5"), "lead '5'; 5 has no unit; allowed 0 and more m, or text with a unit: m, cm, mm"),
+    (("--grid", "F=range(3,10) R=8 S=199"), "F 'range(3,10)': write 3..9"),
     (("--grid", "F=3-10 R=8 S=199"), "cy525: F '3-10': write 3..10 for a range"),
     (("--grid", "F=4,6, R=8"), "F '4,6,': a comma without a value; blanks separate parameters, such as F=4,6 R=8"),
 ])  # fmt: skip

@@ -173,6 +173,8 @@ def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int,
         return [value_of(calculator, quantity, each.strip(), hz) for each in text.split(",")]
     if not text:
         raise UsageError(f"{where}: no values; allowed {FORMS}")
+    if of_python := re.fullmatch(r"range\(\s*(\d+)\s*,\s*(\d+)\s*\)", text):
+        raise UsageError(f"{where}: write {of_python[1]}..{int(of_python[2]) - 1}")
     found: list[Value] = []
     for piece in text.split(","):
         if not piece.strip():

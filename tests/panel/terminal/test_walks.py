@@ -145,6 +145,7 @@ def test_a_chip_alone_takes_commands_and_findings_are_shown():
         ("break 6", "break 6: is no command of cy525; a verb of the debugger begins with a colon"),
         ("quit", "quit: is no command of cy525; q leaves the debugger"),
         ("run", "run: is no command of cy525; :go lets time pass"),
+        (":until 200", "until: no instruction begins at 200"),
         (":clear 6", "clear: takes all breakpoints away; :break 6 takes one away"),
         ("HELP", "HELP: is no command of cy525; ? shows its help"),
         ("R 100", "R 100: is sent as time passes; time is stopped: press Esc, then"),

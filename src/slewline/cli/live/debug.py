@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from shutil import get_terminal_size
 from tempfile import TemporaryFile
 from typing import IO, TYPE_CHECKING, Any, TextIO, cast
 
@@ -36,6 +37,7 @@ TOKEN = "SLEWLINE_TOKEN"  # in the environment
 LOOPBACK = "127.0.0.1:0"
 ENDS_S = 5.0
 SLOWEST, FASTEST = 0.001, 1000
+LEAST = 80, 24  # columns and lines of a terminal
 
 
 @dataclass
@@ -186,6 +188,11 @@ def run(app: Debugger) -> int:
         raise UsageError(
             "debug needs a terminal for its screen, and standard input or error is none; `slewline run` plays a "
             "program without one"
+        )
+    columns, lines = get_terminal_size()
+    if columns < LEAST[0] or lines < LEAST[1]:
+        raise UsageError(
+            f"debug needs a terminal of {LEAST[0]}x{LEAST[1]}, and this one has {columns}x{lines}; enlarge it"
         )
     app.run()
     if app.failure is not None:

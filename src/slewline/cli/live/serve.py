@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import click
+from click.core import ParameterSource
 
 from ...bench import Bench
 from ...bench.memories import is_outside, put_memory
@@ -144,6 +145,9 @@ class ServeCommand:
             raise click.UsageError("--anywhere needs --bench")
         if self.allow_code and self.bench is None:
             raise click.UsageError("--allow-code needs --bench; CHIP may name a module without it")
+        ctx = click.get_current_context(silent=True)
+        if ctx and ctx.get_parameter_source("token") is ParameterSource.COMMANDLINE and not self.control:
+            raise click.UsageError("--token: is that of a control port; give --control HOST:PORT, too, or leave it out")
         if self.log and Path(self.log).suffix[1:].lower() in CATALOGUE.names():
             raise click.UsageError(f"--log {self.log}: is a program, by its name; give the transcript another one")
         if self.log and self.journal and os.path.realpath(self.log) == os.path.realpath(self.journal):

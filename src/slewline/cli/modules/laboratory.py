@@ -8,7 +8,7 @@ import click
 
 from ..options.kinds import HintingCommand
 from ..options.shared import CRYSTAL, EXIT, path
-from ..options.values import TimeWithUnit
+from ..options.values import TimeWithUnit, UnitsPerStep
 from .options import PORT, chip_option, setting_options
 
 
@@ -19,7 +19,9 @@ from .options import PORT, chip_option, setting_options
 @setting_options
 @path("--dialogue", help="Write what is said into this new file.")
 @click.option("--record", required=True, metavar="NAME", help="Of the record: its fields are NAME.VAL, NAME.RBV ...")
-@click.option("--resolution", type=float, default=1.0, metavar="UNITS", help="Units per step; below 0: turned round.")
+@click.option(
+    "--resolution", type=UnitsPerStep(), default=1.0, metavar="UNITS", help="Units per step; below 0: turned round."
+)
 @click.option("--units", default="steps", show_default=True, metavar="TEXT", help="Such as mm.")
 @CRYSTAL
 @click.option(

@@ -70,6 +70,23 @@ class TimeText(click.ParamType[str]):
         return str(value)
 
 
+class UnitsPerStep(click.ParamType[float]):
+    """A number, whose unit is another option."""
+
+    name = "number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return it."""
+        number, _, unit = str(value).strip().partition(" ")
+        try:
+            found = float(number)
+        except ValueError:
+            self.fail(f"{value!r}: expected a number, such as 0.005", param, ctx)
+        if unit:
+            self.fail(f"{value!r}: write {number}, and --units {unit}", param, ctx)
+        return found
+
+
 class StepCount(click.ParamType[int]):
     """A number of steps."""
 

@@ -261,11 +261,7 @@ class PrologixLine(RequestLine):
         address = addressed(arguments)
         if address is None:
             return False
-        if address not in self.selected:
-            there = ", ".join(map(str, self.selected))
-            self.controller.finding(
-                "gpib-address", f"++addr {address}: no device has this address; there are devices at {there}"
-            )
+        self._look_for("addr", address)
         self._set("addr", address)
         self.secondary = f" {int(arguments[1])}" if len(arguments) > 1 else ""
         return True
@@ -281,11 +277,20 @@ class PrologixLine(RequestLine):
         self._read(end[0])
         return True
 
+    def _look_for(self, command: str, address: int) -> None:
+        """Report an address that no device has."""
+        if address not in self.selected:
+            there = ", ".join(map(str, self.selected))
+            says = f"++{command} {address}: no device has this address; there are devices at {there}"
+            self.controller.finding("gpib-address", says)
+
     def do_spoll(self, arguments: Sequence[str]) -> bool:
         """Poll the status of a device."""
         address = addressed(arguments) if arguments else self.settings["addr"]
         if address is None:
             return False
+        if arguments:
+            self._look_for("spoll", address)
         work = self.controller.poll(address, self.settings["read_tmo_ms"] * MS)
         self.answer(lambda _, work: b"" if work.result is None else f"{work.result}\r\n".encode(), work)
         return True

@@ -239,6 +239,9 @@ class Debugger(App[None]):
         pane = self.program()
         if pane is not None and pane.address is not None:
             self.perform(self.session.toggle({"chip": pane.chip, "address": pane.address}))
+        else:
+            self.session.trouble = "no program is stored, so there is no row to stop at"
+            self.session.on_change()
 
     def action_to_row(self) -> None:
         """Run to the selected row."""

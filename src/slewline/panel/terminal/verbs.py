@@ -85,7 +85,12 @@ async def until(session: DebugSession, words: list[str]) -> None:
     """Run to an instruction."""
     if not words:
         raise UsageError("until: expected the address of an instruction")
-    await session.to_address(number(words[0], "address"))
+    address = number(words[0], "address")
+    listed = [row["address"] for row in session.listings.get(session.selected, ())]
+    if address not in listed:
+        there = f"they are at {listed[0]} to {listed[-1]}" if listed else "no program is stored"
+        raise UsageError(f"until: no instruction begins at {address}; {there}")
+    await session.to_address(address)
 
 
 async def time(session: DebugSession, words: list[str]) -> None:
