@@ -101,10 +101,10 @@ MISTAKES = [  # the line, the end of the answer
     ("run p.cy525 --vcd o.vcd --pins step,direction", "motion_complete, wait, io_select; did you mean pulse?"),
     ("panel --no-browser --attach http://127.0.0.1:4002", "or a port of this machine, 4001 (port 0: any free one)"),
     ("panel cy525 gs-c200s --no-browser", "Got unexpected extra argument (gs-c200s)"),
-    ("serve cy525 --tcp 0 --token 'a long token'", "give --control HOST:PORT, too, or leave it out"),
+    ("serve cy525 --tcp 0 --token a-long-token", "give --control HOST:PORT, too, or leave it out"),
     (
-        "epics x --chip gs-c200s --record m --resolution '0.005 mm' S=10",
-        "'0.005 mm': write 0.005, and --units mm",
+        "epics x --chip gs-c200s --record m --resolution 0.005mm S=10",
+        "'0.005mm': write 0.005, and --units mm",
     ),
     ("run p.cy525 --dark", "--dark: needs --plot FILE"),
     ("serve cy525 --tcp 0 --log p.cy525", "--log p.cy525: is a program, by its name; give the transcript another one"),

@@ -77,7 +77,8 @@ class UnitsPerStep(click.ParamType[float]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return it."""
-        number, _, unit = str(value).strip().partition(" ")
+        parts = re.fullmatch(r"\s*([-+.0-9eE]*)\s*(.*?)\s*", str(value))
+        number, unit = parts.groups() if parts is not None else ("", "")
         try:
             found = float(number)
         except ValueError:
