@@ -102,6 +102,8 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
     (("--load", "torque 3 Nm"), "load: "),
     (("--load", "inertia -1"), "load: inertia"),
     (("--load", "inertia 68"), "inertia '68'; 68 has no unit; allowed 0 and more kg m2, or text with a unit: kg m2, "),
+    (("--load", "inertia 68 g cm2 friction 5 mNm"), "a comma is missing before 'friction'"),
+    (("--load", "inertia 68 g cm2; friction 5 mNm"), "commas separate figures, not semicolons"),
     (("--load", "mass 2 kg, lead 5"), "lead '5'; 5 has no unit; allowed 0 and more m, or text with a unit: m, cm, mm"),
     (("--grid", "F=range(3,10) R=8 S=199"), "F 'range(3,10)': write 3..9"),
     (("--grid", "F=3-10 R=8 S=199"), "cy525: F '3-10': write 3..10 for a range"),

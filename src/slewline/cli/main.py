@@ -183,9 +183,11 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
 
 def _told(interrupt: BaseException | None = None) -> int:
     """Say that the command was interrupted, in the words of the interrupt if it has some; return its status."""
+    import click
+
     sys.unraisablehook = lambda _failed: None  # what was being made is not whole, and cannot be taken apart
     says = str(interrupt) if isinstance(interrupt, KeyboardInterrupt) else ""
-    sys.stderr.write(f"slewline: {says or INTERRUPTED}\n")
+    click.echo(f"slewline: {says or INTERRUPTED}", err=True)
     return FOUND
 
 

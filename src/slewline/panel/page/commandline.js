@@ -54,6 +54,7 @@ export function commandLine(link, sheet, chipName, root, fail) {
     hide();
     try {
       await link.request({ do: "send", chip: chipName, text });
+      if (link.view.pace?.paused) fail(new Error(`${text}: is sent as time passes, and time is stopped: press Go.`));
     } catch (error) {
       input.value = text;
       fail(/** @type {Error} */ (error));

@@ -72,6 +72,11 @@ def of_text(
         figure, value = words.get(known, word), given[len(word) :].strip()
         if figure in pairs:
             raise UsageError(f"{name} {text!r}: {figure} is given twice; leave one out")
+        figures = [row for row in rows if row.kind == "quantity"]
+        if any(row.name == figure for row in figures):
+            for other in (row.name.replace("_", " ") for row in figures):
+                if re.search(rf"\d.* {other} ", value):
+                    raise UsageError(f"{name} {text!r}: a comma is missing before {other!r}")
         is_bool = any(row.name == figure and row.kind == "bool" for row in rows)
         pairs[figure] = value or ("true" if is_bool else "")
     return read_texts(rows, pairs.items())
