@@ -9,7 +9,7 @@ import click
 
 from ..options.kinds import HintingCommand, OncePerName
 from ..options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, MEMORY, OPTIONS, STRAPS, TOKEN, path
-from ..options.values import DIRECTORY, FILE, PartName, SettingText, StepRate, TimeText
+from ..options.values import DIRECTORY, FILE, STEP_RATE, TIME, PartName, SettingText
 
 Command = Callable[..., Any]
 
@@ -132,7 +132,7 @@ def serve_command(**options: Any) -> int:
 )
 @click.option(
     "--enable-hold",
-    type=TimeText(),
+    type=TIME,
     metavar="TIME",
     default="60 s",
     show_default=True,
@@ -162,7 +162,7 @@ def serve_command(**options: Any) -> int:
 )
 @click.option(
     "--horizon",
-    type=TimeText(),
+    type=TIME,
     metavar="TIME",
     default="100 ms",
     show_default=True,
@@ -170,7 +170,7 @@ def serve_command(**options: Any) -> int:
 )
 @click.option(
     "--start-stop",
-    type=StepRate(),
+    type=STEP_RATE,
     metavar="RATE",
     help="Up to which the motor may stand at once, such as '500 steps/s'.",
 )

@@ -9,7 +9,7 @@ import click
 
 from ..options.kinds import ChipOption
 from ..options.shared import path
-from ..options.values import Frequency, PartName
+from ..options.values import FREQUENCY, PartName
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -20,7 +20,7 @@ def chip_option(says: str, *, required: bool = True) -> Callable[[Function], Fun
 
 
 MARKINGS = click.option("--markings", metavar="TEXT", help="What is printed on the module, for the record.")
-CLOCK = click.option("--crystal", type=Frequency(), help="Its clock, such as '11 MHz', where that is known.")
+CLOCK = click.option("--crystal", type=FREQUENCY, help="Its clock, such as '11 MHz', where that is known.")
 PORT = click.argument("port")
 PART = chip_option("What it is; by default as FILE ends, such as .gs-c200s.", required=False)
 ECHO = click.option("--echo", is_flag=True, help="The line echoes what is sent, as an RS-485 adapter does: drop that.")

@@ -7,7 +7,7 @@ from functools import partial
 import click
 
 from .kinds import OncePerName
-from .values import FILE, Frequency, PartName, Strap, look_here
+from .values import FILE, FREQUENCY, PartName, Strap, look_here
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."
 MOTOR_HELP = "A name of the list, figures 'current 2 A, resistance 1.4 ohm, ...', or a file MOTOR.toml with them."
@@ -25,7 +25,7 @@ ALLOW_CODE = click.option(
     callback=look_here,
     help="Bench files, journals, dialogues may name a chip or part as module:Class, which runs the code of the module.",
 )
-CRYSTAL = click.option("--crystal", type=Frequency(), help="Such as '11 MHz'; the chip's own by default.")
+CRYSTAL = click.option("--crystal", type=FREQUENCY, help="Such as '11 MHz'; the chip's own by default.")
 MEMORY = path("--memory", help="Image of the memory beside the chip: a dump, or Intel HEX.")
 ANYWHERE = click.option(
     "--anywhere",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -56,20 +57,6 @@ class TimeWithUnit(click.ParamType[int]):
             self.fail(str(error), param, ctx)
 
 
-class TimeText(click.ParamType[str]):
-    """A time with its unit, kept as text."""
-
-    name = "time"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the time as it was written."""
-        try:
-            picoseconds(value)
-        except TimeError as error:
-            self.fail(str(error), param, ctx)
-        return str(value)
-
-
 class UnitsPerStep(click.ParamType[float]):
     """A number, whose unit is another option."""
 
@@ -103,22 +90,6 @@ class StepCount(click.ParamType[int]):
         return int(found[1])
 
 
-class StepRate(click.ParamType[str]):
-    """Steps per second, with their unit."""
-
-    name = "rate"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the rate as it was written."""
-        from ...drive.terminals import steps_a_second
-
-        try:
-            steps_a_second(str(value))
-        except UsageError as error:
-            self.fail(str(error), param, ctx)
-        return str(value)
-
-
 class StepAcceleration(click.ParamType[float]):
     """Steps/s^2, with their unit or without."""
 
@@ -133,18 +104,38 @@ class StepAcceleration(click.ParamType[float]):
             self.fail(f"{value!r}: expected steps/s^2, such as '20000 steps/s2'", param, ctx)
 
 
-class Frequency(click.ParamType[str]):
-    """A frequency with its unit."""
+class CheckedText(click.ParamType[str]):
+    """A text that says what it must, for whoever reads it later.
 
-    name = "frequency"
+    Args:
+        name: what it is, for the usage line.
+        read: reads it, and raises UsageError or TimeError for what it is not.
+    """
+
+    def __init__(self, name: str, read: Callable[[str], object]) -> None:
+        self.name, self.read = name, read
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the frequency as it was written."""
+        """Return the text as it was written."""
         try:
-            hertz(value)
-        except TimeError as error:
+            self.read(str(value))
+        except (TimeError, UsageError) as error:
             self.fail(str(error), param, ctx)
         return str(value)
+
+
+def step_rate(text: str) -> None:
+    """Check steps per second, with their unit."""
+    from ...drive.terminals import steps_a_second  # most commands have no use for it
+
+    steps_a_second(text)
+
+
+FREQUENCY, TIME, STEP_RATE = (
+    CheckedText("frequency", hertz),
+    CheckedText("time", picoseconds),
+    CheckedText("rate", step_rate),
+)
 
 
 class PinDrive(Completed[tuple[str, int, int]]):

@@ -133,7 +133,7 @@ class Board(Part):
         await until(self.kernel, self._clock(CYCLE))
         return byte
 
-    async def access(self, register: str, byte: int | None = None) -> int:
+    async def _reach(self, register: str, byte: int | None = None) -> int:
         """Do the cycle that begins next, in a clock from now at most, as far as it is to be watched.
 
         Without a byte to be written it is a read cycle; its byte is returned in clock 5.
@@ -147,7 +147,7 @@ class Board(Part):
     def _access(self, offset: int, byte: int | None, port: int | None = None) -> Awaitable[int]:
         """Do the cycle at an offset, which may have no register; `port`: the whole address, if there is one."""
         register = (self.layout.reads if byte is None else self.layout.writes).get(offset)
-        return self._nowhere(offset, byte, port) if register is None else self.access(register, byte)
+        return self._nowhere(offset, byte, port) if register is None else self._reach(register, byte)
 
     async def _nowhere(self, offset: int, byte: int | None, port: int | None) -> int:
         """Do a cycle that reaches no register."""
@@ -218,7 +218,7 @@ class Board(Part):
 
     async def _look(self) -> int:
         """Read the status in a cycle; the next one begins behind it."""
-        byte = await self.access(STATUS)
+        byte = await self._reach(STATUS)
         self._began += CYCLE_PS
         return byte
 

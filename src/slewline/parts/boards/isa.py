@@ -78,7 +78,7 @@ class Isa(Board):
         self.drivers["reset"].drive(0 if held else 1)
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
-    async def access(self, register: str, byte: int | None = None) -> int:
+    async def _reach(self, register: str, byte: int | None = None) -> int:
         """Do a cycle; one that writes is promised as a whole."""
         if register in (DATA, COMMAND):
             return await self._operate(byte, register == COMMAND)

@@ -49,7 +49,7 @@ class ParallelCard(Board):
         low = IS_READY * (not self.high("busy")) | IS_FREE * (not self.high("fpl"))
         return FLOATING & ~low
 
-    async def access(self, register: str, byte: int | None = None) -> int:
+    async def _reach(self, register: str, byte: int | None = None) -> int:
         """Do a cycle; the register has what is written at the end of clock 4, when a byte is read, too."""
         await until(self.kernel, self._clock(5))
         if byte is None:
