@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import pytest
 
 from slewline.cli.main import invoke
 from slewline.labs.epics import port_of_server
 from slewline.testing.endpoints import running
+from tests.ports import free_port
 
 pytest.importorskip("caproto")
 serial = pytest.importorskip("serial")
@@ -98,3 +103,31 @@ def test_another_program_is_not_replaced_unasked(capsys, module):
     said = refused(capsys, module.url, *OPTIONS, *RAMP)
     assert "a program of 4 lines is in its RAM, which moves would replace; save it by slewline pull" in said
     assert module.ask("Q").count("\r") == 4
+
+
+COMMAND = "import slewline.testing; from slewline.cli.main import main; main()"  # pySerial knows slewline://
+READ = "from caproto.sync.client import read; print(read('m1.EGU', timeout=20, repeater=False).data[0].decode())"
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("name", ["EPICS_CA_SERVER_PORT", "EPICS_CAS_SERVER_PORT"])
+def test_a_client_finds_the_record_at_the_port_of_either_variable(name):
+    port = str(free_port())
+    surroundings = {key: value for key, value in os.environ.items() if not key.startswith("EPICS_")}
+    words = ["epics", "slewline://gs-c200s?chs=0", *OPTIONS, "--replace", *RAMP]
+    server = subprocess.Popen(
+        [sys.executable, "-c", COMMAND, *words], stdout=subprocess.PIPE, text=True, env=surroundings | {name: port}
+    )
+    try:
+        assert server.stdout.readline() == f"m1: 127.0.0.1:{port}\n"
+        own = {"EPICS_CA_SERVER_PORT": port, "EPICS_CA_ADDR_LIST": "127.0.0.1", "EPICS_CA_AUTO_ADDR_LIST": "NO"}
+        asked = subprocess.run(
+            [sys.executable, "-c", READ],
+            env=surroundings | own,
+            check=True, capture_output=True, text=True, timeout=60,
+        )  # fmt: skip
+        assert asked.stdout == "steps\n"
+    finally:
+        server.terminate()
+        server.wait(60)
+        server.stdout.close()
