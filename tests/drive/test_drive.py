@@ -74,6 +74,19 @@ def test_a_drive_says_in_a_line_what_it_drives_and_how():
     assert repr(drive) == f"<Drive of {x.name} axis 1, {UNO.name}: closed>"
 
 
+def test_a_driver_that_is_enabled_without_an_e_stop_is_said():
+    for inputs, enable, says in (
+        (None, True, True),
+        ({"A1": "abort"}, True, True),
+        ({"A0": "estop"}, True, False),
+        (None, False, False),
+    ):
+        bench = slewline.Bench()
+        driver = "A4988" if enable else None
+        drive = drive_of(bench, bench.add("cy525", "x"), TwinLine(), enable=enable, driver=driver, inputs=inputs)
+        assert ("no E-stop is among the inputs (--input A0=estop)" in drive.introduction()) == says
+
+
 def test_a_live_rate_of_a_cy525():
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")

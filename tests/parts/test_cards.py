@@ -137,3 +137,17 @@ def test_a_run_on_a_card_is_replayed(tmp_path):
     program.bench.journal.close()
     again = slewline.replay(str(journal))
     assert again["x"].axes[0].position == 1000 and again["card"].base == 0x210
+
+
+@rows("pause_ps", [0, 1, 62_500, 125_000, 777_777])
+def test_an_access_without_a_register_is_found_in_the_first_clock_of_its_cycle(pause_ps):
+    """However the request came: two hosts that ask the same have the same findings."""
+    bench = slewline.Bench()
+    isa = bench.part("isa", name="card", to=bench.add("mc1451a", name="x"))
+    bench.run(10**9 + pause_ps)
+    begun = bench.now_ps
+    isa.out(isa.base + 4, 0)
+    begun_again = bench.now_ps
+    isa.inp(isa.base + 5)
+    found = [each.time_ps for each in bench.findings if each.code == "no-register"]
+    assert found == [begun + 125_000, begun_again + 125_000]
