@@ -97,7 +97,14 @@ MISTAKES = [  # the line, the end of the answer
         "run p.cy525 --drive abort=0@5",
         "'5': expected a number and a unit (ps, ns, us, µs, ms, s, min, h), for example '25 us'",
     ),
-    ("ramp cy525 F=40 S=240 --accel '20000 Hz'", "expected steps/s^2, such as '20000 steps/s2'"),
+    (
+        "ramp cy525 F=40 S=240 --accel 20000",
+        "20000 has no unit; allowed a number (steps/s2), or text with a unit: steps/s2",
+    ),
+    (
+        "ramp cy525 F=40 S=240 --accel 20000Hz",
+        "Hz is a unit of frequency; allowed a number (steps/s2), or text with a unit: steps/s2",
+    ),
     ("run p.cy525 --vcd o.vcd --pins step,direction", "motion_complete, wait, io_select; did you mean pulse?"),
     ("panel --no-browser --attach http://127.0.0.1:4002", "or a port of this machine, 4001 (port 0: any free one)"),
     ("panel cy525 gs-c200s --no-browser", "Got unexpected extra argument (gs-c200s)"),

@@ -86,7 +86,7 @@ def test_a_time_below_a_nanosecond_is_taken_with_its_unit(call: Any) -> None:
 
 
 @pytest.mark.parametrize(("option", "wanted"), [
-    (("--accel", "20000"), {"acceleration": 20_000}),
+    (("--accel", "20000 steps/s2"), {"acceleration": 20_000}),
     (("--steps", "300"), {"steps": 300}),
     (("--time", "40 ms"), {"time": "40 ms"}),
 ])  # fmt: skip
@@ -147,7 +147,7 @@ WRONG = [
     ((*CY, "part=3"), "cy525: no parameter 'part'; there are: F, R, S, Z"),
     (("cy525", "F=3", "R=200", "S=1"), "cy525: R '200'; allowed 0..127"),
     (("cy525", "F=3", "R=9"), "cy525: no value for S (acceleration"),
-    ((*CY, "--time", "1 s", "--accel", "4"), "give one of time, acceleration and steps"),
+    ((*CY, "--time", "1 s", "--accel", "4 steps/s2"), "give one of time, acceleration and steps"),
     ((*CY, "Z=1", "--time", "1 s"), "every parameter is given; leave out S or Z"),
     ((*CY, "--distance", "70000"), "a move of 70000 steps; allowed 1..65535"),
     ((*GSC, "--distance", "0"), "a move of 0 steps; allowed 1..9999999"),

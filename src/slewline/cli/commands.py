@@ -14,7 +14,7 @@ from .motors.commands import calibrate_command, tune_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide, OncePerName
 from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, STRAPS, path
-from .options.values import DIRECTORY, FILE, Names, PartName, PinDrive, StepAcceleration, TimeWithUnit
+from .options.values import DIRECTORY, FILE, Names, PartName, PinDrive, QuantityWithUnit, TimeWithUnit
 from .options.version_option import version_option
 
 INTO = click.option(
@@ -171,7 +171,7 @@ def lint_command(**options: Any) -> int:
 @click.option("--time", type=TimeWithUnit(), help="Find the ramp whose time is nearest to this, such as '0.5 s'.")
 @click.option(
     "--accel",
-    type=StepAcceleration(),
+    type=QuantityWithUnit("steps/s2"),
     metavar="A",
     help="Find the ramp whose mean acceleration is nearest to A, such as '20000 steps/s2'.",
 )

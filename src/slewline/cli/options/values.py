@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
+from ...core.datasheet.units import KINDS, quantity
 from ...core.messages.near import hint
 from ...core.time.timebase import hertz, picoseconds
 from ...errors import TimeError, UsageError
@@ -90,22 +91,28 @@ class StepCount(click.ParamType[int]):
         return int(found[1])
 
 
-class StepAcceleration(click.ParamType[float]):
-    """Steps/s^2, with their unit or without."""
+class QuantityWithUnit(click.ParamType[float]):
+    """A number with its unit, of one row of the table of units.
 
-    name = "acceleration"
+    Args:
+        unit: that of the row, in which the number is returned.
+    """
+
+    name = "quantity"
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return steps/s^2."""
-        found = re.fullmatch(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*(?:steps/s(?:\^?2|²))?\s*", str(value))
+        """Return the quantity in the unit."""
         try:
-            return float(found[1] if found is not None else "")
-        except ValueError:
-            self.fail(f"{value!r}: expected steps/s^2, such as '20000 steps/s2'", param, ctx)
+            return quantity(value, self.unit, KINDS[self.unit])
+        except UsageError as error:
+            self.fail(str(error), param, ctx)
 
 
 class CheckedText(click.ParamType[str]):
-    """A text that says what it must, for whoever reads it later.
+    """A text that is checked here and read later.
 
     Args:
         name: what it is, for the usage line.

@@ -44,6 +44,7 @@ UNITS: Mapping[str, Mapping[str, str]] = MappingProxyType(  # by the first unit:
         "N m/rad": {"N m/rad": "1", "mN m/rad": "1e-3"},
         "deg": {"deg": "1", "rad": "57.295779513082320877"},
         "steps/s": {"steps/s": "1"},
+        "steps/s2": {"steps/s2": "1"},
     }
 )  # fmt: skip
 TURNS: Mapping[str, Fraction] = MappingProxyType(  # a second; units of "steps/s" where the steps a turn are known
@@ -53,7 +54,7 @@ KINDS: Mapping[str, str] = MappingProxyType(
     {
         "V": "voltage", "A": "current", "ohm": "resistance", "H": "inductance", "s": "time", "Hz": "frequency",
         "kg": "mass", "m": "length", "N": "force", "N m": "torque", "kg m2": "inertia", "N m s": "drag",
-        "N m/rad": "stiffness", "deg": "angle", "steps/s": "rate",
+        "N m/rad": "stiffness", "deg": "angle", "steps/s": "rate", "steps/s2": "acceleration",
     }
 )  # fmt: skip
 ALONE = ("deg",)  # may be left out in a text, too: nobody gives the angle of a step in radians
