@@ -11,7 +11,7 @@ from ..errors import UsageError
 from ..record.measuring.characters import characters, shown
 from ..record.measuring.intervals import SignalEdges
 from ..record.waveforms.waveforms import Waveforms
-from .dialogue import END, LONGEST, DialogueHeader, RecordedDialogue, Said, Speaker
+from .dialogue import DialogueHeader, Gathered, RecordedDialogue, Said, Speaker
 from .speech import speech_of
 
 PS_PER_US = 10**6
@@ -124,15 +124,10 @@ def _entries(said: dict[str, list[Character]], begin: int) -> list[Said]:
     """Return lines, as a proxy would record them: a host's characters at their start, a module's at their end."""
     instants: list[tuple[int, Speaker, int]] = [(each.start_ps, "host", each.byte) for each in said["host"]]
     instants += [(each.end_ps, "module", each.byte) for each in said["module"]]
-    entries: list[Said] = []
-    speaker: Speaker = "tool"
-    data, first, last = bytearray(), 0, 0
-    for ps, who, byte in [*sorted(instants, key=lambda each: each[0]), (0, "tool", 0)]:
-        if data and (who != speaker or data.endswith(END) or len(data) == LONGEST):
-            entries.append(Said(first, last, speaker, bytes(data)))
-            data = bytearray()
-        last = (ps - begin) // PS_PER_US
-        if not data:
-            speaker, first = who, last
-        data.append(byte)
-    return entries
+    gathered = Gathered()
+    entries = [
+        entry
+        for ps, who, byte in sorted(instants, key=lambda each: each[0])
+        for entry in gathered.take(who, (ps - begin) // PS_PER_US, byte)
+    ]
+    return [Said(first, last, who, data) for who, first, last, data in entries + gathered.end()]

@@ -90,6 +90,29 @@ class Said:
         return self.data.decode("latin-1")
 
 
+Entry = tuple[Speaker, int, int, bytes]  # who, the instants of the first and of the last character, and all of them
+
+
+class Gathered:
+    """Characters as they come, gathered into entries: up to a carriage return, as long as the other side is silent."""
+
+    def __init__(self) -> None:
+        self._open: tuple[Speaker, int, int, bytearray] | None = None  # an entry that may grow
+
+    def take(self, speaker: Speaker, at: int, byte: int) -> list[Entry]:
+        """Take a character; return the entries that are over with it."""
+        over = self.end() if self._open is not None and self._open[0] != speaker else []
+        _, since, _, data = self._open or (speaker, at, at, bytearray())
+        data.append(byte)
+        self._open = speaker, since, at, data
+        return over + (self.end() if byte == END[0] or len(data) >= LONGEST else [])
+
+    def end(self) -> list[Entry]:
+        """Return what was gathered of a line, if there is something."""
+        found, self._open = self._open, None
+        return [] if found is None else [(*found[:3], bytes(found[3]))]
+
+
 class DialogueFile:
     """A dialogue that is being written, line by line; close it at the end.
 
@@ -112,7 +135,7 @@ class DialogueFile:
         self.path, self.failed, self.clock = Path(path), failed, clock
         self.began_ns = clock()
         self.entries = 0
-        self._open: tuple[Speaker, int, int, bytearray] | None = None  # an entry that may grow
+        self._gathered = Gathered()
         try:
             self._file = self.path.open("xb", buffering=0)
         except FileExistsError:
@@ -139,20 +162,13 @@ class DialogueFile:
         """Append characters; those between the first and the last came at equal intervals, as far as is known."""
         for number, byte in enumerate(data):
             at_ns = first_ns + (last_ns - first_ns) * number // max(len(data) - 1, 1)
-            if self._open is not None and self._open[0] != speaker:
-                self.end()
-            _, since_ns, _, so_far = self._open or (speaker, at_ns, at_ns, bytearray())
-            so_far.append(byte)
-            self._open = speaker, since_ns, at_ns, so_far
-            if byte == END[0] or len(so_far) >= LONGEST:
-                self.end()
+            for entry in self._gathered.take(speaker, at_ns, byte):
+                self._entry(*entry)
 
     def end(self) -> None:
         """Write what was gathered of a line."""
-        if self._open is not None:
-            speaker, since_ns, last_ns, data = self._open
-            self._open = None
-            self._entry(speaker, since_ns, last_ns, bytes(data))
+        for entry in self._gathered.end():
+            self._entry(*entry)
 
     def _entry(self, speaker: Speaker, first_ns: int, last_ns: int, data: bytes) -> None:
         at_us, last_us = ((ns - self.began_ns) // 1000 for ns in (first_ns, last_ns))
