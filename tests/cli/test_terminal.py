@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import io
-import os
 import re
-import select
 import socket
-import subprocess
 import sys
 import threading
 import time
-from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -20,13 +16,13 @@ import pytest
 import slewline.testing  # noqa: F401  # pySerial knows slewline://
 from slewline.modules.dialogue import RecordedDialogue
 from tests.links.conftest import PATIENCE, serve  # noqa: F401
+from tests.terminals import Terminal
 
 GSC = "slewline://gs-c200s?chs=0"
-OWNED = f"""
+SEATED = f"""
 import fcntl, struct, termios
 from slewline.modules import finding, spoken
 finding.LOOK_S, spoken.ANSWER_S = 5, {PATIENCE}  # a server may be kept from running for a while
-fcntl.ioctl(0, termios.TIOCSCTTY, 0)  # the terminal sends a signal when Ctrl-C is pressed
 fcntl.ioctl(0, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 100, 0, 0))
 from slewline.cli.main import main
 main()
@@ -119,17 +115,12 @@ def test_what_is_refused(call, arguments, says):
 
 
 # ---------------------------------------------------------------------------------------------------- a person at a pty
-class Person:
+class Person(Terminal):
     """Whoever sits at a terminal on which the command runs."""
 
     def __init__(self, where, *options):
-        self.fd, slave = os.openpty()
-        call = [sys.executable, "-c", OWNED, "terminal", where, "--part", "gs-c200s", *options]
-        environment = os.environ | {"TERM": "xterm"}
-        ends = {"stdin": slave, "stdout": slave, "stderr": slave}
-        self.process = subprocess.Popen(call, **ends, env=environment, start_new_session=True)
-        os.close(slave)
-        self.seen = b""
+        call = [sys.executable, "-c", SEATED, "terminal", where, "--part", "gs-c200s", *options]
+        super().__init__(call, environment={"TERM": "xterm"})
 
     def sees(self, text):
         """Wait until a text has been shown."""
@@ -146,17 +137,13 @@ class Person:
             assert time.monotonic() < end, self.seen
             self.looks()
 
-    def looks(self):
+    def looks(self, seconds=0.1):
         """Take what is shown; say where the cursor is, as a terminal does that is asked."""
-        with suppress(OSError):  # the command has ended, and the terminal with it
-            if select.select([self.fd], [], [], 0.1)[0]:
-                shown = os.read(self.fd, 4096)
-                self.seen += shown
-                os.write(self.fd, b"\x1b[1;1R" * shown.count(b"\x1b[6n"))
+        super().types("\x1b[1;1R" * super().looks(seconds).count(b"\x1b[6n"))
 
     def types(self, text):
         self.seen = b""
-        os.write(self.fd, text.encode())
+        super().types(text)
 
     def gives_up(self):
         """Press Ctrl-C until there is a new prompt: readline misses a signal that comes before it waits for a key.
@@ -169,18 +156,24 @@ class Person:
         while b"gs-c200s>" not in ESCAPES.sub(b"", self.seen):
             assert time.monotonic() < end, self.seen
             if time.monotonic() > pressed + 1:
-                os.write(self.fd, b"\x03")
+                super().types("\x03")
                 pressed = time.monotonic()
             self.looks()
 
     def leaves(self):
         """Press Ctrl-D until a prompt is there to take it; return the exit status."""
         end = time.monotonic() + PATIENCE
-        while self.process.poll() is None and time.monotonic() < end:
-            with suppress(OSError):
-                os.write(self.fd, b"\x04")
+        while self.status is None and time.monotonic() < end:
+            super().types("\x04")
             self.looks()
-        return self.process.wait(PATIENCE)
+        return self.status
+
+    def is_left(self):
+        """Wait until the command has ended by itself; return the exit status."""
+        end = time.monotonic() + PATIENCE
+        while self.status is None and time.monotonic() < end:
+            self.looks()
+        return self.status
 
 
 @pytest.fixture
@@ -197,9 +190,7 @@ def person(serve):  # noqa: F811
 
     yield sit_down
     for one in made:
-        one.process.kill()
-        one.process.wait()
-        os.close(one.fd)
+        one.close()
 
 
 @pytest.mark.system
@@ -218,7 +209,7 @@ def test_a_person_with_plain_lines(person):
     person.server.kill()
     person.types("F\r")
     person.sees("the port is gone")
-    assert person.process.wait(PATIENCE) == 1
+    assert person.is_left() == 1
 
 
 @pytest.mark.system
@@ -278,5 +269,5 @@ def test_what_comes_unasked_is_shown_while_a_line_is_written(person):
         person.sees("S1")
         writes.set()
         person.sees("unasked: HELLO")
-        person.process.kill()
+        person.close()
         thread.join(PATIENCE)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import select
 import shlex
 import subprocess
 import sys
@@ -15,6 +13,7 @@ import pytest
 from slewline.cli.commands import cli
 from slewline.cli.motors import wizard
 from slewline.cli.motors.wizard import Question, chip_question, driver_question, load_question, motor_question
+from tests.terminals import Terminal
 
 MOTOR = {"motor": "QSH4218-51-10-049"}
 LATE_S = 60.0
@@ -22,51 +21,35 @@ QUICK = "F=6 R=13 S=199"
 
 
 class Dialogue:
-    """A command on a terminal of its own, and what it has written there."""
+    """A command on a terminal, and what it has written there."""
 
     def __init__(self, *words: str, output: int | None = None) -> None:
-        self.ours, theirs = os.openpty()
-        line = [sys.executable, "-m", "slewline", *words]
-        run = "import os,sys,fcntl,termios; fcntl.ioctl(0,termios.TIOCSCTTY,0); os.execv(sys.argv[1],sys.argv[1:])"
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", run, *line],
-            stdin=theirs,
-            stdout=theirs if output is None else output,
-            stderr=theirs,
-            start_new_session=True,
-        )
-        os.close(theirs)
-        self.said = ""
+        self.terminal = Terminal([sys.executable, "-m", "slewline", *words], output)
+        self._begin = 0
 
-    def until(self, text: str) -> None:
-        """Wait until it has written a text after what was there before."""
-        begin, late = len(self.said), monotonic() + LATE_S
-        while text not in self.said[begin:]:
-            assert monotonic() < late, self.said
-            self.read()
-
-    def read(self) -> bool:
-        """Read what comes; return false when there is an end."""
-        if not select.select([self.ours], [], [], LATE_S)[0]:
-            return False
-        try:
-            data = os.read(self.ours, 4096)
-        except OSError:  # the other end is closed
-            return False
-        self.said += data.decode().replace("\r\n", "\n")
-        return bool(data)
+    @property
+    def said(self) -> str:
+        """All that it has written."""
+        return self.terminal.seen.decode().replace("\r\n", "\n")
 
     def answer(self, question: str, text: str) -> None:
-        """Type a text after a question."""
-        self.until(question)
-        os.write(self.ours, text.encode())
+        """Type a text after a question that was not there before."""
+        late = monotonic() + LATE_S
+        while question not in self.said[self._begin :]:
+            assert monotonic() < late and self.terminal.status is None, self.said
+            self.terminal.looks(1)
+        self._begin = len(self.said)
+        self.terminal.types(text)
 
-    def ended(self) -> int:
-        """Read the rest; return the exit status."""
-        while self.read():
-            pass
-        os.close(self.ours)
-        return self.process.wait(LATE_S)
+    def ended(self, key: str = "") -> int:
+        """Read the rest, and press a key each second; return the exit status."""
+        late = monotonic() + LATE_S
+        while self.terminal.status is None:
+            assert monotonic() < late, self.said
+            if not self.terminal.looks(1):
+                self.terminal.types(key)
+        self.terminal.close()
+        return self.terminal.status
 
 
 @pytest.mark.system
@@ -100,7 +83,7 @@ def test_ctrl_c_and_ctrl_d_end_it(tmp_path):
         with (tmp_path / "out").open("wb") as out:
             terminal = Dialogue("tune", "cy525", "--steps", "40", "--json", output=out.fileno())
         terminal.answer("Motor [QSH4218-51-10-049]: ", key)
-        assert terminal.ended() == 1
+        assert terminal.ended(key) == 1  # Python sees no signal that comes just before it waits for a line
         assert terminal.said.endswith("\nslewline: interrupted; files that were not finished are as they were\n")
         assert (tmp_path / "out").read_bytes() == b"" and "Chip" not in terminal.said
 
